@@ -1,0 +1,1 @@
+//! Behavior trees: BehaviorTree.CPP XML, node semantics, ticking and halting.

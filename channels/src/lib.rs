@@ -1,0 +1,1 @@
+//! Channel systems of program graphs: messages, processes, schedulers, monitored transitions.

@@ -1,0 +1,1 @@
+//! Battery reader, localization and navigation as processes with drivers.

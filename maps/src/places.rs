@@ -1,0 +1,134 @@
+//! Named places on a map: points with a heading and tolerances, and polygonal areas.
+
+use std::collections::BTreeMap;
+
+use crate::{Point, Pose, heading, wrap_angle};
+
+/// A place that the robot can be sent to or asked about.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Place {
+    /// A pose with tolerances.
+    Point {
+        /// Position and heading in the `map` frame.
+        pose: Pose,
+        /// How far from the position still counts as there, in metres.
+        position_tolerance_m: f64,
+        /// How far from the heading still counts as there, in radians.
+        heading_tolerance_rad: f64,
+    },
+    /// An area: being anywhere inside counts as there, whatever the heading; as a goal it means its centroid.
+    Area {
+        /// Corners in the `map` frame, in order, the last joined to the first; at least three.
+        corners: Vec<Point>,
+    },
+}
+
+impl Place {
+    /// Where to drive to in order to reach the place.
+    #[must_use]
+    pub fn goal_position(&self) -> Point {
+        match self {
+            Self::Point { pose, .. } => pose.translation.vector.into(),
+            Self::Area { corners } => centroid(corners),
+        }
+    }
+
+    /// Which way to face at the goal, in radians, where the place says so.
+    #[must_use]
+    pub fn goal_heading(&self) -> Option<f64> {
+        match self {
+            Self::Point { pose, .. } => Some(heading(pose)),
+            Self::Area { .. } => None,
+        }
+    }
+
+    /// Whether a robot at `pose` (`map` frame) is there.
+    #[must_use]
+    pub fn contains(&self, at: &Pose) -> bool {
+        match self {
+            Self::Point { pose, position_tolerance_m, heading_tolerance_rad } => {
+                let distance = (at.translation.vector - pose.translation.vector).norm();
+                let turn = wrap_angle(heading(at) - heading(pose)).abs();
+                distance <= *position_tolerance_m && turn <= *heading_tolerance_rad
+            }
+            Self::Area { corners } => inside(corners, &at.translation.vector.into()),
+        }
+    }
+}
+
+/// The centroid of a simple polygon (of its area, not of its corners).
+fn centroid(corners: &[Point]) -> Point {
+    let mut doubled_area = 0.0;
+    let mut sum = nalgebra::Vector2::zeros();
+    for (a, b) in edges(corners) {
+        let cross = a.x * b.y - b.x * a.y;
+        doubled_area += cross;
+        sum += (a.coords + b.coords) * cross;
+    }
+    (sum / (3.0 * doubled_area)).into()
+}
+
+/// Whether a point lies inside a polygon (even–odd rule).
+fn inside(corners: &[Point], point: &Point) -> bool {
+    edges(corners)
+        .filter(|(a, b)| (a.y > point.y) != (b.y > point.y))
+        .filter(|(a, b)| point.x < a.x + (point.y - a.y) / (b.y - a.y) * (b.x - a.x))
+        .count()
+        % 2
+        == 1
+}
+
+fn edges(corners: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
+    (0..corners.len()).map(|i| (corners[i], corners[(i + 1) % corners.len()]))
+}
+
+/// The places of a map by name, in alphabetical order.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Places {
+    by_name: BTreeMap<String, Place>,
+}
+
+impl Places {
+    /// Adds a place or replaces the one of that name.
+    pub fn insert(&mut self, name: impl Into<String>, place: Place) {
+        self.by_name.insert(name.into(), place);
+    }
+
+    /// The place of that name.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&Place> {
+        self.by_name.get(name)
+    }
+
+    /// All places with their names, in alphabetical order.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &Place)> {
+        self.by_name.iter().map(|(name, place)| (name.as_str(), place))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose;
+
+    fn kitchen() -> Place {
+        let corners = [(-13.2, 15.6), (-10.0, 15.4), (-10.2, 12.6), (-13.4, 13.0)];
+        Place::Area { corners: corners.map(|(x, y)| Point::new(x, y)).to_vec() }
+    }
+
+    #[test]
+    fn an_area_contains_its_centroid_and_not_its_neighbourhood() {
+        let goal = kitchen().goal_position();
+        assert!(kitchen().contains(&pose(goal.x, goal.y, 1.0)));
+        assert!(!kitchen().contains(&pose(-9.0, 14.0, 0.0)));
+    }
+
+    #[test]
+    fn a_point_holds_within_both_tolerances() {
+        let station =
+            Place::Point { pose: pose(-7.5, 9.0, 3.14), position_tolerance_m: 0.5, heading_tolerance_rad: 0.17 };
+        assert!(station.contains(&pose(-7.2, 9.0, -3.10)));
+        assert!(!station.contains(&pose(-7.2, 9.0, 2.9)));
+        assert!(!station.contains(&pose(-6.9, 9.0, 3.14)));
+    }
+}

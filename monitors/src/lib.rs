@@ -1,0 +1,1 @@
+//! Runtime monitors over the channels of a system.

@@ -1,0 +1,1 @@
+//! Localization, planning and path following.

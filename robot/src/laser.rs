@@ -1,0 +1,48 @@
+//! Laser scanners and their scans.
+
+use std::time::Duration;
+
+use maps::Pose;
+
+/// A planar laser scanner and its place on the body.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaserSpec {
+    /// Name, unique on the robot, for example `front`.
+    pub name: String,
+    /// Pose of the scanner in `base_link`.
+    pub mount: Pose,
+    /// Angle of the first beam in the scanner's frame, in radians.
+    pub angle_min_rad: f64,
+    /// Angle between neighbouring beams, in radians, positive: beams go counter-clockwise.
+    pub angle_increment_rad: f64,
+    /// Number of beams.
+    pub beams: usize,
+    /// Time between scans.
+    pub period: Duration,
+    /// Shortest distance that can be measured, in metres.
+    pub range_min_m: f64,
+    /// Longest distance that can be measured, in metres.
+    pub range_max_m: f64,
+}
+
+impl LaserSpec {
+    /// Angle of beam `index` in the scanner's frame, in radians.
+    #[must_use]
+    pub fn beam_angle_rad(&self, index: usize) -> f64 {
+        self.angle_min_rad + index as f64 * self.angle_increment_rad
+    }
+}
+
+/// One sweep of a laser scanner.
+///
+/// Ranges follow ROS REP-117: a distance in metres from the scanner, `+∞` where nothing was hit within range, `−∞`
+/// where something was nearer than the shortest range, NaN where the measurement failed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaserScan {
+    /// When the scan was taken.
+    pub time: Duration,
+    /// Which scanner of [`RobotModel::lasers`](crate::RobotModel::lasers) took it.
+    pub laser: usize,
+    /// One range a beam, in the order of the beams.
+    pub ranges_m: Vec<f32>,
+}

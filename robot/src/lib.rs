@@ -1,0 +1,63 @@
+//! The interface between a robot's software and its hardware.
+//!
+//! What a robot senses comes as a stream of [`Reading`]s, what it is told to do goes as a [`VelocityCommand`]. The
+//! software above this line (localization, navigation, components) cannot tell a simulated robot from a recorded or
+//! a real one. Units are metres, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`,
+//! `base_link`) and axes those of REP-103. Times are since the start of the run.
+
+mod laser;
+mod motion;
+mod random;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+pub use laser::{LaserScan, LaserSpec};
+pub use motion::{Odometry, RobotModel, VelocityCommand};
+pub use random::{Streams, normal};
+
+/// What the battery's electronics report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryState {
+    /// When it was measured.
+    pub time: Duration,
+    /// Charge, in percent of the capacity, 0 to 100.
+    pub charge_pct: f64,
+    /// Whether charging current flows.
+    pub charging: bool,
+}
+
+/// One measurement of one sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reading {
+    /// A laser scan.
+    Scan(Arc<LaserScan>),
+    /// Wheel odometry.
+    Odometry(Odometry),
+    /// The state of the battery.
+    Battery(BatteryState),
+}
+
+impl Reading {
+    /// When the measurement was taken.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        match self {
+            Self::Scan(scan) => scan.time,
+            Self::Odometry(odometry) => odometry.time,
+            Self::Battery(battery) => battery.time,
+        }
+    }
+}
+
+/// A robot: simulated, recorded or real.
+pub trait Robot {
+    /// What the robot's software knows of the hardware.
+    fn model(&self) -> &RobotModel;
+
+    /// Appends the readings that have come in since the last call, oldest first.
+    fn read(&mut self, readings: &mut Vec<Reading>);
+
+    /// Sets the velocity that the base is to drive at until the next command.
+    fn drive(&mut self, command: VelocityCommand);
+}

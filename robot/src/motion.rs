@@ -1,0 +1,76 @@
+//! How a robot moves: its model, its odometry and the commands that drive it.
+
+use std::time::Duration;
+
+use maps::{Pose, pose};
+
+use crate::LaserSpec;
+
+/// What the software knows of a differential-drive robot's hardware.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotModel {
+    /// Radius of the round body, in metres.
+    pub radius_m: f64,
+    /// Largest forward (and backward) speed, in m/s.
+    pub max_linear_mps: f64,
+    /// Largest turning rate either way, in rad/s.
+    pub max_angular_radps: f64,
+    /// Largest change of the forward speed, in m/s².
+    pub max_linear_acceleration_mps2: f64,
+    /// Largest change of the turning rate, in rad/s².
+    pub max_angular_acceleration_radps2: f64,
+    /// The laser scanners; scans name them by their place in this list.
+    pub lasers: Vec<LaserSpec>,
+}
+
+impl Default for RobotModel {
+    /// The robot of the paper's experiments: a disc of radius 0.30 m, at most 0.45 m/s, a laser at the front
+    /// (x = +0.245 m) and one at the back, each 360 beams over 270° at 10 Hz, 0.1 to 10 m.
+    fn default() -> Self {
+        let laser = |name: &str, mount| LaserSpec {
+            name: name.to_owned(),
+            mount,
+            angle_min_rad: -135_f64.to_radians(),
+            angle_increment_rad: (270.0 / 359.0_f64).to_radians(),
+            beams: 360,
+            period: Duration::from_millis(100),
+            range_min_m: 0.1,
+            range_max_m: 10.0,
+        };
+        Self {
+            radius_m: 0.30,
+            max_linear_mps: 0.45,
+            max_angular_radps: 1.0,
+            max_linear_acceleration_mps2: 0.5,
+            max_angular_acceleration_radps2: 2.0,
+            lasers: vec![laser("front", pose(0.245, 0.0, 0.0)), laser("back", pose(-0.245, 0.0, std::f64::consts::PI))],
+        }
+    }
+}
+
+/// What the wheels say of the robot's motion.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Odometry {
+    /// When it was measured.
+    pub time: Duration,
+    /// Pose of `base_link` in the `odom` frame: smooth, but drifting from the truth without bound.
+    pub pose: Pose,
+    /// Forward speed, in m/s.
+    pub linear_mps: f64,
+    /// Turning rate, in rad/s, counter-clockwise.
+    pub angular_radps: f64,
+}
+
+/// The velocity that the base is asked to drive at.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct VelocityCommand {
+    /// Forward speed, in m/s.
+    pub linear_mps: f64,
+    /// Turning rate, in rad/s, counter-clockwise.
+    pub angular_radps: f64,
+}
+
+impl VelocityCommand {
+    /// Stand still.
+    pub const STOP: Self = Self { linear_mps: 0.0, angular_radps: 0.0 };
+}

@@ -1,0 +1,1 @@
+//! Skills: an SCXML processor and the machines of the shipped tree.
