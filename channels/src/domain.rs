@@ -1,0 +1,148 @@
+//! Domains: which messages a channel may carry.
+
+use std::fmt;
+
+use crate::{Message, Symbol, Value};
+
+/// What a field of a message may hold.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FieldKind {
+    /// One of these symbols.
+    Symbol(Vec<Symbol>),
+    /// `true` or `false`.
+    Bool,
+    /// An integer.
+    Int,
+    /// A real number other than NaN.
+    Real,
+    /// Text.
+    Text,
+}
+
+impl FieldKind {
+    /// One of the symbols of these names.
+    #[must_use]
+    pub fn symbols<const N: usize>(names: [&str; N]) -> Self {
+        Self::Symbol(names.map(Symbol::new).to_vec())
+    }
+
+    /// Whether a field of this kind may hold that value.
+    #[must_use]
+    pub fn contains(&self, value: &Value) -> bool {
+        match (self, value) {
+            (Self::Symbol(symbols), Value::Symbol(symbol)) => symbols.contains(symbol),
+            (Self::Real, Value::Real(number)) => !number.is_nan(),
+            (Self::Bool, Value::Bool(_)) | (Self::Int, Value::Int(_)) | (Self::Text, Value::Text(_)) => true,
+            _ => false,
+        }
+    }
+}
+
+impl fmt::Display for FieldKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Symbol(symbols) => {
+                let names: Vec<String> = symbols.iter().map(Symbol::to_string).collect();
+                f.write_str(&names.join(" | "))
+            }
+            Self::Bool => f.write_str("bool"),
+            Self::Int => f.write_str("int"),
+            Self::Real => f.write_str("real"),
+            Self::Text => f.write_str("text"),
+        }
+    }
+}
+
+/// One form that messages of a channel take: named fields with their kinds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shape {
+    fields: Vec<(String, FieldKind)>,
+}
+
+impl Shape {
+    /// The shape with these fields, in the order m[1], m[2], …
+    #[must_use]
+    pub fn new<const N: usize>(fields: [(&str, FieldKind); N]) -> Self {
+        Self { fields: fields.map(|(name, kind)| (name.to_owned(), kind)).to_vec() }
+    }
+
+    /// The fields' names and kinds, in the order m[1], m[2], …
+    #[must_use]
+    pub fn fields(&self) -> &[(String, FieldKind)] {
+        &self.fields
+    }
+
+    /// Whether that message has this shape.
+    #[must_use]
+    pub fn contains(&self, message: &Message) -> bool {
+        let values = message.fields();
+        values.len() == self.fields.len()
+            && self.fields.iter().zip(values).all(|((_, kind), value)| kind.contains(value))
+    }
+}
+
+impl fmt::Display for Shape {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let fields: Vec<String> = self.fields.iter().map(|(name, kind)| format!("{name}: {kind}")).collect();
+        write!(f, "[{}]", fields.join(", "))
+    }
+}
+
+/// The messages that a channel may carry, dom((p, q)): the union of some shapes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Domain {
+    shapes: Vec<Shape>,
+}
+
+impl Domain {
+    /// The domain of messages that have one of these shapes.
+    #[must_use]
+    pub fn new(shapes: impl IntoIterator<Item = Shape>) -> Self {
+        Self { shapes: shapes.into_iter().collect() }
+    }
+
+    /// The shapes, in the order they were declared.
+    #[must_use]
+    pub fn shapes(&self) -> &[Shape] {
+        &self.shapes
+    }
+
+    /// Whether the channel may carry that message.
+    #[must_use]
+    pub fn contains(&self, message: &Message) -> bool {
+        self.shapes.iter().any(|shape| shape.contains(message))
+    }
+
+    /// The shape of a message of this domain: the first that contains it.
+    #[must_use]
+    pub fn shape_of(&self, message: &Message) -> Option<&Shape> {
+        self.shapes.iter().find(|shape| shape.contains(message))
+    }
+}
+
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shapes: Vec<String> = self.shapes.iter().map(Shape::to_string).collect();
+        f.write_str(&shapes.join(" or "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_domain_holds_the_messages_of_its_shapes_only() {
+        let level = Domain::new([
+            Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]),
+            Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
+        ]);
+        let message = |head, value: Value| Message::new([Value::symbol(head), value]);
+        assert!(level.contains(&message("ok", 83.2.into())));
+        assert!(level.contains(&message("error", "no sensor".into())));
+        assert!(!level.contains(&message("ok", "no sensor".into())));
+        assert!(!level.contains(&message("ok", f64::NAN.into())));
+        assert!(!level.contains(&message("ok", 83.into())));
+        assert!(!level.contains(&Message::symbols(["ok"])));
+    }
+}

@@ -1,0 +1,102 @@
+//! Messages: tuples of values.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::Value;
+
+/// A message: a tuple of values m[1], m[2], …
+///
+/// Copies share their values, so passing a message on is cheap.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct Message(Arc<[Value]>);
+
+impl Message {
+    /// The message with these fields.
+    #[must_use]
+    pub fn new(fields: impl IntoIterator<Item = Value>) -> Self {
+        Self(fields.into_iter().collect())
+    }
+
+    /// The message that consists of symbols only: `Message::symbols(["ok", "running"])` is `[<ok>, <running>]`.
+    #[must_use]
+    pub fn symbols<const N: usize>(names: [&str; N]) -> Self {
+        Self::new(names.map(Value::symbol))
+    }
+
+    /// Field m[`number`], counted from 1 as in the paper; `None` where the message has no such field.
+    #[must_use]
+    pub fn field(&self, number: usize) -> Option<&Value> {
+        self.0.get(number.checked_sub(1)?)
+    }
+
+    /// All fields in order; the first is m[1].
+    #[must_use]
+    pub fn fields(&self) -> &[Value] {
+        &self.0
+    }
+
+    /// The name of m[1], if it is a symbol: what kind of message this is.
+    #[must_use]
+    pub fn head(&self) -> Option<&str> {
+        match self.0.first() {
+            Some(Value::Symbol(symbol)) => Some(symbol.name()),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("[")?;
+        for (index, value) in self.0.iter().enumerate() {
+            let comma = if index == 0 { "" } else { ", " };
+            write!(f, "{comma}{value}")?;
+        }
+        f.write_str("]")
+    }
+}
+
+impl fmt::Debug for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// The number that a request carries in its envelope and its reply echoes; it is no part of the message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub struct RequestNumber(pub u64);
+
+/// A message on its way, with the number of the request that it is or answers.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Envelope {
+    /// The message: all that properties and monitors see.
+    pub message: Message,
+    /// Which request this is or answers; zero where nobody counts.
+    pub request: RequestNumber,
+}
+
+impl From<Message> for Envelope {
+    fn from(message: Message) -> Self {
+        Self { message, request: RequestNumber::default() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_print_as_the_paper_writes_them() {
+        let message = Message::new([Value::symbol("ok"), 83.2.into(), true.into(), 3.into(), "why".into()]);
+        assert_eq!(message.to_string(), r#"[<ok>, 83.2, true, 3, "why"]"#);
+    }
+
+    #[test]
+    fn fields_count_from_one() {
+        let message = Message::symbols(["ok", "running"]);
+        assert_eq!(message.field(0), None);
+        assert_eq!(message.field(2), Some(&Value::symbol("running")));
+        assert_eq!(message.field(3), None);
+    }
+}

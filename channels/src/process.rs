@@ -1,0 +1,153 @@
+//! What a process is: something that offers transitions and takes one of them.
+
+use std::any::Any;
+use std::fmt::Debug;
+use std::hash::{Hash, Hasher};
+use std::time::Duration;
+
+use crate::{ChannelId, Envelope, Message};
+
+/// A transition of a process, numbered by the process itself. The number means nothing outside it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TransitionId(pub u32);
+
+/// Which messages a receive action takes.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Pattern {
+    /// Any message: `?(q, p, x)`.
+    Any,
+    /// This message and no other: `?(q, p, <m>)`.
+    Exactly(Message),
+}
+
+impl Pattern {
+    /// Whether the action takes that message.
+    #[must_use]
+    pub fn accepts(&self, message: &Message) -> bool {
+        match self {
+            Self::Any => true,
+            Self::Exactly(expected) => expected == message,
+        }
+    }
+}
+
+/// What a transition does besides moving the process on.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Action {
+    /// An internal action.
+    Internal,
+    /// `!(p, q, …)`: sends this envelope.
+    Send(ChannelId, Envelope),
+    /// `?(q, p, …)`: receives a message that the pattern accepts.
+    Receive(ChannelId, Pattern),
+}
+
+/// A transition whose guard holds: the process would take it if the channels let it.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Offer {
+    /// The process's own number for the transition.
+    pub transition: TransitionId,
+    /// What it does.
+    pub action: Action,
+}
+
+/// A communication that a process may perform at some time, for the check at wiring.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Use {
+    /// It may send on the channel: this message, or some message where that is not known before it runs.
+    Sends(ChannelId, Option<Message>),
+    /// It may receive from the channel: this message only, or any.
+    Receives(ChannelId, Option<Message>),
+}
+
+/// A process of a channel system.
+///
+/// Its state is a value: it can be copied, compared and hashed ([`ProcessState`] comes with `Clone + Eq + Hash`). Its
+/// behaviour is a function of that state and of what it receives; whatever else it needs to know, a driver outside the
+/// system hands it between steps.
+pub trait Process: ProcessState + Debug + Send {
+    /// Appends the transitions whose guards hold, without side effects and in an order that depends on the state only.
+    ///
+    /// At most one transition of a process is taken at a time, chosen by the scheduler among all that are enabled.
+    fn offers(&self, offers: &mut Vec<Offer>);
+
+    /// Takes a transition that was offered in the current state. `received` is the envelope that a receive action
+    /// takes from its channel. `now` is the time of the run.
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration);
+
+    /// When the process's next timer is due, if it has any.
+    fn next_timer(&self) -> Option<Duration> {
+        None
+    }
+
+    /// Fires all timers that are due at `now`, in the order they are due. Called between steps.
+    fn fire_timers(&mut self, now: Duration) {
+        let _ = now;
+    }
+
+    /// Every communication that the process may ever perform, for the check when a system is wired.
+    fn uses(&self) -> Vec<Use>;
+
+    /// Where the process stands, in a word or two, for reports and pictures: `idle`, `waiting for Navigation`.
+    fn location(&self) -> String;
+}
+
+/// A process's state as a value, whatever its type. Implemented for every `Clone + Eq + Hash` type.
+pub trait ProcessState: Any {
+    /// A copy.
+    fn clone_process(&self) -> Box<dyn Process>;
+
+    /// Whether the other process is of the same type and in the same state.
+    fn same_state(&self, other: &dyn Process) -> bool;
+
+    /// Feeds the state to a hasher.
+    fn hash_state(&self, hasher: &mut dyn Hasher);
+
+    /// The process as its own type, for its driver.
+    fn as_any(&self) -> &dyn Any;
+
+    /// The process as its own type, for its driver.
+    fn as_any_mut(&mut self) -> &mut dyn Any;
+}
+
+impl<P: Process + Clone + Eq + Hash> ProcessState for P {
+    fn clone_process(&self) -> Box<dyn Process> {
+        Box::new(self.clone())
+    }
+
+    fn same_state(&self, other: &dyn Process) -> bool {
+        other.as_any().downcast_ref::<P>() == Some(self)
+    }
+
+    fn hash_state(&self, mut hasher: &mut dyn Hasher) {
+        self.hash(&mut hasher);
+    }
+
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+
+    fn as_any_mut(&mut self) -> &mut dyn Any {
+        self
+    }
+}
+
+impl Clone for Box<dyn Process> {
+    fn clone(&self) -> Self {
+        self.clone_process()
+    }
+}
+
+impl PartialEq for dyn Process {
+    fn eq(&self, other: &Self) -> bool {
+        self.same_state(other)
+    }
+}
+
+impl Eq for dyn Process {}
+
+impl Hash for dyn Process {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.hash_state(state);
+    }
+}

@@ -1,0 +1,202 @@
+//! Which processes there are and which channels join them.
+
+use crate::{Domain, Message, WiringError};
+
+/// A process of a system: its place in the [`Topology`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ProcessId(pub(crate) usize);
+
+impl ProcessId {
+    /// Position among the processes of the topology, in the order they were declared.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// A channel of a system: its place in the [`Topology`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ChannelId(pub(crate) usize);
+
+impl ChannelId {
+    /// Position among the channels of the topology, in the order they were declared.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// How many messages a channel can hold, cap((p, q)).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Capacity {
+    /// None: sender and receiver move together (handshaking).
+    Zero,
+    /// One: sending fills the channel, receiving empties it (asynchronous message passing).
+    One,
+}
+
+/// A channel (p, q) with its capacity and domain.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// The process that sends.
+    pub source: ProcessId,
+    /// The process that receives.
+    pub target: ProcessId,
+    /// How many messages it can hold.
+    pub capacity: Capacity,
+    /// Which messages it may carry.
+    pub domain: Domain,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Declaration {
+    name: String,
+    /// The process that this one is part of; itself where it stands alone.
+    whole: ProcessId,
+}
+
+/// The processes and channels of a system, by name: what there is before anything runs.
+///
+/// A process may be composed of member processes (a tree of its nodes). Members use the channels of the whole, and
+/// what passes between members of one whole is nobody else's business: it is no state of the timed state sequence.
+///
+/// ```
+/// use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+///
+/// let mut topology = Topology::default();
+/// let skill = topology.process("BatteryLevel")?;
+/// let reader = topology.process("BatteryReader")?;
+/// let request = Domain::new([Shape::new([("request", FieldKind::symbols(["get_level"]))])]);
+/// let asked = topology.channel(skill, reader, Capacity::One, request)?;
+/// assert_eq!(topology.find_channel("BatteryLevel", "BatteryReader"), Some(asked));
+/// # Ok::<(), channels::WiringError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Topology {
+    processes: Vec<Declaration>,
+    channels: Vec<Channel>,
+}
+
+impl Topology {
+    /// Declares a process.
+    ///
+    /// # Errors
+    /// [`WiringError::DuplicateProcess`] if the name is taken.
+    pub fn process(&mut self, name: &str) -> Result<ProcessId, WiringError> {
+        let id = ProcessId(self.processes.len());
+        self.declare(name, id)
+    }
+
+    /// Declares a process that is part of `whole`.
+    ///
+    /// # Errors
+    /// [`WiringError::DuplicateProcess`] if the name is taken.
+    pub fn member(&mut self, whole: ProcessId, name: &str) -> Result<ProcessId, WiringError> {
+        self.declare(name, whole)
+    }
+
+    fn declare(&mut self, name: &str, whole: ProcessId) -> Result<ProcessId, WiringError> {
+        if self.find_process(name).is_some() {
+            return Err(WiringError::DuplicateProcess { name: name.to_owned() });
+        }
+        self.processes.push(Declaration { name: name.to_owned(), whole });
+        Ok(ProcessId(self.processes.len() - 1))
+    }
+
+    /// Declares the channel from `source` to `target`.
+    ///
+    /// # Errors
+    /// [`WiringError::SelfChannel`] if both ends are the same process, [`WiringError::DuplicateChannel`] if the
+    /// channel is there already.
+    pub fn channel(
+        &mut self,
+        source: ProcessId,
+        target: ProcessId,
+        capacity: Capacity,
+        domain: Domain,
+    ) -> Result<ChannelId, WiringError> {
+        if source == target {
+            return Err(WiringError::SelfChannel { process: self.name(source).to_owned() });
+        }
+        if self.channels.iter().any(|channel| (channel.source, channel.target) == (source, target)) {
+            let [source, target] = [source, target].map(|end| self.name(end).to_owned());
+            return Err(WiringError::DuplicateChannel { source_process: source, target_process: target });
+        }
+        self.channels.push(Channel { source, target, capacity, domain });
+        Ok(ChannelId(self.channels.len() - 1))
+    }
+
+    /// The process of that name.
+    #[must_use]
+    pub fn find_process(&self, name: &str) -> Option<ProcessId> {
+        self.processes.iter().position(|process| process.name == name).map(ProcessId)
+    }
+
+    /// The channel between the processes of these names.
+    #[must_use]
+    pub fn find_channel(&self, source: &str, target: &str) -> Option<ChannelId> {
+        let ends = (self.find_process(source)?, self.find_process(target)?);
+        self.channels.iter().position(|channel| (channel.source, channel.target) == ends).map(ChannelId)
+    }
+
+    /// The name of a process.
+    #[must_use]
+    pub fn name(&self, process: ProcessId) -> &str {
+        &self.processes[process.0].name
+    }
+
+    /// The process that `process` is part of: itself where it stands alone.
+    #[must_use]
+    pub fn whole(&self, process: ProcessId) -> ProcessId {
+        self.processes[process.0].whole
+    }
+
+    /// Whether that process may use that end of a channel: it is the end, or part of it.
+    #[must_use]
+    pub(crate) fn is_part_of(&self, process: ProcessId, end: ProcessId) -> bool {
+        process == end || self.whole(process) == end
+    }
+
+    /// The channel's ends, capacity and domain.
+    #[must_use]
+    pub fn get(&self, channel: ChannelId) -> &Channel {
+        &self.channels[channel.0]
+    }
+
+    /// All processes, in the order they were declared.
+    pub fn processes(&self) -> impl Iterator<Item = ProcessId> + use<> {
+        (0..self.processes.len()).map(ProcessId)
+    }
+
+    /// All channels, in the order they were declared.
+    pub fn channels(&self) -> impl Iterator<Item = ChannelId> + use<> {
+        (0..self.channels.len()).map(ChannelId)
+    }
+
+    /// The names of a channel's two ends, sender first, as a monitor or a log names it: members speak for their whole.
+    #[must_use]
+    pub fn ends(&self, channel: ChannelId) -> (&str, &str) {
+        let channel = self.get(channel);
+        (self.name(self.whole(channel.source)), self.name(self.whole(channel.target)))
+    }
+
+    /// Whether the channel joins two members of the same process.
+    #[must_use]
+    pub fn is_internal(&self, channel: ChannelId) -> bool {
+        let channel = self.get(channel);
+        self.whole(channel.source) == self.whole(channel.target)
+    }
+
+    /// A channel in words, for messages to people: `BatteryReader → BatteryLevel`.
+    #[must_use]
+    pub fn describe(&self, channel: ChannelId) -> String {
+        let channel = self.get(channel);
+        format!("{} → {}", self.name(channel.source), self.name(channel.target))
+    }
+
+    /// Whether the channel may carry that message.
+    #[must_use]
+    pub fn carries(&self, channel: ChannelId, message: &Message) -> bool {
+        self.get(channel).domain.contains(message)
+    }
+}

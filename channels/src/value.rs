@@ -1,0 +1,165 @@
+//! Values that messages carry.
+
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+/// A name that stands for itself, written `<ok>`.
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Symbol(Arc<str>);
+
+impl Symbol {
+    /// The symbol of that name (without the angle brackets).
+    #[must_use]
+    pub fn new(name: &str) -> Self {
+        Self(name.into())
+    }
+
+    /// The name, without angle brackets.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for Symbol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "<{}>", self.0)
+    }
+}
+
+impl fmt::Debug for Symbol {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+/// One value: a field of a message or the content of a variable.
+///
+/// Values are compared exactly and can be hashed, so that states of a system can be. Integers and reals are different
+/// types and never equal. A real is never NaN in a channel (domains refuse it); as a value, NaN equals itself, and
+/// `-0.0` equals `0.0`.
+#[derive(Clone)]
+pub enum Value {
+    /// A symbol such as `<ok>`.
+    Symbol(Symbol),
+    /// A truth value.
+    Bool(bool),
+    /// An integer.
+    Int(i64),
+    /// A real number.
+    Real(f64),
+    /// Text.
+    Text(Arc<str>),
+}
+
+impl Value {
+    /// The symbol of that name.
+    #[must_use]
+    pub fn symbol(name: &str) -> Self {
+        Self::Symbol(Symbol::new(name))
+    }
+
+    /// The number, if the value is an integer or a real.
+    #[must_use]
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Int(number) => Some(*number as f64),
+            Self::Real(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// Whether the value is the symbol of that name.
+    #[must_use]
+    pub fn is_symbol(&self, name: &str) -> bool {
+        matches!(self, Self::Symbol(symbol) if symbol.name() == name)
+    }
+
+    /// A real's bits, with one pattern for zero and one for NaN.
+    fn real_bits(number: f64) -> u64 {
+        if number == 0.0 {
+            0
+        } else if number.is_nan() {
+            f64::NAN.to_bits()
+        } else {
+            number.to_bits()
+        }
+    }
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Symbol(a), Self::Symbol(b)) => a == b,
+            (Self::Bool(a), Self::Bool(b)) => a == b,
+            (Self::Int(a), Self::Int(b)) => a == b,
+            (Self::Real(a), Self::Real(b)) => Self::real_bits(*a) == Self::real_bits(*b),
+            (Self::Text(a), Self::Text(b)) => a == b,
+            _ => false,
+        }
+    }
+}
+
+impl Eq for Value {}
+
+impl Hash for Value {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        std::mem::discriminant(self).hash(state);
+        match self {
+            Self::Symbol(symbol) => symbol.hash(state),
+            Self::Bool(truth) => truth.hash(state),
+            Self::Int(number) => number.hash(state),
+            Self::Real(number) => Self::real_bits(*number).hash(state),
+            Self::Text(text) => text.hash(state),
+        }
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Symbol(symbol) => symbol.fmt(f),
+            Self::Bool(truth) => truth.fmt(f),
+            Self::Int(number) => number.fmt(f),
+            Self::Real(number) => fmt::Debug::fmt(number, f),
+            Self::Text(text) => fmt::Debug::fmt(text, f),
+        }
+    }
+}
+
+impl fmt::Debug for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
+
+impl From<Symbol> for Value {
+    fn from(symbol: Symbol) -> Self {
+        Self::Symbol(symbol)
+    }
+}
+
+impl From<bool> for Value {
+    fn from(truth: bool) -> Self {
+        Self::Bool(truth)
+    }
+}
+
+impl From<i64> for Value {
+    fn from(number: i64) -> Self {
+        Self::Int(number)
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Self::Real(number)
+    }
+}
+
+impl From<&str> for Value {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
