@@ -1,0 +1,338 @@
+//! Conditions and terms over the variables of a program graph.
+
+use std::cmp::Ordering;
+use std::fmt;
+
+use crate::{Message, Value};
+
+/// A variable of a program graph: its place among the graph's variables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct VariableId(pub(crate) usize);
+
+impl VariableId {
+    /// The variable itself as a term.
+    #[must_use]
+    pub fn term(self) -> Term {
+        Term::Variable(self)
+    }
+
+    /// Field m[`number`] of the message in the variable, counted from 1, as a term.
+    #[must_use]
+    pub fn field(self, number: usize) -> Term {
+        Term::Field(self, number)
+    }
+}
+
+/// What a variable holds.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Content {
+    /// Nothing yet.
+    #[default]
+    Nothing,
+    /// A value.
+    Value(Value),
+    /// A message, as a receive action assigns it.
+    Message(Message),
+}
+
+/// The values of all variables of a graph: an element of Eval(Var).
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub struct Evaluation(Vec<Content>);
+
+impl Evaluation {
+    /// The evaluation that gives each variable its content, in the order of the graph's variables.
+    #[must_use]
+    pub fn new(contents: Vec<Content>) -> Self {
+        Self(contents)
+    }
+
+    /// What a variable holds.
+    #[must_use]
+    pub fn get(&self, variable: VariableId) -> &Content {
+        &self.0[variable.0]
+    }
+
+    /// Gives a variable a new content.
+    pub(crate) fn set(&mut self, variable: VariableId, content: Content) {
+        self.0[variable.0] = content;
+    }
+}
+
+/// Something that has a value in an evaluation.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Term {
+    /// A constant.
+    Constant(Value),
+    /// The content of a variable.
+    Variable(VariableId),
+    /// A field of the message in a variable, counted from 1.
+    Field(VariableId, usize),
+    /// The sum of two numbers.
+    Sum(Box<Term>, Box<Term>),
+    /// The difference of two numbers.
+    Difference(Box<Term>, Box<Term>),
+    /// A message made of values.
+    Tuple(Vec<Term>),
+}
+
+impl Term {
+    /// The term's value; [`Content::Nothing`] where a variable is empty, a field absent or an operand no number.
+    #[must_use]
+    pub fn evaluate(&self, evaluation: &Evaluation) -> Content {
+        match self {
+            Self::Constant(value) => Content::Value(value.clone()),
+            Self::Variable(variable) => evaluation.get(*variable).clone(),
+            Self::Field(variable, number) => match evaluation.get(*variable) {
+                Content::Message(message) => message.field(*number).cloned().map_or(Content::Nothing, Content::Value),
+                _ => Content::Nothing,
+            },
+            Self::Sum(a, b) => arithmetic(a, b, evaluation, i64::checked_add, |a, b| a + b),
+            Self::Difference(a, b) => arithmetic(a, b, evaluation, i64::checked_sub, |a, b| a - b),
+            Self::Tuple(terms) => tuple(terms, evaluation),
+        }
+    }
+
+    /// The condition that this term stands in that relation to the other.
+    #[must_use]
+    pub fn compare(self, relation: Relation, other: impl Into<Self>) -> Condition {
+        Condition::Compare(self, relation, other.into())
+    }
+
+    /// The term with variables written by name.
+    fn describe(&self, names: &[String]) -> String {
+        match self {
+            Self::Constant(value) => value.to_string(),
+            Self::Variable(variable) => names[variable.0].clone(),
+            Self::Field(variable, number) => format!("{}[{number}]", names[variable.0]),
+            Self::Sum(a, b) => format!("{} + {}", a.describe(names), b.describe(names)),
+            Self::Difference(a, b) => format!("{} - {}", a.describe(names), b.describe(names)),
+            Self::Tuple(terms) => {
+                let fields: Vec<String> = terms.iter().map(|term| term.describe(names)).collect();
+                format!("[{}]", fields.join(", "))
+            }
+        }
+    }
+}
+
+impl<V: Into<Value>> From<V> for Term {
+    fn from(value: V) -> Self {
+        Self::Constant(value.into())
+    }
+}
+
+fn arithmetic(
+    a: &Term,
+    b: &Term,
+    evaluation: &Evaluation,
+    of_integers: fn(i64, i64) -> Option<i64>,
+    of_reals: fn(f64, f64) -> f64,
+) -> Content {
+    let (Content::Value(a), Content::Value(b)) = (a.evaluate(evaluation), b.evaluate(evaluation)) else {
+        return Content::Nothing;
+    };
+    if let (Value::Int(a), Value::Int(b)) = (&a, &b) {
+        return of_integers(*a, *b).map_or(Content::Nothing, |number| Content::Value(Value::Int(number)));
+    }
+    match (a.as_number(), b.as_number()) {
+        (Some(a), Some(b)) => Content::Value(Value::Real(of_reals(a, b))),
+        _ => Content::Nothing,
+    }
+}
+
+fn tuple(terms: &[Term], evaluation: &Evaluation) -> Content {
+    let values: Option<Vec<Value>> = terms
+        .iter()
+        .map(|term| match term.evaluate(evaluation) {
+            Content::Value(value) => Some(value),
+            _ => None,
+        })
+        .collect();
+    values.map_or(Content::Nothing, |values| Content::Message(Message::new(values)))
+}
+
+/// A relational operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Relation {
+    /// `=`
+    Equal,
+    /// `!=`: not equal, so it holds between values of different types.
+    NotEqual,
+    /// `<`
+    Less,
+    /// `<=`
+    LessOrEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterOrEqual,
+}
+
+impl Relation {
+    /// Whether the relation holds. Integers and reals compare as numbers; other types have no order, and between
+    /// different types every relation but `!=` is false.
+    #[must_use]
+    pub fn holds(self, a: &Value, b: &Value) -> bool {
+        let order = match (a.as_number(), b.as_number()) {
+            (Some(a), Some(b)) => a.partial_cmp(&b),
+            _ if a == b => Some(Ordering::Equal),
+            _ => None,
+        };
+        let ordered = a.as_number().is_some();
+        match self {
+            Self::Equal => order == Some(Ordering::Equal),
+            Self::NotEqual => order != Some(Ordering::Equal),
+            Self::Less => ordered && order == Some(Ordering::Less),
+            Self::LessOrEqual => ordered && order.is_some_and(Ordering::is_le),
+            Self::Greater => ordered && order == Some(Ordering::Greater),
+            Self::GreaterOrEqual => ordered && order.is_some_and(Ordering::is_ge),
+        }
+    }
+}
+
+impl fmt::Display for Relation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Equal => "=",
+            Self::NotEqual => "≠",
+            Self::Less => "<",
+            Self::LessOrEqual => "≤",
+            Self::Greater => ">",
+            Self::GreaterOrEqual => "≥",
+        })
+    }
+}
+
+/// A Boolean condition over variables: an element of Cond(Var).
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Condition {
+    /// Always holds.
+    True,
+    /// Holds if the condition does not.
+    Not(Box<Condition>),
+    /// Holds if all do.
+    And(Vec<Condition>),
+    /// Holds if one does.
+    Or(Vec<Condition>),
+    /// Holds if the terms' values stand in the relation. A term without a value makes every relation but `!=` false.
+    Compare(Term, Relation, Term),
+}
+
+impl Condition {
+    /// Whether the condition holds, η ⊨ g.
+    #[must_use]
+    pub fn holds(&self, evaluation: &Evaluation) -> bool {
+        match self {
+            Self::True => true,
+            Self::Not(condition) => !condition.holds(evaluation),
+            Self::And(conditions) => conditions.iter().all(|condition| condition.holds(evaluation)),
+            Self::Or(conditions) => conditions.iter().any(|condition| condition.holds(evaluation)),
+            Self::Compare(a, relation, b) => match (a.evaluate(evaluation), b.evaluate(evaluation)) {
+                (Content::Value(a), Content::Value(b)) => relation.holds(&a, &b),
+                (a, b) => match relation {
+                    Relation::Equal => a == b && a != Content::Nothing,
+                    Relation::NotEqual => a != b || a == Content::Nothing,
+                    _ => false,
+                },
+            },
+        }
+    }
+
+    /// The condition and the other.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self::And(vec![self, other])
+    }
+
+    /// The condition or the other.
+    #[must_use]
+    pub fn or(self, other: Self) -> Self {
+        Self::Or(vec![self, other])
+    }
+
+    /// Not the condition.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self::Not(Box::new(self))
+    }
+
+    /// The condition with variables written by name.
+    #[must_use]
+    pub(crate) fn describe(&self, names: &[String]) -> String {
+        let join = |conditions: &[Self], word: &str| {
+            let parts: Vec<String> = conditions.iter().map(|condition| condition.describe_inside(names)).collect();
+            parts.join(word)
+        };
+        match self {
+            Self::True => "true".to_owned(),
+            Self::Not(condition) => format!("not {}", condition.describe_inside(names)),
+            Self::And(conditions) => join(conditions, " and "),
+            Self::Or(conditions) => join(conditions, " or "),
+            Self::Compare(a, relation, b) => format!("{} {relation} {}", a.describe(names), b.describe(names)),
+        }
+    }
+
+    fn describe_inside(&self, names: &[String]) -> String {
+        match self {
+            Self::And(_) | Self::Or(_) => format!("({})", self.describe(names)),
+            _ => self.describe(names),
+        }
+    }
+}
+
+/// `x := term`, one assignment of an action's effect.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Assignment {
+    /// The variable that changes.
+    pub variable: VariableId,
+    /// Its new content, evaluated before the assignment.
+    pub term: Term,
+}
+
+impl Assignment {
+    pub(crate) fn describe(&self, names: &[String]) -> String {
+        format!("{} := {}", names[self.variable.0], self.term.describe(names))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const M: VariableId = VariableId(0);
+
+    fn holds(condition: &Condition, content: Content) -> bool {
+        condition.holds(&Evaluation::new(vec![content]))
+    }
+
+    #[test]
+    fn integers_and_reals_compare_as_numbers() {
+        assert!(Relation::GreaterOrEqual.holds(&Value::Real(20.0), &Value::Int(20)));
+        assert!(Relation::Equal.holds(&Value::Real(20.0), &Value::Int(20)));
+        assert!(!Relation::Less.holds(&Value::Real(20.0), &Value::Int(20)));
+    }
+
+    #[test]
+    fn symbols_have_no_order() {
+        let (a, b) = (Value::symbol("a"), Value::symbol("a"));
+        assert!(Relation::Equal.holds(&a, &b));
+        assert!(!Relation::LessOrEqual.holds(&a, &b));
+    }
+
+    #[test]
+    fn an_absent_field_makes_every_relation_false_but_different_from() {
+        let message = Content::Message(Message::symbols(["ok"]));
+        for relation in [Relation::Equal, Relation::Less, Relation::LessOrEqual, Relation::Greater] {
+            assert!(!holds(&M.field(2).compare(relation, 20), message.clone()), "{relation}");
+        }
+        assert!(holds(&M.field(2).compare(Relation::NotEqual, 20), message));
+    }
+
+    #[test]
+    fn terms_count() {
+        let timer = Evaluation::new(vec![Content::Value(10.into())]);
+        let one_less = Term::Difference(Box::new(M.term()), Box::new(1.into()));
+        assert_eq!(one_less.evaluate(&timer), Content::Value(9.into()));
+        let overflow = Term::Sum(Box::new(M.term()), Box::new(i64::MAX.into()));
+        assert_eq!(overflow.evaluate(&timer), Content::Nothing);
+    }
+}

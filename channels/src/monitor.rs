@@ -1,0 +1,113 @@
+//! Monitored transitions: monitors move with the messages they watch and disturb nobody.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use crate::graph::{GraphProcess, LocationId, ProgramGraph};
+use crate::{Event, EventKind};
+
+/// What a monitor can say while the run goes on. True and false are final.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Verdict {
+    /// However the run goes on, the property holds.
+    True,
+    /// However the run goes on, the property is violated.
+    False,
+    /// It depends on how the run goes on.
+    #[default]
+    Inconclusive,
+}
+
+/// A monitor: it sees every event of the timed state sequence in the step in which it happens.
+pub trait Monitor: Debug + Send {
+    /// The name of the property that is watched.
+    fn name(&self) -> &str;
+
+    /// Moves with an event. It must be fast, and it must not depend on anything but the events.
+    fn observe(&mut self, event: &Event);
+
+    /// What can be said so far.
+    fn verdict(&self) -> Verdict;
+
+    /// Where the monitor stands, in a word.
+    fn location(&self) -> String;
+
+    /// The monitor as a program graph with its active location, where it has that form: for pictures and exports.
+    fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
+        None
+    }
+
+    /// The locations of the graph that mean that the property is violated.
+    fn failures(&self) -> &[LocationId] {
+        &[]
+    }
+}
+
+/// A program graph as a monitor.
+///
+/// It takes a receive transition when the message it waits for is received by the process it was meant for, in the
+/// same step; without a matching transition it stays where it is. Its internal moves then run to their end in that
+/// step, the first enabled one at a time (paper, section "Runtime verification", the rule of the monitored
+/// transition).
+#[derive(Clone, Debug)]
+pub struct GraphMonitor {
+    process: GraphProcess,
+    failures: Vec<LocationId>,
+}
+
+/// More internal moves than this in one step are taken to be endless.
+const MAX_INTERNAL_MOVES: usize = 10_000;
+
+impl GraphMonitor {
+    /// The monitor that runs the graph; in a location of `failures` the property is violated, for good.
+    #[must_use]
+    pub fn new(graph: Arc<ProgramGraph>, failures: impl IntoIterator<Item = LocationId>) -> Self {
+        Self { process: GraphProcess::new(graph), failures: failures.into_iter().collect() }
+    }
+
+    fn failed(&self) -> bool {
+        self.failures.contains(&self.process.location_id())
+    }
+
+    fn run_internal_moves(&mut self) {
+        for _ in 0..MAX_INTERNAL_MOVES {
+            match self.process.internal() {
+                Some(transition) if !self.failed() => self.process.follow(transition, None),
+                _ => return,
+            }
+        }
+    }
+}
+
+impl Monitor for GraphMonitor {
+    fn name(&self) -> &str {
+        self.process.graph().name()
+    }
+
+    fn observe(&mut self, event: &Event) {
+        let EventKind::Received { channel, message } = &event.kind else { return };
+        if self.failed() {
+            return;
+        }
+        if let Some(transition) = self.process.receiving(*channel, message) {
+            self.process.follow(transition, Some(message));
+            self.run_internal_moves();
+        }
+    }
+
+    fn verdict(&self) -> Verdict {
+        if self.failed() { Verdict::False } else { Verdict::Inconclusive }
+    }
+
+    fn location(&self) -> String {
+        crate::Process::location(&self.process)
+    }
+
+    fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
+        Some((self.process.graph(), self.process.location_id()))
+    }
+
+    fn failures(&self) -> &[LocationId] {
+        &self.failures
+    }
+}

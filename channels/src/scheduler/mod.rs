@@ -1,0 +1,24 @@
+//! Schedulers: which of the enabled transitions is taken.
+//!
+//! The paper leaves the choice open ("a level of abstraction with respect to actual scheduling policies"), so a
+//! verdict must not depend on it. Each policy here is a way to look for one that does.
+
+mod random;
+mod round_robin;
+mod scripted;
+mod starving;
+
+use std::fmt::Debug;
+
+pub use random::Random;
+pub use round_robin::RoundRobin;
+pub use scripted::Scripted;
+pub use starving::Starving;
+
+use crate::Enabled;
+
+/// A scheduling policy.
+pub trait Scheduler: Debug + Send {
+    /// The position of the transition to take. `enabled` is never empty.
+    fn choose(&mut self, enabled: &[Enabled]) -> usize;
+}

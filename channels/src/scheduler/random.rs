@@ -1,0 +1,26 @@
+//! The default policy: every enabled transition is as likely as the others.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use crate::{Enabled, Scheduler};
+
+/// Chooses uniformly at random from its stream.
+#[derive(Clone, Debug)]
+pub struct Random {
+    stream: ChaCha8Rng,
+}
+
+impl Random {
+    /// The policy that draws its choices from that stream, which nobody else should draw from.
+    #[must_use]
+    pub fn new(stream: ChaCha8Rng) -> Self {
+        Self { stream }
+    }
+}
+
+impl Scheduler for Random {
+    fn choose(&mut self, enabled: &[Enabled]) -> usize {
+        self.stream.random_range(0..enabled.len())
+    }
+}

@@ -1,0 +1,463 @@
+//! The channel system, CS = [PG₁ | … | PGₙ].
+
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::process::{Action, Offer, Use};
+use crate::tick::{TickGenerator, takes_ticks};
+use crate::{
+    Capacity, ChannelId, Envelope, Event, EventKind, Monitor, Process, ProcessId, RunError, Scheduler, Topology,
+    TransitionId, WiringError,
+};
+
+/// What an enabled transition of the system does.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum EnabledKind {
+    /// An internal action of the process.
+    Internal,
+    /// The process fills an empty channel.
+    Send(ChannelId),
+    /// The process empties a full channel.
+    Receive(ChannelId),
+    /// The process sends while another receives.
+    Handshake {
+        /// Over this channel.
+        channel: ChannelId,
+        /// The process that receives.
+        receiver: ProcessId,
+        /// With this transition.
+        receiving: TransitionId,
+    },
+}
+
+/// A transition that the system can take now.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Enabled {
+    /// The process that moves; the sender, in a handshake.
+    pub process: ProcessId,
+    /// The process's own number for the transition.
+    pub transition: TransitionId,
+    /// What the transition does.
+    pub kind: EnabledKind,
+}
+
+/// A system of processes that talk over channels, with the monitors that watch them.
+///
+/// Processes and channel contents are a value: the system can be copied and its states compared and hashed (with
+/// [`same_state`](Self::same_state) and [`hash_state`](Self::hash_state)). Monitors are no part of that state: a run
+/// with and without them is the same run.
+#[derive(Debug)]
+pub struct ChannelSystem {
+    topology: Arc<Topology>,
+    /// By process; none where a process is the sum of its members.
+    processes: Vec<Option<Box<dyn Process>>>,
+    /// By channel; always empty for capacity 0.
+    contents: Vec<Option<Envelope>>,
+    monitors: Vec<Box<dyn Monitor>>,
+    clock: Clock,
+    cache: OfferCache,
+}
+
+/// What the events are stamped with.
+#[derive(Clone, Debug, Default)]
+struct Clock {
+    step: u64,
+    ticks: u64,
+    time: Duration,
+}
+
+/// The offers of each process, asked for again only after its state may have changed.
+#[derive(Clone, Debug, Default)]
+struct OfferCache {
+    offers: Vec<Vec<Offer>>,
+    stale: Vec<bool>,
+}
+
+impl ChannelSystem {
+    /// Puts a system together and checks that every process uses only its own channels, and only for messages that
+    /// they can carry.
+    ///
+    /// # Errors
+    /// A [`WiringError`] that names process and channel.
+    pub fn new(
+        topology: Arc<Topology>,
+        processes: impl IntoIterator<Item = (ProcessId, Box<dyn Process>)>,
+    ) -> Result<Self, WiringError> {
+        let count = topology.processes().count();
+        let mut by_id: Vec<Option<Box<dyn Process>>> = (0..count).map(|_| None).collect();
+        for (id, process) in processes {
+            check_uses(&topology, id, process.as_ref())?;
+            if by_id[id.0].replace(process).is_some() {
+                return Err(WiringError::DuplicateProcess { name: topology.name(id).to_owned() });
+            }
+        }
+        let is_composed = |id| topology.processes().any(|other| other != id && topology.whole(other) == id);
+        if let Some(id) = topology.processes().find(|&id| by_id[id.0].is_none() && !is_composed(id)) {
+            return Err(WiringError::MissingProcess { process: topology.name(id).to_owned() });
+        }
+        Ok(Self {
+            contents: topology.channels().map(|_| None).collect(),
+            topology,
+            processes: by_id,
+            monitors: Vec::new(),
+            clock: Clock::default(),
+            cache: OfferCache { offers: vec![Vec::new(); count], stale: vec![true; count] },
+        })
+    }
+
+    /// The processes and channels by name.
+    #[must_use]
+    pub fn topology(&self) -> &Arc<Topology> {
+        &self.topology
+    }
+
+    /// Adds a monitor. It sees all events from now on.
+    pub fn attach(&mut self, monitor: Box<dyn Monitor>) {
+        self.monitors.push(monitor);
+    }
+
+    /// The monitors, in the order they were attached.
+    #[must_use]
+    pub fn monitors(&self) -> &[Box<dyn Monitor>] {
+        &self.monitors
+    }
+
+    /// What a channel holds.
+    #[must_use]
+    pub fn content(&self, channel: ChannelId) -> Option<&Envelope> {
+        self.contents[channel.0].as_ref()
+    }
+
+    /// How many communications there have been.
+    #[must_use]
+    pub fn steps(&self) -> u64 {
+        self.clock.step
+    }
+
+    /// How many ticks have been generated.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.clock.ticks
+    }
+
+    /// A process as what it is, if it is a `P`.
+    #[must_use]
+    pub fn process<P: Process>(&self, id: ProcessId) -> Option<&P> {
+        self.processes[id.0].as_ref()?.as_any().downcast_ref()
+    }
+
+    /// A process as what it is, if it is a `P`, for its driver to hand it data between steps.
+    pub fn process_mut<P: Process>(&mut self, id: ProcessId) -> Option<&mut P> {
+        self.cache.stale[id.0] = true;
+        self.processes[id.0].as_mut()?.as_any_mut().downcast_mut()
+    }
+
+    /// Where a process stands; nothing for one that is the sum of its members.
+    #[must_use]
+    pub fn location(&self, id: ProcessId) -> Option<String> {
+        self.processes[id.0].as_ref().map(|process| process.location())
+    }
+
+    /// Sets the time of the run and fires the timers that are due, process by process.
+    pub fn advance(&mut self, now: Duration) {
+        self.clock.time = now;
+        for (id, process) in self.processes.iter_mut().enumerate() {
+            if let Some(process) = process
+                && process.next_timer().is_some_and(|due| due <= now)
+            {
+                process.fire_timers(now);
+                self.cache.stale[id] = true;
+            }
+        }
+    }
+
+    /// Generates a tick: an event of its own, and a message if `generator` can deliver it now. It cannot while the
+    /// tick before is unfinished, that is, while nobody waits for a tick; the tick is then lost, and the answer is
+    /// `false`.
+    ///
+    /// # Panics
+    /// If `generator` is not a [`TickGenerator`].
+    pub fn generate_tick(&mut self, generator: ProcessId) -> (Event, bool) {
+        let tick = self.clock.ticks;
+        self.clock.ticks += 1;
+        let event = self.event(EventKind::Tick);
+        self.show_monitors(&event);
+        let process = self.process::<TickGenerator>(generator).expect("ticks come from a TickGenerator");
+        let (channel, pending) = (process.output(), process.is_pending());
+        let taken = !pending && self.contents[channel.0].is_none() && self.awaits_tick(channel);
+        if taken && let Some(process) = self.process_mut::<TickGenerator>(generator) {
+            process.generate(tick);
+        }
+        (event, taken)
+    }
+
+    fn awaits_tick(&mut self, channel: ChannelId) -> bool {
+        self.refresh();
+        self.cache.offers.iter().flatten().any(|offer| takes_ticks(offer, channel))
+    }
+
+    /// The transitions that can be taken now, in an order that depends on the state only. None: the system is quiet.
+    pub fn enabled(&mut self) -> Vec<Enabled> {
+        let mut enabled = Vec::new();
+        self.list_enabled(&mut enabled);
+        enabled
+    }
+
+    fn list_enabled(&mut self, enabled: &mut Vec<Enabled>) {
+        self.refresh();
+        enabled.clear();
+        for (index, offers) in self.cache.offers.iter().enumerate() {
+            let process = ProcessId(index);
+            for offer in offers {
+                let kind = match &offer.action {
+                    Action::Internal => Some(EnabledKind::Internal),
+                    Action::Send(channel, _) => match self.topology.get(*channel).capacity {
+                        Capacity::One if self.contents[channel.0].is_none() => Some(EnabledKind::Send(*channel)),
+                        Capacity::One => None,
+                        Capacity::Zero => {
+                            self.push_handshakes(process, offer, enabled);
+                            None
+                        }
+                    },
+                    Action::Receive(channel, pattern) => self.contents[channel.0]
+                        .as_ref()
+                        .is_some_and(|envelope| pattern.accepts(&envelope.message))
+                        .then_some(EnabledKind::Receive(*channel)),
+                };
+                enabled.extend(kind.map(|kind| Enabled { process, transition: offer.transition, kind }));
+            }
+        }
+    }
+
+    /// Lists the handshakes that a send action over a channel of capacity 0 can take part in.
+    fn push_handshakes(&self, sender: ProcessId, sending: &Offer, enabled: &mut Vec<Enabled>) {
+        let Action::Send(channel, envelope) = &sending.action else { return };
+        for (index, offers) in self.cache.offers.iter().enumerate() {
+            for offer in offers {
+                let Action::Receive(on, pattern) = &offer.action else { continue };
+                if on == channel && pattern.accepts(&envelope.message) {
+                    let (receiver, receiving) = (ProcessId(index), offer.transition);
+                    let kind = EnabledKind::Handshake { channel: *channel, receiver, receiving };
+                    enabled.push(Enabled { process: sender, transition: sending.transition, kind });
+                }
+            }
+        }
+    }
+
+    fn refresh(&mut self) {
+        for (index, process) in self.processes.iter().enumerate() {
+            if std::mem::take(&mut self.cache.stale[index]) {
+                let offers = &mut self.cache.offers[index];
+                offers.clear();
+                if let Some(process) = process {
+                    process.offers(offers);
+                }
+            }
+        }
+    }
+
+    /// Takes an enabled transition. Receiving, alone or in a handshake, is an event of the timed state sequence, unless
+    /// it happens between members of one process.
+    ///
+    /// # Errors
+    /// [`RunError::OutsideDomain`] if a process sends a message that its channel cannot carry.
+    ///
+    /// # Panics
+    /// If the transition is not enabled.
+    pub fn take(&mut self, enabled: &Enabled) -> Result<Option<Event>, RunError> {
+        let Enabled { process, transition, ref kind } = *enabled;
+        match *kind {
+            EnabledKind::Internal => {
+                self.follow(process, transition, None);
+                Ok(None)
+            }
+            EnabledKind::Send(channel) => {
+                let envelope = self.sent(process, transition, channel)?;
+                self.contents[channel.0] = Some(envelope);
+                self.follow(process, transition, None);
+                Ok(None)
+            }
+            EnabledKind::Receive(channel) => {
+                let envelope = self.contents[channel.0].take().expect("an enabled receive finds a message");
+                Ok(self.deliver(channel, envelope, process, transition))
+            }
+            EnabledKind::Handshake { channel, receiver, receiving } => {
+                let envelope = self.sent(process, transition, channel)?;
+                self.follow(process, transition, None);
+                Ok(self.deliver(channel, envelope, receiver, receiving))
+            }
+        }
+    }
+
+    /// The envelope that a transition sends, checked against the channel's domain.
+    fn sent(&self, process: ProcessId, transition: TransitionId, channel: ChannelId) -> Result<Envelope, RunError> {
+        let offer = self.cache.offers[process.0].iter().find(|offer| offer.transition == transition);
+        let Some(Action::Send(_, envelope)) = offer.map(|offer| &offer.action) else {
+            unreachable!("a transition that sends was offered as one");
+        };
+        if self.topology.carries(channel, &envelope.message) {
+            return Ok(envelope.clone());
+        }
+        Err(RunError::OutsideDomain {
+            process: self.topology.name(process).to_owned(),
+            message: envelope.message.clone(),
+            channel: self.topology.describe(channel),
+            domain: self.topology.get(channel).domain.to_string(),
+        })
+    }
+
+    /// The monitored transition: the receiver and every monitor that watches the channel move in the same step.
+    fn deliver(
+        &mut self,
+        channel: ChannelId,
+        envelope: Envelope,
+        receiver: ProcessId,
+        receiving: TransitionId,
+    ) -> Option<Event> {
+        let message = envelope.message.clone();
+        self.follow(receiver, receiving, Some(envelope));
+        if self.topology.is_internal(channel) {
+            return None;
+        }
+        self.clock.step += 1;
+        let event = self.event(EventKind::Received { channel, message });
+        self.show_monitors(&event);
+        Some(event)
+    }
+
+    fn follow(&mut self, id: ProcessId, transition: TransitionId, received: Option<Envelope>) {
+        let process = self.processes[id.0].as_mut().expect("only processes with a behaviour offer transitions");
+        process.take(transition, received, self.clock.time);
+        self.cache.stale[id.0] = true;
+    }
+
+    fn event(&self, kind: EventKind) -> Event {
+        Event { step: self.clock.step, tick: self.clock.ticks.saturating_sub(1), time: self.clock.time, kind }
+    }
+
+    fn show_monitors(&mut self, event: &Event) {
+        for monitor in &mut self.monitors {
+            monitor.observe(event);
+        }
+    }
+
+    /// Runs the system until it is quiet: the events of the timed state sequence, as they happen.
+    ///
+    /// After `budget` transitions the last item is [`RunError::Livelock`].
+    pub fn run<'a>(&'a mut self, scheduler: &'a mut dyn Scheduler, budget: u64) -> Run<'a> {
+        Run { system: self, scheduler, budget, taken: 0, enabled: Vec::new(), busy: Vec::new(), over: false }
+    }
+
+    /// Whether the other system's processes and channels are in the same state.
+    #[must_use]
+    pub fn same_state(&self, other: &Self) -> bool {
+        self.processes == other.processes && self.contents == other.contents
+    }
+
+    /// Feeds the state of processes and channels to a hasher.
+    pub fn hash_state(&self, hasher: &mut impl Hasher) {
+        self.processes.hash(hasher);
+        self.contents.hash(hasher);
+    }
+
+    /// A copy without monitors.
+    #[must_use]
+    pub fn fork(&self) -> Self {
+        Self {
+            topology: Arc::clone(&self.topology),
+            processes: self.processes.clone(),
+            contents: self.contents.clone(),
+            monitors: Vec::new(),
+            clock: self.clock.clone(),
+            cache: self.cache.clone(),
+        }
+    }
+}
+
+/// Checks at wiring that a process uses its own channels only, for messages that they can carry.
+fn check_uses(topology: &Topology, id: ProcessId, process: &dyn Process) -> Result<(), WiringError> {
+    for used in process.uses() {
+        let (channel, message, sends) = match used {
+            Use::Sends(channel, message) => (channel, message, true),
+            Use::Receives(channel, message) => (channel, message, false),
+        };
+        let ends = topology.get(channel);
+        let (end, verb) = if sends { (ends.source, "send on") } else { (ends.target, "receive from") };
+        if !topology.is_part_of(id, end) {
+            let process = topology.name(id).to_owned();
+            return Err(WiringError::ForeignChannel { process, verb, channel: topology.describe(channel) });
+        }
+        if let Some(message) = message.filter(|message| !topology.carries(channel, message)) {
+            return Err(WiringError::OutsideDomain {
+                process: topology.name(id).to_owned(),
+                message,
+                channel: topology.describe(channel),
+                domain: ends.domain.to_string(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The timed state sequence of one run to quietness; see [`ChannelSystem::run`].
+#[derive(Debug)]
+pub struct Run<'a> {
+    system: &'a mut ChannelSystem,
+    scheduler: &'a mut dyn Scheduler,
+    budget: u64,
+    taken: u64,
+    enabled: Vec<Enabled>,
+    /// Who moved in the last tenth of the budget.
+    busy: Vec<ProcessId>,
+    over: bool,
+}
+
+impl Run<'_> {
+    fn livelock(&mut self) -> RunError {
+        self.busy.sort_unstable();
+        self.busy.dedup();
+        let name = |&id: &ProcessId| self.system.topology.name(id).to_owned();
+        let mut processes: Vec<String> = self.busy.iter().map(name).collect();
+        processes.sort();
+        let time_s = format!("{:.2}", self.system.clock.time.as_secs_f64());
+        RunError::Livelock { steps: self.taken, time_s, processes }
+    }
+
+    fn move_on(&mut self) -> Result<Option<Event>, RunError> {
+        let choice = self.scheduler.choose(&self.enabled);
+        let enabled = self.enabled[choice].clone();
+        self.taken += 1;
+        if self.taken * 10 > self.budget * 9 {
+            self.busy.push(enabled.process);
+        }
+        self.system.take(&enabled)
+    }
+}
+
+impl Iterator for Run<'_> {
+    type Item = Result<Event, RunError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.over {
+            self.system.list_enabled(&mut self.enabled);
+            if self.enabled.is_empty() {
+                self.over = true;
+                return None;
+            }
+            if self.taken >= self.budget {
+                self.over = true;
+                return Some(Err(self.livelock()));
+            }
+            match self.move_on() {
+                Ok(None) => {}
+                Ok(Some(event)) => return Some(Ok(event)),
+                Err(error) => {
+                    self.over = true;
+                    return Some(Err(error));
+                }
+            }
+        }
+        None
+    }
+}

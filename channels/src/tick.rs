@@ -1,0 +1,70 @@
+//! The process that supplies ticks.
+
+use std::time::Duration;
+
+use crate::{
+    Action, ChannelId, Envelope, FieldKind, Message, Offer, Pattern, Process, Shape, TransitionId, Use, Value,
+};
+
+/// TickGenerator: sends `[<tick>, n]` for each tick that is generated and can be delivered.
+///
+/// When a tick is due and whether it is delivered is said from outside, by
+/// [`ChannelSystem::generate_tick`](crate::ChannelSystem::generate_tick).
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct TickGenerator {
+    output: ChannelId,
+    pending: Option<u64>,
+}
+
+impl TickGenerator {
+    /// A generator that sends its ticks on that channel.
+    #[must_use]
+    pub fn new(output: ChannelId) -> Self {
+        Self { output, pending: None }
+    }
+
+    /// The shape of a tick: `[<tick>, n]`.
+    #[must_use]
+    pub fn shape() -> Shape {
+        Shape::new([("tick", FieldKind::symbols(["tick"])), ("number", FieldKind::Int)])
+    }
+
+    pub(crate) fn output(&self) -> ChannelId {
+        self.output
+    }
+
+    pub(crate) fn is_pending(&self) -> bool {
+        self.pending.is_some()
+    }
+
+    pub(crate) fn generate(&mut self, tick: u64) {
+        self.pending = Some(tick);
+    }
+}
+
+impl Process for TickGenerator {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        offers.extend(self.pending.map(|tick| {
+            let number = i64::try_from(tick).unwrap_or(i64::MAX);
+            let message = Message::new([Value::symbol("tick"), Value::Int(number)]);
+            Offer { transition: TransitionId(0), action: Action::Send(self.output, message.into()) }
+        }));
+    }
+
+    fn take(&mut self, _transition: TransitionId, _received: Option<Envelope>, _now: Duration) {
+        self.pending = None;
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::Sends(self.output, None)]
+    }
+
+    fn location(&self) -> String {
+        if self.pending.is_some() { "tick" } else { "idle" }.to_owned()
+    }
+}
+
+/// Whether a receive offer would take a tick: what decides if a tick is delivered or an overrun.
+pub(crate) fn takes_ticks(offer: &Offer, channel: ChannelId) -> bool {
+    matches!(&offer.action, Action::Receive(on, Pattern::Any) if *on == channel)
+}

@@ -1,0 +1,375 @@
+//! What every channel system keeps to, whatever its processes do and whoever schedules them.
+
+use std::sync::Arc;
+
+use channels::{
+    Capacity, ChannelId, ChannelSystem, Condition, Content, Domain, Enabled, EnabledKind, Event, EventKind, FieldKind,
+    GraphMonitor, GraphProcess, Message, Process, ProcessId, ProgramGraph, Random, Relation, RoundRobin, RunError,
+    Scheduler, Scripted, Shape, Starving, Term, TickGenerator, Topology, Value, Verdict, WiringError,
+};
+use proptest::prelude::*;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+fn numbers() -> Domain {
+    Domain::new([Shape::new([("number", FieldKind::Int)])])
+}
+
+fn number(n: i64) -> Message {
+    Message::new([Value::Int(n)])
+}
+
+/// One line of a process's script: use that channel, as its sender or its receiver.
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    channel: usize,
+}
+
+/// A random system: channels between some of four processes, and what each process does with them, in order.
+#[derive(Clone, Debug)]
+struct Plan {
+    channels: Vec<(usize, usize, Capacity)>,
+    scripts: Vec<Vec<Line>>,
+}
+
+fn plans() -> impl Strategy<Value = Plan> {
+    let capacity = prop_oneof![Just(Capacity::Zero), Just(Capacity::One)];
+    let ends = (0..4_usize, 1..4_usize, capacity).prop_map(|(p, hop, capacity)| (p, (p + hop) % 4, capacity));
+    (prop::collection::vec(ends, 1..6), prop::collection::vec(0..64_usize, 1..60)).prop_map(|(mut channels, uses)| {
+        channels.sort_by_key(|&(p, q, _)| (p, q));
+        channels.dedup_by_key(|&mut (p, q, _)| (p, q));
+        let mut scripts = vec![Vec::new(); 4];
+        for choice in uses {
+            let channel = (choice / 2) % channels.len();
+            let (source, target, _) = channels[channel];
+            scripts[if choice % 2 == 0 { source } else { target }].push(Line { channel });
+        }
+        Plan { channels, scripts }
+    })
+}
+
+/// The plan as a system of program graphs. Every message on a channel carries its own number, counted from 0.
+fn build(plan: &Plan) -> (ChannelSystem, Vec<ChannelId>) {
+    let mut topology = Topology::default();
+    let ids: Vec<ProcessId> = (0..4).map(|i| topology.process(&format!("P{i}")).unwrap()).collect();
+    let channels: Vec<ChannelId> = plan
+        .channels
+        .iter()
+        .map(|&(p, q, capacity)| topology.channel(ids[p], ids[q], capacity, numbers()).unwrap())
+        .collect();
+    let mut sent = vec![0; channels.len()];
+    let mut processes: Vec<(ProcessId, Box<dyn Process>)> = Vec::new();
+    for (index, script) in plan.scripts.iter().enumerate() {
+        let mut graph = ProgramGraph::builder(&format!("P{index}"));
+        let start = graph.location("0");
+        let last = graph.variable("last");
+        let mut here = start;
+        for (line, Line { channel }) in script.iter().enumerate() {
+            let next = graph.location(&format!("{}", line + 1));
+            if plan.channels[*channel].0 == index {
+                graph.send(here, channels[*channel], number(sent[*channel]), next);
+                sent[*channel] += 1;
+            } else {
+                graph.receive(here, channels[*channel], last, next);
+            }
+            here = next;
+        }
+        let graph = Arc::new(graph.initial(start).build().unwrap());
+        processes.push((ids[index], Box::new(GraphProcess::new(graph))));
+    }
+    (ChannelSystem::new(Arc::new(topology), processes).unwrap(), channels)
+}
+
+fn schedulers(seed: u64, victim: ProcessId) -> Vec<Box<dyn Scheduler>> {
+    let random = || Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed)));
+    vec![
+        random(),
+        Box::new(RoundRobin::default()),
+        Box::new(Starving::new(victim, random())),
+        Box::new(Scripted::new([victim, victim])),
+    ]
+}
+
+fn process(system: &ChannelSystem, index: usize) -> ProcessId {
+    system.topology().processes().nth(index).unwrap()
+}
+
+proptest! {
+    /// Without faults no message is lost, duplicated or reordered, and a channel never holds two.
+    #[test]
+    fn messages_arrive_once_and_in_order(plan in plans(), seed: u64, victim in 0..4_usize) {
+        let (system, channels) = build(&plan);
+        for mut scheduler in schedulers(seed, process(&system, victim)) {
+            let mut system = system.fork();
+            let mut sent = vec![0_i64; channels.len()];
+            let mut received = vec![0_i64; channels.len()];
+            loop {
+                let enabled = system.enabled();
+                if enabled.is_empty() {
+                    break;
+                }
+                let chosen: Enabled = enabled[scheduler.choose(&enabled)].clone();
+                let event = system.take(&chosen).unwrap();
+                match chosen.kind {
+                    EnabledKind::Send(channel) => sent[channel.index()] += 1,
+                    EnabledKind::Handshake { channel, .. } => sent[channel.index()] += 1,
+                    EnabledKind::Receive(_) | EnabledKind::Internal => {}
+                }
+                if let Some(Event { kind: EventKind::Received { channel, message }, .. }) = event {
+                    prop_assert_eq!(message, number(received[channel.index()]));
+                    received[channel.index()] += 1;
+                }
+                for (index, channel) in channels.iter().enumerate() {
+                    let held = i64::from(system.content(*channel).is_some());
+                    prop_assert_eq!(sent[index] - received[index], held);
+                    prop_assert!(held == 0 || plan.channels[index].2 == Capacity::One);
+                }
+            }
+        }
+    }
+
+    /// A run with monitors is the run without them, event for event.
+    #[test]
+    fn monitors_never_change_a_run(plan in plans(), seed: u64) {
+        let (mut plain, channels) = build(&plan);
+        let mut watched = plain.fork();
+        for &channel in &channels {
+            let mut graph = ProgramGraph::builder("watch");
+            let [idle, odd] = ["idle", "odd"].map(|name| graph.location(name));
+            let m = graph.variable("m");
+            graph.receive(idle, channel, m, odd);
+            graph.internal(odd, m.field(1).compare(Relation::Greater, 1), [], idle);
+            watched.attach(Box::new(GraphMonitor::new(Arc::new(graph.initial(idle).build().unwrap()), [])));
+        }
+        let random = || Random::new(ChaCha8Rng::seed_from_u64(seed));
+        let events: Vec<_> = plain.run(&mut random(), 10_000).collect();
+        let watched_events: Vec<_> = watched.run(&mut random(), 10_000).collect();
+        prop_assert_eq!(events, watched_events);
+        prop_assert!(plain.same_state(&watched));
+    }
+
+    /// A copy of a system runs on as the original does.
+    #[test]
+    fn a_state_is_a_value(plan in plans(), seed: u64, steps in 0..20_u64) {
+        let (mut system, _) = build(&plan);
+        let _ = system.run(&mut Random::new(ChaCha8Rng::seed_from_u64(seed)), steps).count();
+        let mut copy = system.fork();
+        prop_assert!(system.same_state(&copy));
+        prop_assert_eq!(system.enabled(), copy.enabled());
+        let rest: Vec<_> = system.run(&mut RoundRobin::default(), 10_000).collect();
+        prop_assert_eq!(rest, copy.run(&mut RoundRobin::default(), 10_000).collect::<Vec<_>>());
+    }
+}
+
+/// Two processes and a channel between them.
+fn pair(capacity: Capacity) -> (Topology, [ProcessId; 2], ChannelId) {
+    let mut topology = Topology::default();
+    let ends = ["P", "Q"].map(|name| topology.process(name).unwrap());
+    let channel = topology.channel(ends[0], ends[1], capacity, numbers()).unwrap();
+    (topology, ends, channel)
+}
+
+fn graph(build: impl FnOnce(&mut channels::GraphBuilder) -> channels::LocationId) -> Box<dyn Process> {
+    let mut builder = ProgramGraph::builder("graph");
+    let initial = build(&mut builder);
+    Box::new(GraphProcess::new(Arc::new(builder.initial(initial).build().unwrap())))
+}
+
+fn sender(channel: ChannelId, sent: i64) -> Box<dyn Process> {
+    graph(|graph| {
+        let [before, after] = ["before", "after"].map(|name| graph.location(name));
+        graph.send(before, channel, number(sent), after);
+        before
+    })
+}
+
+fn receiver_of(channel: ChannelId, expected: i64) -> Box<dyn Process> {
+    graph(|graph| {
+        let [before, after] = ["before", "after"].map(|name| graph.location(name));
+        graph.receive(before, channel, number(expected), after);
+        before
+    })
+}
+
+#[test]
+fn a_given_message_is_taken_only_if_it_is_that_one() {
+    for (sent, location) in [(7, "after"), (8, "before")] {
+        let (topology, [p, q], channel) = pair(Capacity::One);
+        let processes = [(p, sender(channel, sent)), (q, receiver_of(channel, 7))];
+        let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+        let events = system.run(&mut RoundRobin::default(), 100).count();
+        assert_eq!(system.location(q).as_deref(), Some(location));
+        assert_eq!((events, system.content(channel).is_none()), (usize::from(sent == 7), sent == 7));
+    }
+}
+
+#[test]
+fn a_handshake_moves_both_or_none() {
+    for (sent, locations) in [(7, ["after", "after"]), (8, ["before", "before"])] {
+        let (topology, [p, q], channel) = pair(Capacity::Zero);
+        let processes = [(p, sender(channel, sent)), (q, receiver_of(channel, 7))];
+        let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+        let _ = system.run(&mut RoundRobin::default(), 100).count();
+        assert_eq!([p, q].map(|id| system.location(id).unwrap()), locations);
+    }
+}
+
+#[test]
+fn what_passes_between_members_of_one_process_is_no_event() {
+    let mut topology = Topology::default();
+    let tree = topology.process("BT").unwrap();
+    let members = ["root", "leaf"].map(|name| topology.member(tree, name).unwrap());
+    let channel = topology.channel(members[0], members[1], Capacity::Zero, numbers()).unwrap();
+    let processes = [(members[0], sender(channel, 7)), (members[1], receiver_of(channel, 7))];
+    let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+    assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 0);
+    assert_eq!(system.location(members[1]).as_deref(), Some("after"));
+    assert_eq!(system.steps(), 0);
+}
+
+#[test]
+fn a_guard_and_an_effect_make_a_counter() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let counter = graph(|graph| {
+        let [count, done] = ["count", "done"].map(|name| graph.location(name));
+        let n = graph.variable_with("n", Content::Value(3.into()));
+        let less = Term::Difference(Box::new(n.term()), Box::new(1.into()));
+        graph.internal(count, n.term().compare(Relation::Greater, 0), [(n, less)], count);
+        graph.internal(count, n.term().compare(Relation::Equal, 0), [], done);
+        count
+    });
+    let processes = [(p, counter), (q, receiver_of(channel, 7))];
+    let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+    assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 0);
+    assert_eq!(system.location(p).as_deref(), Some("done"));
+}
+
+#[test]
+fn a_message_that_the_channel_cannot_carry_is_refused_at_wiring() {
+    let (mut topology, [p, q], channel) = pair(Capacity::One);
+    let back = topology.channel(q, p, Capacity::One, Domain::new([])).unwrap();
+    let wrong = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 1)), (q, sender(back, 1))]);
+    assert!(matches!(wrong, Err(WiringError::OutsideDomain { process, .. }) if process == "Q"));
+}
+
+#[test]
+fn a_foreign_channel_is_refused_at_wiring() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let wrong = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 1)), (q, sender(channel, 1))]);
+    assert!(matches!(wrong, Err(WiringError::ForeignChannel { process, .. }) if process == "Q"));
+}
+
+#[test]
+fn a_process_without_behaviour_is_refused_at_wiring() {
+    let (topology, [p, _], channel) = pair(Capacity::One);
+    let wrong = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 1))]);
+    assert!(matches!(wrong, Err(WiringError::MissingProcess { process }) if process == "Q"));
+}
+
+#[test]
+fn a_message_made_at_run_time_is_checked_when_it_is_sent() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let wrong = graph(|graph| {
+        let [start, ready, after] = ["start", "ready", "after"].map(|name| graph.location(name));
+        let m = graph.variable("m");
+        graph.internal(start, Condition::True, [(m, Term::Tuple(vec![true.into()]))], ready);
+        graph.send(ready, channel, m, after);
+        start
+    });
+    let mut system = ChannelSystem::new(Arc::new(topology), [(p, wrong), (q, receiver_of(channel, 7))]).unwrap();
+    let last = system.run(&mut RoundRobin::default(), 100).last();
+    assert!(matches!(last, Some(Err(RunError::OutsideDomain { process, .. })) if process == "P"));
+}
+
+#[test]
+fn processes_that_keep_going_are_named() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let spin = graph(|graph| {
+        let here = graph.location("here");
+        graph.internal(here, Condition::True, [], here);
+        here
+    });
+    let mut system = ChannelSystem::new(Arc::new(topology), [(p, spin), (q, receiver_of(channel, 7))]).unwrap();
+    let last = system.run(&mut RoundRobin::default(), 100).last();
+    let expected = RunError::Livelock { steps: 100, time_s: "0.00".to_owned(), processes: vec!["P".to_owned()] };
+    assert_eq!(last, Some(Err(expected)));
+}
+
+/// A tick generator and a tree that takes one tick and never finishes it.
+fn hung_tree() -> (ChannelSystem, ProcessId) {
+    let mut topology = Topology::default();
+    let [generator, tree] = ["TickGenerator", "BT"].map(|name| topology.process(name).unwrap());
+    let ticks = topology.channel(generator, tree, Capacity::One, Domain::new([TickGenerator::shape()])).unwrap();
+    let hung = graph(|graph| {
+        let [idle, busy] = ["idle", "busy"].map(|name| graph.location(name));
+        let tick = graph.variable("tick");
+        graph.receive(idle, ticks, tick, busy);
+        idle
+    });
+    let processes = [(generator, Box::new(TickGenerator::new(ticks)) as _), (tree, hung)];
+    (ChannelSystem::new(Arc::new(topology), processes).unwrap(), generator)
+}
+
+#[test]
+fn a_tick_that_nobody_waits_for_is_an_overrun_and_still_an_event() {
+    let (mut system, generator) = hung_tree();
+    for (tick, delivered) in [(0, true), (1, false), (2, false)] {
+        let (event, taken) = system.generate_tick(generator);
+        assert_eq!((event.tick, event.kind, taken), (tick, EventKind::Tick, delivered));
+        let events: Vec<_> = system.run(&mut RoundRobin::default(), 100).map(Result::unwrap).collect();
+        assert_eq!(events.len(), usize::from(delivered));
+    }
+    assert_eq!(system.ticks(), 3);
+}
+
+#[test]
+fn a_monitor_moves_in_the_step_of_the_message_and_failure_is_final() {
+    let (mut system, generator) = hung_tree();
+    let ticks = system.topology().find_channel("TickGenerator", "BT").unwrap();
+    let mut never = ProgramGraph::builder("never");
+    let [idle, failure] = ["idle", "failure"].map(|name| never.location(name));
+    let tick = never.variable("tick");
+    never.receive(idle, ticks, tick, failure);
+    never.internal(failure, Condition::True, [], idle);
+    system.attach(Box::new(GraphMonitor::new(Arc::new(never.initial(idle).build().unwrap()), [failure])));
+    assert_eq!(system.monitors()[0].verdict(), Verdict::Inconclusive);
+    system.generate_tick(generator);
+    let _ = system.run(&mut RoundRobin::default(), 100).count();
+    assert_eq!(system.monitors()[0].verdict(), Verdict::False);
+    assert_eq!(system.monitors()[0].location(), "failure");
+}
+
+#[test]
+fn a_starved_process_moves_only_when_no_other_can() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let busy = graph(|graph| {
+        let locations: Vec<_> = (0..5).map(|i| graph.location(&i.to_string())).collect();
+        for pair in locations.windows(2) {
+            graph.internal(pair[0], Condition::True, [], pair[1]);
+        }
+        locations[0]
+    });
+    let mut system = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 7)), (q, busy)]).unwrap();
+    let mut scheduler = Starving::new(p, Box::new(RoundRobin::default()));
+    let mut order = Vec::new();
+    loop {
+        let enabled = system.enabled();
+        if enabled.is_empty() {
+            break;
+        }
+        let chosen = enabled[scheduler.choose(&enabled)].clone();
+        order.push(chosen.process);
+        system.take(&chosen).unwrap();
+    }
+    assert_eq!(order, [q, q, q, q, p]);
+}
+
+#[test]
+fn a_graph_without_a_start_or_with_a_false_initial_condition_is_refused() {
+    assert!(ProgramGraph::builder("empty").build().is_err());
+    let mut graph = ProgramGraph::builder("false");
+    let here = graph.location("here");
+    let n = graph.variable_with("n", Content::Value(1.into()));
+    let graph = graph.initial(here).initial_condition(n.term().compare(Relation::Equal, 2));
+    assert!(graph.build().is_err());
+}
