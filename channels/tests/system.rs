@@ -1,5 +1,7 @@
 //! What every channel system keeps to, whatever its processes do and whoever schedules them.
 
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
 use std::sync::Arc;
 
 use channels::{
