@@ -32,6 +32,9 @@ pub trait Monitor: Debug + Send {
     /// Where the monitor stands, in a word.
     fn location(&self) -> String;
 
+    /// Whether something is still owed: a run that ends now ends without an answer.
+    fn is_open(&self) -> bool;
+
     /// The monitor as a program graph with its active location, where it has that form: for pictures and exports.
     fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
         None
@@ -53,6 +56,7 @@ pub trait Monitor: Debug + Send {
 pub struct GraphMonitor {
     process: GraphProcess,
     failures: Vec<LocationId>,
+    open: Vec<LocationId>,
 }
 
 /// More internal moves than this in one step are taken to be endless.
@@ -62,7 +66,14 @@ impl GraphMonitor {
     /// The monitor that runs the graph; in a location of `failures` the property is violated, for good.
     #[must_use]
     pub fn new(graph: Arc<ProgramGraph>, failures: impl IntoIterator<Item = LocationId>) -> Self {
-        Self { process: GraphProcess::new(graph), failures: failures.into_iter().collect() }
+        Self { process: GraphProcess::new(graph), failures: failures.into_iter().collect(), open: Vec::new() }
+    }
+
+    /// The monitor, in whose locations `open` something is still owed.
+    #[must_use]
+    pub fn with_open(mut self, open: impl IntoIterator<Item = LocationId>) -> Self {
+        self.open = open.into_iter().collect();
+        self
     }
 
     fn failed(&self) -> bool {
@@ -101,6 +112,10 @@ impl Monitor for GraphMonitor {
 
     fn location(&self) -> String {
         crate::Process::location(&self.process)
+    }
+
+    fn is_open(&self) -> bool {
+        self.open.contains(&self.process.location_id())
     }
 
     fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
