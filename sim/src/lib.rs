@@ -1,1 +1,73 @@
 //! The simulated robot and its world.
+//!
+//! A [`Simulation`] is a world in the plane: the walls of an occupancy grid, a round robot with two driven wheels,
+//! lasers, odometry and a battery, a charging station, and whatever else stands or moves about. It advances by one
+//! fixed [`SimConfig::dt`] a [`step`](Simulation::step) and is a [`robot::Robot`]: the software on top of it reads
+//! measurements and sends velocity commands and cannot tell it from a real one.
+//!
+//! ```
+//! use maps::{Cell, CellIndex, OccupancyGrid, pose};
+//! use robot::{Reading, Robot, Streams, VelocityCommand};
+//! use sim::{SimConfig, Simulation};
+//!
+//! // A floor of 6 m × 4 m without any wall.
+//! let mut floor = OccupancyGrid::new(120, 80, 0.05, pose(0.0, 0.0, 0.0));
+//! (0..80).flat_map(|row| (0..120).map(move |column| CellIndex { column, row })).for_each(|c| floor.set(c, Cell::Free));
+//!
+//! let station = pose(5.0, 2.0, 0.0);
+//! let mut sim = Simulation::new(&SimConfig::default(), &floor, pose(1.0, 2.0, 0.0), station, &Streams::new(1))?;
+//! sim.drive(VelocityCommand { linear_mps: 0.4, angular_radps: 0.0 });
+//! (0..100).for_each(|_| sim.step());
+//!
+//! let mut readings = Vec::new();
+//! sim.read(&mut readings);
+//! assert!(matches!(readings[0], Reading::Odometry(first) if first.time.is_zero()));
+//! assert!(sim.truth().pose().translation.x > 1.6);
+//! # Ok::<(), sim::SimError>(())
+//! ```
+//!
+//! # What is where
+//! Entities and systems are bevy_ecs's, bodies and contacts rapier2d's, rays against moving bodies parry2d's; rays
+//! against walls are cast by [`RayGrid`]. `simulation.rs` lists the systems in the order in which a step runs them; each
+//! system lives with the part that it moves: `drive`, `obstacles`, `contacts`, `battery`, `odometer`, `lasers`.
+//! [`Faults`] says where faults take hold. [`Truth`] is for reports, pictures and trace hashes only.
+//!
+//! # Determinism
+//! Same configuration, map, poses, root seed, commands and faults: the same bits in every build and on every machine of
+//! a target. Noise is off by default; each consumer of randomness draws from a stream of its own (`sim/motion`,
+//! `sim/odometry`, `sim/laser_<name>`), so that switching one on changes no other's numbers. Nothing reads a clock.
+
+mod arc;
+mod battery;
+mod beams;
+mod check;
+mod clock;
+mod config;
+mod contacts;
+mod convert;
+mod docking;
+mod drive;
+mod error;
+mod faults;
+mod lasers;
+mod noise;
+mod obstacles;
+mod odometer;
+mod physics;
+mod ray_grid;
+mod route;
+mod simulation;
+mod start;
+mod truth;
+mod walls;
+
+pub use beams::Beams;
+pub use config::{
+    BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
+    OdometryConfig, RouteEnd, Shape, SimConfig,
+};
+pub use error::{BadSetting, SimError};
+pub use faults::{BaseFaults, BatteryFaults, Faults};
+pub use ray_grid::{RayGrid, RayHit};
+pub use simulation::Simulation;
+pub use truth::{ObstacleTruth, Truth};

@@ -1,0 +1,262 @@
+//! The settings of a simulation, with their units and defaults.
+
+use std::time::Duration;
+
+use maps::{Point, Pose};
+use robot::RobotModel;
+
+/// Everything about the simulated robot and its world but the map, the poses of start and station, and the seed.
+///
+/// The default is the robot of the paper's experiments, without noise, alone in the world.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimConfig {
+    /// Size, limits and lasers of the robot: what its software knows of it too.
+    pub model: RobotModel,
+    /// Time that a step takes. Default 20 ms.
+    pub dt: Duration,
+    /// The robot's body.
+    pub body: BodyConfig,
+    /// The robot's wheels.
+    pub drive: DriveConfig,
+    /// What the wheels' encoders report.
+    pub odometry: OdometryConfig,
+    /// How well the lasers measure.
+    pub lasers: LaserConfig,
+    /// The battery.
+    pub battery: BatteryConfig,
+    /// When the robot counts as docked.
+    pub docking: DockingConfig,
+    /// What else stands or moves in the world. Default: nothing.
+    pub obstacles: Vec<ObstacleConfig>,
+}
+
+impl Default for SimConfig {
+    fn default() -> Self {
+        Self {
+            model: RobotModel::default(),
+            dt: Duration::from_millis(20),
+            body: BodyConfig::default(),
+            drive: DriveConfig::default(),
+            odometry: OdometryConfig::default(),
+            lasers: LaserConfig::default(),
+            battery: BatteryConfig::default(),
+            docking: DockingConfig::default(),
+            obstacles: Vec::new(),
+        }
+    }
+}
+
+/// The robot's body, a disc of [`RobotModel::radius_m`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyConfig {
+    /// Mass, in kg. Default 30.
+    pub mass_kg: f64,
+    /// Coefficient of friction between the body's side and what it touches. Default 0.3.
+    pub friction: f64,
+}
+
+impl Default for BodyConfig {
+    fn default() -> Self {
+        Self { mass_kg: 30.0, friction: 0.3 }
+    }
+}
+
+/// The two driven wheels. Limits of the whole body are in [`RobotModel`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveConfig {
+    /// Distance between the wheels, in metres. Default 0.40.
+    pub wheel_separation_m: f64,
+    /// Largest speed of a wheel's rim, in m/s. Default 0.65: just enough for the default model's largest forward speed
+    /// and turning rate at once.
+    pub max_wheel_mps: f64,
+    /// How inexactly the wheels carry out what the motors are told. The encoders see the motion that results. Default
+    /// none.
+    pub noise: DriftNoise,
+}
+
+impl Default for DriveConfig {
+    fn default() -> Self {
+        Self { wheel_separation_m: 0.40, max_wheel_mps: 0.65, noise: DriftNoise::NONE }
+    }
+}
+
+/// Errors of a motion that build up on the way, like the four alphas of the odometry motion model (Thrun, Burgard, Fox,
+/// *Probabilistic Robotics*, section 5.4), but independent of the length of a step: variances grow in proportion to the
+/// distance and the angle, so standard deviations with their square roots.
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct DriftNoise {
+    /// Standard deviation of the angle after turning by 1 rad, in rad (alpha 1). Default 0.
+    pub angle_per_sqrt_rad: f64,
+    /// Standard deviation of the angle after driving 1 m, in rad (alpha 2). Default 0.
+    pub angle_per_sqrt_m: f64,
+    /// Standard deviation of the distance after driving 1 m, in m (alpha 3). Default 0.
+    pub distance_per_sqrt_m: f64,
+    /// Standard deviation of the distance after turning by 1 rad, in m (alpha 4). Default 0.
+    pub distance_per_sqrt_rad: f64,
+}
+
+impl DriftNoise {
+    /// No noise.
+    pub const NONE: Self =
+        Self { angle_per_sqrt_rad: 0.0, angle_per_sqrt_m: 0.0, distance_per_sqrt_m: 0.0, distance_per_sqrt_rad: 0.0 };
+}
+
+/// What the wheels' encoders report.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryConfig {
+    /// Time between readings. Default 20 ms.
+    pub period: Duration,
+    /// Random errors. Default none.
+    pub noise: DriftNoise,
+    /// Systematic error of the distance, as a fraction of it: 0.01 reports 1 % too much. Default 0.
+    pub distance_bias: f64,
+    /// Systematic error of the angle, as a fraction of it. Default 0.
+    pub angle_bias: f64,
+    /// Angle reported too much for each metre driven (wheels of unequal diameter), in rad/m. Default 0.
+    pub angle_bias_rad_per_m: f64,
+}
+
+impl Default for OdometryConfig {
+    fn default() -> Self {
+        Self {
+            period: Duration::from_millis(20),
+            noise: DriftNoise::NONE,
+            distance_bias: 0.0,
+            angle_bias: 0.0,
+            angle_bias_rad_per_m: 0.0,
+        }
+    }
+}
+
+/// How well the lasers measure; what they are is in [`RobotModel::lasers`].
+#[derive(Clone, Copy, Debug, PartialEq, Default)]
+pub struct LaserConfig {
+    /// Standard deviation of a range, in metres. Default 0.
+    pub range_sigma_m: f64,
+}
+
+/// The battery and its charger.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryConfig {
+    /// Charge at the start, in percent. Default 100.
+    pub initial_pct: f64,
+    /// What driving costs, in percent a second. Default 0.05.
+    pub drain_pct_per_s: f64,
+    /// What standing still costs, in percent a second. Default 0.
+    pub standstill_drain_pct_per_s: f64,
+    /// What the charging station gives, in percent a second. Default 0.05.
+    pub charge_pct_per_s: f64,
+    /// Charge at which charging ends, in percent. Default 99.7.
+    pub full_pct: f64,
+    /// Charge below which a robot that was charged full and stayed at the dock is charged again, in percent. Default 95.
+    pub recharge_below_pct: f64,
+    /// Time between readings. Default 100 ms.
+    pub period: Duration,
+}
+
+impl Default for BatteryConfig {
+    fn default() -> Self {
+        Self {
+            initial_pct: 100.0,
+            drain_pct_per_s: 0.05,
+            standstill_drain_pct_per_s: 0.0,
+            charge_pct_per_s: 0.05,
+            full_pct: 99.7,
+            recharge_below_pct: 95.0,
+            period: Duration::from_millis(100),
+        }
+    }
+}
+
+/// When the robot counts as docked: near enough to the station's pose, facing as it does, and at rest for a while, so
+/// that passing by is not docking.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DockingConfig {
+    /// Largest distance from the station, in metres. Default 0.5.
+    pub distance_m: f64,
+    /// Largest difference of heading from the station's, in radians. Default 10°.
+    pub angle_rad: f64,
+    /// How long the robot must have been at rest. Default 1 s.
+    pub rest: Duration,
+}
+
+impl Default for DockingConfig {
+    fn default() -> Self {
+        Self { distance_m: 0.5, angle_rad: 10_f64.to_radians(), rest: Duration::from_secs(1) }
+    }
+}
+
+/// Something other than a wall that the robot can see and run into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ObstacleConfig {
+    /// Name, for messages and pictures.
+    pub name: String,
+    /// Outline.
+    pub shape: Shape,
+    /// Pose of its centre at the start, in the `map` frame.
+    pub pose: Pose,
+    /// How it moves.
+    pub motion: ObstacleMotion,
+}
+
+/// An outline about the body's centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A disc.
+    Disc {
+        /// Radius, in metres.
+        radius_m: f64,
+    },
+    /// A rectangle.
+    Box {
+        /// Extent along the body's x axis, in metres.
+        length_m: f64,
+        /// Extent along the body's y axis, in metres.
+        width_m: f64,
+    },
+}
+
+impl Shape {
+    /// Radius of the smallest circle about the centre that holds the shape, in metres.
+    #[must_use]
+    pub fn bounding_radius_m(&self) -> f64 {
+        match self {
+            Self::Disc { radius_m } => *radius_m,
+            Self::Box { length_m, width_m } => 0.5 * (length_m * length_m + width_m * width_m).sqrt(),
+        }
+    }
+}
+
+/// How an obstacle moves.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ObstacleMotion {
+    /// Not at all; it cannot be pushed.
+    Fixed,
+    /// Along a polyline from its first pose, facing where it goes. Nothing stops it: it passes through walls and pushes
+    /// the robot away.
+    Route {
+        /// Corners of the polyline after the first pose, in the `map` frame.
+        waypoints: Vec<Point>,
+        /// Speed, in m/s.
+        speed_mps: f64,
+        /// What happens at the last waypoint.
+        end: RouteEnd,
+    },
+    /// It stays where it is until it is pushed.
+    Movable {
+        /// Mass, in kg.
+        mass_kg: f64,
+    },
+}
+
+/// What an obstacle does at the last waypoint of its route.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum RouteEnd {
+    /// It stops.
+    #[default]
+    Stop,
+    /// It goes on to the first waypoint.
+    Loop,
+    /// It turns and goes back through the waypoints, then forth again.
+    BackAndForth,
+}

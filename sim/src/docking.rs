@@ -1,0 +1,82 @@
+//! The charging station and when the robot is docked to it.
+
+use std::time::Duration;
+
+use bevy_ecs::prelude::*;
+use maps::Pose;
+
+use crate::config::DockingConfig;
+
+/// The charging station: where a docked robot stands, in the `map` frame. It is not solid.
+#[derive(Component, Clone, Copy, Debug)]
+pub(crate) struct Station(pub(crate) Pose);
+
+/// Knows whether the robot is docked.
+#[derive(Component, Clone, Debug)]
+pub(crate) struct Dock {
+    config: DockingConfig,
+    rested: Duration,
+    docked: bool,
+}
+
+impl Dock {
+    pub(crate) fn new(config: &DockingConfig) -> Self {
+        Self { config: *config, rested: Duration::ZERO, docked: false }
+    }
+
+    pub(crate) fn is_docked(&self) -> bool {
+        self.docked
+    }
+
+    /// Takes in one step.
+    pub(crate) fn update(&mut self, robot: &Pose, station: &Pose, at_rest: bool, dt: Duration) {
+        self.rested = if at_rest { self.rested + dt } else { Duration::ZERO };
+        let off = station.inv_mul(robot);
+        let near = off.translation.vector.norm() <= self.config.distance_m;
+        let aligned = off.rotation.angle().abs() <= self.config.angle_rad;
+        self.docked = near && aligned && at_rest && self.rested >= self.config.rest;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::pose;
+
+    use super::*;
+
+    const DT: Duration = Duration::from_millis(20);
+
+    /// Whether a robot that rests at a pose for that many steps is docked to a station at (−7.5, 9.0, 180°).
+    fn docked_after(steps: usize, at: Pose) -> bool {
+        let mut dock = Dock::new(&DockingConfig::default());
+        (0..steps).for_each(|_| dock.update(&at, &pose(-7.5, 9.0, std::f64::consts::PI), true, DT));
+        dock.is_docked()
+    }
+
+    #[test]
+    fn a_robot_is_docked_after_a_second_at_rest() {
+        assert!(!docked_after(49, pose(-7.3, 9.1, 3.0)));
+        assert!(docked_after(50, pose(-7.3, 9.1, 3.0)));
+    }
+
+    #[test]
+    fn distance_and_heading_both_count_also_across_180_degrees() {
+        assert!(docked_after(50, pose(-7.5, 9.49, -3.0)));
+        assert!(!docked_after(50, pose(-7.5, 9.51, -3.0)));
+        assert!(!docked_after(50, pose(-7.5, 9.0, 2.9)));
+    }
+
+    #[test]
+    fn passing_by_is_not_docking_and_moving_off_ends_it() {
+        let station = pose(0.0, 0.0, 0.0);
+        let mut dock = Dock::new(&DockingConfig::default());
+        for step in 0..200 {
+            dock.update(&station, &station, step % 40 != 0, DT);
+            assert!(!dock.is_docked());
+        }
+        (0..50).for_each(|_| dock.update(&station, &station, true, DT));
+        assert!(dock.is_docked());
+        dock.update(&station, &station, false, DT);
+        assert!(!dock.is_docked());
+    }
+}

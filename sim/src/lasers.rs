@@ -1,0 +1,166 @@
+//! The laser scanners.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use maps::Pose;
+use parry2d::query::Ray;
+use rand_chacha::ChaCha8Rng;
+use robot::{LaserScan, LaserSpec, Reading, normal};
+
+use crate::beams::Beams;
+use crate::clock::{Clock, Periodic};
+use crate::config::LaserConfig;
+use crate::convert::{to_glam, to_glam_pose};
+use crate::drive::RobotPose;
+use crate::obstacles::{Obstacle, ObstaclePose};
+use crate::ray_grid::RayGrid;
+use crate::simulation::Readings;
+
+/// The walls as lasers see them.
+#[derive(Resource)]
+pub(crate) struct Walls(pub(crate) RayGrid);
+
+/// A laser scanner.
+#[derive(Component, Clone, Debug)]
+pub(crate) struct Laser {
+    /// Its place in the robot's model.
+    index: usize,
+    spec: LaserSpec,
+    beams: Beams,
+    range_sigma_m: f64,
+    rng: ChaCha8Rng,
+    due: Periodic,
+    /// True distances of the scan that is being taken; kept for its memory.
+    distances_m: Vec<f64>,
+    latest: Option<Arc<LaserScan>>,
+}
+
+impl Laser {
+    pub(crate) fn new(index: usize, spec: &LaserSpec, config: &LaserConfig, rng: ChaCha8Rng) -> Self {
+        Self {
+            index,
+            spec: spec.clone(),
+            beams: Beams::new(spec),
+            range_sigma_m: config.range_sigma_m,
+            rng,
+            due: Periodic::new(spec.period),
+            distances_m: Vec::with_capacity(spec.beams),
+            latest: None,
+        }
+    }
+
+    /// The last scan.
+    pub(crate) fn latest(&self) -> Option<&Arc<LaserScan>> {
+        self.latest.as_ref()
+    }
+
+    /// What the scanner measures for each of the distances.
+    fn measure(&mut self) -> Vec<f32> {
+        let Self { spec, rng, range_sigma_m, .. } = self;
+        let mut range = |distance_m: f64| {
+            // Every beam draws, so that what one beam hits does not change the noise of the next.
+            let error_m = if *range_sigma_m > 0.0 { *range_sigma_m * normal(rng) } else { 0.0 };
+            classify(distance_m + error_m, spec)
+        };
+        self.distances_m.iter().map(|distance_m| range(*distance_m)).collect()
+    }
+}
+
+/// A distance as a range of REP-117: infinite beyond the longest range, negative infinite below the shortest.
+fn classify(distance_m: f64, spec: &LaserSpec) -> f32 {
+    if distance_m > spec.range_max_m {
+        f32::INFINITY
+    } else if distance_m < spec.range_min_m {
+        f32::NEG_INFINITY
+    } else {
+        distance_m as f32
+    }
+}
+
+/// Shortens the distances of those beams that meet an obstacle first. `base` is the robot's pose.
+fn see_obstacle(
+    beams: &Beams,
+    base: &Pose,
+    obstacle: &Obstacle,
+    pose: &Pose,
+    range_max_m: f64,
+    distances_m: &mut [f64],
+) {
+    let origin = base * beams.origin();
+    let offset = pose.translation.vector - origin.coords;
+    let radius_m = obstacle.shape.bounding_radius_m();
+    if offset.norm() > range_max_m + radius_m {
+        return;
+    }
+    let (glam_origin, glam_pose) = (to_glam(origin.coords), to_glam_pose(pose));
+    for (direction, distance_m) in beams.directions().zip(distances_m) {
+        let direction = base.rotation * direction;
+        let passes_by = offset.perp(&direction).abs() > radius_m || offset.dot(&direction) < -radius_m;
+        if passes_by {
+            continue;
+        }
+        let ray = Ray::new(glam_origin, to_glam(direction));
+        let farthest_m = distance_m.min(range_max_m) as f32;
+        if let Some(hit_m) = obstacle.outline.cast_ray(&glam_pose, &ray, farthest_m, true) {
+            *distance_m = distance_m.min(f64::from(hit_m));
+        }
+    }
+}
+
+/// Takes the scans that are due.
+pub(crate) fn scan(
+    clock: Res<Clock>,
+    walls: Res<Walls>,
+    mut readings: ResMut<Readings>,
+    robot: Single<&RobotPose>,
+    obstacles: Query<(&Obstacle, &ObstaclePose)>,
+    mut lasers: Query<&mut Laser>,
+) {
+    let base = robot.0;
+    for mut laser in &mut lasers {
+        let laser = &mut *laser;
+        if !laser.due.is_due(clock.now) {
+            continue;
+        }
+        let range_max_m = laser.spec.range_max_m;
+        walls.0.ranges(&laser.beams, &base, range_max_m, &mut laser.distances_m);
+        for (obstacle, pose) in &obstacles {
+            see_obstacle(&laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
+        }
+        let scan = Arc::new(LaserScan { time: clock.now, laser: laser.index, ranges_m: laser.measure() });
+        laser.latest = Some(Arc::clone(&scan));
+        readings.push(Reading::Scan(scan));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use robot::{RobotModel, Streams};
+
+    use super::*;
+
+    #[test]
+    fn distances_beyond_the_limits_are_infinite() {
+        let spec = &RobotModel::default().lasers[0];
+        assert_eq!(classify(0.0999, spec), f32::NEG_INFINITY);
+        assert_eq!(classify(0.1, spec), 0.1);
+        assert_eq!(classify(10.0, spec), 10.0);
+        assert_eq!(classify(10.001, spec), f32::INFINITY);
+        assert_eq!(classify(f64::INFINITY, spec), f32::INFINITY);
+    }
+
+    #[test]
+    fn noise_has_the_spread_that_is_asked_for_and_spares_misses() {
+        let spec = LaserSpec { beams: 20_000, ..RobotModel::default().lasers[0].clone() };
+        let rng = Streams::new(5).stream("sim/laser_front");
+        let mut laser = Laser::new(0, &spec, &LaserConfig { range_sigma_m: 0.01 }, rng);
+        laser.distances_m = vec![2.0; 20_000];
+        laser.distances_m[7] = f64::INFINITY;
+        let ranges = laser.measure();
+        assert_eq!(ranges[7], f32::INFINITY);
+        let errors = ranges.iter().filter(|range| range.is_finite()).map(|range| f64::from(*range) - 2.0);
+        let sigma = (errors.map(|error| error * error).sum::<f64>() / 19_999.0).sqrt();
+        assert!((sigma - 0.01).abs() < 2e-4, "{sigma}");
+    }
+}

@@ -1,0 +1,139 @@
+//! Bodies and contacts: rapier2d's world.
+
+use bevy_ecs::prelude::*;
+use maps::{OccupancyGrid, Point, Pose};
+use nalgebra::Vector2;
+use parry2d::shape::SharedShape;
+use rapier2d::prelude::{
+    ColliderBuilder, ColliderHandle, IntegrationParameters, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
+};
+
+use crate::config::{BodyConfig, ObstacleConfig, ObstacleMotion, Shape};
+use crate::convert::{from_glam_pose, to_glam, to_glam_pose};
+use crate::walls::rectangles;
+
+/// Friction between floor and movable obstacles, as the rate at which their motion dies away, in 1/s.
+const FLOOR_DAMPING_PER_S: f32 = 5.0;
+
+/// A body's place in the physics.
+#[derive(Component, Clone, Copy, Debug)]
+pub(crate) struct Body {
+    rigid: RigidBodyHandle,
+    collider: ColliderHandle,
+}
+
+/// A pair of bodies that touch or nearly do.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    /// The other body's collider.
+    pub(crate) other: ColliderHandle,
+    /// How far they are apart; negative if they overlap.
+    pub(crate) gap_m: f32,
+    /// Whether they push each other.
+    pub(crate) pushing: bool,
+}
+
+/// All bodies.
+#[derive(Resource)]
+pub(crate) struct Physics {
+    world: PhysicsWorld,
+}
+
+impl Physics {
+    /// An empty plane, seen from above: no gravity.
+    pub(crate) fn new(dt_s: f64) -> Self {
+        // Recycled contacts would report distances that are up to 5 cm old.
+        let integration_parameters =
+            IntegrationParameters { dt: dt_s as f32, contact_recycling: false, ..IntegrationParameters::default() };
+        Self {
+            world: PhysicsWorld {
+                gravity: to_glam(Vector2::zeros()),
+                integration_parameters,
+                ..PhysicsWorld::default()
+            },
+        }
+    }
+
+    /// Makes the occupied cells of a grid solid, as one body.
+    pub(crate) fn add_walls(&mut self, grid: &OccupancyGrid, friction: f64) {
+        let block = |rectangle: &crate::walls::Rectangle| {
+            let half = Vector2::new(rectangle.width as f64, rectangle.height as f64) / 2.0;
+            let center = grid.from_grid(&Point::new(rectangle.column as f64 + half.x, rectangle.row as f64 + half.y));
+            let half = half * grid.resolution_m();
+            let pose = Pose::from_parts(center.coords.into(), grid.origin().rotation);
+            (to_glam_pose(&pose), SharedShape::cuboid(half.x as f32, half.y as f32))
+        };
+        let blocks: Vec<_> = rectangles(grid).iter().map(block).collect();
+        if !blocks.is_empty() {
+            self.world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::compound(blocks).friction(friction as f32));
+        }
+    }
+
+    /// Adds the robot's body.
+    pub(crate) fn add_robot(&mut self, pose: &Pose, radius_m: f64, body: &BodyConfig) -> Body {
+        let rigid = RigidBodyBuilder::dynamic().pose(to_glam_pose(pose)).can_sleep(false);
+        let disc = ColliderBuilder::ball(radius_m as f32).mass(body.mass_kg as f32).friction(body.friction as f32);
+        let (rigid, collider) = self.world.insert(rigid, disc);
+        Body { rigid, collider }
+    }
+
+    /// Adds an obstacle.
+    pub(crate) fn add_obstacle(&mut self, obstacle: &ObstacleConfig, shape: SharedShape, friction: f64) -> Body {
+        let collider = ColliderBuilder::new(shape).friction(friction as f32);
+        let (rigid, collider) = match obstacle.motion {
+            ObstacleMotion::Fixed | ObstacleMotion::Route { .. } => {
+                (RigidBodyBuilder::kinematic_position_based(), collider)
+            }
+            ObstacleMotion::Movable { mass_kg } => {
+                let damped = RigidBodyBuilder::dynamic()
+                    .linear_damping(FLOOR_DAMPING_PER_S)
+                    .angular_damping(FLOOR_DAMPING_PER_S);
+                (damped, collider.mass(mass_kg as f32))
+            }
+        };
+        let (rigid, collider) = self.world.insert(rigid.pose(to_glam_pose(&obstacle.pose)), collider);
+        Body { rigid, collider }
+    }
+
+    /// Gives a body the velocity that takes it to `target` within the next step, unless something is in the way.
+    pub(crate) fn steer(&mut self, body: Body, target: &Pose, dt_s: f64) {
+        let rigid = &mut self.world.bodies[body.rigid];
+        let from = from_glam_pose(rigid.position());
+        let linear = (target.translation.vector - from.translation.vector) / dt_s;
+        let angular = from.rotation.rotation_to(&target.rotation).angle() / dt_s;
+        rigid.set_linvel(to_glam(linear), true);
+        rigid.set_angvel(angular as f32, true);
+    }
+
+    /// Takes an obstacle that nothing stops to `target` in the next step.
+    pub(crate) fn carry(&mut self, body: Body, target: &Pose) {
+        self.world.bodies[body.rigid].set_next_kinematic_position(to_glam_pose(target));
+    }
+
+    /// Where a body is.
+    pub(crate) fn pose(&self, body: Body) -> Pose {
+        from_glam_pose(self.world.bodies[body.rigid].position())
+    }
+
+    /// What touches a body, or nearly does.
+    pub(crate) fn touches(&self, body: Body) -> impl Iterator<Item = Touch> + '_ {
+        self.world.narrow_phase.contact_pairs_with(body.collider).filter_map(move |pair| {
+            let other = if pair.collider1 == body.collider { pair.collider2 } else { pair.collider1 };
+            let (_, deepest) = pair.find_deepest_contact()?;
+            Some(Touch { other, gap_m: deepest.dist, pushing: pair.total_impulse_magnitude() > 0.0 })
+        })
+    }
+}
+
+/// Lets one step pass.
+pub(crate) fn step_physics(mut physics: ResMut<Physics>) {
+    physics.world.step();
+}
+
+/// The outline as parry knows it.
+pub(crate) fn parry_shape(shape: &Shape) -> SharedShape {
+    match *shape {
+        Shape::Disc { radius_m } => SharedShape::ball(radius_m as f32),
+        Shape::Box { length_m, width_m } => SharedShape::cuboid(0.5 * length_m as f32, 0.5 * width_m as f32),
+    }
+}

@@ -1,0 +1,106 @@
+//! Following a polyline.
+
+use maps::{Point, Pose};
+use nalgebra::UnitComplex;
+
+use crate::config::RouteEnd;
+
+/// Where something that follows a route is heading.
+#[derive(bevy_ecs::component::Component, Clone, Debug)]
+pub(crate) struct Route {
+    waypoints: Vec<Point>,
+    speed_mps: f64,
+    end: RouteEnd,
+    /// The waypoint that comes next; none once the route is at its end.
+    next: Option<usize>,
+    backward: bool,
+}
+
+impl Route {
+    pub(crate) fn new(waypoints: Vec<Point>, speed_mps: f64, end: RouteEnd) -> Self {
+        let next = (!waypoints.is_empty()).then_some(0);
+        Self { waypoints, speed_mps, end, next, backward: false }
+    }
+
+    /// Where a walker at `from` is after `dt_s`, facing the way it went.
+    pub(crate) fn advance(&mut self, from: &Pose, dt_s: f64) -> Pose {
+        let mut at = *from;
+        let mut left_m = self.speed_mps * dt_s;
+        // Waypoints may coincide: no more of them in a step than there are.
+        for _ in 0..=self.waypoints.len() {
+            let Some(next) = self.next else { break };
+            let way = self.waypoints[next].coords - at.translation.vector;
+            let distance_m = way.norm();
+            if distance_m > 0.0 {
+                let ahead = way / distance_m;
+                at.rotation = UnitComplex::from_cos_sin_unchecked(ahead.x, ahead.y);
+            }
+            if distance_m > left_m {
+                at.translation.vector += way * (left_m / distance_m);
+                break;
+            }
+            at.translation.vector = self.waypoints[next].coords;
+            left_m -= distance_m;
+            self.next = self.after(next);
+        }
+        at
+    }
+
+    fn after(&mut self, reached: usize) -> Option<usize> {
+        let last = self.waypoints.len() - 1;
+        match self.end {
+            RouteEnd::Stop => (reached < last).then_some(reached + 1),
+            RouteEnd::Loop => Some((reached + 1) % (last + 1)),
+            RouteEnd::BackAndForth => {
+                if reached == if self.backward { 0 } else { last } {
+                    self.backward = !self.backward;
+                }
+                Some(if self.backward { reached.saturating_sub(1) } else { (reached + 1).min(last) })
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{heading, pose};
+
+    use super::*;
+
+    /// The places at the end of each of six seconds, at 1 m/s from (0, 0) around a square of 1 m.
+    fn places(end: RouteEnd) -> Vec<(f64, f64)> {
+        let square = [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)].map(|(x, y)| Point::new(x, y));
+        let mut route = Route::new(square.to_vec(), 1.0, end);
+        let mut at = pose(0.0, 0.0, 0.5);
+        let mut second = || {
+            (0..4).for_each(|_| at = route.advance(&at, 0.25));
+            (at.translation.x, at.translation.y)
+        };
+        (0..6).map(|_| second()).collect()
+    }
+
+    #[test]
+    fn a_route_ends_as_it_is_told() {
+        let around = vec![(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)];
+        for (end, then) in [
+            (RouteEnd::Stop, [(0.0, 0.0), (0.0, 0.0)]),
+            (RouteEnd::Loop, [(1.0, 0.0), (1.0, 1.0)]),
+            (RouteEnd::BackAndForth, [(0.0, 1.0), (1.0, 1.0)]),
+        ] {
+            assert_eq!(places(end), [around.clone(), then.to_vec()].concat(), "{end:?}");
+        }
+    }
+
+    #[test]
+    fn the_walker_faces_where_it_goes() {
+        let mut route = Route::new(vec![Point::new(0.0, -3.0)], 1.0, RouteEnd::Stop);
+        let at = route.advance(&pose(0.0, 0.0, 1.0), 0.5);
+        assert!((heading(&at) + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn waypoints_in_one_place_do_not_hold_up_time() {
+        let mut route = Route::new(vec![Point::new(1.0, 1.0); 3], 1.0, RouteEnd::Loop);
+        assert_eq!(route.advance(&pose(1.0, 1.0, 0.0), 10.0), pose(1.0, 1.0, 0.0));
+    }
+}

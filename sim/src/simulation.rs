@@ -1,0 +1,194 @@
+//! The simulation as a whole: built, stepped, and driven as a robot.
+
+use std::time::Duration;
+
+use bevy_ecs::prelude::*;
+use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};
+use bevy_ecs::system::RunSystemOnce;
+use maps::{OccupancyGrid, Pose};
+use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
+
+use crate::battery::{Battery, report_battery, update_battery};
+use crate::clock::{Clock, advance_clock};
+use crate::config::SimConfig;
+use crate::contacts::{Contacts, count_contacts};
+use crate::docking::{Dock, Station};
+use crate::drive::{Drive, Motion, RobotPose, drive_robot, settle_robot};
+use crate::error::SimError;
+use crate::faults::Faults;
+use crate::lasers::{Laser, Walls, scan};
+use crate::noise::Drift;
+use crate::obstacles::{Obstacles, move_obstacles, settle_obstacles, spawn_obstacle};
+use crate::odometer::{Odometer, measure_odometry};
+use crate::physics::{Physics, step_physics};
+use crate::ray_grid::RayGrid;
+use crate::start::check_places;
+use crate::truth::Truth;
+
+/// Readings that have not been read yet, oldest first.
+#[derive(Resource, Default)]
+pub(crate) struct Readings(Vec<Reading>);
+
+impl Readings {
+    pub(crate) fn push(&mut self, reading: Reading) {
+        self.0.push(reading);
+    }
+}
+
+#[derive(ScheduleLabel, Clone, Debug, PartialEq, Eq, Hash)]
+struct Step;
+
+/// A simulated robot in its world.
+///
+/// The first readings, of time 0, are there before the first step. Readings wait until they are read: read after every
+/// step, or they pile up.
+pub struct Simulation {
+    model: RobotModel,
+    world: World,
+    schedule: Schedule,
+    robot: Entity,
+    station: Entity,
+    lasers: Vec<Entity>,
+}
+
+impl Simulation {
+    /// A robot at rest at `start` on the floor whose walls are the occupied cells of `grid`, with a charging station to
+    /// dock at `station`; both poses in the `map` frame. All randomness of the run comes from `streams`.
+    ///
+    /// # Errors
+    /// If a setting has a value that it cannot have, if start or station lie outside the map, or if the robot's body
+    /// would overlap a wall or an obstacle at the start.
+    pub fn new(
+        config: &SimConfig,
+        grid: &OccupancyGrid,
+        start: Pose,
+        station: Pose,
+        streams: &Streams,
+    ) -> Result<Self, SimError> {
+        let bad_settings = config.bad_settings();
+        if !bad_settings.is_empty() {
+            return Err(SimError::Settings(bad_settings));
+        }
+        check_places(grid, &config.obstacles, config.model.radius_m, &start, &station)?;
+        let mut world = world_of(config, grid);
+        let robot = spawn_robot(&mut world, config, start, streams);
+        let lasers = spawn_lasers(&mut world, config, streams);
+        let station = world.spawn(Station(station)).id();
+        for obstacle in &config.obstacles {
+            spawn_obstacle(&mut world, obstacle, config.body.friction);
+        }
+        take_first_readings(&mut world);
+        let schedule = schedule(&mut world);
+        Ok(Self { model: config.model.clone(), world, schedule, robot, station, lasers })
+    }
+
+    /// Lets [`SimConfig::dt`] pass.
+    pub fn step(&mut self) {
+        self.schedule.run(&mut self.world);
+    }
+
+    /// Time since the start of the run.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.world.resource::<Clock>().now
+    }
+
+    /// What is really so: for reports, never for the robot's software.
+    #[must_use]
+    pub fn truth(&self) -> Truth<'_> {
+        Truth { world: &self.world, robot: self.robot, station: self.station, lasers: &self.lasers }
+    }
+
+    /// What is wrong at the moment.
+    #[must_use]
+    pub fn faults(&self) -> &Faults {
+        self.world.resource::<Faults>()
+    }
+
+    /// What is wrong from the next step on, to be changed.
+    pub fn faults_mut(&mut self) -> &mut Faults {
+        self.world.resource_mut::<Faults>().into_inner()
+    }
+
+    /// Sets the battery's charge, in percent, clamped to 0 to 100; NaN changes nothing. The next reading tells it.
+    pub fn set_battery_charge(&mut self, charge_pct: f64) {
+        if let Some(mut battery) = self.world.get_mut::<Battery>(self.robot) {
+            battery.set_charge(charge_pct);
+        }
+    }
+}
+
+impl Robot for Simulation {
+    fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    fn read(&mut self, readings: &mut Vec<Reading>) {
+        readings.append(&mut self.world.resource_mut::<Readings>().0);
+    }
+
+    fn drive(&mut self, command: VelocityCommand) {
+        if let Some(mut drive) = self.world.get_mut::<Drive>(self.robot) {
+            drive.command = command;
+        }
+    }
+}
+
+fn world_of(config: &SimConfig, grid: &OccupancyGrid) -> World {
+    let mut physics = Physics::new(config.dt.as_secs_f64());
+    physics.add_walls(grid, config.body.friction);
+    let mut world = World::new();
+    world.insert_resource(Clock { now: Duration::ZERO, dt: config.dt });
+    world.insert_resource(physics);
+    world.insert_resource(Walls(RayGrid::new(grid)));
+    world.insert_resource(Faults::default());
+    world.insert_resource(Readings::default());
+    world.insert_resource(Obstacles::default());
+    world
+}
+
+fn spawn_robot(world: &mut World, config: &SimConfig, start: Pose, streams: &Streams) -> Entity {
+    let model = &config.model;
+    let body = world.resource_mut::<Physics>().add_robot(&start, model.radius_m, &config.body);
+    let motion_drift = Drift::new(config.drive.noise, streams.stream("sim/motion"));
+    let odometry_drift = Drift::new(config.odometry.noise, streams.stream("sim/odometry"));
+    let parts = (
+        body,
+        RobotPose(start),
+        Motion { at_rest: true, ..Motion::default() },
+        Drive::new(model, &config.drive, motion_drift, start),
+        Contacts::default(),
+        Odometer::new(&config.odometry, odometry_drift),
+        Dock::new(&config.docking),
+        Battery::new(&config.battery),
+    );
+    world.spawn(parts).id()
+}
+
+fn spawn_lasers(world: &mut World, config: &SimConfig, streams: &Streams) -> Vec<Entity> {
+    let mut spawn = |(index, spec): (usize, &robot::LaserSpec)| {
+        let rng = streams.stream(&format!("sim/laser_{}", spec.name));
+        world.spawn(Laser::new(index, spec, &config.lasers, rng)).id()
+    };
+    config.model.lasers.iter().enumerate().map(&mut spawn).collect()
+}
+
+/// The systems in the order in which a step runs them.
+fn schedule(world: &mut World) -> Schedule {
+    let mut schedule = Schedule::new(Step);
+    schedule.set_executor(SingleThreadedExecutor::new());
+    let ambiguity_detection = LogLevel::Error;
+    schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection, ..ScheduleBuildSettings::default() });
+    let motion = (move_obstacles, drive_robot, step_physics, settle_robot, settle_obstacles, count_contacts);
+    let measurement = (measure_odometry, scan, report_battery);
+    schedule.add_systems((advance_clock, motion.chain(), update_battery, measurement.chain()).chain());
+    schedule.initialize(world).expect("the systems are in one order");
+    schedule
+}
+
+/// Measures at time 0, in the order of a step.
+fn take_first_readings(world: &mut World) {
+    world.run_system_once(measure_odometry).expect("the robot has odometry");
+    world.run_system_once(scan).expect("the robot has a pose");
+    world.run_system_once(report_battery).expect("the robot has a battery");
+}

@@ -1,0 +1,134 @@
+//! What is really so, for reports.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use bevy_ecs::prelude::*;
+use maps::Pose;
+use robot::{BatteryState, LaserScan, Odometry};
+
+use crate::battery::Battery;
+use crate::clock::Clock;
+use crate::config::Shape;
+use crate::contacts::Contacts;
+use crate::docking::{Dock, Station};
+use crate::drive::{Motion, RobotPose};
+use crate::lasers::Laser;
+use crate::obstacles::{Obstacle, ObstaclePose, Obstacles};
+use crate::odometer::Odometer;
+
+/// What is really so in the simulated world.
+///
+/// For reports, pictures, trace hashes and tests alone: the robot's software must never see any of it, only what
+/// [`robot::Robot`] offers.
+#[derive(Clone, Copy)]
+pub struct Truth<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) robot: Entity,
+    pub(crate) station: Entity,
+    pub(crate) lasers: &'a [Entity],
+}
+
+/// An obstacle as it really is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ObstacleTruth<'a> {
+    /// Name given in the configuration.
+    pub name: &'a str,
+    /// Outline about its centre.
+    pub shape: Shape,
+    /// Pose of its centre in the `map` frame.
+    pub pose: Pose,
+}
+
+impl<'a> Truth<'a> {
+    /// Time since the start of the run.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.clock().now
+    }
+
+    /// Pose of the robot (`base_link`) in the `map` frame.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.of::<RobotPose>(self.robot).0
+    }
+
+    /// Forward speed in the last step, in m/s.
+    #[must_use]
+    pub fn linear_mps(&self) -> f64 {
+        self.of::<Motion>(self.robot).forward_m / self.clock().dt_s()
+    }
+
+    /// Turning rate in the last step, in rad/s, counter-clockwise.
+    #[must_use]
+    pub fn angular_radps(&self) -> f64 {
+        self.of::<Motion>(self.robot).turn_rad / self.clock().dt_s()
+    }
+
+    /// Way of the robot's centre since the start of the run, in metres.
+    #[must_use]
+    pub fn distance_m(&self) -> f64 {
+        self.of::<Motion>(self.robot).travelled_m
+    }
+
+    /// Number of contacts begun between the robot and anything else. All walls together count as one thing; a contact
+    /// ends when the gap is wider than 5 mm.
+    #[must_use]
+    pub fn collisions(&self) -> u64 {
+        self.of::<Contacts>(self.robot).begun()
+    }
+
+    /// Whether the robot touches anything.
+    #[must_use]
+    pub fn is_touching(&self) -> bool {
+        self.of::<Contacts>(self.robot).is_touching()
+    }
+
+    /// Wheel odometry as measured in the last step, read or not.
+    #[must_use]
+    pub fn odometry(&self) -> Odometry {
+        self.of::<Odometer>(self.robot).latest()
+    }
+
+    /// The battery as it is, whatever its readings say.
+    #[must_use]
+    pub fn battery(&self) -> BatteryState {
+        self.of::<Battery>(self.robot).state(&self.clock())
+    }
+
+    /// Whether the robot is docked to the charging station.
+    #[must_use]
+    pub fn is_docked(&self) -> bool {
+        self.of::<Dock>(self.robot).is_docked()
+    }
+
+    /// Pose of the charging station in the `map` frame.
+    #[must_use]
+    pub fn station(&self) -> Pose {
+        self.of::<Station>(self.station).0
+    }
+
+    /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`].
+    pub fn scans(&self) -> impl Iterator<Item = &'a Arc<LaserScan>> + use<'a> {
+        let (world, lasers) = (self.world, self.lasers);
+        lasers.iter().filter_map(move |laser| world.get::<Laser>(*laser)?.latest())
+    }
+
+    /// All obstacles, in the order of [`SimConfig::obstacles`](crate::SimConfig::obstacles).
+    pub fn obstacles(&self) -> impl Iterator<Item = ObstacleTruth<'a>> + use<'a> {
+        let world = self.world;
+        world.resource::<Obstacles>().0.iter().filter_map(move |entity| {
+            let obstacle = world.get::<Obstacle>(*entity)?;
+            let pose = world.get::<ObstaclePose>(*entity)?.0;
+            Some(ObstacleTruth { name: &obstacle.name, shape: obstacle.shape, pose })
+        })
+    }
+
+    fn clock(&self) -> Clock {
+        *self.world.resource::<Clock>()
+    }
+
+    fn of<C: Component>(&self, entity: Entity) -> &'a C {
+        self.world.get::<C>(entity).expect("robot and station keep the components that they are built with")
+    }
+}

@@ -1,0 +1,140 @@
+//! Driving, walls, odometry, the joypad.
+
+use maps::{heading, pose};
+use robot::{Reading, VelocityCommand};
+use sim::{DriftNoise, SimConfig};
+
+use crate::{drive, in_a_room};
+
+#[test]
+fn drives_straight_for_a_metre() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(1.0, 3.0, 0.0));
+    // 0.2 m while accelerating to 0.4 m/s, 0.6 m at that speed, 0.2 m while braking (and half a step's worth each).
+    drive(&mut sim, 0.4, 0.0, 40 + 75);
+    drive(&mut sim, 0.0, 0.0, 100);
+    let at = sim.truth().pose();
+    assert!((at.translation.x - 1.92).abs() < 0.01, "{at}");
+    assert_eq!((at.translation.y, at.rotation.im), (3.0, 0.0));
+    assert!((sim.truth().distance_m() - (at.translation.x - 1.0)).abs() < 1e-9);
+    assert_eq!(sim.truth().linear_mps(), 0.0);
+}
+
+#[test]
+fn turns_on_the_spot_and_drives_circles() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
+    drive(&mut sim, 0.0, 1.0, 100);
+    let at = sim.truth().pose();
+    assert_eq!((at.translation.x, at.translation.y), (4.0, 3.0));
+    assert!((heading(&at) - 1.76).abs() < 0.02, "{}", heading(&at));
+    let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
+    drive(&mut sim, 0.4, 0.4, 50);
+    let center = sim.truth().pose() * maps::Point::new(0.0, 1.0);
+    drive(&mut sim, 0.4, 0.4, 600);
+    assert!((sim.truth().pose() * maps::Point::new(0.0, 1.0) - center).norm() < 1e-9);
+}
+
+#[test]
+fn a_wall_stops_the_robot_and_counts_as_one_collision() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(7.0, 3.0, 0.0));
+    drive(&mut sim, 0.45, 0.0, 500);
+    let truth = sim.truth();
+    assert!((truth.pose().translation.x - 7.7).abs() < 0.01, "{}", truth.pose());
+    assert!(truth.linear_mps().abs() < 0.01, "{}", truth.linear_mps());
+    assert_eq!((truth.collisions(), truth.is_touching()), (1, true));
+    drive(&mut sim, -0.3, 0.0, 100);
+    assert!(!sim.truth().is_touching());
+    drive(&mut sim, 0.3, 0.0, 400);
+    assert_eq!(sim.truth().collisions(), 2);
+}
+
+#[test]
+fn wheels_that_are_stopped_by_a_wall_do_not_count_on() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(7.0, 3.0, 0.0));
+    drive(&mut sim, 0.45, 0.0, 500);
+    let truth = sim.truth();
+    assert!((truth.odometry().pose.translation.x - (truth.pose().translation.x - 1.0 - 6.0)).abs() < 1e-3);
+}
+
+#[test]
+fn sliding_along_walls_and_around_a_corner_is_one_contact_and_stays_inside() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(6.0, 5.0, 0.6));
+    drive(&mut sim, 0.45, 0.0, 2000);
+    let at = sim.truth().pose().translation;
+    assert!(at.x <= 7.71 && at.y <= 5.71, "{at}");
+    assert_eq!(sim.truth().collisions(), 1);
+}
+
+#[test]
+fn odometry_without_noise_is_exact() {
+    let start = pose(4.0, 1.5, 0.3);
+    let mut sim = in_a_room(&SimConfig::default(), start);
+    for n in 0..60 {
+        drive(&mut sim, 0.35, 0.5 + 0.1 * f64::from(n % 5), 50);
+    }
+    let (truth, odometry) = (sim.truth().pose(), sim.truth().odometry());
+    let off = (start * odometry.pose).inv_mul(&truth);
+    assert_eq!(sim.truth().collisions(), 0, "the way is free");
+    assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle().abs() < 1e-9, "{off}");
+    assert!((odometry.linear_mps - 0.35).abs() < 1e-12);
+}
+
+#[test]
+fn odometry_with_bias_is_off_by_what_was_asked_for() {
+    let mut config = SimConfig::default();
+    config.odometry.distance_bias = 0.05;
+    let mut sim = in_a_room(&config, pose(1.0, 3.0, 0.0));
+    drive(&mut sim, 0.4, 0.0, 500);
+    let (driven, measured) = (sim.truth().distance_m(), sim.truth().odometry().pose.translation.x);
+    assert!((measured / driven - 1.05).abs() < 1e-9, "{measured} for {driven}");
+}
+
+#[test]
+fn motion_noise_moves_the_robot_and_its_odometry_alike() {
+    let mut config = SimConfig::default();
+    config.drive.noise = DriftNoise { angle_per_sqrt_m: 0.05, distance_per_sqrt_m: 0.02, ..DriftNoise::NONE };
+    let mut sim = in_a_room(&config, pose(1.0, 3.0, 0.0));
+    drive(&mut sim, 0.4, 0.0, 400);
+    let truth = sim.truth();
+    assert!(truth.pose().rotation.angle().abs() > 1e-4);
+    let off = (pose(1.0, 3.0, 0.0) * truth.odometry().pose).inv_mul(&truth.pose());
+    assert!(off.translation.vector.norm() < 1e-9, "{off}");
+}
+
+#[test]
+fn the_joypad_overrides_commands_until_it_lets_go() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
+    drive(&mut sim, 0.4, 0.0, 50);
+    sim.faults_mut().base.velocity_override = Some(VelocityCommand { linear_mps: -0.4, angular_radps: 0.0 });
+    drive(&mut sim, 0.4, 0.0, 100);
+    assert_eq!(sim.truth().odometry().linear_mps.signum(), -1.0);
+    sim.faults_mut().base.velocity_override = None;
+    drive(&mut sim, 0.4, 0.0, 100);
+    assert!((sim.truth().linear_mps() - 0.4).abs() < 1e-12);
+}
+
+#[test]
+fn an_empty_battery_stops_the_robot() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(1.0, 3.0, 0.0));
+    drive(&mut sim, 0.4, 0.0, 50);
+    sim.set_battery_charge(0.0);
+    drive(&mut sim, 0.4, 0.0, 50);
+    let stopped_at = sim.truth().pose();
+    drive(&mut sim, 0.4, 0.0, 50);
+    assert_eq!(sim.truth().pose(), stopped_at);
+    assert_eq!(sim.truth().battery().charge_pct, 0.0);
+}
+
+#[test]
+fn readings_come_at_their_periods_from_time_0_on() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(1.0, 3.0, 0.0));
+    let mut readings = Vec::new();
+    robot::Robot::read(&mut sim, &mut readings);
+    assert_eq!(readings.len(), 1 + 2 + 1);
+    assert!(readings.iter().all(|reading| reading.time().is_zero()));
+    let readings = drive(&mut sim, 0.0, 0.0, 50);
+    let count = |kind: fn(&Reading) -> bool| readings.iter().filter(|reading| kind(reading)).count();
+    assert_eq!(count(|r| matches!(r, Reading::Odometry(_))), 50);
+    assert_eq!(count(|r| matches!(r, Reading::Scan(_))), 20);
+    assert_eq!(count(|r| matches!(r, Reading::Battery(_))), 10);
+    assert!(readings.is_sorted_by_key(Reading::time));
+}
