@@ -54,7 +54,7 @@
 //!
 //! let events = system.run(&mut RoundRobin::default(), 100).collect::<Result<Vec<_>, _>>()?;
 //! assert_eq!(events.len(), 2); // get_level was received, and so was its answer
-//! assert_eq!(system.monitors()[0].verdict(), Verdict::False); // 10 % is less than 20 %
+//! assert_eq!(system.monitors()[0].monitor.verdict(), Verdict::False); // 10 % is less than 20 %
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -81,7 +81,7 @@ pub use message::{Envelope, Message, RequestNumber};
 pub use monitor::{GraphMonitor, Monitor, Verdict};
 pub use process::{Action, Offer, Pattern, Process, ProcessState, TransitionId, Use};
 pub use scheduler::{Random, RoundRobin, Scheduler, Scripted, Starving};
-pub use system::{ChannelSystem, Enabled, EnabledKind, Run};
+pub use system::{Attached, ChannelSystem, Enabled, EnabledKind, Run};
 pub use tick::TickGenerator;
 pub use topology::{Capacity, Channel, ChannelId, ProcessId, Topology};
 pub use value::{Symbol, Value};

@@ -8,7 +8,7 @@ use crate::process::{Action, Offer, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
     Capacity, ChannelId, Envelope, Event, EventKind, Monitor, Process, ProcessId, RunError, Scheduler, Topology,
-    TransitionId, WiringError,
+    TransitionId, Verdict, WiringError,
 };
 
 /// What an enabled transition of the system does.
@@ -54,9 +54,18 @@ pub struct ChannelSystem {
     processes: Vec<Option<Box<dyn Process>>>,
     /// By channel; always empty for capacity 0.
     contents: Vec<Option<Envelope>>,
-    monitors: Vec<Box<dyn Monitor>>,
+    monitors: Vec<Attached>,
     clock: Clock,
     cache: OfferCache,
+}
+
+/// A monitor of a system, with the event that decided it.
+#[derive(Debug)]
+pub struct Attached {
+    /// The monitor.
+    pub monitor: Box<dyn Monitor>,
+    /// The event at which its verdict became final.
+    pub decided: Option<Event>,
 }
 
 /// What the events are stamped with.
@@ -114,12 +123,12 @@ impl ChannelSystem {
 
     /// Adds a monitor. It sees all events from now on.
     pub fn attach(&mut self, monitor: Box<dyn Monitor>) {
-        self.monitors.push(monitor);
+        self.monitors.push(Attached { monitor, decided: None });
     }
 
     /// The monitors, in the order they were attached.
     #[must_use]
-    pub fn monitors(&self) -> &[Box<dyn Monitor>] {
+    pub fn monitors(&self) -> &[Attached] {
         &self.monitors
     }
 
@@ -337,8 +346,11 @@ impl ChannelSystem {
     }
 
     fn show_monitors(&mut self, event: &Event) {
-        for monitor in &mut self.monitors {
+        for Attached { monitor, decided } in &mut self.monitors {
             monitor.observe(event);
+            if decided.is_none() && monitor.verdict() != Verdict::Inconclusive {
+                *decided = Some(event.clone());
+            }
         }
     }
 

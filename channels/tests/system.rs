@@ -334,11 +334,12 @@ fn a_monitor_moves_in_the_step_of_the_message_and_failure_is_final() {
     never.receive(idle, ticks, tick, failure);
     never.internal(failure, Condition::True, [], idle);
     system.attach(Box::new(GraphMonitor::new(Arc::new(never.initial(idle).build().unwrap()), [failure])));
-    assert_eq!(system.monitors()[0].verdict(), Verdict::Inconclusive);
+    assert_eq!(system.monitors()[0].monitor.verdict(), Verdict::Inconclusive);
     system.generate_tick(generator);
     let _ = system.run(&mut RoundRobin::default(), 100).count();
-    assert_eq!(system.monitors()[0].verdict(), Verdict::False);
-    assert_eq!(system.monitors()[0].location(), "failure");
+    assert_eq!(system.monitors()[0].monitor.verdict(), Verdict::False);
+    assert_eq!(system.monitors()[0].monitor.location(), "failure");
+    assert_eq!(system.monitors()[0].decided.as_ref().map(|event| (event.step, event.tick)), Some((1, 0)));
 }
 
 #[test]
