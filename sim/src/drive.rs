@@ -19,7 +19,8 @@ use crate::noise::Drift;
 use crate::physics::{Body, Physics};
 
 /// A body within this of where its wheels take it was not hindered, in metres and in radians. Physics' rounding stays
-/// below 15 µm as long as coordinates stay below 128 m; further out only its own precision is left.
+/// below 15 µm and 20 µrad as long as coordinates stay below 128 m and turning rates below 5 rad/s; beyond, only its own
+/// precision is left.
 const HINDERED_BY: f64 = 5e-5;
 
 /// Slower than this is at rest, in m/s and in rad/s.

@@ -1,5 +1,6 @@
 //! The simulation as a whole: built, stepped, and driven as a robot.
 
+use std::fmt;
 use std::time::Duration;
 
 use bevy_ecs::prelude::*;
@@ -115,6 +116,13 @@ impl Simulation {
         if let Some(mut battery) = self.world.get_mut::<Battery>(self.robot) {
             battery.set_charge(charge_pct);
         }
+    }
+}
+
+impl fmt::Debug for Simulation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (time, pose) = (self.time(), self.truth().pose());
+        f.debug_struct("Simulation").field("time", &time).field("pose", &pose).finish_non_exhaustive()
     }
 }
 

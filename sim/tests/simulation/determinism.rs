@@ -131,3 +131,23 @@ fn faults_that_are_taken_back_before_they_act_leave_no_trace() {
     });
     assert_eq!(unfaulted, taken_back);
 }
+
+#[test]
+fn a_laser_has_its_own_noise_whatever_lasers_there_are() {
+    let front = |config: &SimConfig| {
+        let start = pose(1.0, 1.0, 0.3);
+        let mut sim = Simulation::new(config, &room(8.0, 6.0), start, start, &Streams::new(1)).expect("a good start");
+        let readings = crate::drive(&mut sim, 0.2, 0.0, 100);
+        crate::scans(&readings).filter(|scan| scan.laser == 0).cloned().collect::<Vec<_>>()
+    };
+    let both = noisy();
+    let mut alone = noisy();
+    alone.model.lasers.truncate(1);
+    assert_eq!(front(&both), front(&alone));
+}
+
+#[test]
+fn runs_can_go_to_other_threads() {
+    fn is_send<T: Send>() {}
+    is_send::<Simulation>();
+}

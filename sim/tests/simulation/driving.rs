@@ -1,8 +1,9 @@
 //! Driving, walls, odometry, the joypad.
 
-use maps::{heading, pose};
-use robot::{Reading, VelocityCommand};
-use sim::{DriftNoise, SimConfig};
+use maps::{OccupancyGrid, heading, pose};
+use rand::RngExt;
+use robot::{Reading, Streams, VelocityCommand};
+use sim::{DriftNoise, SimConfig, Simulation};
 
 use crate::{drive, in_a_room};
 
@@ -76,6 +77,33 @@ fn odometry_without_noise_is_exact() {
     assert_eq!(sim.truth().collisions(), 0, "the way is free");
     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle().abs() < 1e-9, "{off}");
     assert!((odometry.linear_mps - 0.35).abs() < 1e-12);
+}
+
+#[test]
+fn odometry_without_noise_is_exact_far_from_the_origin_too() {
+    let plain = OccupancyGrid::new(200, 200, 0.05, pose(100.0, -120.0, 0.0));
+    let start = pose(105.0, -115.0, 0.2);
+    let mut sim =
+        Simulation::new(&SimConfig::default(), &plain, start, start, &Streams::new(1)).expect("nothing there");
+    drive(&mut sim, 0.4, 0.3, 5000);
+    let off = (start * sim.truth().odometry().pose).inv_mul(&sim.truth().pose());
+    assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle().abs() < 1e-9, "{off}");
+}
+
+#[test]
+fn walls_hold_whatever_the_commands() {
+    let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
+    let mut rng = Streams::new(5).stream("commands");
+    for _ in 0..200 {
+        let (linear_mps, angular_radps) = (rng.random_range(-0.45..0.45), rng.random_range(-1.0..1.0));
+        for _ in 0..50 {
+            drive(&mut sim, linear_mps, angular_radps, 1);
+            let at = sim.truth().pose().translation;
+            let gap_m = at.x.min(at.y).min(8.0 - at.x).min(6.0 - at.y) - 0.3;
+            assert!(gap_m > -0.001, "{at} is {gap_m} m from the wall");
+        }
+    }
+    assert!(sim.truth().collisions() > 3, "the robot is meant to bump into walls");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use sim::{ObstacleConfig, ObstacleMotion, Shape, SimConfig, SimError, Simulation
 use crate::room;
 
 fn refusal(config: &SimConfig, grid: &OccupancyGrid, start: Pose, station: Pose) -> SimError {
-    Simulation::new(config, grid, start, station, &Streams::new(1)).err().expect("refused")
+    Simulation::new(config, grid, start, station, &Streams::new(1)).expect_err("refused")
 }
 
 #[test]
