@@ -43,6 +43,16 @@ impl OccupancyGrid {
         Self { width, height, resolution_m, origin, cells: vec![Cell::Unknown; width * height] }
     }
 
+    /// A grid of `width` columns with the given cells, row by row from row 0.
+    ///
+    /// # Panics
+    /// If there are not `width` × `height` cells.
+    #[must_use]
+    pub fn from_cells(width: usize, height: usize, resolution_m: f64, origin: Pose, cells: Vec<Cell>) -> Self {
+        assert_eq!(cells.len(), width * height, "a grid has a cell for each column of each row");
+        Self { width, height, resolution_m, origin, cells }
+    }
+
     /// Number of columns.
     #[must_use]
     pub fn width(&self) -> usize {
@@ -118,5 +128,50 @@ impl OccupancyGrid {
     #[must_use]
     pub fn center(&self, index: CellIndex) -> Point {
         self.from_grid(&Point::new(index.column as f64 + 0.5, index.row as f64 + 0.5))
+    }
+
+    /// Whether a disc round a point of the `map` frame touches free cells only and lies within the grid: whether a
+    /// robot of that radius can stand there. Touching includes the edge.
+    #[must_use]
+    pub fn has_room(&self, center: &Point, radius_m: f64) -> bool {
+        let center = self.to_grid(center);
+        let radius = radius_m / self.resolution_m;
+        let fits = |at: f64, length: usize| at - radius >= 0.0 && at + radius < length as f64;
+        if !fits(center.x, self.width) || !fits(center.y, self.height) {
+            return false;
+        }
+        let span = |at: f64| (at - radius) as usize..=(at + radius) as usize;
+        span(center.y).flat_map(|row| span(center.x).map(move |column| CellIndex { column, row })).all(|index| {
+            let nearest = |at: f64, cell: usize| at - at.clamp(cell as f64, cell as f64 + 1.0);
+            let (dx, dy) = (nearest(center.x, index.column), nearest(center.y, index.row));
+            dx * dx + dy * dy > radius * radius || self.cell(index) == Some(Cell::Free)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pose;
+
+    #[test]
+    fn there_is_room_up_to_the_wall_and_no_further() {
+        let mut grid = OccupancyGrid::from_cells(20, 20, 0.1, pose(-1.0, -1.0, 0.0), vec![Cell::Free; 400]);
+        grid.set(CellIndex { column: 15, row: 10 }, Cell::Occupied);
+        assert!(grid.has_room(&Point::new(0.0, 0.05), 0.49));
+        assert!(!grid.has_room(&Point::new(0.0, 0.05), 0.51));
+        // Past the corner of the cell, where its neighbours are free.
+        assert!(grid.has_room(&Point::new(0.3, -0.2), 0.28));
+        assert!(!grid.has_room(&Point::new(0.3, -0.2), 0.29));
+    }
+
+    #[test]
+    fn there_is_no_room_on_the_edge_of_the_map_or_beside_the_unknown() {
+        let mut grid = OccupancyGrid::from_cells(4, 4, 1.0, pose(0.0, 0.0, 0.0), vec![Cell::Free; 16]);
+        assert!(!grid.has_room(&Point::new(0.9, 2.0), 1.0));
+        assert!(grid.has_room(&Point::new(2.0, 2.0), 1.0));
+        grid.set(CellIndex { column: 2, row: 2 }, Cell::Unknown);
+        assert!(!grid.has_room(&Point::new(2.0, 2.0), 0.5));
+        assert!(!grid.has_room(&Point::new(f64::NAN, 2.0), 0.5));
     }
 }

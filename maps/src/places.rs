@@ -108,6 +108,8 @@ impl Places {
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use super::*;
     use crate::pose;
 
@@ -126,9 +128,9 @@ mod tests {
     #[test]
     fn a_point_holds_within_both_tolerances() {
         let station =
-            Place::Point { pose: pose(-7.5, 9.0, 3.14), position_tolerance_m: 0.5, heading_tolerance_rad: 0.17 };
+            Place::Point { pose: pose(-7.5, 9.0, PI), position_tolerance_m: 0.5, heading_tolerance_rad: 0.17 };
         assert!(station.contains(&pose(-7.2, 9.0, -3.10)));
         assert!(!station.contains(&pose(-7.2, 9.0, 2.9)));
-        assert!(!station.contains(&pose(-6.9, 9.0, 3.14)));
+        assert!(!station.contains(&pose(-6.9, 9.0, PI)));
     }
 }

@@ -1,0 +1,139 @@
+//! The value of one key on its way to the reader: checked, then required or defaulted.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use super::Table;
+use crate::{Problem, Span, Spanned};
+
+/// What a table says under one key. Checks leave a field alone whose value is missing or was refused already, so that
+/// one mistake is reported once.
+#[derive(Debug)]
+#[must_use = "ends in `required`, `optional` or `or`"]
+pub struct Field<'d, T> {
+    table: Table<'d>,
+    key: String,
+    state: State<T>,
+}
+
+#[derive(Debug)]
+enum State<T> {
+    Given(T, Span),
+    /// The key is not there; what would be accepted.
+    Missing(String),
+    /// The problem has been recorded.
+    Refused,
+}
+
+impl<'d, T> Field<'d, T> {
+    pub(super) fn given(table: Table<'d>, key: &str, value: T, span: Span) -> Self {
+        Self { table, key: key.into(), state: State::Given(value, span) }
+    }
+
+    pub(super) fn missing(table: Table<'d>, key: &str, wanted: String) -> Self {
+        Self { table, key: key.into(), state: State::Missing(wanted) }
+    }
+
+    pub(super) fn refused(table: Table<'d>, key: &str) -> Self {
+        Self { table, key: key.into(), state: State::Refused }
+    }
+
+    /// Refuses a value for which `holds` does not. `must` completes the sentence "`key` must …".
+    pub fn check(self, holds: impl FnOnce(&T) -> bool, must: impl fmt::Display) -> Self {
+        let message = format!("`{}` must {must}", self.key);
+        self.try_map(
+            |value, span| {
+                if holds(&value) { Ok(value) } else { Err(span.problem(message).with_label("this value")) }
+            },
+        )
+    }
+
+    /// Converts the value. The span is where it is written.
+    pub fn try_map<U>(self, convert: impl FnOnce(T, &Span) -> Result<U, Problem>) -> Field<'d, U> {
+        let table = self.table;
+        self.step(|value, span| convert(value, span).map_err(|problem| table.report(problem)).ok())
+    }
+
+    /// Reads on in the value, usually a table. `None` from `read` means that it has recorded a problem.
+    pub fn and_then<U>(self, read: impl FnOnce(T) -> Option<U>) -> Field<'d, U> {
+        self.step(|value, _| read(value))
+    }
+
+    /// Converts the value with a conversion that cannot fail.
+    pub fn map<U>(self, convert: impl FnOnce(T) -> U) -> Field<'d, U> {
+        self.try_map(|value, _| Ok(convert(value)))
+    }
+
+    /// Keeps the value's place with it.
+    pub fn spanned(self) -> Field<'d, Spanned<T>> {
+        self.try_map(|value, span| Ok(Spanned { value, span: span.clone() }))
+    }
+
+    /// The value; a problem if the key is missing. `None` means that a problem has been recorded.
+    #[must_use]
+    pub fn required(self) -> Option<T> {
+        let help = match &self.state {
+            State::Missing(wanted) => format!("add `{}`: {wanted}", self.key),
+            _ => String::new(),
+        };
+        self.required_or(&help)
+    }
+
+    /// As [`required`](Self::required), with what to do if the key is missing.
+    #[must_use]
+    pub fn required_or(self, help: &str) -> Option<T> {
+        match self.state {
+            State::Given(value, _) => Some(value),
+            State::Refused => None,
+            State::Missing(_) => {
+                let problem = self.table.span().problem(format!("`{}` is missing", self.key));
+                self.table.report_missing(self.key, problem.with_label("here").with_help(help));
+                None
+            }
+        }
+    }
+
+    /// The value if there is one that is right.
+    #[must_use]
+    pub fn optional(self) -> Option<T> {
+        if let State::Given(value, _) = self.state { Some(value) } else { None }
+    }
+
+    /// The value, or `default` if the key is missing (or its value wrong, which has been recorded).
+    #[must_use]
+    pub fn or(self, default: T) -> T {
+        self.optional().unwrap_or(default)
+    }
+
+    /// Takes a given value one step further. `None` from `next` means that a problem has been recorded.
+    fn step<U>(self, next: impl FnOnce(T, &Span) -> Option<U>) -> Field<'d, U> {
+        let state = match self.state {
+            State::Given(value, span) => next(value, &span).map_or(State::Refused, |value| State::Given(value, span)),
+            State::Missing(wanted) => State::Missing(wanted),
+            State::Refused => State::Refused,
+        };
+        Field { table: self.table, key: self.key, state }
+    }
+}
+
+impl<'d, T> Field<'d, Vec<T>> {
+    /// Reads on in every item, whatever becomes of the others. `None` from `read` means that it has recorded a problem.
+    pub fn each<U>(self, read: impl FnMut(T) -> Option<U>) -> Field<'d, Vec<U>> {
+        // Collecting into an Option would stop at the first item that is wrong.
+        self.and_then(|items| items.into_iter().map(read).collect::<Vec<_>>().into_iter().collect())
+    }
+}
+
+impl<T: PartialOrd + fmt::Display> Field<'_, T> {
+    /// Refuses a value outside `range`.
+    pub fn within(self, range: RangeInclusive<T>) -> Self {
+        let must = format!("lie between {} and {}", range.start(), range.end());
+        self.check(|value| range.contains(value), must)
+    }
+
+    /// Refuses a value that is not above `limit`.
+    pub fn above(self, limit: T) -> Self {
+        let must = format!("be greater than {limit}");
+        self.check(|value| *value > limit, must)
+    }
+}

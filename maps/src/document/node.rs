@@ -1,0 +1,119 @@
+//! The tree that a parsed file is, whatever its syntax, with the places of all keys and values.
+
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::diagnostics::nearest;
+use crate::{Problem, Span};
+
+/// Deeper nesting than this is refused: the walks over the tree are recursive.
+pub(super) const MAX_DEPTH: usize = 64;
+
+/// A value and its place. A table that has a header is placed at its header.
+#[derive(Debug)]
+pub(super) struct Node {
+    pub(super) span: Span,
+    pub(super) kind: Kind,
+}
+
+/// What a value is.
+#[derive(Debug)]
+pub(super) enum Kind {
+    Text(String),
+    Integer(i64),
+    /// May be infinite or NaN.
+    Real(f64),
+    Boolean(bool),
+    /// A date or a time of day: nothing in this project takes one.
+    Moment,
+    /// A YAML key without a value.
+    Nothing,
+    /// A YAML value whose tag contradicts it.
+    Unreadable,
+    Array(Vec<Node>),
+    Table(Entries),
+}
+
+/// The entries of a table, and what its reader asked for so far.
+#[derive(Debug, Default)]
+pub(super) struct Entries {
+    pub(super) by_key: BTreeMap<String, Entry>,
+    /// Whether keys that nobody knows are allowed as long as they don't look like a slip of the pen.
+    pub(super) lenient: Cell<bool>,
+    /// The keys that are known. A table of which nobody asked anything is not judged.
+    pub(super) asked: RefCell<BTreeSet<String>>,
+    /// Required keys that are not there, each with the complaint to make about it.
+    pub(super) missing: RefCell<Vec<(String, Problem)>>,
+}
+
+/// A key's place and its value.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) key: Span,
+    pub(super) value: Node,
+}
+
+impl Node {
+    /// Collects the complaints that can only be made when reading is over: keys that nobody asked for, and required
+    /// keys that are missing and were not just misspelt.
+    pub(super) fn left_over(&self, problems: &mut Vec<Problem>) {
+        match &self.kind {
+            Kind::Array(items) => items.iter().for_each(|item| item.left_over(problems)),
+            Kind::Table(entries) => entries.left_over(problems),
+            _ => {}
+        }
+    }
+}
+
+impl Kind {
+    /// What the value is, for a label.
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "a text",
+            Self::Integer(_) => "an integer",
+            Self::Real(number) if number.is_finite() => "a number",
+            Self::Real(_) => "not a finite number",
+            Self::Boolean(_) => "a boolean",
+            Self::Moment => "a date or time",
+            Self::Nothing => "empty",
+            Self::Unreadable => "not what its tag says",
+            Self::Array(_) => "an array",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+impl Entries {
+    fn left_over(&self, problems: &mut Vec<Problem>) {
+        let asked = self.asked.borrow();
+        if asked.is_empty() {
+            return;
+        }
+        let mut misspelt = BTreeSet::new();
+        for (key, entry) in &self.by_key {
+            if asked.contains(key) {
+                entry.value.left_over(problems);
+                continue;
+            }
+            let absent = asked.iter().map(String::as_str).filter(|known| !self.by_key.contains_key(*known));
+            let meant = nearest(key, absent);
+            misspelt.extend(meant);
+            if meant.is_some() || !self.lenient.get() {
+                problems.push(unknown_key(key, &entry.key, meant, &asked));
+            }
+        }
+        let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));
+        problems.extend(missing.map(|(_, problem)| problem));
+    }
+}
+
+fn unknown_key(key: &str, span: &Span, meant: Option<&str>, known: &BTreeSet<String>) -> Problem {
+    let problem = span.problem(format!("unknown key `{key}`")).with_label("not known here");
+    match meant {
+        Some(meant) => problem.with_help(format!("did you mean `{meant}`?")),
+        None => {
+            let known: Vec<_> = known.iter().map(|key| format!("`{key}`")).collect();
+            problem.with_help(format!("known here: {}", known.join(", ")))
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! Assignments from the command line: `faults.0.charge_pct=5`.
+
+use super::node::{Entries, Entry, Kind, MAX_DEPTH, Node};
+use super::toml_text;
+use crate::{Problem, Source, Span};
+
+/// What diagnostics call an assignment.
+const NAME: &str = "--set";
+
+/// Applies one assignment to the document.
+pub(super) fn apply(root: &mut Node, assignment: &str) -> Result<(), Problem> {
+    let source = Source::new(NAME, assignment);
+    let Some((key, _)) = assignment.split_once('=') else {
+        let problem = source.span(0..assignment.len()).problem("no `=` in the assignment");
+        return Err(problem.with_label("expected `key=value`"));
+    };
+    let path = path(&source, key)?;
+    let value = value(&source, key.len() + 1)?;
+    assign(root, &path, value)
+}
+
+/// The parts of a dotted key, each with its place.
+fn path(source: &Source, key: &str) -> Result<Vec<Span>, Problem> {
+    let mut path = Vec::new();
+    let mut start = 0;
+    for part in key.split('.') {
+        let blank = part.len() - part.trim_start().len();
+        let span = source.span(start + blank..start + blank + part.trim().len());
+        if part.trim().is_empty() {
+            return Err(span.problem("an empty part in the key").with_label("a name is missing here"));
+        }
+        path.push(span);
+        start += part.len() + 1;
+    }
+    if path.len() > MAX_DEPTH {
+        return Err(path[MAX_DEPTH].problem("the key has too many parts"));
+    }
+    Ok(path)
+}
+
+/// The value from byte `at` on: TOML, or else a bare text.
+fn value(source: &Source, at: usize) -> Result<Node, Problem> {
+    let text = source.text()[at..].trim();
+    let span = source.span(source.text().trim_end().len() - text.len()..source.text().trim_end().len());
+    if text.is_empty() {
+        return Err(source.span(at..at).problem("no value after `=`").with_help("an empty text is written `\"\"`"));
+    }
+    match toml_text::value(source, span.range().start) {
+        Ok(node) => Ok(node),
+        Err(_) if !text.starts_with(['"', '\'', '[', '{']) => Ok(Node { kind: Kind::Text(text.to_owned()), span }),
+        Err(problems) => Err(problems.problems()[0].clone()),
+    }
+}
+
+/// Puts the value where the path leads, making tables on the way.
+fn assign(root: &mut Node, path: &[Span], value: Node) -> Result<(), Problem> {
+    let (last, way) = path.split_last().expect("splitting a key gives at least one part");
+    let mut node = root;
+    for part in way {
+        let new = || Node { span: part.clone(), kind: Kind::Table(Entries::default()) };
+        node = step(node, part, new)?;
+    }
+    let span = value.span.clone();
+    let slot = step(node, last, || Node { span, kind: Kind::Nothing })?;
+    *slot = value;
+    Ok(())
+}
+
+/// The value under one part of a key; `new` makes the one that is not there.
+fn step<'n>(node: &'n mut Node, part: &Span, new: impl FnOnce() -> Node) -> Result<&'n mut Node, Problem> {
+    match &mut node.kind {
+        Kind::Table(entries) => {
+            let entry = entries.by_key.entry(part.text().to_owned());
+            Ok(&mut entry.or_insert_with(|| Entry { key: part.clone(), value: new() }).value)
+        }
+        Kind::Array(items) => {
+            let count = items.len();
+            let slot = part.text().parse().ok().and_then(|index: usize| items.get_mut(index));
+            slot.ok_or_else(|| {
+                let problem = part.problem(format!("`{}` is no entry of this array", part.text()));
+                problem.with_label("an array is here").with_help(match count {
+                    0 => "the array is empty".to_owned(),
+                    _ => format!("entries are counted from 0 to {}", count - 1),
+                })
+            })
+        }
+        kind => {
+            let problem = part.problem(format!("`{}` leads into {}", part.text(), kind.name()));
+            Err(problem.with_label("only tables and arrays have parts"))
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! Map files: the YAML and picture of ROS `map_server`, as `nav2_map_server` reads them.
+
+mod meaning;
+mod save;
+
+use std::path::Path;
+
+use meaning::{Meaning, Mode};
+pub use save::{ImageFormat, MapFiles, map_files, save_map};
+
+use crate::document::{Document, Item, Table};
+use crate::files::{ReadFile, read_text};
+use crate::raster::{Raster, RasterError};
+use crate::{Error, OccupancyGrid, Pose, Problem, Span, pose};
+
+/// Coordinates beyond this many metres are a slip of the pen.
+pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
+
+/// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
+/// `read` reads the YAML and the picture, from disk ([`from_disk`](crate::from_disk)) or from wherever files are kept.
+///
+/// ```yaml
+/// image: house.pgm            # PGM or PNG, relative to this file
+/// resolution: 0.05            # metres a cell
+/// origin: [-16.0, -6.0, 0.0]  # x m, y m, yaw rad of the picture's lower left corner
+/// negate: 0                   # 1: black is free
+/// occupied_thresh: 0.65
+/// free_thresh: 0.196
+/// mode: trinary               # or scale, raw; may be left out
+/// ```
+///
+/// `mode` decides what a pixel means. Its *shade* is the mean of its colours, from 0 (black) to 1 (white), its
+/// *occupancy* is 1 − shade, or the shade itself if `negate` is set.
+///
+/// - **trinary**: occupied above `occupied_thresh`, free below `free_thresh`, unknown between and on them. Alpha counts
+///   as one more colour.
+/// - **scale**: unknown where the picture is transparent. Else ROS publishes 100 % above `occupied_thresh`, 0 % below
+///   `free_thresh`, and stretches what lies between linearly over 0 to 100 %.
+/// - **raw**: ROS publishes the shade, from 0 to 255, as percents if it is at most 100, and else unknown. `negate` does
+///   not count.
+///
+/// ROS hands percents on; this project knows three kinds of [`Cell`](crate::Cell). In scale and raw mode a cell is
+/// occupied if its percents are at least 100 × `occupied_thresh`, free if they are at most 100 × `free_thresh`, and
+/// unknown between.
+///
+/// All keys but `mode` are required. Keys that we don't know are left alone, since other programs add theirs, unless
+/// they look like a misspelt key that is missing.
+///
+/// The yaw of the origin turns the whole map. Maps of more than [`MAX_CELLS`](crate::MAX_CELLS) cells are refused.
+///
+/// # Errors
+/// [`Error::Read`] if the YAML file cannot be read; [`Error::Problems`] with everything that is wrong with the YAML
+/// and its picture. A picture that cannot be used is a problem of the line that names it.
+///
+/// # Example
+/// A map in memory:
+/// ```
+/// use std::path::Path;
+/// use maps::{Cell, load_map};
+///
+/// let files = |path: &Path| match path.to_str() {
+///     Some("maps/tiny.yaml") => Ok("image: tiny.pgm\nresolution: 0.5\norigin: [0, 0, 0]\n\
+///                                   negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n".into()),
+///     Some("maps/tiny.pgm") => Ok("P2  3 1  255  0 205 254".into()),
+///     _ => Err(std::io::ErrorKind::NotFound.into()),
+/// };
+/// let map = load_map(Path::new("maps/tiny.yaml"), &files)?;
+/// assert_eq!(map.cells(), [Cell::Occupied, Cell::Unknown, Cell::Free]);
+/// # Ok::<(), maps::Error>(())
+/// ```
+pub fn load_map(path: &Path, read: ReadFile<'_>) -> Result<OccupancyGrid, Error> {
+    let text = read_text(path, read)?;
+    let document = Document::parse_yaml(&path.display().to_string(), &text)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    Ok(document.read(|root| read_map(root, folder, read))?)
+}
+
+fn read_map(root: Table<'_>, folder: &Path, read: ReadFile<'_>) -> Option<OccupancyGrid> {
+    root.allow_other_keys();
+    let raster = root.text("image").try_map(|name, span| load_raster(&folder.join(&name), span, read)).required();
+    let resolution_m = root.number("resolution").above(0.0).within(1e-4..=100.0).required();
+    let origin = read_origin(root);
+    let meaning = read_meaning(root);
+    let (raster, meaning) = (raster?, meaning?);
+    // A picture begins with its top row, a grid with its bottom row.
+    let mut cells: Vec<_> = raster.pixels().map(|pixel| meaning.cell(pixel, raster.white)).collect();
+    flip(&mut cells, raster.width);
+    Some(OccupancyGrid::from_cells(raster.width, raster.height, resolution_m?, origin?, cells))
+}
+
+fn load_raster(path: &Path, span: &Span, read: ReadFile<'_>) -> Result<Raster, Problem> {
+    let problem = |why| span.problem(format!("the image {} {why}", path.display())).with_label("this image");
+    let bytes = read(path).map_err(|error| problem(format!("cannot be read: {error}")))?;
+    Raster::decode(&bytes).map_err(|error| {
+        let problem = problem(format!("cannot be used: {error}"));
+        match error {
+            RasterError::Magic | RasterError::OtherNetpbm(_) | RasterError::Png(_) => {
+                problem.with_help("accepted are PGM (P2 and P5) and PNG")
+            }
+            _ => problem,
+        }
+    })
+}
+
+fn read_origin(root: Table<'_>) -> Option<Pose> {
+    let origin = root.get::<[f64; 3]>("origin").check(
+        |[x_m, y_m, _]| x_m.abs() <= MAX_COORDINATE_M && y_m.abs() <= MAX_COORDINATE_M,
+        format!("lie within {} km of the frame's origin", MAX_COORDINATE_M / 1e3),
+    );
+    origin.map(|[x_m, y_m, yaw_rad]| pose(x_m, y_m, yaw_rad)).required()
+}
+
+fn read_meaning(root: Table<'_>) -> Option<Meaning> {
+    let mode = [("trinary", Mode::Trinary), ("scale", Mode::Scale), ("raw", Mode::Raw)];
+    let mode = root.one_of("mode", &mode).or(Mode::Trinary);
+    let negate = root.get::<Item<'_>>("negate").try_map(|item, _| yes_or_no(&item));
+    let negate = negate.required_or("add `negate: 0`, or `negate: 1` if black is free");
+    let occupied = root.number("occupied_thresh").within(0.0..=1.0).required();
+    let free = root.number("free_thresh").within(0.0..=1.0);
+    let free = match occupied {
+        Some(occupied) => free.check(|free| *free < occupied, format!("be less than `occupied_thresh`, {occupied}")),
+        None => free,
+    };
+    let free = free.required();
+    Some(Meaning { mode, negate: negate?, occupied_threshold: occupied?, free_threshold: free? })
+}
+
+/// A truth value as ROS's YAML reader takes it: also 0 and 1, and the words of YAML 1.1.
+fn yes_or_no(item: &Item<'_>) -> Result<bool, Problem> {
+    let word = match item.as_text() {
+        Some("yes" | "on") => Some(true),
+        Some("no" | "off") => Some(false),
+        _ => None,
+    };
+    let number = item.as_integer().and_then(|number| [false, true].get(usize::try_from(number).ok()?).copied());
+    item.as_boolean().or(word).or(number).ok_or_else(|| item.wrong("0 or 1, or false or true"))
+}
+
+/// Turns the rows of a picture upside down.
+fn flip<T>(cells: &mut [T], width: usize) {
+    let height = cells.len() / width;
+    let (top, bottom) = cells.split_at_mut(height / 2 * width);
+    for (upper, lower) in top.chunks_exact_mut(width).zip(bottom.chunks_exact_mut(width).rev()) {
+        upper.swap_with_slice(lower);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,130 @@
+//! What the pixels of a map's picture mean.
+
+use crate::Cell;
+
+/// How a map file's `mode` says to read shades.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Mode {
+    Trinary,
+    Scale,
+    Raw,
+}
+
+/// Everything that decides what a pixel means.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Meaning {
+    pub(super) mode: Mode,
+    pub(super) negate: bool,
+    /// From 0 to 1, above `free_threshold`.
+    pub(super) occupied_threshold: f64,
+    /// From 0 to 1.
+    pub(super) free_threshold: f64,
+}
+
+impl Meaning {
+    /// The kind of cell that a pixel stands for: one to four samples of at most `white`, as in a
+    /// [`Raster`](crate::raster::Raster).
+    pub(super) fn cell(&self, pixel: &[u16], white: u16) -> Cell {
+        let (colours, alpha) = match pixel {
+            [colours @ .., alpha] if pixel.len().is_multiple_of(2) => (colours, Some(*alpha)),
+            colours => (colours, None),
+        };
+        match self.mode {
+            Mode::Trinary => self.trinary(self.occupancy(shade(pixel, white))),
+            Mode::Scale if alpha.is_some_and(|alpha| alpha < white) => Cell::Unknown,
+            Mode::Scale => self.percents(self.scaled(self.occupancy(shade(colours, white)))),
+            Mode::Raw => self.percents((shade(colours, white) * 255.0).round()),
+        }
+    }
+
+    fn occupancy(&self, shade: f64) -> f64 {
+        if self.negate { shade } else { 1.0 - shade }
+    }
+
+    fn trinary(&self, occupancy: f64) -> Cell {
+        if occupancy > self.occupied_threshold {
+            Cell::Occupied
+        } else if occupancy < self.free_threshold {
+            Cell::Free
+        } else {
+            Cell::Unknown
+        }
+    }
+
+    /// The percents that ROS publishes in scale mode.
+    fn scaled(&self, occupancy: f64) -> f64 {
+        let (free, occupied) = (self.free_threshold, self.occupied_threshold);
+        ((occupancy - free) / (occupied - free)).clamp(0.0, 1.0) * 100.0
+    }
+
+    /// Percents as one of three kinds of cell.
+    fn percents(&self, percents: f64) -> Cell {
+        let occupancy = percents.round_ties_even() / 100.0;
+        if occupancy > 1.0 {
+            Cell::Unknown
+        } else if occupancy >= self.occupied_threshold {
+            Cell::Occupied
+        } else if occupancy <= self.free_threshold {
+            Cell::Free
+        } else {
+            Cell::Unknown
+        }
+    }
+}
+
+/// The mean of some samples, from 0 (black) to 1 (white).
+fn shade(samples: &[u16], white: u16) -> f64 {
+    let sum: u32 = samples.iter().map(|sample| u32::from(*sample)).sum();
+    f64::from(sum) / (samples.len() as f64 * f64::from(white))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Cell::{Free, Occupied, Unknown};
+    use super::*;
+
+    fn meaning(mode: Mode, negate: bool) -> Meaning {
+        Meaning { mode, negate, occupied_threshold: 0.65, free_threshold: 0.25 }
+    }
+
+    #[test]
+    fn trinary_thresholds_the_darkness() {
+        let cells = |negate| [0, 128, 254].map(|grey| meaning(Mode::Trinary, negate).cell(&[grey], 255));
+        assert_eq!(cells(false), [Occupied, Unknown, Free]);
+        assert_eq!(cells(true), [Free, Unknown, Occupied]);
+    }
+
+    #[test]
+    fn trinary_keeps_what_lies_on_a_threshold_unknown() {
+        let exact = Meaning { occupied_threshold: 0.75, free_threshold: 0.25, ..meaning(Mode::Trinary, false) };
+        assert_eq!([64, 63, 192, 193].map(|grey| exact.cell(&[grey], 256)), [Unknown, Occupied, Unknown, Free]);
+    }
+
+    #[test]
+    fn trinary_counts_alpha_as_a_colour_and_scale_as_a_veil() {
+        let glass = [255, 0];
+        assert_eq!(meaning(Mode::Trinary, false).cell(&glass, 255), Unknown);
+        assert_eq!(meaning(Mode::Scale, false).cell(&glass, 255), Unknown);
+        assert_eq!(meaning(Mode::Scale, false).cell(&[255, 255], 255), Free);
+        assert_eq!(meaning(Mode::Trinary, false).cell(&[255, 255, 0, 255], 255), Unknown);
+        assert_eq!(meaning(Mode::Raw, false).cell(&[90, 90, 90, 0], 255), Occupied);
+    }
+
+    #[test]
+    fn scale_stretches_between_the_thresholds() {
+        // With thresholds 0.25 and 0.65 an occupancy of 0.35 is 25 %, one of 0.51 is 65 %.
+        let cell = |grey| meaning(Mode::Scale, false).cell(&[grey], 100);
+        assert_eq!([100, 65, 64, 50, 49, 0].map(cell), [Free, Free, Unknown, Unknown, Occupied, Occupied]);
+    }
+
+    #[test]
+    fn raw_takes_shades_as_percents_whatever_negate_says() {
+        for negate in [false, true] {
+            let cell = |grey| meaning(Mode::Raw, negate).cell(&[grey], 255);
+            assert_eq!(
+                [0, 25, 26, 64, 65, 100, 101, 255].map(cell),
+                [Free, Free, Unknown, Unknown, Occupied, Occupied, Unknown, Unknown]
+            );
+        }
+    }
+}

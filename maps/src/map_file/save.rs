@@ -1,0 +1,102 @@
+//! Writing a map as `map_server` YAML and a picture.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::raster::{MAX_CELLS, encode_pgm, encode_png};
+use crate::{Cell, Error, OccupancyGrid, heading};
+
+/// The kind of picture that a map is saved as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ImageFormat {
+    /// A raw greymap: as large as the map has cells, and the same bytes whoever writes it.
+    #[default]
+    Pgm,
+    /// A grey PNG: small.
+    Png,
+}
+
+/// The two files of a map.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MapFiles {
+    /// The YAML file.
+    pub yaml: String,
+    /// The picture.
+    pub image: Vec<u8>,
+}
+
+/// A map as files, the picture to be put beside the YAML under `image_name`.
+///
+/// Mode trinary: occupied cells are black (0), free ones almost white (254), unknown ones light grey (205), as ROS's
+/// map saver writes them. Loading the files gives an equal grid, but for the last bits of an origin that is turned.
+///
+/// # Errors
+/// [`Error::UnsavableSize`] for a grid without cells, or with more than [`MAX_CELLS`].
+pub fn map_files(grid: &OccupancyGrid, image_name: &str, format: ImageFormat) -> Result<MapFiles, Error> {
+    let (width, height) = (grid.width(), grid.height());
+    if !(1..=MAX_CELLS).contains(&grid.cells().len()) {
+        return Err(Error::UnsavableSize { width, height });
+    }
+    let pixels: Vec<u8> = grid.cells().chunks_exact(width).rev().flatten().copied().map(shade).collect();
+    let image = match format {
+        ImageFormat::Pgm => encode_pgm(width, height, &pixels),
+        ImageFormat::Png => encode_png(width, height, &pixels),
+    };
+    Ok(MapFiles { yaml: yaml(grid, image_name), image })
+}
+
+/// Saves a map as the YAML file at `path` and a picture of the same name beside it; see [`map_files`].
+///
+/// # Errors
+/// [`Error::UnsavableSize`] as [`map_files`] has it; [`Error::Write`] if a file cannot be written.
+pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Result<(), Error> {
+    let extension = match format {
+        ImageFormat::Pgm => "pgm",
+        ImageFormat::Png => "png",
+    };
+    let image_path = path.with_extension(extension);
+    let image_name = image_path.file_name().unwrap_or_default().to_string_lossy();
+    let files = map_files(grid, &image_name, format)?;
+    let write =
+        |path: &Path, bytes: &[u8]| fs::write(path, bytes).map_err(|source| Error::Write { path: path.into(), source });
+    // The YAML comes last: where it is, the picture is.
+    write(&path.with_file_name(&*image_name), &files.image)?;
+    write(path, files.yaml.as_bytes())
+}
+
+fn shade(cell: Cell) -> u8 {
+    match cell {
+        Cell::Occupied => 0,
+        Cell::Free => 254,
+        Cell::Unknown => 205,
+    }
+}
+
+fn yaml(grid: &OccupancyGrid, image_name: &str) -> String {
+    let origin = grid.origin();
+    let (x_m, y_m, yaw_rad) = (origin.translation.x, origin.translation.y, heading(&origin));
+    let (image, resolution_m) = (quoted(image_name), grid.resolution_m());
+    // {:?} writes every digit that the number needs, and a decimal point.
+    format!(
+        "image: {image}\nmode: trinary\nresolution: {resolution_m:?}\norigin: [{x_m:?}, {y_m:?}, {yaw_rad:?}]\n\
+         negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+    )
+}
+
+/// A name as a YAML scalar: bare where that is plainly a text, else in double quotes.
+fn quoted(name: &str) -> String {
+    let plain = |character: char| character.is_ascii_alphanumeric() || "_-.".contains(character);
+    if name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.contains('.') && name.chars().all(plain) {
+        return name.to_owned();
+    }
+    let mut quoted = String::from('"');
+    for character in name.chars() {
+        match character {
+            '"' | '\\' => quoted.extend(['\\', character]),
+            ' '..='~' => quoted.push(character),
+            _ => write!(quoted, "\\U{:08X}", u32::from(character)).expect("a string takes any text"),
+        }
+    }
+    quoted + "\""
+}

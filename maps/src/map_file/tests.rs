@@ -1,0 +1,227 @@
+use std::collections::BTreeMap;
+use std::io;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::{Cell, FileProblems, MAX_CELLS, Point, from_disk};
+
+/// A map that is right, for tests to spoil.
+const YAML: &str = "\
+image: floor.pgm
+resolution: 0.05
+origin: [-1.5, 2.0, 0.0]
+negate: 0
+occupied_thresh: 0.65
+free_thresh: 0.196
+";
+
+const PGM: &[u8] = b"P2 3 2 255\n0 0 254\n205 254 254\n";
+
+/// Loads `map.yaml` from these files, all in one folder.
+fn load(files: &[(&str, &[u8])]) -> Result<OccupancyGrid, Error> {
+    let files: BTreeMap<_, _> =
+        files.iter().map(|(name, content)| (format!("maps/{name}"), content.to_vec())).collect();
+    let read = |path: &Path| {
+        let content = path.to_str().and_then(|path| files.get(path));
+        content.cloned().ok_or_else(|| io::ErrorKind::NotFound.into())
+    };
+    load_map(Path::new("maps/map.yaml"), &read)
+}
+
+fn load_yaml(yaml: &str) -> Result<OccupancyGrid, Error> {
+    load(&[("map.yaml", yaml.as_bytes()), ("floor.pgm", PGM)])
+}
+
+fn problems(loaded: Result<OccupancyGrid, Error>) -> FileProblems {
+    match loaded {
+        Err(Error::Problems(problems)) => problems,
+        other => panic!("expected problems, got {other:?}"),
+    }
+}
+
+/// The diagnostics as somebody without a terminal reads them.
+fn rendered(problems: &FileProblems) -> String {
+    let mut text = String::new();
+    miette::NarratableReportHandler::new().render_report(&mut text, problems).unwrap();
+    text
+}
+
+#[test]
+fn a_grid_begins_with_the_pictures_bottom_row() {
+    use Cell::{Free, Occupied, Unknown};
+    let map = load_yaml(YAML).unwrap();
+    assert_eq!(map.cells(), [Unknown, Free, Free, Occupied, Occupied, Free]);
+    assert_eq!((map.width(), map.height(), map.resolution_m()), (3, 2, 0.05));
+    assert_eq!(map.origin(), pose(-1.5, 2.0, 0.0));
+}
+
+#[test]
+fn yaw_turns_the_whole_map() {
+    let map = load_yaml(&YAML.replace("2.0, 0.0", "2.0, 1.5707963267948966")).unwrap();
+    // The picture's x axis now points up: column 2 of row 1 lies 2.5 cells above and 1.5 cells left of the origin.
+    let centre = map.center(crate::CellIndex { column: 2, row: 1 });
+    assert!((centre - Point::new(-1.5 - 0.075, 2.0 + 0.125)).norm() < 1e-12, "{centre}");
+}
+
+#[test]
+fn keys_of_other_programs_and_yaml_spellings_pass() {
+    let yaml = "# from a SLAM program\n%YAML 1.2\n---\n".replace("%YAML 1.2\n", "")
+        + &YAML.replace("negate: 0", "negate: no\nmap_id: 7\nlayers: {a: [1, 2]}");
+    assert!(load_yaml(&yaml).is_ok());
+    assert!(load_yaml(&YAML.replace("negate: 0", "negate: false")).is_ok());
+    assert!(load_yaml(&YAML.replace("resolution: 0.05", "resolution: 5e-2")).is_ok());
+    assert!(load_yaml(&YAML.replace("floor.pgm", "'floor.pgm'").replace('\n', "\r\n")).is_ok());
+    assert!(load_yaml(&format!("\u{feff}{YAML}")).is_ok());
+}
+
+#[test]
+fn all_problems_of_a_map_are_reported_at_once() {
+    let yaml = "\
+image: floor.png        # there is no such file
+resolutoin: 0.05
+origin: [.nan, here, 0.0]
+mode: trinery
+negate: 2
+occupied_thresh: 0.2
+free_thresh: 0.65
+";
+    insta::assert_snapshot!(rendered(&problems(load_yaml(yaml))));
+}
+
+#[test]
+fn what_is_missing_or_of_the_wrong_type_is_named() {
+    insta::assert_snapshot!(problems(load_yaml("")).plain());
+    let yaml =
+        "image: [floor.pgm]\nresolution: fine\norigin: [0, 0]\nnegate:\noccupied_thresh: '0.65'\nfree_thresh: -1\n";
+    insta::assert_snapshot!(problems(load_yaml(yaml)).plain());
+    insta::assert_snapshot!(rendered(&problems(load_yaml(""))));
+}
+
+#[test]
+fn a_useless_picture_is_a_problem_of_the_line_that_names_it() {
+    let report = |image: &[u8]| problems(load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", image)])).plain();
+    let huge = format!("P5 {} 2 255\n", MAX_CELLS);
+    let reports =
+        [b"GIF89a".as_slice(), b"P6 1 1 255\n123", b"P5 3 2 255\n123", b"P2 3 2 9\n1 2 3 4 5 10", huge.as_bytes()]
+            .map(report);
+    insta::assert_snapshot!(reports.concat());
+}
+
+#[test]
+fn resolutions_that_make_no_map_are_refused() {
+    let report = |resolution: &str| {
+        problems(load_yaml(&YAML.replace("resolution: 0.05", &format!("resolution: {resolution}")))).plain()
+    };
+    insta::assert_snapshot!(["0", "-0.05", ".nan", ".inf", "1e-9", "5000"].map(report).concat());
+}
+
+#[test]
+fn what_is_no_mapping_or_no_yaml_is_said_to_be_so() {
+    let report = |yaml: &str| problems(load_yaml(yaml)).plain();
+    let twice = YAML.to_owned() + "negate: 1\n";
+    let deep = "[".repeat(300);
+    let long = "#".repeat(20_000);
+    let documents = YAML.to_owned() + "---\nimage: b\n";
+    let reports = ["- image\n- resolution\n", "image: \"floor", &twice, &deep, &long, &documents].map(report);
+    insta::assert_snapshot!(reports.concat());
+}
+
+#[test]
+fn deep_nesting_is_refused_politely() {
+    for nest in ["- ", "? ", "- ? ", "? - ", "-\t", "[", "{", "{a: [", "&a - ", "a:\n "] {
+        let yaml = nest.repeat(16 * 1024 / nest.len());
+        assert!(!problems(load_yaml(&yaml)).problems().is_empty(), "{nest}");
+    }
+    let steps: String = (0..170).map(|step| " ".repeat(step) + "-\n").collect();
+    for nest in [steps.clone(), steps + &" ".repeat(170) + &"- ".repeat(60) + &"[".repeat(250) + &"]".repeat(250)] {
+        assert!(!problems(load_yaml(&nest)).problems().is_empty());
+    }
+}
+
+#[test]
+fn a_file_that_is_not_text_says_where() {
+    let report = problems(load(&[("map.yaml", b"image: fl\xffoor.pgm\n")])).plain();
+    assert_eq!(report, "maps/map.yaml:1:10: the file is not text in UTF-8\n");
+}
+
+#[test]
+fn a_missing_yaml_file_is_a_read_error() {
+    assert!(matches!(load(&[]), Err(Error::Read { .. })));
+}
+
+#[test]
+fn saved_maps_lie_on_disk_as_a_pair() {
+    let folder = tempfile::tempdir().unwrap();
+    let map = load_yaml(YAML).unwrap();
+    for (name, format) in [("a.yaml", ImageFormat::Pgm), ("my \"map\".v2.yaml", ImageFormat::Png)] {
+        let path = folder.path().join(name);
+        save_map(&map, &path, format).unwrap();
+        assert_eq!(load_map(&path, &from_disk).unwrap(), map);
+    }
+    let nowhere = folder.path().join("no/such/folder.yaml");
+    assert!(matches!(save_map(&map, &nowhere, ImageFormat::Pgm), Err(Error::Write { .. })));
+}
+
+#[test]
+fn a_map_without_cells_is_not_saved() {
+    let empty = OccupancyGrid::new(0, 4, 0.05, pose(0.0, 0.0, 0.0));
+    assert!(matches!(map_files(&empty, "a.pgm", ImageFormat::Pgm), Err(Error::UnsavableSize { .. })));
+}
+
+fn any_cell() -> impl Strategy<Value = Cell> {
+    prop_oneof![Just(Cell::Free), Just(Cell::Occupied), Just(Cell::Unknown)]
+}
+
+fn any_grid() -> impl Strategy<Value = OccupancyGrid> {
+    let size = (1_usize..20, 1_usize..20, 0.001..2.0, -1e3..1e3, -1e3..1e3, -3.1..3.1);
+    size.prop_flat_map(|(width, height, resolution_m, x_m, y_m, yaw_rad)| {
+        let cells = proptest::collection::vec(any_cell(), width * height);
+        let origin = pose(x_m, y_m, yaw_rad);
+        cells.prop_map(move |cells| OccupancyGrid::from_cells(width, height, resolution_m, origin, cells))
+    })
+}
+
+proptest! {
+    #[test]
+    fn a_saved_map_loads_back_equal(grid in any_grid(), png in any::<bool>(), name in "\\PC{1,12}") {
+        let format = if png { ImageFormat::Png } else { ImageFormat::Pgm };
+        let name = name.replace('/', "_");
+        let files = map_files(&grid, &name, format).unwrap();
+        let loaded = load(&[("map.yaml", files.yaml.as_bytes()), (&name, &files.image)]).unwrap();
+        prop_assert_eq!(loaded.cells(), grid.cells());
+        prop_assert_eq!((loaded.width(), loaded.resolution_m()), (grid.width(), grid.resolution_m()));
+        prop_assert_eq!(loaded.origin().translation, grid.origin().translation);
+        prop_assert!(loaded.origin().rotation.angle_to(&grid.origin().rotation).abs() < 1e-15);
+    }
+
+    #[test]
+    fn no_change_of_bytes_makes_loading_panic(
+        png in any::<bool>(),
+        changes in proptest::collection::vec((any::<bool>(), any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        cut in any::<prop::sample::Index>(),
+    ) {
+        let grid = load_yaml(YAML).unwrap();
+        let format = if png { ImageFormat::Png } else { ImageFormat::Pgm };
+        let files = map_files(&grid, "floor.pgm", format).unwrap();
+        let (mut yaml, mut image) = (files.yaml.into_bytes(), files.image);
+        for (in_yaml, place, byte) in changes {
+            let bytes = if in_yaml { &mut yaml } else { &mut image };
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+        }
+        let whole = image.len();
+        for image in [&image[..cut.index(whole)], &image] {
+            if let Err(Error::Problems(problems)) = load(&[("map.yaml", &yaml), ("floor.pgm", image)]) {
+                prop_assert!(!rendered(&problems).is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn no_bytes_make_loading_panic(yaml in "\\PC{0,80}", image in proptest::collection::vec(any::<u8>(), 0..60)) {
+        let magic = [b"P5 ".as_slice(), &image].concat();
+        let _ = load(&[("map.yaml", yaml.as_bytes()), ("floor.pgm", &magic)]);
+        let _ = load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", &magic)]);
+    }
+}

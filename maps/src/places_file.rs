@@ -1,0 +1,154 @@
+//! Places files: the named points and areas of a map, in TOML beside it.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::document::{Document, Table};
+use crate::files::{ReadFile, read_text};
+use crate::map_file::MAX_COORDINATE_M;
+use crate::{Error, FileProblems, Place, Places, Point, Span, Spanned, polygon, pose};
+
+/// How far from a point still counts as there unless the file says otherwise, in metres. Less than the 0.5 m within
+/// which the robot docks, so that a robot that believes to be at its station can charge.
+pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
+
+/// How far from a heading still counts as there unless the file says otherwise, in degrees. Less than the 10° within
+/// which the robot docks.
+pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
+
+/// The places of a file, each with where it is written.
+///
+/// Each table is a place. One with `position_m` is a point, one with `corners_m` an area:
+///
+/// ```toml
+/// [RechargingStation]
+/// position_m = [-7.5, 9.0]      # in the map frame
+/// heading_deg = 180             # counter-clockwise from the x axis
+/// position_tolerance_m = 0.3    # how far off still counts as there; 0.3 if left out
+/// heading_tolerance_deg = 6     # likewise; 6 if left out
+///
+/// [Destination]
+/// corners_m = [[-13.2, 15.6], [-10.0, 15.4], [-10.2, 12.6], [-13.4, 13.0]]
+/// ```
+///
+/// An area is the inside of the outline through its corners, in either direction. As a goal it means its centroid,
+/// which therefore has to lie inside.
+#[derive(Clone, Debug)]
+pub struct PlacesFile {
+    places: Places,
+    spans: BTreeMap<String, Span>,
+}
+
+impl PlacesFile {
+    /// Loads the places file at `path` through `read`.
+    ///
+    /// # Errors
+    /// [`Error::Read`] if it cannot be read; [`Error::Problems`] with everything that is wrong with it.
+    pub fn load(path: &Path, read: ReadFile<'_>) -> Result<Self, Error> {
+        Ok(Self::parse(&path.display().to_string(), &read_text(path, read)?)?)
+    }
+
+    /// Parses a places file. `name` is what diagnostics call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    ///
+    /// # Example
+    /// ```
+    /// let file = maps::PlacesFile::parse("house.places.toml", "[start]\nposition_m = [0, 0]\nheading_deg = 90\n")?;
+    /// assert_eq!(file.places().get("start").and_then(|start| start.goal_heading()), Some(std::f64::consts::FRAC_PI_2));
+    /// # Ok::<(), maps::FileProblems>(())
+    /// ```
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        Document::parse_toml(name, text)?.read(|root| {
+            let read: Vec<_> = root.keys().map(|(name, _)| (name, read_place(root, name))).collect();
+            let mut file = Self { places: Places::default(), spans: BTreeMap::new() };
+            for (name, place) in read {
+                let Spanned { value, span } = place?;
+                file.places.insert(name, value);
+                file.spans.insert(name.to_owned(), span);
+            }
+            Some(file)
+        })
+    }
+
+    /// The places.
+    #[must_use]
+    pub fn places(&self) -> &Places {
+        &self.places
+    }
+
+    /// The places alone.
+    #[must_use]
+    pub fn into_places(self) -> Places {
+        self.places
+    }
+
+    /// Where a place's position or corners are written, to complain about them later.
+    #[must_use]
+    pub fn span(&self, name: &str) -> Option<&Span> {
+        self.spans.get(name)
+    }
+}
+
+/// The place, and where its position or corners are.
+fn read_place(root: Table<'_>, name: &str) -> Option<Spanned<Place>> {
+    let table = root.table(name).required()?;
+    if table.has("corners_m") { read_area(table) } else { read_point(table) }
+}
+
+fn read_point(table: Table<'_>) -> Option<Spanned<Place>> {
+    table.know("corners_m");
+    let position = table.get::<[f64; 2]>("position_m").check(near_enough, near_enough_text()).spanned();
+    let position = position.required_or("add `position_m` and `heading_deg` for a point, or `corners_m` for an area");
+    let heading = table.number("heading_deg").within(-360.0..=360.0);
+    let heading_deg = if table.has("position_m") { heading.required() } else { heading.optional() };
+    let tolerance_m = table.number("position_tolerance_m").above(0.0).or(DEFAULT_POSITION_TOLERANCE_M);
+    let tolerance_deg = table.number("heading_tolerance_deg").above(0.0).within(0.0..=180.0);
+    let tolerance_deg = tolerance_deg.or(DEFAULT_HEADING_TOLERANCE_DEG);
+    let Spanned { value: [x_m, y_m], span } = position?;
+    let value = Place::Point {
+        pose: pose(x_m, y_m, heading_deg?.to_radians()),
+        position_tolerance_m: tolerance_m,
+        heading_tolerance_rad: tolerance_deg.to_radians(),
+    };
+    Some(Spanned { value, span })
+}
+
+fn read_area(table: Table<'_>) -> Option<Spanned<Place>> {
+    let corners = table.get::<Vec<Spanned<[f64; 2]>>>("corners_m");
+    let Spanned { value: corners, span } = corners.spanned().required()?;
+    let mut problems = Vec::new();
+    for corner in &corners {
+        if !near_enough(&corner.value) {
+            problems.push(corner.span.problem(format!("a corner must {}", near_enough_text())));
+        }
+    }
+    let point = |corner: Spanned<[f64; 2]>| Spanned { value: Point::from(corner.value), span: corner.span };
+    let corners: Vec<_> = corners.into_iter().map(point).collect();
+    if problems.is_empty() {
+        problems = polygon::problems(&corners, &span);
+    }
+    let area = Place::Area { corners: corners.into_iter().map(|corner| corner.value).collect() };
+    if problems.is_empty() {
+        let goal = area.goal_position();
+        if !area.contains(&pose(goal.x, goal.y, 0.0)) {
+            let problem = span.problem("the area's centroid lies outside it, so that nobody sent there would arrive");
+            problems.push(problem.with_label(format!("the centroid is ({:.2}, {:.2})", goal.x, goal.y)));
+        }
+    }
+    let fine = problems.is_empty();
+    problems.into_iter().for_each(|problem| table.report(problem));
+    fine.then_some(Spanned { value: area, span })
+}
+
+fn near_enough(position: &[f64; 2]) -> bool {
+    position.iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE_M)
+}
+
+fn near_enough_text() -> String {
+    format!("lie within {} km of the frame's origin", MAX_COORDINATE_M / 1e3)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,123 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::heading;
+
+fn problems(text: &str) -> FileProblems {
+    PlacesFile::parse("house.places.toml", text).expect_err("the file is wrong")
+}
+
+fn rendered(problems: &FileProblems) -> String {
+    let mut text = String::new();
+    miette::NarratableReportHandler::new().render_report(&mut text, problems).unwrap();
+    text
+}
+
+#[test]
+fn points_and_areas_are_read_with_their_defaults() {
+    let text = "\
+[start]
+position_m = [1, -2.5]
+heading_deg = 180
+[dock]
+position_m = [0.0, 0.0]
+heading_deg = -90
+position_tolerance_m = 0.1
+heading_tolerance_deg = 45
+[kitchen]
+corners_m = [[0, 0], [2, 0], [2, 2], [0, 2]]
+";
+    let places = PlacesFile::parse("p.toml", text).unwrap().into_places();
+    let Some(Place::Point { pose, position_tolerance_m, heading_tolerance_rad }) = places.get("start") else {
+        panic!("start is a point");
+    };
+    assert_eq!((pose.translation.x, pose.translation.y, heading(pose)), (1.0, -2.5, std::f64::consts::PI));
+    assert_eq!((*position_tolerance_m, *heading_tolerance_rad), (0.3, 6_f64.to_radians()));
+    let Some(Place::Point { position_tolerance_m, heading_tolerance_rad, .. }) = places.get("dock") else {
+        panic!("dock is a point");
+    };
+    assert_eq!((*position_tolerance_m, *heading_tolerance_rad), (0.1, std::f64::consts::FRAC_PI_4));
+    assert_eq!(places.get("kitchen").unwrap().goal_position(), Point::new(1.0, 1.0));
+}
+
+#[test]
+fn a_places_position_can_be_complained_about_later() {
+    let file = PlacesFile::parse("p.toml", "[start]\nheading_deg = 0\nposition_m = [1, 2]\n").unwrap();
+    let span = file.span("start").unwrap();
+    assert_eq!((span.line(), span.text()), (3, "[1, 2]"));
+    assert!(file.span("stop").is_none());
+}
+
+#[test]
+fn all_problems_of_a_places_file_are_reported_at_once() {
+    let text = "\
+colour = \"blue\"
+
+[start]
+position_m = [0.0, nan]
+heading_deg = 1000
+
+[RechargingStation]
+postion_m = [-7.5, 9.0]
+heading_deg = 180
+position_tolerance_m = -0.5
+heading_tolerance = 10
+
+[Destination]
+corners_m = [[0.0, 0.0], [2.0, 2.0], [3.0, 0.0], [0.0, 2.5]]
+heading_deg = 90
+
+[line]
+corners_m = [[0, 0], [1, 1], [3, 3]]
+
+[horseshoe]
+corners_m = [[0, 0], [4, 0], [4, 4], [3.5, 4], [3.5, 0.5], [0.5, 0.5], [0.5, 4], [0, 4]]
+
+[nowhere]
+";
+    insta::assert_snapshot!(rendered(&problems(text)));
+}
+
+#[test]
+fn syntax_errors_are_reported_at_once() {
+    insta::assert_snapshot!(problems("[start\nposition_m = [0 0]\nheading_deg == 3\n\n[a]\n[a]\nb = 'c\n").plain());
+}
+
+#[test]
+fn keys_of_a_hundred_thousand_dots_are_refused_politely() {
+    let dots = "a.".repeat(100_000) + "b";
+    let table = "{ a = ".repeat(100_000);
+    for text in
+        [format!("{dots} = 1"), format!("[{dots}]\nc = 1"), format!("x = {{ {dots} = 1 }}"), format!("x = {table}")]
+    {
+        assert!(problems(&text).plain().contains("recurs"));
+    }
+}
+
+#[test]
+fn an_area_of_too_many_corners_is_refused_quickly() {
+    let text = format!("[a]\ncorners_m = [{}]", "[1, 2],".repeat(20_000));
+    assert_eq!(problems(&text).problems().len(), 1);
+}
+
+proptest! {
+    #[test]
+    fn no_change_of_bytes_makes_parsing_panic(
+        changes in proptest::collection::vec((any::<prop::sample::Index>(), "[\\PC\n\\[\\].='\"{}#,]"), 1..12),
+    ) {
+        let mut text: Vec<char> = include_str!("../../house.places.toml").chars().collect();
+        for (place, change) in changes {
+            let place = place.index(text.len());
+            text.splice(place..=place, change.chars());
+        }
+        let text: String = text.into_iter().collect();
+        if let Err(problems) = PlacesFile::parse("p.toml", &text) {
+            prop_assert!(!rendered(&problems).is_empty());
+        }
+    }
+
+    #[test]
+    fn no_text_makes_parsing_panic(text in "(\\PC|[\n\\[\\].=]){0,80}") {
+        let _ = PlacesFile::parse("p.toml", &text);
+    }
+}
