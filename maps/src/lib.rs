@@ -11,17 +11,28 @@
 //! **What places are called.** [`Places`] are named points ("RechargingStation") and areas ("Destination"), written
 //! down in a [`PlacesFile`] beside the map.
 //!
+//! ```
+//! use maps::{Place, house};
+//!
+//! let map = house::draw();
+//! let places = house::places();
+//! let station = places.get("RechargingStation").expect("the house has a charging station");
+//! assert!(map.has_room(&station.goal_position(), 0.30));
+//! assert!(matches!(places.get("Destination"), Some(Place::Area { .. })));
+//! ```
+//!
 //! People write these files by hand, and so a reader never stops at the first mistake: it collects [`FileProblems`],
 //! each at its place and with what would have been right. The [`document`] module that makes this easy is public,
 //! because a scenario's TOML deserves the same care.
 //!
-//! Read [`load_map`] for what pixels mean, [`document`] for how to read a file.
+//! [`house`] is the project's own map. Read [`load_map`] for what pixels mean, [`document`] for how to read a file.
 
 mod diagnostics;
 pub mod document;
 mod error;
 mod files;
 mod grid;
+pub mod house;
 mod map_file;
 mod places;
 mod places_file;
