@@ -1,1 +1,74 @@
-//! Behavior trees: BehaviorTree.CPP XML, node semantics, ticking and halting.
+//! Behavior trees: the XML files of BehaviorTree.CPP and Groot, run with the meaning that BehaviorTree.CPP gives them.
+//!
+//! A behavior tree decides, at every tick, what a robot does now. Ticks go down from the root. A *leaf* answers a tick
+//! with a [`Status`]: success, failure, or running if it needs more ticks. A *control node* asks its children one after
+//! the other and makes one answer of theirs: a sequence succeeds if all of them do, a fallback if one of them does. A
+//! *reactive* control node asks all its children again at every tick, so that a condition that no longer holds takes
+//! effect at once: the action that ran before is *halted*. [`Kind`] says what each kind of node means.
+//!
+//! - A [`Tree`] is what a file says, checked: nodes in document order, with labels and symbols for drawing, and with
+//!   their places in the file for diagnostics. [`Loader`] reads it and reports all that is wrong with a file at once.
+//! - An [`Execution`] is a tree at work. Its leaves are whatever implements [`Leaves`]; or, where answers take time, it
+//!   runs from one leaf [`Call`] to the next.
+//! - In a channel system, leaves are skills: processes that answer on channels. The tree talks to them as one process
+//!   ([`TreeProcess`]) or as a process for every node, with handshakes between them ([`node_processes`]), which is how
+//!   the paper defines it. Both send the same messages.
+//!
+//! The paper's tree, with a robot whose battery is low:
+//!
+//! ```
+//! use std::sync::Arc;
+//! use bt::{Execution, Leaves, NodeId, Outcome, Status, Tree};
+//!
+//! struct LowBattery<'a>(&'a Tree);
+//!
+//! impl Leaves for LowBattery<'_> {
+//!     fn tick(&mut self, leaf: NodeId) -> Status {
+//!         match self.0.node(leaf).type_id() {
+//!             "GotoRechargingStation" | "GoToDestination" | "WaitForUser" => Status::Running,
+//!             "BatteryNotCharging" => Status::Success,
+//!             _ => Status::Failure, // the level is not above 30 %, and the robot is at neither place
+//!         }
+//!     }
+//!
+//!     fn halt(&mut self, _: NodeId) {}
+//! }
+//!
+//! let tree = Arc::new(Tree::from_xml("recharge.xml", bt::RECHARGE)?);
+//! let mut execution = Execution::new(tree.clone());
+//! assert_eq!(execution.tick(&mut LowBattery(&tree)), Status::Running);
+//!
+//! let reached: Vec<String> = tree
+//!     .leaves()
+//!     .zip(tree.leaves().map(|leaf| execution.states()[leaf.id().index()].outcome))
+//!     .filter_map(|(leaf, outcome)| Some(format!("{}: {}", leaf.label(), outcome?)))
+//!     .collect();
+//! assert_eq!(reached, ["BatteryLevel: failure", "AtRechargingStation: failure", "GotoRechargingStation: running"]);
+//! # Ok::<(), bt::TreeError>(())
+//! ```
+
+mod engine;
+mod error;
+mod execution;
+mod kind;
+mod process;
+mod reaction;
+mod shared;
+mod status;
+mod tree;
+mod xml;
+
+pub use error::{Problem, TreeError};
+pub use execution::{Call, Execution, Leaves, Reply, Request, Step};
+pub use kind::{Category, Kind};
+pub use process::{
+    LeafProcess, NodeProcess, TreeProcess, WiredProcess, declare_channels, node_processes, reply_domain,
+    request_domain, states_in, tick_domain,
+};
+pub use status::{NodeState, Outcome, Status};
+pub use tree::{Node, NodeId, Tree};
+pub use xml::Loader;
+
+/// The paper's tree: drive to the destination, break off to recharge when the battery is low, and resume. It is the
+/// text of `trees/recharge.xml`, format 4.
+pub const RECHARGE: &str = include_str!("../trees/recharge.xml");

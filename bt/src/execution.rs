@@ -1,0 +1,164 @@
+//! A tree at work: ticks and halts, in one go or from leaf call to leaf call.
+
+use std::sync::Arc;
+
+use crate::engine::{Later, Next, Now, State};
+use crate::shared::Shared;
+use crate::{NodeId, NodeState, Status, Tree};
+
+/// What a tree asks of a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Request {
+    /// To go on, and to say how it stands.
+    Tick,
+    /// To stop. Only actions that last answered running are asked to.
+    Halt,
+}
+
+/// A call of a leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Call {
+    /// The leaf.
+    pub leaf: NodeId,
+    /// What it is asked.
+    pub request: Request,
+}
+
+/// What a leaf answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Reply {
+    /// To a tick: how it stands.
+    Status(Status),
+    /// To a halt: it has stopped.
+    Halted,
+}
+
+/// How far an execution has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Step {
+    /// It waits for the answer to this call.
+    Call(Call),
+    /// The tick is over; this is the tree's status.
+    Done(Status),
+    /// The tree has been halted.
+    Halted,
+}
+
+/// The leaves of a tree, when they can answer at once.
+pub trait Leaves {
+    /// The leaf goes on, and says how it stands.
+    fn tick(&mut self, leaf: NodeId) -> Status;
+
+    /// The leaf, which was running, stops.
+    fn halt(&mut self, leaf: NodeId);
+}
+
+/// A tree at work: the tree and the status of each of its nodes.
+///
+/// The state is a value: it can be copied, compared and hashed at any time, also in the middle of a tick. Where leaves
+/// answer at once, [`tick`](Self::tick) runs a whole tick; it allocates nothing. Where an answer takes time,
+/// [`start_tick`](Self::start_tick) and [`resume`](Self::resume) run the same tick from call to call:
+///
+/// ```
+/// use std::sync::Arc;
+/// use bt::{Execution, Reply, Request, Status, Step, Tree};
+///
+/// let tree = Tree::from_xml("greet.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
+///     <Sequence> <Condition ID="SomebodyThere"/> <Action ID="SayHello"/> </Sequence>
+/// </BehaviorTree> </root>"#)?;
+/// let mut execution = Execution::new(Arc::new(tree));
+///
+/// let Some(Step::Call(call)) = execution.start_tick() else { unreachable!() };
+/// assert_eq!(execution.tree().node(call.leaf).label(), "SomebodyThere");
+/// let Some(Step::Call(call)) = execution.resume(Reply::Status(Status::Success)) else { unreachable!() };
+/// assert_eq!(execution.tree().node(call.leaf).label(), "SayHello");
+/// assert_eq!(execution.resume(Reply::Status(Status::Running)), Some(Step::Done(Status::Running)));
+///
+/// // The greeting is still going on: halting the tree tells the action.
+/// let Some(Step::Call(call)) = execution.start_halt() else { unreachable!() };
+/// assert_eq!((execution.tree().node(call.leaf).label(), call.request), ("SayHello", Request::Halt));
+/// assert_eq!(execution.resume(Reply::Halted), Some(Step::Halted));
+/// # Ok::<(), bt::TreeError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Execution {
+    tree: Shared<Tree>,
+    state: State,
+}
+
+impl Execution {
+    /// The tree before its first tick.
+    #[must_use]
+    pub fn new(tree: Arc<Tree>) -> Self {
+        let state = State::new(tree.nodes().len());
+        Self { tree: tree.into(), state }
+    }
+
+    /// The tree that is at work.
+    #[must_use]
+    pub fn tree(&self) -> &Arc<Tree> {
+        &self.tree
+    }
+
+    /// What the last tick that came to its end answered.
+    #[must_use]
+    pub fn last_status(&self) -> Option<Status> {
+        self.state.last_status()
+    }
+
+    /// The call whose answer the execution waits for; none between ticks.
+    #[must_use]
+    pub fn pending(&self) -> Option<Call> {
+        self.state.pending()
+    }
+
+    /// How all nodes stand, in document order.
+    #[must_use]
+    pub fn states(&self) -> Vec<NodeState> {
+        self.state.states(&self.tree.ops)
+    }
+
+    /// Begins a tick. None, and nothing happens, while a call is pending.
+    pub fn start_tick(&mut self) -> Option<Step> {
+        self.pending().is_none().then(|| {
+            let tick = self.state.new_tick();
+            self.state.run(&self.tree.ops, tick, &mut Later)
+        })
+    }
+
+    /// Begins to halt the whole tree, the root too: every action that is running is told to stop, in document order,
+    /// and all nodes become idle. None, and nothing happens, while a call is pending.
+    pub fn start_halt(&mut self) -> Option<Step> {
+        let idle = self.pending().is_none();
+        idle.then(|| self.state.run(&self.tree.ops, Next::reset_all(&self.tree.ops), &mut Later))
+    }
+
+    /// Goes on with the answer to the pending call. None, and nothing happens, if there is no call pending or that is
+    /// no answer to it.
+    pub fn resume(&mut self, reply: Reply) -> Option<Step> {
+        let next = self.state.replied(reply)?;
+        Some(self.state.run(&self.tree.ops, next, &mut Later))
+    }
+
+    /// Runs a tick with leaves that answer at once. Allocates nothing.
+    ///
+    /// If a call is pending, its leaf is asked again first, and it is that tick that is run to its end.
+    pub fn tick(&mut self, leaves: &mut impl Leaves) -> Status {
+        let mut next = self.state.pending_again();
+        loop {
+            let next = next.take().unwrap_or_else(|| self.state.new_tick());
+            if let Step::Done(status) = self.state.run(&self.tree.ops, next, &mut Now(leaves)) {
+                return status;
+            }
+        }
+    }
+
+    /// Halts the whole tree, as [`start_halt`](Self::start_halt) does, with leaves that answer at once. A tick whose
+    /// call is pending is run to its end first.
+    pub fn halt(&mut self, leaves: &mut impl Leaves) {
+        if let Some(next) = self.state.pending_again() {
+            self.state.run(&self.tree.ops, next, &mut Now(leaves));
+        }
+        self.state.run(&self.tree.ops, Next::reset_all(&self.tree.ops), &mut Now(leaves));
+    }
+}

@@ -1,0 +1,19 @@
+//! Trees as processes of a channel system.
+//!
+//! Two forms of one semantics: [`TreeProcess`] is the whole tree, [`node_processes`] is a process for every node, with
+//! handshakes between them. To everybody else they are the same: both receive `[<tick>, n]` from the tick generator,
+//! send `[<tick>]` and `[<halt>]` to the skills on the channels (BT, X), X being a leaf's ID, and wait for the answers
+//! on (X, BT). There is one request under way at a time. Requests are numbered from 1 on; a reply with another number,
+//! or one that does not answer the request, is received and dropped.
+
+mod composed;
+mod leaf;
+mod node;
+mod protocol;
+mod whole;
+
+pub use composed::{WiredProcess, node_processes, states_in};
+pub use leaf::LeafProcess;
+pub use node::NodeProcess;
+pub use protocol::{declare_channels, reply_domain, request_domain, tick_domain};
+pub use whole::TreeProcess;

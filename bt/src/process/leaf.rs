@@ -1,0 +1,133 @@
+//! A leaf as a process of its own.
+
+use std::time::Duration;
+
+use channels::{Action, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use};
+
+use super::protocol::{Line, answers, reply_of, request_message};
+use crate::shared::Shared;
+use crate::{Reply, Request};
+
+/// The leaf of a tree whose nodes are processes: passes the requests of its parent on to the skill, and the skill's
+/// answers back.
+///
+/// All leaves of one ID are one process, which has a channel from each of their parents: they are one skill, asked from
+/// several places, but never from two at a time. (Two processes on one channel would take each other's replies.)
+///
+/// Between nodes, an envelope's number says how many requests the tree has made so far. It goes down and up with the
+/// messages, so that a tree numbers its requests without anybody who counts them all.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct LeafProcess {
+    wiring: Shared<Wiring>,
+    stage: Stage,
+    /// The number of the last request that is known here.
+    request: RequestNumber,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+struct Wiring {
+    id: String,
+    skill: Line,
+    /// Whether the skill is ever told to halt.
+    halts: bool,
+    parents: Vec<Line>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Stage {
+    Idle,
+    /// Asked by this parent, and about to ask the skill.
+    Asking(usize, Request),
+    /// Waiting for the skill.
+    Waiting(usize, Request),
+    /// About to answer this parent.
+    Answering(usize, Reply),
+}
+
+const SEND: TransitionId = TransitionId(0);
+const RECEIVE: TransitionId = TransitionId(1);
+/// Being asked by the first parent.
+const FIRST_PARENT: u32 = 2;
+
+impl LeafProcess {
+    pub(super) fn new(id: String, skill: Line, halts: bool, parents: Vec<Line>) -> Self {
+        let wiring = Shared::new(Wiring { id, skill, halts, parents });
+        Self { wiring, stage: Stage::Idle, request: RequestNumber::default() }
+    }
+
+    fn envelope(&self, message: Message) -> Envelope {
+        Envelope { message, request: self.request }
+    }
+
+    fn take_request(&mut self, parent: usize, envelope: &Envelope) {
+        let request = if envelope.message.head() == Some("halt") { Request::Halt } else { Request::Tick };
+        self.request = RequestNumber(envelope.request.0 + 1);
+        self.stage = Stage::Asking(parent, request);
+    }
+
+    fn take_reply(&mut self, envelope: &Envelope) {
+        if let Stage::Waiting(parent, request) = self.stage
+            && envelope.request == self.request
+            && let Some(reply) = reply_of(&envelope.message)
+            && answers(reply, request)
+        {
+            self.stage = Stage::Answering(parent, reply);
+        }
+    }
+}
+
+impl Process for LeafProcess {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        let Wiring { skill, parents, .. } = &**self.wiring;
+        let send = |channel, message| Offer { transition: SEND, action: Action::Send(channel, self.envelope(message)) };
+        match self.stage {
+            Stage::Idle => offers.extend((FIRST_PARENT..).zip(parents).map(|(number, parent)| Offer {
+                transition: TransitionId(number),
+                action: Action::Receive(parent.requests, Pattern::Any),
+            })),
+            Stage::Asking(_, request) => offers.push(send(skill.requests, request_message(request))),
+            Stage::Waiting(..) => {}
+            Stage::Answering(parent, reply) => offers.push(send(parents[parent].replies, reply_message(reply))),
+        }
+        offers.push(Offer { transition: RECEIVE, action: Action::Receive(skill.replies, Pattern::Any) });
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        match (transition, received) {
+            (RECEIVE, Some(envelope)) => self.take_reply(&envelope),
+            (TransitionId(number), Some(envelope)) => self.take_request((number - FIRST_PARENT) as usize, &envelope),
+            (_, None) => {
+                self.stage = match self.stage {
+                    Stage::Asking(parent, request) => Stage::Waiting(parent, request),
+                    _ => Stage::Idle,
+                }
+            }
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        let Wiring { skill, halts, parents, .. } = &**self.wiring;
+        let parents =
+            parents.iter().flat_map(|parent| [Use::Receives(parent.requests, None), Use::Sends(parent.replies, None)]);
+        skill.uses(*halts).chain(parents).collect()
+    }
+
+    fn location(&self) -> String {
+        match self.stage {
+            Stage::Idle => "idle".to_owned(),
+            Stage::Asking(_, request) | Stage::Waiting(_, request) => match request {
+                Request::Tick => format!("waiting for {}", self.wiring.id),
+                Request::Halt => format!("waiting for {} to halt", self.wiring.id),
+            },
+            Stage::Answering(..) => "answering".to_owned(),
+        }
+    }
+}
+
+/// The message that a reply is.
+fn reply_message(reply: Reply) -> Message {
+    Message::symbols([match reply {
+        Reply::Status(status) => status.name(),
+        Reply::Halted => "halted",
+    }])
+}

@@ -1,0 +1,172 @@
+//! A tree as one process.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Action, ChannelId, Envelope, Message, Offer, Pattern, Process, RequestNumber, Topology, TransitionId, Use, Value,
+    WiringError,
+};
+
+use super::protocol::{LeafIds, Line, find_channel, reply_of, request_message};
+use crate::shared::Shared;
+use crate::{Execution, NodeState, Reply, Request, Step, Tree};
+
+/// A tree as one process.
+///
+/// It waits for a tick, and then makes one leaf call after the other: it sends a request, waits for the answer, and goes
+/// on until the tick is over. It takes the next tick only then.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct TreeProcess {
+    wiring: Shared<Wiring>,
+    execution: Execution,
+    /// The number of the last request.
+    request: RequestNumber,
+    /// The pending call has been sent.
+    is_sent: bool,
+    tick: Option<i64>,
+}
+
+#[derive(Debug, PartialEq, Eq)]
+struct Wiring {
+    ticks: ChannelId,
+    leaf_ids: LeafIds,
+    /// By place of the leaf ID.
+    lines: Vec<Line>,
+    /// The messages that make requests, made once.
+    tick: Message,
+    halt: Message,
+}
+
+/// Receiving a tick.
+const TICK: TransitionId = TransitionId(0);
+/// Sending the pending call.
+const SEND: TransitionId = TransitionId(1);
+/// Receiving a reply from the first skill; those of the others follow.
+const FIRST_REPLY: u32 = 2;
+
+impl TreeProcess {
+    /// The process `bt` of that tree, which the process `tick_generator` ticks, on channels that are declared already
+    /// (see [`declare_channels`](crate::declare_channels)).
+    ///
+    /// # Errors
+    /// [`WiringError::MissingChannel`] if one of them is not.
+    pub fn new(tree: Arc<Tree>, topology: &Topology, bt: &str, tick_generator: &str) -> Result<Self, WiringError> {
+        let leaf_ids = LeafIds::of(&tree);
+        let lines = leaf_ids.ids().map(|id| Line::find(topology, bt, id)).collect::<Result<_, _>>()?;
+        let ticks = find_channel(topology, bt, tick_generator, bt)?;
+        let (tick, halt) = (request_message(Request::Tick), request_message(Request::Halt));
+        Ok(Self {
+            wiring: Shared::new(Wiring { ticks, leaf_ids, lines, tick, halt }),
+            execution: Execution::new(tree),
+            request: RequestNumber::default(),
+            is_sent: false,
+            tick: None,
+        })
+    }
+
+    /// The tree at work.
+    #[must_use]
+    pub fn execution(&self) -> &Execution {
+        &self.execution
+    }
+
+    /// How all nodes stand, in document order.
+    #[must_use]
+    pub fn states(&self) -> Vec<NodeState> {
+        self.execution.states()
+    }
+
+    /// The number of the last tick that was taken; none before the first.
+    #[must_use]
+    pub fn tick(&self) -> Option<i64> {
+        self.tick
+    }
+
+    /// Whether the tree waits for a tick: the last one is finished.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.execution.pending().is_none()
+    }
+
+    /// The envelope that makes the pending call, and its channel.
+    fn pending_request(&self) -> Option<(ChannelId, Envelope)> {
+        let call = self.execution.pending()?;
+        let line = self.wiring.lines[self.wiring.leaf_ids.place(call.leaf.index())?];
+        let message = match call.request {
+            Request::Tick => &self.wiring.tick,
+            Request::Halt => &self.wiring.halt,
+        };
+        Some((line.requests, Envelope { message: message.clone(), request: self.request }))
+    }
+
+    fn go_on(&mut self, step: Option<Step>) {
+        if let Some(Step::Call(_)) = step {
+            self.request.0 += 1;
+            self.is_sent = false;
+        }
+    }
+
+    fn receive_reply(&mut self, place: usize, envelope: &Envelope) {
+        let asked = self.execution.pending().and_then(|call| self.wiring.leaf_ids.place(call.leaf.index()));
+        if !self.is_sent || asked != Some(place) || envelope.request != self.request {
+            return;
+        }
+        // A reply that is no answer to the request leaves the execution where it is.
+        let reply: Option<Reply> = reply_of(&envelope.message);
+        let step = reply.and_then(|reply| self.execution.resume(reply));
+        self.go_on(step);
+    }
+}
+
+impl Process for TreeProcess {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        match self.pending_request() {
+            None => offers.push(Offer { transition: TICK, action: Action::Receive(self.wiring.ticks, Pattern::Any) }),
+            Some((channel, envelope)) if !self.is_sent => {
+                offers.push(Offer { transition: SEND, action: Action::Send(channel, envelope) });
+            }
+            Some(_) => {}
+        }
+        offers.extend((FIRST_REPLY..).zip(&self.wiring.lines).map(|(number, line)| Offer {
+            transition: TransitionId(number),
+            action: Action::Receive(line.replies, Pattern::Any),
+        }));
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        match (transition, received) {
+            (SEND, _) => self.is_sent = true,
+            (TICK, Some(envelope)) => {
+                self.tick = tick_number(&envelope.message);
+                let step = self.execution.start_tick();
+                self.go_on(step);
+            }
+            (TransitionId(number), Some(envelope)) => self.receive_reply((number - FIRST_REPLY) as usize, &envelope),
+            (_, None) => {}
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        let lines = self.wiring.lines.iter().enumerate();
+        let on_lines = lines.flat_map(|(place, line)| line.uses(self.wiring.leaf_ids.halts(place)));
+        std::iter::once(Use::Receives(self.wiring.ticks, None)).chain(on_lines).collect()
+    }
+
+    fn location(&self) -> String {
+        let Some(call) = self.execution.pending() else { return "idle".to_owned() };
+        let leaf = self.execution.tree().node(call.leaf).type_id();
+        match call.request {
+            Request::Tick => format!("waiting for {leaf}"),
+            Request::Halt => format!("waiting for {leaf} to halt"),
+        }
+    }
+}
+
+/// n of `[<tick>, n]`.
+pub(super) fn tick_number(message: &Message) -> Option<i64> {
+    match message.field(2) {
+        Some(Value::Int(number)) => Some(*number),
+        _ => None,
+    }
+}

@@ -1,0 +1,125 @@
+//! What nodes answer, and how they stand.
+
+use std::fmt;
+
+/// What a node answers to a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Status {
+    /// It needs more ticks.
+    Running,
+    /// It did what it is for.
+    Success,
+    /// It could not do what it is for.
+    Failure,
+}
+
+impl Status {
+    /// The status in lower case, as the messages between tree and skills spell it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Success => "success",
+            Self::Failure => "failure",
+        }
+    }
+
+    /// Success for failure and failure for success.
+    pub(crate) fn inverted(self) -> Self {
+        match self {
+            Self::Running => Self::Running,
+            Self::Success => Self::Failure,
+            Self::Failure => Self::Success,
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// What last happened to a node in a tick of the tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// It was ticked and answered this.
+    Answered(Status),
+    /// It was running and was told to stop.
+    Halted,
+}
+
+impl Outcome {
+    /// The outcome in lower case: `running`, `success`, `failure` or `halted`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Answered(status) => status.name(),
+            Self::Halted => "halted",
+        }
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// How a node stands: what pictures and logs show of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub struct NodeState {
+    /// Its status as BehaviorTree.CPP keeps it; none is `IDLE`. A node goes back to idle as soon as its parent is done
+    /// with it, often within the tick that it succeeded or failed in.
+    pub status: Option<Status>,
+    /// What happened to it in the last tick of the tree: what it answered, or that it was halted. None where the tick
+    /// did not reach it. A node that is being ticked right now counts as running.
+    pub outcome: Option<Outcome>,
+}
+
+/// A node's status as the engine keeps it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) enum Mark {
+    /// `IDLE`.
+    #[default]
+    Idle,
+    /// Being ticked, and was idle before: still `RUNNING` to the outside.
+    Started,
+    /// `RUNNING`.
+    Running,
+    /// `SUCCESS`.
+    Success,
+    /// `FAILURE`.
+    Failure,
+}
+
+impl Mark {
+    /// The mark of a node that is ticked now and stood so before. A leaf that is asked a second time, because its answer
+    /// to this very tick is still missing, stands as before.
+    pub(crate) fn entered(self) -> Self {
+        if matches!(self, Self::Idle | Self::Started) { Self::Started } else { Self::Running }
+    }
+
+    pub(crate) fn is_running(self) -> bool {
+        matches!(self, Self::Running | Self::Started)
+    }
+
+    pub(crate) fn status(self) -> Option<Status> {
+        match self {
+            Self::Idle => None,
+            Self::Started | Self::Running => Some(Status::Running),
+            Self::Success => Some(Status::Success),
+            Self::Failure => Some(Status::Failure),
+        }
+    }
+}
+
+impl From<Status> for Mark {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Running => Self::Running,
+            Status::Success => Self::Success,
+            Status::Failure => Self::Failure,
+        }
+    }
+}

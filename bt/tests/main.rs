@@ -1,0 +1,10 @@
+//! Tests of behavior trees from the outside, on files, random trees and whole channel systems.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod broken;
+mod forest;
+mod kinds;
+mod loading;
+mod oracle;
+mod processes;
