@@ -18,7 +18,8 @@ pub type WiredProcess = (ProcessId, Box<dyn Process>);
 ///
 /// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; one for all leaves of the same ID),
 /// and handshake channels between them. The channels between the tree and the others are declared already (see
-/// [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its members.
+/// [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its members. To
+/// everybody else they do what a [`TreeProcess`] does, message for message and number for number.
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if a channel between the tree and the others is missing,

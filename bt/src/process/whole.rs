@@ -15,7 +15,26 @@ use crate::{Execution, NodeState, Reply, Request, Step, Tree};
 /// A tree as one process.
 ///
 /// It waits for a tick, and then makes one leaf call after the other: it sends a request, waits for the answer, and goes
-/// on until the tick is over. It takes the next tick only then.
+/// on until the tick is over. It takes the next tick only then. Requests are numbered from 1 on, throughout the tree; a
+/// skill echoes the number of the request that it answers. A reply with another number, or one that does not answer the
+/// request, is received and dropped.
+///
+/// ```
+/// use std::sync::Arc;
+/// use bt::{Tree, TreeProcess, declare_channels};
+/// use channels::{Process, Topology};
+///
+/// let tree = Tree::from_xml("knock.xml", r#"<root BTCPP_format="4">
+///     <BehaviorTree ID="Knock"> <Action ID="KnockAtDoor"/> </BehaviorTree>
+/// </root>"#)?;
+/// let mut topology = Topology::default();
+/// let [ticks, bt] = [topology.process("TickGenerator")?, topology.process("BT")?];
+/// topology.process("KnockAtDoor")?; // the skill, which has the leaf's ID for its name
+/// declare_channels(&tree, &mut topology, bt, ticks)?;
+/// let process = TreeProcess::new(Arc::new(tree), &topology, "BT", "TickGenerator")?;
+/// assert_eq!(process.location(), "idle");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TreeProcess {
     wiring: Shared<Wiring>,
