@@ -1,0 +1,75 @@
+//! A localization update while tracking and while lost, on an office floor.
+
+#[path = "../tests/drives/floor.rs"]
+#[expect(dead_code, reason = "shared with the tests")]
+mod floor;
+#[path = "../tests/drives/unicycle.rs"]
+#[expect(dead_code, reason = "shared with the tests")]
+mod unicycle;
+
+use divan::Bencher;
+use maps::pose;
+use nav::{InitialPose, Localization, LocalizationParameters};
+use robot::{LaserScan, Streams, VelocityCommand};
+use unicycle::{Noise, Unicycle};
+
+fn main() {
+    divan::main();
+}
+
+/// A robot in the corridor with the scans that it sees, and a localization that updates with every scan.
+fn set_up(initial: &InitialPose, parameters: LocalizationParameters) -> (Localization, Unicycle, Vec<LaserScan>) {
+    let mut robot = Unicycle::new(floor::office(), pose(13.9, 9.3, 0.3), Noise { laser_m: 0.01, ..Noise::default() });
+    let rng = Streams::new(1).stream("localization");
+    let mut localization =
+        Localization::new(&robot.world, &robot.model, parameters, initial, rng).expect("the parameters make sense");
+    localization.odometry(&robot.odometry());
+    let scans = robot.scans();
+    (localization, robot, scans)
+}
+
+/// Two updates of 0.1 m each, there and back; 120 beams.
+fn drive_and_update(localization: &mut Localization, robot: &mut Unicycle, scans: &[LaserScan]) {
+    for linear_mps in [0.45, -0.45] {
+        for _ in 0..12 {
+            robot.step(VelocityCommand { linear_mps, angular_radps: 0.0 });
+        }
+        localization.odometry(&robot.odometry());
+        localization.scan(&LaserScan { time: robot.time, laser: 1, ranges_m: scans[1].ranges_m.clone() });
+        localization.scan(&LaserScan { time: robot.time, laser: 0, ranges_m: scans[0].ranges_m.clone() });
+    }
+}
+
+/// Four updates with 500 particles and 60 or 120 beams, and everything around them.
+#[divan::bench(args = [500, 1000, 2000])]
+fn four_updates(bencher: Bencher, particles: usize) {
+    let parameters =
+        LocalizationParameters { min_particles: particles, update_min_d: 0.0, ..LocalizationParameters::default() };
+    let (mut localization, mut robot, scans) = set_up(&InitialPose::at(pose(13.9, 9.3, 0.3)), parameters);
+    bencher.bench_local(|| drive_and_update(&mut localization, &mut robot, &scans));
+}
+
+/// The first update of a global localization: 10 000 particles.
+#[divan::bench]
+fn first_update_anywhere(bencher: Bencher) {
+    let (localization, robot, scans) = set_up(&InitialPose::Anywhere, LocalizationParameters::default());
+    drop(robot);
+    bencher.with_inputs(|| localization.clone()).bench_local_values(|mut localization| {
+        localization.scan(&scans[0]);
+        localization
+    });
+}
+
+/// A scan while the robot stands.
+#[divan::bench]
+fn scan_at_rest(bencher: Bencher) {
+    let initial = InitialPose::at(pose(13.9, 9.3, 0.3));
+    let (mut localization, _robot, scans) = set_up(&initial, LocalizationParameters::default());
+    bencher.bench_local(|| localization.scan(&scans[0]));
+}
+
+/// Building the fields of the map.
+#[divan::bench(sample_count = 20)]
+fn start(bencher: Bencher) {
+    bencher.bench_local(|| set_up(&InitialPose::at(pose(13.9, 9.3, 0.3)), LocalizationParameters::default()));
+}

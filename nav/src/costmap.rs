@@ -1,0 +1,323 @@
+//! The costmap: how near each cell is to an obstacle, of the map or seen by the lasers.
+//!
+//! Rather than costs it stores clearances, from which costs follow by a table: the planner reads costs, the follower distances.
+//! What the lasers see is kept as a list of marked cells. A mark changes the layer only around it, and a scan
+//! that shows nothing but the map changes nothing.
+
+pub(crate) mod clearance;
+mod lasers;
+mod parameters;
+
+use maps::{Cell, OccupancyGrid, Point};
+
+use crate::Error;
+use crate::distance_transform::{NO_TARGET, squared_distances};
+use crate::grid_frame::GridFrame;
+use clearance::{FARTHEST_CELLS, OBSTACLE, UNKNOWN};
+
+pub use parameters::CostmapParameters;
+
+/// Cost of a cell in which the robot's centre cannot be without touching an obstacle, as in Nav2.
+pub const INSCRIBED_COST: u8 = 253;
+
+/// Cost of an obstacle, as in Nav2.
+pub const LETHAL_COST: u8 = 254;
+
+/// Cost of a cell of which nothing is known, as in Nav2.
+pub const UNKNOWN_COST: u8 = 255;
+
+/// A map with inflated obstacles, kept up to date by laser scans.
+#[derive(Clone, Debug)]
+pub struct Costmap {
+    parameters: CostmapParameters,
+    pub(crate) frame: GridFrame,
+    /// Clearance from the map's obstacles.
+    fixed: Vec<u8>,
+    /// Clearance from all obstacles.
+    clearances: Vec<u8>,
+    /// Offsets of the cells where lasers have seen an obstacle that is not on the map.
+    marks: Vec<u32>,
+    /// The clearances around a single obstacle.
+    stamp: Vec<StampCell>,
+    stamp_radius: i64,
+    costs: [u8; 256],
+    generation: u64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct StampCell {
+    across: i32,
+    along: i32,
+    clearance: u8,
+}
+
+impl Costmap {
+    /// The costmap of a map, without anything seen yet.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter makes no sense.
+    pub fn new(map: &OccupancyGrid, parameters: CostmapParameters) -> Result<Self, Error> {
+        parameters.check()?;
+        let frame = GridFrame::of(map);
+        let cells = map.cells();
+        let squared = squared_distances(frame.width, frame.height, |offset| cells[offset] == Cell::Occupied);
+        let clearance = |(cell, squared): (&Cell, u32)| match (cell, squared) {
+            (Cell::Unknown, _) => UNKNOWN,
+            (_, NO_TARGET) => u8::MAX,
+            (_, squared) => clearance::from_squared_cells(squared),
+        };
+        let fixed: Vec<u8> = cells.iter().zip(squared).map(clearance).collect();
+        // Half a cell to the obstacle's surface, and the rounding of clearances.
+        let stamp_radius = (parameters.inflation_radius / frame.resolution_m + 1.0).min(FARTHEST_CELLS);
+        Ok(Self {
+            clearances: fixed.clone(),
+            fixed,
+            marks: Vec::new(),
+            stamp: stamp_of(stamp_radius),
+            stamp_radius: stamp_radius as i64,
+            costs: costs(&parameters, frame.resolution_m),
+            frame,
+            parameters,
+            generation: 0,
+        })
+    }
+
+    /// The parameters that it was built with.
+    #[must_use]
+    pub fn parameters(&self) -> &CostmapParameters {
+        &self.parameters
+    }
+
+    /// The cost of being at a point of the `map` frame: 0 in the open, growing towards obstacles,
+    /// [`INSCRIBED_COST`], [`LETHAL_COST`], or [`UNKNOWN_COST`], also outside of the map.
+    #[must_use]
+    pub fn cost(&self, point: &Point) -> u8 {
+        self.frame.offset_at(point).map_or(UNKNOWN_COST, |offset| self.cost_at(offset))
+    }
+
+    /// How far the surface of the nearest obstacle is from the cell that holds a point of the `map` frame, in metres: exact to a quarter of a
+    /// cell, obstacles that lasers have seen only up to the inflation radius. Zero in an obstacle, in the unknown, outside.
+    #[must_use]
+    pub fn clearance_m(&self, point: &Point) -> f64 {
+        self.frame.offset_at(point).map_or(0.0, |offset| self.clearance_at_m(offset))
+    }
+
+    /// Centres of the cells where lasers have seen obstacles that are not on the map, in the `map` frame.
+    pub fn marked(&self) -> impl ExactSizeIterator<Item = Point> {
+        self.marks.iter().map(|offset| self.frame.center(*offset as usize))
+    }
+
+    /// A number that changes whenever a cell does.
+    #[must_use]
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+
+    /// Forgets all that lasers have seen.
+    pub fn forget_marks(&mut self) {
+        while let Some(mark) = self.marks.pop() {
+            self.restore_around(mark as usize, mark as usize);
+        }
+    }
+
+    pub(crate) fn cost_at(&self, offset: usize) -> u8 {
+        self.costs[usize::from(self.clearances[offset])]
+    }
+
+    pub(crate) fn cost_of_clearance(&self, clearance: u8) -> u8 {
+        self.costs[usize::from(clearance)]
+    }
+
+    /// Whether a line between two points of the `map` frame crosses a cell that is an obstacle or outside of the grid.
+    pub(crate) fn line_meets_obstacle(&self, from: &Point, to: &Point) -> bool {
+        let (from, to) = (self.frame.in_grid(from), self.frame.in_grid(to));
+        let looks = (2.0 * (to - from).norm()).ceil().max(1.0);
+        let obstacle = |look: f64| {
+            let offset = self.frame.offset_in_grid(&(from + (to - from) * (look / looks)));
+            offset.is_none_or(|offset| self.clearances[offset] == OBSTACLE)
+        };
+        (0..=looks as usize).any(|look| obstacle(look as f64))
+    }
+
+    pub(crate) fn clearance_at_m(&self, offset: usize) -> f64 {
+        clearance::in_cells(self.clearances[offset]) * self.frame.resolution_m
+    }
+
+    /// Clearances of all cells, row by row.
+    pub(crate) fn clearances(&self) -> &[u8] {
+        &self.clearances
+    }
+
+    /// Whether the map itself has an obstacle in the cell.
+    pub(crate) fn is_on_map(&self, offset: usize) -> bool {
+        self.fixed[offset] == OBSTACLE
+    }
+
+    /// Whether the robot cannot be at a point of the `map` frame because of what lasers have seen, though the map would let it.
+    pub(crate) fn is_blocked_by_marks(&self, point: &Point) -> bool {
+        let inscribed = |clearance: u8| self.costs[usize::from(clearance)] >= INSCRIBED_COST;
+        let blocked = |offset: usize| inscribed(self.clearances[offset]) && !inscribed(self.fixed[offset]);
+        self.frame.offset_at(point).is_some_and(blocked)
+    }
+
+    /// Marks the cell at a point of the `map` frame as an obstacle, if it is one of the grid and not yet an obstacle.
+    pub(crate) fn mark(&mut self, point: &Point) {
+        if let Some(offset) = self.frame.offset_at(point) {
+            self.mark_cell(offset);
+        }
+    }
+
+    fn mark_cell(&mut self, offset: usize) {
+        if self.clearances[offset] != OBSTACLE {
+            self.marks.push(offset as u32);
+            self.stamp_onto(offset);
+            self.generation += 1;
+        }
+    }
+
+    /// Removes the marks for which `is_gone` holds.
+    fn clear_marks(&mut self, mut is_gone: impl FnMut(&GridFrame, usize) -> bool) {
+        let frame = self.frame;
+        // The corners of the box around all that is gone.
+        let mut gone: Option<(usize, usize)> = None;
+        self.marks.retain(|mark| {
+            let mark = *mark as usize;
+            let is_gone = is_gone(&frame, mark);
+            if is_gone {
+                let (first, last) = gone.unwrap_or((mark, mark));
+                gone = Some(spanning(&frame, first, last, mark));
+            }
+            !is_gone
+        });
+        if let Some((first, last)) = gone {
+            self.restore_around(first, last);
+        }
+    }
+
+    /// Computes anew the cells that marks between two corners may have changed.
+    fn restore_around(&mut self, first: usize, last: usize) {
+        let ((left, bottom), (right, top)) = (self.frame.column_and_row(first), self.frame.column_and_row(last));
+        let reach = self.stamp_radius as usize;
+        let columns = left.saturating_sub(reach)..(right + reach + 1).min(self.frame.width);
+        let rows = bottom.saturating_sub(reach)..(top + reach + 1).min(self.frame.height);
+        for row in rows.clone() {
+            let cells = row * self.frame.width + columns.start..row * self.frame.width + columns.end;
+            self.clearances[cells.clone()].copy_from_slice(&self.fixed[cells]);
+        }
+        for index in 0..self.marks.len() {
+            let mark = self.marks[index] as usize;
+            let (column, row) = self.frame.column_and_row(mark);
+            let touches = column + reach >= columns.start
+                && column < columns.end + reach
+                && row + reach >= rows.start
+                && row < rows.end + reach;
+            if touches {
+                self.stamp_onto(mark);
+            }
+        }
+        self.generation += 1;
+    }
+
+    fn stamp_onto(&mut self, offset: usize) {
+        let (column, row) = self.frame.column_and_row(offset);
+        let (width, height) = (self.frame.width as i64, self.frame.height as i64);
+        for cell in &self.stamp {
+            let (x, y) = (column as i64 + i64::from(cell.across), row as i64 + i64::from(cell.along));
+            if x >= 0 && y >= 0 && x < width && y < height {
+                let clearance = &mut self.clearances[(y * width + x) as usize];
+                *clearance = (*clearance).min(cell.clearance);
+            }
+        }
+    }
+}
+
+/// The corners of the smallest box of cells that holds another such box and a cell.
+fn spanning(frame: &GridFrame, first: usize, last: usize, cell: usize) -> (usize, usize) {
+    let ((left, bottom), (right, top)) = (frame.column_and_row(first), frame.column_and_row(last));
+    let (column, row) = frame.column_and_row(cell);
+    (bottom.min(row) * frame.width + left.min(column), top.max(row) * frame.width + right.max(column))
+}
+
+/// The clearances around an obstacle up to so many cells.
+fn stamp_of(radius: f64) -> Vec<StampCell> {
+    let reach = radius as i32;
+    let around = (-reach..=reach).flat_map(|along| (-reach..=reach).map(move |across| (across, along)));
+    around
+        .map(|(across, along)| (across, along, (across * across + along * along) as u32))
+        .filter(|(.., squared)| f64::from(*squared) <= radius * radius)
+        .map(|(across, along, squared)| StampCell { across, along, clearance: clearance::from_squared_cells(squared) })
+        .collect()
+}
+
+/// The cost of each clearance.
+fn costs(parameters: &CostmapParameters, resolution_m: f64) -> [u8; 256] {
+    std::array::from_fn(|index| {
+        let distance_m = clearance::in_cells(index as u8) * resolution_m;
+        match index as u8 {
+            OBSTACLE => LETHAL_COST,
+            UNKNOWN => UNKNOWN_COST,
+            _ if distance_m < parameters.robot_radius => INSCRIBED_COST,
+            _ if distance_m > parameters.inflation_radius => 0,
+            _ => {
+                let beyond_m = distance_m - parameters.robot_radius;
+                (252.0 * libm::exp(-parameters.cost_scaling_factor * beyond_m)) as u8
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{CellIndex, pose};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn costmap(walls: &[(usize, usize)]) -> Costmap {
+        let mut map = OccupancyGrid::new(60, 50, 0.1, pose(0.0, 0.0, 0.0));
+        for row in 0..50 {
+            (0..60).for_each(|column| map.set(CellIndex { column, row }, Cell::Free));
+        }
+        for &(column, row) in walls {
+            map.set(CellIndex { column, row }, Cell::Occupied);
+        }
+        Costmap::new(&map, CostmapParameters::default()).unwrap()
+    }
+
+    #[test]
+    fn costs_fall_from_the_obstacle_to_the_inflation_radius() {
+        let costmap = costmap(&[(30, 25)]);
+        let costs: Vec<u8> =
+            (0..15).map(|cells| costmap.cost(&Point::new(3.05 + 0.1 * f64::from(cells), 2.55))).collect();
+        assert_eq!(costs[..4], [LETHAL_COST, INSCRIBED_COST, INSCRIBED_COST, INSCRIBED_COST]);
+        assert!(costs[3..].windows(2).all(|pair| pair[0] >= pair[1]));
+        assert!(costs[4] < INSCRIBED_COST && costs[7] > 0 && costs[9] == 0, "{costs:?}");
+        assert_eq!(costmap.cost(&Point::new(-1.0, 0.0)), UNKNOWN_COST);
+    }
+
+    proptest! {
+        /// Marking and clearing in any order leaves what a map with the remaining obstacles would have.
+        #[test]
+        fn marks_come_and_go_without_a_trace(
+            walls in prop::collection::vec((0_usize..60, 0_usize..50), 0..4),
+            marks in prop::collection::vec((0_usize..60, 0_usize..50, any::<bool>()), 0..12),
+        ) {
+            let mut seen = costmap(&walls);
+            let point = |column: usize, row: usize| Point::new(0.05 + 0.1 * column as f64, 0.05 + 0.1 * row as f64);
+            for (column, row, _) in &marks {
+                seen.mark(&point(*column, *row));
+            }
+            let stays = |offset: usize| {
+                marks.iter().any(|(column, row, stays)| *stays && row * 60 + column == offset)
+            };
+            seen.clear_marks(|_, offset| !stays(offset));
+            let mut all = walls.clone();
+            all.extend(marks.iter().filter(|mark| mark.2).map(|mark| (mark.0, mark.1)));
+            let expected = costmap(&all);
+            let wrong = (0..3000).find(|offset| seen.cost_at(*offset) != expected.cost_at(*offset));
+            prop_assert_eq!(wrong, None);
+            seen.forget_marks();
+            prop_assert!(seen.clearances == seen.fixed);
+        }
+    }
+}

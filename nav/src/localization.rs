@@ -1,0 +1,252 @@
+//! Where the robot is: adaptive Monte Carlo localization.
+//!
+//! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
+//! [resampling], [KLD sampling](kld), [recovery], [clusters] and [scan matching](scan_matching); the
+//! [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
+
+mod clusters;
+mod filter;
+mod free_space;
+mod kld;
+mod laser_memory;
+mod likelihood_field;
+mod motion_model;
+mod odometry_history;
+mod parameters;
+mod particle;
+mod recovery;
+mod resampling;
+mod scan_matching;
+mod surface_field;
+
+use std::time::Duration;
+
+use maps::{OccupancyGrid, Pose, heading, pose};
+use nalgebra::Matrix3;
+use rand_chacha::ChaCha8Rng;
+use robot::{LaserScan, Odometry, RobotModel};
+
+use crate::Error;
+use filter::ParticleFilter;
+use laser_memory::LaserMemory;
+use likelihood_field::Endpoints;
+use motion_model::DifferentialMotion;
+use odometry_history::OdometryHistory;
+use particle::Gaussian;
+use surface_field::SurfaceField;
+
+pub use parameters::LocalizationParameters;
+
+/// Scans of the other lasers join an update if they are at most so old.
+const OLDEST_SCAN: Duration = Duration::from_millis(250);
+
+/// Beams of each scan that are matched to the map, as a multiple of those that weigh the particles.
+const MATCHED_BEAMS: usize = 3;
+
+/// Where a robot is believed to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseEstimate {
+    /// The time of which it speaks: that of the latest odometry.
+    pub time: Duration,
+    /// The pose of `base_link` in the `map` frame.
+    pub pose: Pose,
+    /// Covariance of x, y (metres, `map` frame) and heading (radians).
+    pub covariance: Matrix3<f64>,
+}
+
+/// What is known of the pose before the first scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum InitialPose {
+    /// Near a pose in the `map` frame.
+    Near {
+        /// The pose.
+        pose: Pose,
+        /// Covariance of x, y (metres) and heading (radians).
+        covariance: Matrix3<f64>,
+    },
+    /// Anywhere in the map's free space.
+    Anywhere,
+}
+
+impl InitialPose {
+    /// A pose that is known to within 5 cm and 3° (standard deviations).
+    #[must_use]
+    pub fn at(pose: Pose) -> Self {
+        Self::Near { pose, covariance: Matrix3::from_diagonal(&nalgebra::Vector3::new(2.5e-3, 2.5e-3, 2.7e-3)) }
+    }
+}
+
+/// Adaptive Monte Carlo localization on an occupancy grid.
+///
+/// A particle filter with a likelihood-field sensor model, an odometry motion model, an adaptive number of particles
+/// (KLD sampling), selective systematic resampling and recovery from a lost pose (augmented MCL). The estimate is the mean of the heaviest
+/// cluster of particles, matched to the scan, and carried on by odometry between updates.
+///
+/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough; they
+/// use the latest scan of each laser. A robot at rest costs nothing, and its estimate stays as it is. In steady state no
+/// memory is allocated.
+///
+/// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
+#[derive(Clone, Debug)]
+pub struct Localization {
+    parameters: LocalizationParameters,
+    /// Origin of the map: the pose of the grid's frame, in which the filter works.
+    origin: Pose,
+    surfaces: SurfaceField,
+    filter: ParticleFilter,
+    lasers: Vec<LaserMemory>,
+    odometry: OdometryHistory,
+    /// The estimate at the last update, in the grid's frame.
+    belief: Gaussian,
+    /// Odometry at the last update; before the first one, the first odometry.
+    anchor: Option<Pose>,
+    updates: u64,
+    /// Ends of the beams that weigh particles, and of those that are matched; kept for their memory.
+    weighed: Endpoints,
+    matched: Endpoints,
+}
+
+impl Localization {
+    /// A localization of a robot on a map, with its stream of random numbers.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter makes no sense; [`Error::NoFreeSpace`] if the map has no free cell.
+    pub fn new(
+        map: &OccupancyGrid,
+        model: &RobotModel,
+        parameters: LocalizationParameters,
+        initial: &InitialPose,
+        rng: ChaCha8Rng,
+    ) -> Result<Self, Error> {
+        parameters.check()?;
+        let surfaces = SurfaceField::new(map, parameters.laser_likelihood_max_dist);
+        let range_max_m = model.lasers.iter().map(|laser| laser.range_max_m).fold(1.0, f64::max);
+        let filter = ParticleFilter::new(map, &surfaces, parameters.clone(), range_max_m, rng)?;
+        let belief = Gaussian { x_m: 0.0, y_m: 0.0, heading_rad: 0.0, covariance: Matrix3::zeros() };
+        let mut localization = Self {
+            parameters,
+            origin: map.origin(),
+            surfaces,
+            filter,
+            lasers: model.lasers.iter().map(LaserMemory::new).collect(),
+            odometry: OdometryHistory::new(),
+            belief,
+            anchor: None,
+            updates: 0,
+            weighed: Endpoints::default(),
+            matched: Endpoints::default(),
+        };
+        localization.restart(initial);
+        Ok(localization)
+    }
+
+    /// Forgets the pose and starts again from what is said to be known of it, now.
+    pub fn restart(&mut self, initial: &InitialPose) {
+        match initial {
+            InitialPose::Near { pose, covariance } => {
+                let (pose, covariance) = (self.origin.inv_mul(pose), turned(covariance, -heading(&self.origin)));
+                self.belief = gaussian(&pose, covariance);
+                self.filter.place_around(&self.belief);
+            }
+            InitialPose::Anywhere => {
+                self.filter.place_anywhere();
+                self.belief = self.filter.estimate();
+            }
+        }
+        self.anchor = self.odometry.latest().map(|odometry| odometry.pose);
+        self.updates = 0;
+    }
+
+    /// Takes in odometry. Readings come in the order of their time.
+    pub fn odometry(&mut self, odometry: &Odometry) {
+        self.odometry.push(*odometry);
+        self.anchor.get_or_insert(odometry.pose);
+    }
+
+    /// Takes in a scan, after the odometry of its time if there is any, and updates the estimate if the robot has
+    /// moved far enough. Returns whether it did.
+    ///
+    /// Scans before the first odometry and scans of lasers that the model does not have are ignored; so are beams that are
+    /// not finite, not within the laser's range, or more than the laser has.
+    pub fn scan(&mut self, scan: &LaserScan) -> bool {
+        let (Some(now), Some(anchor)) = (self.odometry.pose_at(scan.time), self.anchor) else { return false };
+        let Some(laser) = self.lasers.get_mut(scan.laser) else { return false };
+        laser.keep(scan, now);
+        let moved = anchor.inv_mul(&now);
+        let far = moved.translation.vector.norm() >= self.parameters.update_min_d
+            || heading(&moved).abs() >= self.parameters.update_min_a;
+        if !far && self.updates > 0 {
+            return false;
+        }
+        self.collect_ends(scan.time, &now);
+        self.update(&anchor, now);
+        true
+    }
+
+    /// The latest estimate of the pose, carried on by the odometry since. Before any scan, what was given initially.
+    #[must_use]
+    pub fn estimate(&self) -> PoseEstimate {
+        let believed = pose(self.belief.x_m, self.belief.y_m, self.belief.heading_rad);
+        let (Some(latest), Some(anchor)) = (self.odometry.latest(), self.anchor) else {
+            return self.in_map_frame(Duration::ZERO, &believed, &self.belief.covariance);
+        };
+        let motion = DifferentialMotion::between(&anchor, &latest.pose, self.alphas());
+        let covariance = motion.propagate(self.belief.heading_rad, &self.belief.covariance);
+        self.in_map_frame(latest.time, &(believed * anchor.inv_mul(&latest.pose)), &covariance)
+    }
+
+    /// The particles as poses in the `map` frame with their normalized weights.
+    pub fn particles(&self) -> impl ExactSizeIterator<Item = (Pose, f64)> {
+        let in_map =
+            |particle: &particle::Particle| self.origin * pose(particle.x_m, particle.y_m, particle.heading_rad);
+        self.filter.particles().iter().map(move |particle| (in_map(particle), particle.weight))
+    }
+
+    /// How many updates there have been since the start or the last [`restart`](Self::restart).
+    #[must_use]
+    pub fn updates(&self) -> u64 {
+        self.updates
+    }
+
+    /// Sees the latest scans from the robot's present pose: a few beams of each to weigh particles, more to match.
+    fn collect_ends(&mut self, time: Duration, now: &Pose) {
+        self.weighed.clear();
+        self.matched.clear();
+        for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
+            let stride = laser.stride(self.parameters.max_beams);
+            // Other beams each time, so that all have their say.
+            laser.append_ends(now, self.updates as usize % stride, stride, &mut self.weighed);
+            let stride = laser.stride(MATCHED_BEAMS * self.parameters.max_beams);
+            laser.append_ends(now, self.updates as usize % stride, stride, &mut self.matched);
+            laser.mark_used();
+        }
+    }
+
+    fn update(&mut self, anchor: &Pose, now: Pose) {
+        self.filter.predict(&DifferentialMotion::between(anchor, &now, self.alphas()));
+        self.filter.weigh(&self.weighed);
+        let mean = self.filter.estimate();
+        self.filter.resample_if_needed(&self.weighed, &self.surfaces);
+        self.belief = scan_matching::matched(&mean, &self.matched, &self.surfaces).unwrap_or(mean);
+        self.anchor = Some(now);
+        self.updates += 1;
+    }
+
+    fn alphas(&self) -> [f64; 4] {
+        [self.parameters.alpha1, self.parameters.alpha2, self.parameters.alpha3, self.parameters.alpha4]
+    }
+
+    fn in_map_frame(&self, time: Duration, in_grid: &Pose, covariance: &Matrix3<f64>) -> PoseEstimate {
+        PoseEstimate { time, pose: self.origin * in_grid, covariance: turned(covariance, heading(&self.origin)) }
+    }
+}
+
+fn gaussian(at: &Pose, covariance: Matrix3<f64>) -> Gaussian {
+    Gaussian { x_m: at.translation.x, y_m: at.translation.y, heading_rad: heading(at), covariance }
+}
+
+/// The covariance of x, y and heading in a frame that is turned by `-angle_rad`.
+fn turned(covariance: &Matrix3<f64>, angle_rad: f64) -> Matrix3<f64> {
+    let rotation = nalgebra::Rotation2::new(angle_rad).to_homogeneous();
+    rotation * covariance * rotation.transpose()
+}

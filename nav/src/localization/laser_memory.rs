@@ -1,0 +1,111 @@
+//! The latest scan of a laser, ready to be seen from where the robot has moved to since.
+
+use std::time::Duration;
+
+use maps::Pose;
+use robot::{LaserScan, LaserSpec};
+
+use super::likelihood_field::Endpoints;
+
+/// A laser and its latest scan.
+#[derive(Clone, Debug)]
+pub(crate) struct LaserMemory {
+    /// Where the laser sits in the robot's frame, in metres.
+    mount: [f32; 2],
+    /// Cosine and sine of each beam's angle in the robot's frame.
+    directions: Vec<[f32; 2]>,
+    range_min_m: f32,
+    range_max_m: f32,
+    ranges_m: Vec<f32>,
+    taken: Option<Taken>,
+}
+
+/// When and where the latest scan was taken, until it is used.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    time: Duration,
+    odometry: Pose,
+}
+
+impl LaserMemory {
+    pub(crate) fn new(spec: &LaserSpec) -> Self {
+        let direction = |beam| {
+            let unit =
+                spec.mount.rotation * nalgebra::Rotation2::new(spec.beam_angle_rad(beam)) * nalgebra::Vector2::x();
+            [unit.x as f32, unit.y as f32]
+        };
+        Self {
+            mount: [spec.mount.translation.x as f32, spec.mount.translation.y as f32],
+            directions: (0..spec.beams).map(direction).collect(),
+            range_min_m: spec.range_min_m as f32,
+            range_max_m: spec.range_max_m as f32,
+            ranges_m: Vec::with_capacity(spec.beams),
+            taken: None,
+        }
+    }
+
+    /// Keeps a scan and the odometry at its time.
+    pub(crate) fn keep(&mut self, scan: &LaserScan, odometry: Pose) {
+        self.ranges_m.clear();
+        self.ranges_m.extend(scan.ranges_m.iter().take(self.directions.len()));
+        self.taken = Some(Taken { time: scan.time, odometry });
+    }
+
+    /// Whether there is a scan that no update has used, and taken at `oldest` or later.
+    pub(crate) fn is_fresh(&self, oldest: Duration) -> bool {
+        self.taken.is_some_and(|taken| taken.time >= oldest)
+    }
+
+    pub(crate) fn mark_used(&mut self) {
+        self.taken = None;
+    }
+
+    /// Every `step`-th beam from `first` on that hit something: where it ended, in the frame of a robot whose odometry
+    /// is `now`. Beams that hit nothing, failed, or hit nearer than the laser can measure, tell nothing.
+    pub(crate) fn append_ends(&self, now: &Pose, first: usize, step: usize, ends: &mut Endpoints) {
+        let Some(taken) = self.taken else { return };
+        let moved = now.inv_mul(&taken.odometry);
+        let (cos, sin) = (moved.rotation.re as f32, moved.rotation.im as f32);
+        let (x0, y0) = (moved.translation.x as f32, moved.translation.y as f32);
+        for (range_m, direction) in self.ranges_m.iter().zip(&self.directions).skip(first).step_by(step) {
+            if *range_m >= self.range_min_m && *range_m < self.range_max_m {
+                let (x, y) = (self.mount[0] + range_m * direction[0], self.mount[1] + range_m * direction[1]);
+                ends.push(x0 + cos * x - sin * y, y0 + sin * x + cos * y);
+            }
+        }
+    }
+
+    /// How many beams to go on by, so that at most `most` of the laser's are used.
+    pub(crate) fn stride(&self, most: usize) -> usize {
+        self.directions.len().div_ceil(most).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::pose;
+
+    use super::*;
+
+    #[test]
+    fn ends_are_seen_from_where_the_robot_is_now() {
+        let spec = LaserSpec {
+            name: "back".to_owned(),
+            mount: pose(-0.2, 0.0, std::f64::consts::PI),
+            angle_min_rad: 0.0,
+            angle_increment_rad: std::f64::consts::FRAC_PI_2,
+            beams: 4,
+            period: Duration::from_millis(100),
+            range_min_m: 0.1,
+            range_max_m: 10.0,
+        };
+        let mut memory = LaserMemory::new(&spec);
+        let ranges_m = vec![1.0, f32::INFINITY, f32::NAN, f32::NEG_INFINITY, 3.0];
+        memory.keep(&LaserScan { time: Duration::from_secs(1), laser: 0, ranges_m }, pose(5.0, 5.0, 0.0));
+        let mut ends = Endpoints::default();
+        memory.append_ends(&pose(5.5, 5.0, std::f64::consts::FRAC_PI_2), 0, 1, &mut ends);
+        assert_eq!(ends.len(), 1, "one beam hit something; the fifth does not exist");
+        assert!(ends.x_m[0].abs() < 1e-6 && (ends.y_m[0] - 1.7).abs() < 1e-6, "{ends:?}");
+        assert!(memory.is_fresh(Duration::from_secs(1)) && !memory.is_fresh(Duration::from_secs(2)));
+    }
+}

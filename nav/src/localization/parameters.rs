@@ -1,0 +1,122 @@
+//! The parameters of the particle filter.
+
+use crate::{Error, error::check};
+
+/// Parameters of [`Localization`](crate::Localization).
+///
+/// Names and meanings are those of Nav2's AMCL where it has the parameter. Where a default differs from Nav2's, the
+/// reason is given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LocalizationParameters {
+    /// Fewest particles kept. Default 500: what tracking needs, since all of them then lie within one or two bins.
+    pub min_particles: usize,
+    /// Most particles kept. Default 10 000 (Nav2: 2000): an update of so many takes about 2 ms, and only a global
+    /// localization or a recovery needs them.
+    pub max_particles: usize,
+    /// KLD sampling: the largest divergence allowed between the sampled and the true distribution. Default 0.05.
+    pub pf_err: f64,
+    /// KLD sampling: the upper quantile of the standard normal distribution at the confidence wanted. Default 2.33
+    /// (99 %). Nav2 puts 0.99 itself here, which as a quantile stands for 84 %.
+    pub pf_z: f64,
+    /// Turning noise from turning: variance in rad² per rad². Default 0.01 (Nav2: 0.2): 10 % of a turn. The alphas
+    /// cover odometry that is a few per cent off; greater ones scatter the particles wider than the lasers need.
+    pub alpha1: f64,
+    /// Turning noise from driving: variance in rad² per m². Default 0.01 (Nav2: 0.2): 0.1 rad in a metre.
+    pub alpha2: f64,
+    /// Driving noise from driving: variance in m² per m². Default 0.01 (Nav2: 0.2): 10 % of a way.
+    pub alpha3: f64,
+    /// Driving noise from turning: variance in m² per rad². Default 0.001 (Nav2: 0.2): 3 cm in a turn of 1 rad.
+    pub alpha4: f64,
+    /// Weight of beams that end on a surface of the map. Default 0.9 (Nav2: 0.5): maps and scans mostly agree.
+    pub z_hit: f64,
+    /// Weight of beams that end anywhere. Default 0.1 (Nav2: 0.5).
+    pub z_rand: f64,
+    /// Standard deviation of a hit's distance from the surface, in metres. Default 0.1 (Nav2: 0.2): map cells, laser
+    /// noise and the dependence of neighbouring beams on one another, for which a wider hit makes up.
+    pub sigma_hit: f64,
+    /// Beyond this distance from a surface all distances count as this one, in metres. Default 0.5 (Nav2: 2.0): five
+    /// `sigma_hit`, where a hit is already as unlikely as a stray beam.
+    pub laser_likelihood_max_dist: f64,
+    /// Beams of each scan that weigh the particles, evenly spread. Default 60, as in Nav2.
+    pub max_beams: usize,
+    /// Drive this far before the next update, in metres. Default 0.1 (Nav2: 0.25): an update is cheap, and the estimate
+    /// drifts with the odometry in between.
+    pub update_min_d: f64,
+    /// Or turn this far, in radians. Default 0.1 (Nav2: 0.2).
+    pub update_min_a: f64,
+    /// Resample when the effective number of particles falls below this share of them. Default 0.5. (Nav2 resamples
+    /// every `resample_interval` updates.)
+    pub resample_threshold: f64,
+    /// How fast the long-term average of the scans' likelihood follows, per update. Default 0.005 (Nav2: 0, which
+    /// switches recovery off).
+    pub recovery_alpha_slow: f64,
+    /// How fast the short-term average of the scans' likelihood follows, per update. Default 0.1 (Nav2: 0).
+    pub recovery_alpha_fast: f64,
+}
+
+impl Default for LocalizationParameters {
+    fn default() -> Self {
+        Self {
+            min_particles: 500,
+            max_particles: 10_000,
+            pf_err: 0.05,
+            pf_z: 2.33,
+            alpha1: 0.01,
+            alpha2: 0.01,
+            alpha3: 0.01,
+            alpha4: 0.001,
+            z_hit: 0.9,
+            z_rand: 0.1,
+            sigma_hit: 0.1,
+            laser_likelihood_max_dist: 0.5,
+            max_beams: 60,
+            update_min_d: 0.1,
+            update_min_a: 0.1,
+            resample_threshold: 0.5,
+            recovery_alpha_slow: 0.005,
+            recovery_alpha_fast: 0.1,
+        }
+    }
+}
+
+impl LocalizationParameters {
+    /// Whether the values make sense.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for the first that does not.
+    pub fn check(&self) -> Result<(), Error> {
+        let share = |value: f64| (0.0..=1.0).contains(&value);
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        let at_least_zero = |value: f64| value >= 0.0 && value.is_finite();
+        check(&[
+            ("min_particles", self.min_particles as f64, self.min_particles > 0, "at least 1"),
+            (
+                "max_particles",
+                self.max_particles as f64,
+                self.max_particles >= self.min_particles,
+                "at least min_particles",
+            ),
+            ("pf_err", self.pf_err, positive(self.pf_err), "positive"),
+            ("pf_z", self.pf_z, at_least_zero(self.pf_z), "zero or positive"),
+            ("alpha1", self.alpha1, at_least_zero(self.alpha1), "zero or positive"),
+            ("alpha2", self.alpha2, at_least_zero(self.alpha2), "zero or positive"),
+            ("alpha3", self.alpha3, at_least_zero(self.alpha3), "zero or positive"),
+            ("alpha4", self.alpha4, at_least_zero(self.alpha4), "zero or positive"),
+            ("z_hit", self.z_hit, positive(self.z_hit), "positive"),
+            ("z_rand", self.z_rand, positive(self.z_rand), "positive"),
+            ("sigma_hit", self.sigma_hit, positive(self.sigma_hit), "positive"),
+            (
+                "laser_likelihood_max_dist",
+                self.laser_likelihood_max_dist,
+                positive(self.laser_likelihood_max_dist),
+                "positive",
+            ),
+            ("max_beams", self.max_beams as f64, self.max_beams > 0, "at least 1"),
+            ("update_min_d", self.update_min_d, at_least_zero(self.update_min_d), "zero or positive"),
+            ("update_min_a", self.update_min_a, at_least_zero(self.update_min_a), "zero or positive"),
+            ("resample_threshold", self.resample_threshold, share(self.resample_threshold), "from 0 to 1"),
+            ("recovery_alpha_slow", self.recovery_alpha_slow, share(self.recovery_alpha_slow), "from 0 to 1"),
+            ("recovery_alpha_fast", self.recovery_alpha_fast, share(self.recovery_alpha_fast), "from 0 to 1"),
+        ])
+    }
+}

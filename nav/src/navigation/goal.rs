@@ -1,0 +1,55 @@
+//! Where to drive to.
+
+use maps::{Place, Point};
+
+/// How near to a goal counts as there, in metres and radians, unless the goal says otherwise: 0.05 m and 0.6°, as in the original
+/// system.
+const POSITION_TOLERANCE_M: f64 = 0.05;
+const HEADING_TOLERANCE_RAD: f64 = 0.6 * std::f64::consts::PI / 180.0;
+
+/// A place to drive to, and how near is near enough by the robot's own estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goal {
+    /// Where to, in the `map` frame.
+    pub position: Point,
+    /// Which way to face there, in radians in the `map` frame, if it matters.
+    pub heading_rad: Option<f64>,
+    /// How far from the position still counts as there, in metres, positive.
+    pub position_tolerance_m: f64,
+    /// How far from the heading still counts as there, in radians, positive.
+    pub heading_tolerance_rad: f64,
+    /// The area whose centroid the position is, if it is one: should the robot find no way to the centroid, any other point inside
+    /// will do.
+    pub area: Option<Place>,
+}
+
+impl Goal {
+    /// A position, with any heading or with one in radians, within 0.05 m and 0.6°.
+    #[must_use]
+    pub fn at(position: Point, heading_rad: Option<f64>) -> Self {
+        Self {
+            position,
+            heading_rad,
+            position_tolerance_m: POSITION_TOLERANCE_M,
+            heading_tolerance_rad: HEADING_TOLERANCE_RAD,
+            area: None,
+        }
+    }
+
+    /// A place, within 0.05 m and 0.6°: its pose, or the centroid of its area. The place's own tolerances say what counts as being
+    /// there when somebody asks; driving is held to more.
+    #[must_use]
+    pub fn to(place: &Place) -> Self {
+        let area = matches!(place, Place::Area { .. }).then(|| place.clone());
+        Self { area, ..Self::at(place.goal_position(), place.goal_heading()) }
+    }
+
+    /// Whether all numbers are finite and the tolerances positive.
+    pub(crate) fn is_valid(&self) -> bool {
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        self.position.coords.iter().all(|coordinate| coordinate.is_finite())
+            && self.heading_rad.is_none_or(f64::is_finite)
+            && positive(self.position_tolerance_m)
+            && positive(self.heading_tolerance_rad)
+    }
+}

@@ -1,0 +1,227 @@
+//! From here to there: a path that keeps clear of obstacles.
+//!
+//! [A*](astar) over the cells, then [shortening and smoothing](smoothing) of what it finds. A path is a list of points, 0.1 m or
+//! less apart, in the `map` frame.
+
+mod astar;
+mod smoothing;
+mod standing;
+
+use maps::{Place, Point};
+
+use crate::Costmap;
+use standing::{Ground, nearest_cell};
+
+/// From how far away a robot that stands too near to an obstacle looks for a way out, in metres.
+const ESCAPE_M: f64 = 1.0;
+
+/// How far from the centroid of an area a goal is sought inside of it, in metres.
+const WITHIN_AREA_M: f64 = 10.0;
+
+/// Why there is no path.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The robot is not on the map.
+    #[error("the robot is outside of the map")]
+    StartOutside,
+    /// The robot's centre is in an obstacle, or so near to obstacles that there is no way out.
+    #[error("the robot stands in an obstacle")]
+    StartInObstacle,
+    /// The goal is not on the map.
+    #[error("the goal is outside of the map")]
+    GoalOutside,
+    /// Nothing is known of the goal.
+    #[error("the goal is where the map is unknown")]
+    GoalUnknown,
+    /// The goal is in an obstacle, or nearer to one than the robot's radius.
+    #[error("the goal is {clearance_m:.2} m from an obstacle, but the robot needs {needed_m:.2} m")]
+    GoalInObstacle {
+        /// Distance from the goal to the obstacle, in metres.
+        clearance_m: f64,
+        /// Distance that the robot needs, in metres.
+        needed_m: f64,
+    },
+    /// Both ends are good, but obstacles or the unknown lie between.
+    #[error("no way leads to the goal")]
+    NoPath,
+}
+
+/// A path from `start` to within `tolerance_m` of `goal`, all in the `map` frame, in metres.
+///
+/// The path begins at `start` and ends at `goal`, or at the cell nearest to it in which the robot can be. A start that is too
+/// near to an obstacle is left by the shortest way. The path never leads through unknown cells (but out of them, if it starts there), nor
+/// where the robot would touch an obstacle.
+///
+/// # Errors
+/// Says why there is no path.
+pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) -> Result<Vec<Point>, PlanError> {
+    let goal_cell = goal_cell(costmap, goal, tolerance_m)?;
+    let end = if costmap.frame.offset_at(goal) == Some(goal_cell) { *goal } else { costmap.frame.center(goal_cell) };
+    plan_between(costmap, start, goal_cell, &end)
+}
+
+/// A path from `start` to the centroid of an area, or to the place nearest to it, still inside, in which the robot can be.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_into(costmap: &Costmap, start: &Point, area: &Place) -> Result<Vec<Point>, PlanError> {
+    let center = area.goal_position();
+    let offset = costmap.frame.offset_at(&center).ok_or(PlanError::GoalOutside)?;
+    let inside = |cell| {
+        let at = costmap.frame.center(cell);
+        Ground::new(costmap).can_stand(cell) && area.contains(&maps::pose(at.x, at.y, 0.0))
+    };
+    let goal_cell = nearest_cell(costmap, offset, WITHIN_AREA_M, inside).ok_or_else(|| bad_goal(costmap, offset))?;
+    let end = if offset == goal_cell { center } else { costmap.frame.center(goal_cell) };
+    plan_between(costmap, start, goal_cell, &end)
+}
+
+fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point) -> Result<Vec<Point>, PlanError> {
+    let ground = Ground::new(costmap);
+    let start_cell = costmap.frame.offset_at(start).ok_or(PlanError::StartOutside)?;
+    if costmap.is_on_map(start_cell) {
+        return Err(PlanError::StartInObstacle);
+    }
+    let escape = |cell| ground.can_stand(cell) && !costmap.line_meets_obstacle(start, &costmap.frame.center(cell));
+    let first = nearest_cell(costmap, start_cell, ESCAPE_M, escape).ok_or(PlanError::StartInObstacle)?;
+    let cells = astar::shortest_path(&ground, first, goal_cell).ok_or(PlanError::NoPath)?;
+    if first == start_cell {
+        return Ok(smoothing::smoothed(&ground, &cells, Some(start), end));
+    }
+    let path = smoothing::smoothed(&ground, &cells, None, end);
+    let mut way_out = smoothing::straight(start, &path[0]);
+    way_out.extend(&path[1..]);
+    Ok(way_out)
+}
+
+/// The cell to go to: that of the goal, or the nearest within the tolerance in which the robot can be.
+fn goal_cell(costmap: &Costmap, goal: &Point, tolerance_m: f64) -> Result<usize, PlanError> {
+    let offset = costmap.frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
+    let ground = Ground::new(costmap);
+    let near = |cell| ground.can_stand(cell) && (costmap.frame.center(cell) - goal).norm() <= tolerance_m;
+    if ground.can_stand(offset) {
+        return Ok(offset);
+    }
+    let within_m = tolerance_m + costmap.frame.resolution_m;
+    nearest_cell(costmap, offset, within_m, near).ok_or_else(|| bad_goal(costmap, offset))
+}
+
+fn bad_goal(costmap: &Costmap, offset: usize) -> PlanError {
+    match costmap.cost_at(offset) {
+        crate::UNKNOWN_COST => PlanError::GoalUnknown,
+        _ => PlanError::GoalInObstacle {
+            clearance_m: costmap.clearance_at_m(offset),
+            needed_m: costmap.parameters().robot_radius,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{Cell, CellIndex, OccupancyGrid, pose};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::CostmapParameters;
+
+    /// A hall of 8 m × 6 m with boxes, on a grid whose origin is turned.
+    fn hall(boxes: &[(usize, usize, usize, usize)]) -> OccupancyGrid {
+        let mut map = OccupancyGrid::new(160, 120, 0.05, pose(-3.0, 2.0, 0.5));
+        for row in 0..120 {
+            for column in 0..160 {
+                let wall = column < 2 || row < 2 || column >= 158 || row >= 118;
+                let boxed = boxes.iter().any(|(left, bottom, width, height)| {
+                    (*left..left + width).contains(&column) && (*bottom..bottom + height).contains(&row)
+                });
+                map.set(CellIndex { column, row }, if wall || boxed { Cell::Occupied } else { Cell::Free });
+            }
+        }
+        map
+    }
+
+    fn costmap(map: &OccupancyGrid) -> Costmap {
+        Costmap::new(map, CostmapParameters::default()).unwrap()
+    }
+
+    /// A point of the map's frame by its distance from the lower left corner along the grid.
+    fn at(map: &OccupancyGrid, x_m: f64, y_m: f64) -> Point {
+        map.origin() * Point::new(x_m, y_m)
+    }
+
+    /// The distance from a point to the nearest obstacle of the map, exactly, in metres.
+    fn distance_m(map: &OccupancyGrid, point: &Point) -> f64 {
+        let from = map.to_grid(point);
+        let beside = |at: f64, cell: usize| (cell as f64 - at).max(at - (cell + 1) as f64).max(0.0);
+        let occupied = map.cells().iter().enumerate().filter(|(_, cell)| **cell == Cell::Occupied);
+        occupied
+            .map(|(offset, _)| (beside(from.x, offset % map.width()), beside(from.y, offset / map.width())))
+            .map(|(x, y)| (x * x + y * y).sqrt() * map.resolution_m())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+        #[test]
+        fn the_body_touches_nothing_anywhere_on_a_path(
+            boxes in prop::collection::vec((5_usize..140, 5_usize..100, 2_usize..30, 2_usize..30), 0..9),
+        ) {
+            let map = hall(&boxes);
+            let (start, goal) = (at(&map, 0.6, 0.6), at(&map, 7.3, 5.3));
+            let Ok(path) = plan(&costmap(&map), &start, &goal, 0.05) else { return Ok(()) };
+            prop_assert!((path[0] - start).norm() < 1e-9);
+            prop_assert!((path[path.len() - 1] - goal).norm() < 0.051);
+            for pair in path.windows(2) {
+                prop_assert!((pair[1] - pair[0]).norm() < 0.11);
+                for step in 0..10 {
+                    let point = pair[0] + (pair[1] - pair[0]) * (f64::from(step) / 10.0);
+                    // A start that is too near is left.
+                    if (point - start).norm() > 0.8 {
+                        let distance_m = distance_m(&map, &point);
+                        prop_assert!(distance_m > 0.285, "{distance_m} m from an obstacle at {point}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_path_through_the_open_is_straight_and_one_past_an_obstacle_is_round() {
+        let map = hall(&[]);
+        let path = plan(&costmap(&map), &at(&map, 1.5, 1.5), &at(&map, 6.5, 4.5), 0.05).unwrap();
+        let length_m: f64 = path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
+        assert!(length_m < 1.001 * (25.0_f64 + 9.0).sqrt(), "{length_m} m");
+        let map = hall(&[(60, 0, 40, 60)]);
+        let path = plan(&costmap(&map), &at(&map, 1.5, 1.5), &at(&map, 6.5, 1.5), 0.05).unwrap();
+        let sharpest = path.windows(3).map(|p| (p[1] - p[0]).angle(&(p[2] - p[1]))).fold(0.0, f64::max);
+        assert!(sharpest < 0.5, "a corner of {sharpest} rad");
+    }
+
+    #[test]
+    fn a_start_beside_a_wall_is_left_by_the_shortest_way() {
+        let map = hall(&[]);
+        let start = at(&map, 0.35, 3.0);
+        let path = plan(&costmap(&map), &start, &at(&map, 6.0, 3.0), 0.05).unwrap();
+        assert_eq!(path[0], start);
+        let gone = path.iter().filter(|point| (*point - start).norm() > 0.12);
+        let nearest_m = gone.map(|point| distance_m(&map, point)).fold(f64::INFINITY, f64::min);
+        assert!(nearest_m >= 0.3, "{nearest_m} m from the wall after 0.12 m");
+    }
+
+    #[test]
+    fn every_failure_has_its_reason() {
+        let mut map = hall(&[(60, 0, 4, 120)]);
+        map.set(CellIndex { column: 20, row: 100 }, Cell::Unknown);
+        let costmap = costmap(&map);
+        let (here, there) = (at(&map, 1.0, 1.0), at(&map, 6.0, 3.0));
+        let unknown = map.center(CellIndex { column: 20, row: 100 });
+        let fails = |from: &Point, to: &Point| plan(&costmap, from, to, 0.01).unwrap_err();
+        assert_eq!(fails(&here, &there), PlanError::NoPath);
+        assert_eq!(fails(&here, &unknown), PlanError::GoalUnknown);
+        assert_eq!(fails(&here, &at(&map, -1.0, 3.0)), PlanError::GoalOutside);
+        assert_eq!(fails(&at(&map, -1.0, 3.0), &here), PlanError::StartOutside);
+        assert_eq!(fails(&at(&map, 3.1, 3.0), &here), PlanError::StartInObstacle);
+        assert!(matches!(fails(&here, &at(&map, 2.9, 3.0)), PlanError::GoalInObstacle { .. }));
+        assert_eq!(fails(&here, &Point::new(f64::NAN, 0.0)), PlanError::GoalOutside);
+    }
+}

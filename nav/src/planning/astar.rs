@@ -1,0 +1,124 @@
+//! A* on eight neighbours.
+//!
+//! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it enters. Corners
+//! are not cut: a diagonal step needs both cells beside it.
+
+use super::standing::Ground;
+
+/// Lengths of steps along an axis and along a diagonal.
+const STRAIGHT: u32 = 5;
+const DIAGONAL: u32 = 7;
+
+/// The cells of the cheapest path from one cell to another, both included, or `None` if there is none.
+pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Option<Vec<usize>> {
+    let width = ground.costmap.frame.width as u32;
+    let (to_column, to_row) = (to as u32 % width, to as u32 / width);
+    let remaining = |cell: &u32| {
+        let (across, along) = ((cell % width).abs_diff(to_column), (cell / width).abs_diff(to_row));
+        let (short, long) = (across.min(along), across.max(along));
+        (short * DIAGONAL + (long - short) * STRAIGHT) * ground.least_cost()
+    };
+    let found = pathfinding::prelude::astar(
+        &(from as u32),
+        |cell| successors(ground, *cell),
+        remaining,
+        |cell| *cell == to as u32,
+    );
+    found.map(|(cells, _)| cells.into_iter().map(|cell| cell as usize).collect())
+}
+
+/// The cells that can be reached in a step, with the step's cost.
+pub(crate) fn successors(ground: &Ground<'_>, cell: u32) -> impl Iterator<Item = (u32, u32)> + use<> {
+    let (width, height) = (ground.costmap.frame.width as u32, ground.costmap.frame.height as u32);
+    let (column, row) = (cell % width, cell / width);
+    let cost = |inside: bool, neighbour: u32| if inside { ground.cost(neighbour as usize) } else { 0 };
+    let east = cost(column + 1 < width, cell.wrapping_add(1));
+    let west = cost(column > 0, cell.wrapping_sub(1));
+    let north = cost(row + 1 < height, cell.wrapping_add(width));
+    let south = cost(row > 0, cell.wrapping_sub(width));
+    let diagonal = |a: u32, b: u32, neighbour: u32| cost(a > 0 && b > 0, neighbour) * DIAGONAL;
+    let steps = [
+        (cell.wrapping_add(1), east * STRAIGHT),
+        (cell.wrapping_sub(1), west * STRAIGHT),
+        (cell.wrapping_add(width), north * STRAIGHT),
+        (cell.wrapping_sub(width), south * STRAIGHT),
+        (cell.wrapping_add(width + 1), diagonal(north, east, cell.wrapping_add(width + 1))),
+        (cell.wrapping_add(width).wrapping_sub(1), diagonal(north, west, cell.wrapping_add(width).wrapping_sub(1))),
+        (cell.wrapping_sub(width).wrapping_add(1), diagonal(south, east, cell.wrapping_sub(width).wrapping_add(1))),
+        (cell.wrapping_sub(width + 1), diagonal(south, west, cell.wrapping_sub(width + 1))),
+    ];
+    steps.into_iter().filter(|(_, cost)| *cost > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{Cell, CellIndex, OccupancyGrid, pose};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::{Costmap, CostmapParameters};
+
+    const WIDTH: usize = 16;
+    const HEIGHT: usize = 12;
+
+    /// A small map with cells as big as the robot, so that walls cost around them but do not close everything.
+    fn costmap(cells: &[Cell]) -> Costmap {
+        let mut map = OccupancyGrid::new(WIDTH, HEIGHT, 0.5, pose(0.0, 0.0, 0.0));
+        for (offset, cell) in cells.iter().enumerate() {
+            map.set(CellIndex { column: offset % WIDTH, row: offset / WIDTH }, *cell);
+        }
+        let parameters = CostmapParameters { robot_radius: 0.1, inflation_radius: 1.5, ..CostmapParameters::default() };
+        Costmap::new(&map, parameters).unwrap()
+    }
+
+    fn cells() -> impl Strategy<Value = Vec<Cell>> {
+        let cell = prop_oneof![6 => Just(Cell::Free), 2 => Just(Cell::Occupied), 1 => Just(Cell::Unknown)];
+        prop::collection::vec(cell, WIDTH * HEIGHT)
+    }
+
+    /// Costs of the cheapest paths from a cell, by relaxing until nothing changes.
+    fn cheapest(ground: &Ground<'_>, from: usize) -> Vec<Option<u32>> {
+        let mut costs = vec![None; WIDTH * HEIGHT];
+        costs[from] = Some(0);
+        let mut changed = true;
+        while changed {
+            changed = false;
+            for cell in 0..costs.len() {
+                let Some(cost) = costs[cell] else { continue };
+                for (next, step) in successors(ground, cell as u32) {
+                    if costs[next as usize].is_none_or(|known: u32| cost + step < known) {
+                        costs[next as usize] = Some(cost + step);
+                        changed = true;
+                    }
+                }
+            }
+        }
+        costs
+    }
+
+    proptest! {
+        #[test]
+        fn paths_are_the_cheapest_and_touch_nothing(cells in cells(), from: prop::sample::Index, to: prop::sample::Index) {
+            let costmap = costmap(&cells);
+            let ground = Ground::new(&costmap);
+            let standable: Vec<usize> = (0..WIDTH * HEIGHT).filter(|cell| ground.can_stand(*cell)).collect();
+            let (from, to) = (*from.get(&standable), *to.get(&standable));
+            let path = shortest_path(&ground, from, to);
+            let expected = cheapest(&ground, from)[to];
+            prop_assert_eq!(path.is_some(), expected.is_some());
+            let Some(path) = path else { return Ok(()) };
+            let mut cost = 0;
+            for pair in path.windows(2) {
+                let (column, row) = (pair[0] % WIDTH, pair[0] / WIDTH);
+                let (next_column, next_row) = (pair[1] % WIDTH, pair[1] / WIDTH);
+                prop_assert!(column.abs_diff(next_column) <= 1 && row.abs_diff(next_row) <= 1);
+                for cell in [pair[1], row * WIDTH + next_column, next_row * WIDTH + column] {
+                    prop_assert!(cells[cell] == Cell::Free, "through a wall, the unknown or a corner");
+                }
+                let diagonal = column != next_column && row != next_row;
+                cost += ground.cost(pair[1]) * if diagonal { DIAGONAL } else { STRAIGHT };
+            }
+            prop_assert_eq!(Some(cost), expected);
+        }
+    }
+}

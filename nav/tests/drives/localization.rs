@@ -1,0 +1,162 @@
+//! Localization on drives of some 45 m.
+
+use maps::{Pose, heading, pose, wrap_angle};
+use nav::{InitialPose, Localization, LocalizationParameters};
+use robot::{Streams, VelocityCommand};
+
+use crate::floor::{office, round_trip};
+use crate::unicycle::{Noise, Unicycle, towards};
+
+/// How far estimates were off.
+#[derive(Debug, Default)]
+struct Errors {
+    squared_m2: f64,
+    squared_rad2: f64,
+    greatest_m: f64,
+    last_m: f64,
+    count: f64,
+}
+
+impl Errors {
+    fn add(&mut self, truth: &Pose, estimate: &Pose) {
+        let off_m = (truth.translation.vector - estimate.translation.vector).norm();
+        let off_rad = wrap_angle(heading(truth) - heading(estimate));
+        self.squared_m2 += off_m * off_m;
+        self.squared_rad2 += off_rad * off_rad;
+        self.greatest_m = self.greatest_m.max(off_m);
+        self.last_m = off_m;
+        self.count += 1.0;
+    }
+
+    fn rmse_m(&self) -> f64 {
+        (self.squared_m2 / self.count).sqrt()
+    }
+
+    fn rmse_rad(&self) -> f64 {
+        (self.squared_rad2 / self.count).sqrt()
+    }
+}
+
+fn localization(robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localization {
+    let rng = Streams::new(seed).stream("localization");
+    Localization::new(&office(), &robot.model, LocalizationParameters::default(), initial, rng)
+        .expect("the parameters make sense")
+}
+
+/// Takes in all that the robot senses.
+fn sense(localization: &mut Localization, robot: &mut Unicycle) {
+    localization.odometry(&robot.odometry());
+    for scan in robot.scans() {
+        localization.scan(&scan);
+    }
+}
+
+/// Drives the round trip by the truth and returns how far the estimates were off.
+fn drive(robot: &mut Unicycle, localization: &mut Localization) -> Errors {
+    let mut errors = Errors::default();
+    let (path, mut next) = (round_trip(), 0);
+    while next < path.len() {
+        let command = towards(&path, &mut next, &robot.truth);
+        robot.step(command);
+        sense(localization, robot);
+        errors.add(&robot.truth, &localization.estimate().pose);
+    }
+    errors
+}
+
+#[test]
+fn exact_odometry_and_lasers_are_followed_within_two_centimetres() {
+    let start = pose(2.7, 3.5, 1.0);
+    for seed in 0..3 {
+        let mut robot = Unicycle::new(office(), start, Noise::default());
+        let mut localization = localization(&robot, &InitialPose::at(start), seed);
+        let errors = drive(&mut robot, &mut localization);
+        println!(
+            "{:.1} m: rmse {:.4} m {:.5} rad, greatest {:.4} m",
+            robot.driven_m,
+            errors.rmse_m(),
+            errors.rmse_rad(),
+            errors.greatest_m
+        );
+        assert!(robot.driven_m > 40.0);
+        assert!(errors.rmse_m() < 0.02 && errors.rmse_rad() < 0.01, "{errors:?}");
+        assert!(errors.greatest_m < 0.06, "{errors:?}");
+    }
+}
+
+#[test]
+fn bad_odometry_and_noisy_lasers_are_followed_within_three_centimetres() {
+    let start = pose(2.7, 3.5, 1.0);
+    for seed in 0..3 {
+        let noise = Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 };
+        let mut robot = Unicycle::new(office(), start, noise);
+        let off = pose(2.7 + 0.15, 3.5 - 0.1, 1.05);
+        let mut localization = localization(&robot, &InitialPose::at(off), seed);
+        let errors = drive(&mut robot, &mut localization);
+        println!(
+            "{:.1} m: rmse {:.4} m {:.5} rad, greatest {:.4} m",
+            robot.driven_m,
+            errors.rmse_m(),
+            errors.rmse_rad(),
+            errors.greatest_m
+        );
+        assert!(errors.rmse_m() < 0.03 && errors.rmse_rad() < 0.01, "{errors:?}");
+    }
+}
+
+#[test]
+fn a_robot_that_is_carried_away_finds_itself_again() {
+    for (seed, elsewhere) in [pose(25.1, 3.0, -2.0), pose(2.7, 19.9, 0.5), pose(16.0, 4.0, 3.0)].into_iter().enumerate()
+    {
+        let start = pose(2.7, 3.5, 1.0);
+        let mut robot = Unicycle::new(office(), start, Noise::default());
+        let mut localization = localization(&robot, &InitialPose::at(start), seed as u64);
+        for _ in 0..500 {
+            robot.step(VelocityCommand { linear_mps: 0.0, angular_radps: 0.5 });
+            sense(&mut localization, &mut robot);
+        }
+        robot.truth = elsewhere;
+        let mut found_after_s = f64::INFINITY;
+        for _ in 0..2000 {
+            robot.step(VelocityCommand { linear_mps: 0.2, angular_radps: 0.4 });
+            sense(&mut localization, &mut robot);
+            let off = robot.truth.translation.vector - localization.estimate().pose.translation.vector;
+            let after_s = (robot.time - std::time::Duration::from_secs(10)).as_secs_f64();
+            found_after_s = if off.norm() < 0.1 { found_after_s.min(after_s) } else { f64::INFINITY };
+        }
+        println!("found after {found_after_s:.1} s");
+        assert!(found_after_s < 35.0, "{elsewhere}");
+    }
+}
+
+#[test]
+fn a_robot_that_knows_nothing_finds_itself() {
+    let mut found = 0;
+    for seed in 0..5 {
+        let start = pose(2.7, 3.5, 1.0);
+        let mut robot = Unicycle::new(office(), start, Noise::default());
+        let mut localization = localization(&robot, &InitialPose::Anywhere, seed);
+        let errors = drive(&mut robot, &mut localization);
+        println!("last {} m", errors.last_m);
+        found += u32::from(errors.last_m < 0.1);
+    }
+    assert!(found == 5, "{found} of 5");
+}
+
+#[test]
+fn a_robot_at_rest_keeps_its_estimate() {
+    let start = pose(13.9, 9.3, 0.3);
+    let mut robot = Unicycle::new(office(), start, Noise { laser_m: 0.02, ..Noise::default() });
+    let mut localization = localization(&robot, &InitialPose::at(start), 1);
+    for _ in 0..10 {
+        robot.step(VelocityCommand::STOP);
+        sense(&mut localization, &mut robot);
+    }
+    let (before, updates) = (localization.estimate().pose, localization.updates());
+    for _ in 0..500 {
+        robot.step(VelocityCommand::STOP);
+        sense(&mut localization, &mut robot);
+        assert_eq!(localization.estimate().pose, before);
+    }
+    assert_eq!(localization.updates(), updates);
+}

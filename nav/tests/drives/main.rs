@@ -1,0 +1,6 @@
+//! Whole drives: a robot of a few lines on a floor drawn in code, run by nothing but scans, odometry and the map.
+
+mod floor;
+mod localization;
+mod navigation;
+mod unicycle;

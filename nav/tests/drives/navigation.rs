@@ -1,0 +1,300 @@
+//! Navigation with localization in the loop, and without.
+
+use std::time::Duration;
+
+use maps::{Cell, OccupancyGrid, Place, Point, Pose, heading, pose, wrap_angle};
+use nalgebra::Matrix3;
+use nav::{
+    GiveUpReason, Goal, InitialPose, Localization, LocalizationParameters, NavigationParameters, NavigationStatus,
+    Navigator, PlanError, PoseEstimate,
+};
+use rand::RngExt;
+use robot::Streams;
+
+use crate::floor::{fill, hall, office, two_rooms};
+use crate::unicycle::{Noise, Unicycle};
+
+/// A robot with its software.
+struct Drive {
+    robot: Unicycle,
+    localization: Localization,
+    navigator: Navigator,
+    statuses: Vec<NavigationStatus>,
+    /// The least distance between the body and anything solid.
+    closest_m: f64,
+}
+
+impl Drive {
+    /// In a world that is as the map says.
+    fn new(map: OccupancyGrid, at: Pose) -> Self {
+        let world = map.clone();
+        Self::in_world(&map, world, at)
+    }
+
+    fn in_world(map: &OccupancyGrid, world: OccupancyGrid, at: Pose) -> Self {
+        let robot = Unicycle::new(world, at, Noise::default());
+        let rng = Streams::new(1).stream("localization");
+        let parameters = LocalizationParameters::default();
+        let localization = Localization::new(map, &robot.model, parameters, &InitialPose::at(at), rng)
+            .expect("the parameters make sense");
+        let navigator = Navigator::new(map, &robot.model, NavigationParameters::of(&robot.model))
+            .expect("the parameters make sense");
+        Self { robot, localization, navigator, statuses: Vec::new(), closest_m: f64::INFINITY }
+    }
+
+    fn step(&mut self) {
+        let odometry = self.robot.odometry();
+        self.localization.odometry(&odometry);
+        for scan in self.robot.scans() {
+            self.localization.scan(&scan);
+            self.navigator.scan(&scan, &self.localization.estimate());
+        }
+        let command = self.navigator.update(self.robot.time, &self.localization.estimate(), &odometry);
+        if self.statuses.last() != Some(&self.navigator.status()) {
+            self.statuses.push(self.navigator.status());
+        }
+        self.robot.step(command);
+        self.closest_m = self.closest_m.min(self.robot.clearance_m());
+    }
+
+    /// Drives until there is an outcome, at most so long; returns the outcome and how long it took.
+    fn go(&mut self, goal: Goal, at_most_s: u64) -> (NavigationStatus, Duration) {
+        self.statuses.clear();
+        self.navigator.start(goal);
+        self.statuses.push(self.navigator.status());
+        let start = self.robot.time;
+        while self.navigator.status().is_under_way() && self.robot.time - start < Duration::from_secs(at_most_s) {
+            self.step();
+        }
+        (self.navigator.status(), self.robot.time - start)
+    }
+
+    fn off_by(&self, goal: &Goal) -> (f64, f64) {
+        let off_m = (Point::from(self.robot.truth.translation.vector) - goal.position).norm();
+        let off_rad = goal.heading_rad.map_or(0.0, |wanted| wrap_angle(wanted - heading(&self.robot.truth)).abs());
+        (off_m, off_rad)
+    }
+}
+
+fn goal(x: f64, y: f64, heading_rad: f64) -> Goal {
+    Goal::at(Point::new(x, y), Some(heading_rad))
+}
+
+#[test]
+fn a_hundred_goals_in_the_open_are_reached() {
+    let mut drive = Drive::new(hall(7.0, 6.0), pose(3.0, 3.0, 0.0));
+    let mut rng = Streams::new(4).stream("goals");
+    let mut random = |least: f64, most: f64| least + (most - least) * rng.random::<f64>();
+    let mut worst = (0.0_f64, 0.0_f64, Duration::ZERO);
+    for number in 0..100 {
+        // Every third goal is just beside where the robot stands.
+        let around = drive.robot.truth.translation;
+        let near = number % 3 == 0;
+        let x = if near { (around.x + random(-0.25, 0.25)).clamp(0.6, 6.4) } else { random(0.6, 6.4) };
+        let y = if near { (around.y + random(-0.25, 0.25)).clamp(0.6, 5.4) } else { random(0.6, 5.4) };
+        let goal = goal(x, y, random(-3.1, 3.1));
+        let (status, took) = drive.go(goal.clone(), 60);
+        assert_eq!(status, NavigationStatus::GoalReached, "goal {number}: {:?}", drive.navigator.reason());
+        let off = drive.off_by(&goal);
+        assert!(off.0 < 0.06 && off.1 < 0.02, "goal {number} missed by {off:?}");
+        worst = (worst.0.max(off.0), worst.1.max(off.1), worst.2.max(took));
+    }
+    println!("worst: {worst:?}, closest {:.3} m, {:?} simulated", drive.closest_m, drive.robot.time);
+    assert!(drive.closest_m > 0.05, "{} m from a wall", drive.closest_m);
+    assert!(worst.2 < Duration::from_secs(45), "hunting for the goal: {:?}", worst.2);
+}
+
+#[test]
+fn doorways_are_passed_without_a_touch() {
+    for (doorway_m, trips) in [(1.0, 10), (0.8, 10)] {
+        let mut drive = Drive::new(two_rooms(doorway_m), pose(1.0, 1.0, 0.0));
+        let mut rng = Streams::new(5).stream("goals");
+        let mut random = |least: f64, most: f64| least + (most - least) * rng.random::<f64>();
+        for trip in 0..trips {
+            let left = if trip % 2 == 0 { 4.8 } else { 0.6 };
+            let goal = goal(left + random(0.0, 2.6), random(0.6, 4.4), random(-3.1, 3.1));
+            let (status, took) = drive.go(goal.clone(), 90);
+            assert_eq!(status, NavigationStatus::GoalReached, "{doorway_m} m, trip {trip} after {took:?}");
+            assert!(drive.off_by(&goal).0 < 0.06);
+        }
+        println!("{doorway_m} m: closest {:.3} m, {:?} simulated", drive.closest_m, drive.robot.time);
+        assert!(drive.closest_m > 0.01, "{doorway_m} m: {} m from a wall", drive.closest_m);
+    }
+}
+
+#[test]
+fn a_trip_across_the_office_goes_through_the_statuses_in_order() {
+    let mut drive = Drive::new(office(), pose(2.7, 3.5, 0.0));
+    let goal = goal(25.1, 13.0, 1.0);
+    let (status, took) = drive.go(goal.clone(), 300);
+    use NavigationStatus::{GoalReached, Moving, PreparingBeforeMove, Thinking};
+    println!("{:.1} m in {took:?}, closest {:.3} m", drive.robot.driven_m, drive.closest_m);
+    assert_eq!(drive.statuses, [Thinking, PreparingBeforeMove, Moving, GoalReached]);
+    assert_eq!(status, GoalReached);
+    assert!(drive.off_by(&goal).0 < 0.06 && drive.off_by(&goal).1 < 0.02, "{:?}", drive.off_by(&goal));
+    assert!(drive.closest_m > 0.1);
+    for _ in 0..100 {
+        drive.step();
+    }
+    assert_eq!(drive.navigator.status(), GoalReached, "the outcome stays");
+    drive.navigator.stop();
+    assert_eq!(drive.navigator.status(), NavigationStatus::Idle);
+}
+
+#[test]
+fn an_obstacle_that_is_not_on_the_map_is_driven_around() {
+    let map = hall(10.0, 5.0);
+    let mut world = map.clone();
+    fill(&mut world, [4.5, 1.6, 5.2, 3.4], Cell::Occupied);
+    let mut drive = Drive::in_world(&map, world, pose(1.0, 2.5, 0.0));
+    let goal = goal(9.0, 2.5, 0.0);
+    let (status, took) = drive.go(goal, 120);
+    println!("{took:?}, closest {:.3}, {:?}", drive.closest_m, drive.statuses);
+    assert_eq!(status, NavigationStatus::GoalReached, "{:?}", drive.navigator.reason());
+    assert!(drive.closest_m > 0.02, "{} m", drive.closest_m);
+}
+
+#[test]
+fn a_blocked_corridor_leads_to_another_way() {
+    // Two corridors from left to right; the shorter one is blocked.
+    let mut map = hall(14.0, 8.0);
+    fill(&mut map, [3.0, 1.8, 11.0, 6.0], Cell::Occupied);
+    let mut world = map.clone();
+    fill(&mut world, [7.0, 0.0, 7.5, 1.8], Cell::Occupied);
+    let mut drive = Drive::in_world(&map, world, pose(1.0, 1.0, 0.0));
+    let (status, took) = drive.go(goal(13.0, 1.0, 0.0), 180);
+    println!("{took:?}, closest {:.3}, {:?}", drive.closest_m, drive.statuses);
+    assert_eq!(status, NavigationStatus::GoalReached, "{:?}", drive.navigator.reason());
+    assert!(drive.statuses.contains(&NavigationStatus::WaitingObstacle), "it waits before it takes so long a way");
+    assert!(drive.closest_m > 0.02);
+}
+
+#[test]
+fn somebody_who_steps_aside_is_waited_for() {
+    let map = hall(12.0, 1.6);
+    let mut world = map.clone();
+    fill(&mut world, [5.0, 0.5, 5.4, 1.1], Cell::Occupied);
+    let mut drive = Drive::in_world(&map, world, pose(1.0, 0.8, 0.0));
+    drive.navigator.start(goal(11.0, 0.8, 0.0));
+    while drive.navigator.status() != NavigationStatus::WaitingObstacle {
+        drive.step();
+        assert!(drive.robot.time < Duration::from_secs(30));
+    }
+    (0..100).for_each(|_| drive.step());
+    let stopped_at = drive.robot.truth.translation.x;
+    assert!(stopped_at < 4.7 && stopped_at > 3.0, "{stopped_at}");
+    drive.robot.world = map;
+    while drive.navigator.status().is_under_way() {
+        drive.step();
+        assert!(drive.robot.time < Duration::from_secs(60));
+    }
+    assert_eq!(drive.navigator.status(), NavigationStatus::GoalReached);
+    assert!(!drive.statuses.contains(&NavigationStatus::Failing));
+}
+
+#[test]
+fn a_closed_door_ends_in_a_reason_in_bounded_time() {
+    let mut world = two_rooms(1.0);
+    fill(&mut world, [4.0, 0.0, 4.2, 5.0], Cell::Occupied);
+    let mut drive = Drive::in_world(&two_rooms(1.0), world, pose(1.0, 1.0, 0.0));
+    let (status, took) = drive.go(goal(7.0, 2.5, 0.0), 120);
+    println!("{took:?}, closest {:.3}, {:?}", drive.closest_m, drive.statuses);
+    assert_eq!(status, NavigationStatus::Aborted);
+    assert_eq!(drive.navigator.reason(), Some(GiveUpReason::NoPlan(PlanError::NoPath)));
+    assert!(drive.statuses.contains(&NavigationStatus::Failing));
+    assert!(took < Duration::from_secs(60));
+}
+
+#[test]
+fn goals_where_the_robot_cannot_be_are_refused_at_once_with_a_reason() {
+    let mut map = hall(6.0, 5.0);
+    fill(&mut map, [3.0, 0.0, 3.2, 5.0], Cell::Occupied);
+    fill(&mut map, [1.0, 4.0, 2.0, 5.0], Cell::Unknown);
+    let reason = |x, y| {
+        let mut drive = Drive::new(map.clone(), pose(1.0, 1.0, 0.0));
+        let (status, took) = drive.go(goal(x, y, 0.0), 60);
+        assert_eq!(status, NavigationStatus::Aborted);
+        assert!(took < Duration::from_millis(100));
+        drive.navigator.reason().unwrap().to_string()
+    };
+    assert_eq!(reason(4.5, 2.5), "no way leads to the goal");
+    assert_eq!(reason(1.5, 4.5), "the goal is where the map is unknown");
+    assert_eq!(reason(9.0, 2.5), "the goal is outside of the map");
+    assert_eq!(reason(2.875, 2.5), "the goal is 0.12 m from an obstacle, but the robot needs 0.30 m");
+}
+
+#[test]
+fn an_area_is_entered_even_if_something_stands_on_its_centroid() {
+    let mut map = hall(8.0, 5.0);
+    fill(&mut map, [5.7, 2.0, 6.3, 3.0], Cell::Occupied);
+    let corners = [(4.5, 1.0), (7.5, 1.0), (7.5, 4.0), (4.5, 4.0)].map(|(x, y)| Point::new(x, y)).to_vec();
+    let area = Place::Area { corners };
+    let mut drive = Drive::new(map, pose(1.0, 2.5, 0.0));
+    let (status, _) = drive.go(Goal::to(&area), 60);
+    assert_eq!(status, NavigationStatus::GoalReached);
+    assert!(area.contains(&drive.robot.truth));
+    assert!(drive.closest_m > 0.0);
+}
+
+#[test]
+fn a_robot_that_is_pushed_away_plans_again() {
+    let mut drive = Drive::new(hall(10.0, 6.0), pose(1.0, 3.0, 0.0));
+    drive.navigator.start(goal(9.0, 3.0, 0.0));
+    (0..300).for_each(|_| drive.step());
+    let before = drive.navigator.path().to_vec();
+    for _ in 0..300 {
+        // Somebody drives it by joypad; the navigator's commands are not followed.
+        let odometry = drive.robot.odometry();
+        drive.localization.odometry(&odometry);
+        for scan in drive.robot.scans() {
+            drive.localization.scan(&scan);
+            drive.navigator.scan(&scan, &drive.localization.estimate());
+        }
+        drive.navigator.update(drive.robot.time, &drive.localization.estimate(), &odometry);
+        drive.robot.step(robot::VelocityCommand { linear_mps: 0.3, angular_radps: 0.4 });
+    }
+    assert_ne!(drive.navigator.path(), before);
+    while drive.navigator.status().is_under_way() {
+        drive.step();
+        assert!(drive.robot.time < Duration::from_secs(90));
+    }
+    assert_eq!(drive.navigator.status(), NavigationStatus::GoalReached);
+}
+
+#[test]
+fn silent_lasers_and_unknown_poses_are_errors() {
+    let mut drive = Drive::new(hall(6.0, 5.0), pose(1.0, 1.0, 0.0));
+    drive.navigator.start(goal(4.0, 4.0, 0.0));
+    (0..100).for_each(|_| drive.step());
+    let estimate = drive.localization.estimate();
+    for _ in 0..60 {
+        let command = drive.navigator.update(drive.robot.time, &estimate, &drive.robot.odometry());
+        drive.robot.step(command);
+    }
+    assert_eq!(drive.navigator.status(), NavigationStatus::Error);
+    assert!(matches!(drive.navigator.reason(), Some(GiveUpReason::NoScans(_))));
+    drive.navigator.start(goal(4.0, 4.0, 0.0));
+    let lost = PoseEstimate { pose: pose(f64::NAN, 0.0, 0.0), covariance: Matrix3::zeros(), ..estimate };
+    drive.navigator.update(drive.robot.time, &lost, &drive.robot.odometry());
+    assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadEstimate));
+    drive.navigator.start(goal(f64::INFINITY, 4.0, 0.0));
+    assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadGoal));
+}
+
+#[test]
+fn a_pause_stands_still_and_a_resume_goes_on() {
+    let mut drive = Drive::new(hall(6.0, 5.0), pose(1.0, 1.0, 0.0));
+    drive.navigator.start(goal(5.0, 4.0, 0.0));
+    (0..300).for_each(|_| drive.step());
+    drive.navigator.pause();
+    (0..100).for_each(|_| drive.step());
+    let at = drive.robot.truth;
+    (0..100).for_each(|_| drive.step());
+    assert_eq!((drive.robot.truth, drive.navigator.status()), (at, NavigationStatus::Paused));
+    drive.navigator.resume();
+    while drive.navigator.status().is_under_way() {
+        drive.step();
+        assert!(drive.robot.time < Duration::from_secs(60));
+    }
+    assert_eq!(drive.navigator.status(), NavigationStatus::GoalReached);
+}
