@@ -1,1 +1,10 @@
-//! Whole-system tests.
+//! Whole-system tests: the real binary, run as a user would.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+mod architecture;
+mod bad_input;
+mod command_line;
+mod determinism;
+mod experiments;
+mod steward;

@@ -1,1 +1,22 @@
-//! Steward.
+//! Scenarios: the simulated service robot with its whole software stack, run under formal monitors.
+//!
+//! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a map with places, a behavior tree, a
+//! skill for each of its leaves, properties, faults, and what the run must come to. [`Live`](live::Live) is a scenario at
+//! work, step by step; [`conduct`](conduct::conduct) runs one from start to end, takes pictures ([`draw`]), records
+//! the event log and gives the [`Report`](report::Report). The command line is in [`cli`].
+
+pub mod cli;
+pub mod conduct;
+pub mod draw;
+mod error;
+mod files;
+pub mod live;
+pub mod pictures;
+mod properties;
+pub mod report;
+mod reporting;
+pub mod scenario;
+pub mod trace;
+mod wiring;
+
+pub use error::Error;

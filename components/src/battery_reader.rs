@@ -1,0 +1,82 @@
+//! BatteryReader: tells the battery's charge and whether it charges.
+
+use std::time::Duration;
+
+use channels::{
+    ChannelSystem, Envelope, Message, Offer, Process, ProcessId, Topology, TransitionId, Use, Value, WiringError,
+};
+use robot::BatteryState;
+
+use crate::service::Service;
+
+/// The process BatteryReader. It answers `[<get_level>]` with `[<ok>, level]` and `[<get_charging>]` with
+/// `[<ok>, charging]`, from the latest state that its driver has handed it; before the first, requests wait.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct BatteryReader {
+    service: Service,
+    latest: Option<Latest>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Latest {
+    /// Charge, in percent.
+    level: Value,
+    charging: Value,
+}
+
+impl BatteryReader {
+    /// The reader that serves everybody who has a channel to `process`.
+    ///
+    /// # Errors
+    /// [`WiringError::MissingChannel`] if a client cannot be answered.
+    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
+        Ok(Self { service: Service::new(topology, process)?, latest: None })
+    }
+
+    fn update(&mut self, state: &BatteryState) {
+        self.latest = Some(Latest { level: state.charge_pct.into(), charging: state.charging.into() });
+    }
+
+    fn answer(&self, request: &Message) -> Option<Message> {
+        let latest = self.latest.as_ref()?;
+        let value = if request.head() == Some("get_charging") { &latest.charging } else { &latest.level };
+        Some(Message::new([Value::symbol("ok"), value.clone()]))
+    }
+}
+
+impl Process for BatteryReader {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        self.service.offers(|request| self.answer(request), offers);
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        self.service.take(transition, received);
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.service.uses()
+    }
+
+    fn location(&self) -> String {
+        match (&self.latest, self.service.is_asked()) {
+            (None, _) => "no reading yet",
+            (_, true) => "asked",
+            (_, false) => "idle",
+        }
+        .to_owned()
+    }
+}
+
+/// Hands the battery's readings to BatteryReader.
+#[derive(Clone, Debug)]
+pub(crate) struct BatteryDriver {
+    pub(crate) process: ProcessId,
+}
+
+impl BatteryDriver {
+    pub(crate) fn battery(&self, state: &BatteryState, system: &mut ChannelSystem) {
+        if let Some(reader) = system.process_mut::<BatteryReader>(self.process) {
+            reader.update(state);
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Localization: tells whether the robot is at a place.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use channels::{
+    ChannelSystem, Envelope, Message, Offer, Process, ProcessId, Topology, TransitionId, Use, Value, WiringError,
+};
+use maps::{Places, Pose};
+
+use crate::service::Service;
+
+/// The process Localization. It answers `[<is_at>, <Place>]` with `[<ok>, there]` by its latest pose estimate, and
+/// with `[<error>, reason]` if it knows no such place; before the first estimate, requests wait.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Localization {
+    service: Service,
+    /// Whether the robot is at each place; empty before the first estimate.
+    at: BTreeMap<String, bool>,
+}
+
+impl Localization {
+    /// The localization that serves everybody who has a channel to `process`.
+    ///
+    /// # Errors
+    /// [`WiringError::MissingChannel`] if a client cannot be answered.
+    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
+        Ok(Self { service: Service::new(topology, process)?, at: BTreeMap::new() })
+    }
+
+    fn answer(&self, request: &Message) -> Option<Message> {
+        let Some(Value::Symbol(place)) = request.field(2) else {
+            return Some(error("the request names no place"));
+        };
+        if self.at.is_empty() {
+            return None;
+        }
+        Some(match self.at.get(place.name()) {
+            Some(&there) => Message::new([Value::symbol("ok"), there.into()]),
+            None => error(&format!("there is no place {}", place.name())),
+        })
+    }
+}
+
+fn error(reason: &str) -> Message {
+    Message::new([Value::symbol("error"), reason.into()])
+}
+
+impl Process for Localization {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        self.service.offers(|request| self.answer(request), offers);
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        self.service.take(transition, received);
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.service.uses()
+    }
+
+    fn location(&self) -> String {
+        match (self.at.is_empty(), self.service.is_asked()) {
+            (true, _) => "no estimate yet",
+            (_, true) => "asked",
+            (_, false) => "idle",
+        }
+        .to_owned()
+    }
+}
+
+/// Tells Localization which places the estimated pose is at.
+#[derive(Clone, Debug)]
+pub(crate) struct LocalizationDriver {
+    pub(crate) process: ProcessId,
+    pub(crate) places: Places,
+}
+
+impl LocalizationDriver {
+    pub(crate) fn estimate(&self, pose: &Pose, system: &mut ChannelSystem) {
+        let changed = system.process::<Localization>(self.process).is_some_and(|process| {
+            self.places.iter().any(|(name, place)| process.at.get(name) != Some(&place.contains(pose)))
+        });
+        if changed && let Some(process) = system.process_mut::<Localization>(self.process) {
+            process.at = self.places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect();
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! Navigation: drives to places.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use channels::{Envelope, Message, Offer, Process, ProcessId, Symbol, Topology, TransitionId, Use, Value, WiringError};
+
+use crate::service::Service;
+
+/// How a trip stands, as Navigation tells it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum TripStatus {
+    Running,
+    Success,
+    Failure,
+}
+
+impl TripStatus {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Running => "running",
+            Self::Success => "success",
+            Self::Failure => "failure",
+        }
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Trip {
+    place: Symbol,
+    status: TripStatus,
+}
+
+/// What the driver is to do.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Order {
+    /// Drive to that place, whatever was done before.
+    Start(Symbol),
+    /// Stand still.
+    Stop,
+}
+
+/// The process Navigation.
+///
+/// - `[<start_navigation>, <Place>]` begins a trip, in place of the one that there was, and is answered
+///   `[<ok>, <running>]` at once (`<stopped>` if another trip took its place before the answer was sent).
+/// - `[<get_status>, <Place>]` is answered with the status of the last trip to that place, `[<ok>, <idle>]` if the
+///   last trip was to another place or was stopped.
+/// - `[<stop_navigation>, <Place>]` ends the trip to that place and no other, and is answered `[<ok>, <stopped>]` when
+///   it is taken, not at standstill. So once a new trip has started, no `<running>` of the old one arrives.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Navigation {
+    service: Service,
+    trip: Option<Trip>,
+    orders: VecDeque<Order>,
+}
+
+impl Navigation {
+    /// The navigation that serves everybody who has a channel to `process`.
+    ///
+    /// # Errors
+    /// [`WiringError::MissingChannel`] if a client cannot be answered.
+    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
+        Ok(Self { service: Service::new(topology, process)?, trip: None, orders: VecDeque::new() })
+    }
+
+    /// Takes what the driver is to do next.
+    pub(crate) fn next_order(&mut self) -> Option<Order> {
+        self.orders.pop_front()
+    }
+
+    pub(crate) fn has_orders(&self) -> bool {
+        !self.orders.is_empty()
+    }
+
+    /// The status of the trip, if there is one.
+    pub(crate) fn trip_status(&self) -> Option<TripStatus> {
+        self.trip.as_ref().map(|trip| trip.status)
+    }
+
+    /// Says how the trip stands.
+    pub(crate) fn set_trip_status(&mut self, status: TripStatus) {
+        if let Some(trip) = &mut self.trip {
+            trip.status = status;
+        }
+    }
+
+    /// Begins or ends a trip when the request for it is received.
+    fn begin(&mut self, request: &Message) {
+        let Some(Value::Symbol(place)) = request.field(2) else { return };
+        match request.head() {
+            Some("start_navigation") => {
+                self.trip = Some(Trip { place: place.clone(), status: TripStatus::Running });
+                self.orders.push_back(Order::Start(place.clone()));
+            }
+            Some("stop_navigation") if self.trip.as_ref().is_some_and(|trip| trip.place == *place) => {
+                self.trip = None;
+                self.orders.push_back(Order::Stop);
+            }
+            _ => {}
+        }
+    }
+
+    fn answer(&self, request: &Message) -> Message {
+        let trip = self.trip.as_ref().filter(|trip| request.field(2) == Some(&trip.place.clone().into()));
+        let status = match (request.head(), trip) {
+            (Some("stop_navigation"), _) | (Some("start_navigation"), None) => "stopped",
+            (_, Some(trip)) => trip.status.name(),
+            (_, None) => "idle",
+        };
+        Message::symbols(["ok", status])
+    }
+}
+
+impl Process for Navigation {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        self.service.offers(|request| Some(self.answer(request)), offers);
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        if let Some(request) = self.service.take(transition, received).cloned() {
+            self.begin(&request);
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.service.uses()
+    }
+
+    fn location(&self) -> String {
+        self.trip
+            .as_ref()
+            .map_or_else(|| "idle".to_owned(), |trip| format!("{}: {}", trip.place.name(), trip.status.name()))
+    }
+}

@@ -1,0 +1,47 @@
+//! What the components can be asked, and what they answer: the messages of their channels.
+
+use channels::{FieldKind, Shape, Symbol};
+use maps::Places;
+
+/// The name of the process that reads the battery.
+pub const BATTERY_READER: &str = "BatteryReader";
+/// The name of the process that knows where the robot is.
+pub const LOCALIZATION: &str = "Localization";
+/// The name of the process that drives to places.
+pub const NAVIGATION: &str = "Navigation";
+
+/// A request that a component understands, with its replies.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Operation {
+    /// The component.
+    pub component: &'static str,
+    /// m[1] of the request.
+    pub name: &'static str,
+    /// The request.
+    pub request: Shape,
+    /// The replies that it can have.
+    pub replies: Vec<Shape>,
+}
+
+/// Everything that the components can be asked, where these places are known.
+#[must_use]
+pub fn operations(places: &Places) -> Vec<Operation> {
+    let places: Vec<Symbol> = places.iter().map(|(name, _)| Symbol::new(name)).collect();
+    let simple = |name| Shape::new([("request", FieldKind::symbols([name]))]);
+    let at_place =
+        |name| Shape::new([("request", FieldKind::symbols([name])), ("place", FieldKind::Symbol(places.clone()))]);
+    let ok = |field, kind| Shape::new([("status", FieldKind::symbols(["ok"])), (field, kind)]);
+    let error = || Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
+    let state = || FieldKind::symbols(["running", "success", "failure", "stopped", "idle"]);
+
+    let operation =
+        |component, name, request, reply| Operation { component, name, request, replies: vec![reply, error()] };
+    vec![
+        operation(BATTERY_READER, "get_level", simple("get_level"), ok("level", FieldKind::Real)),
+        operation(BATTERY_READER, "get_charging", simple("get_charging"), ok("charging", FieldKind::Bool)),
+        operation(LOCALIZATION, "is_at", at_place("is_at"), ok("at", FieldKind::Bool)),
+        operation(NAVIGATION, "start_navigation", at_place("start_navigation"), ok("state", state())),
+        operation(NAVIGATION, "get_status", at_place("get_status"), ok("state", state())),
+        operation(NAVIGATION, "stop_navigation", at_place("stop_navigation"), ok("state", state())),
+    ]
+}

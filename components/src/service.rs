@@ -1,0 +1,78 @@
+//! Answering requests: each exactly once, when the answer is known.
+
+use channels::{
+    Action, ChannelId, Envelope, Message, Offer, Pattern, ProcessId, Topology, TransitionId, Use, WiringError,
+};
+
+/// The clients of a component: for each, the channel it asks on and the one it is answered on.
+///
+/// A client's next request is received when the one before has been answered. The reply carries the request's number.
+/// Transitions are numbered two a client: receive, reply.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Service {
+    clients: Vec<Client>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Client {
+    requests: ChannelId,
+    replies: ChannelId,
+    /// The request that waits for its answer.
+    pending: Option<Envelope>,
+}
+
+impl Service {
+    /// The service of that process to everybody who has a channel to it.
+    ///
+    /// # Errors
+    /// [`WiringError::MissingChannel`] if a client has no channel back.
+    pub(crate) fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
+        let asked = topology.channels().filter(|&channel| topology.get(channel).target == process);
+        let clients = asked.map(|requests| {
+            let (client, component) = topology.ends(requests);
+            let replies = topology.find_channel(component, client).ok_or_else(|| WiringError::MissingChannel {
+                process: component.to_owned(),
+                channel: format!("{component} → {client}"),
+            })?;
+            Ok(Client { requests, replies, pending: None })
+        });
+        Ok(Self { clients: clients.collect::<Result<_, _>>()? })
+    }
+
+    /// Offers to receive a request from each client that has none pending, and to send each answer that is known.
+    pub(crate) fn offers(&self, answer: impl Fn(&Message) -> Option<Message>, offers: &mut Vec<Offer>) {
+        for (index, client) in self.clients.iter().enumerate() {
+            let number = 2 * index as u32;
+            offers.extend(match &client.pending {
+                None => {
+                    let action = Action::Receive(client.requests, Pattern::Any);
+                    Some(Offer { transition: TransitionId(number), action })
+                }
+                Some(request) => answer(&request.message).map(|message| {
+                    let action = Action::Send(client.replies, Envelope { message, request: request.request });
+                    Offer { transition: TransitionId(number + 1), action }
+                }),
+            });
+        }
+    }
+
+    /// Takes one of the transitions; returns the request if it received one.
+    pub(crate) fn take(&mut self, transition: TransitionId, received: Option<Envelope>) -> Option<&Message> {
+        let client = &mut self.clients[transition.0 as usize / 2];
+        client.pending = received;
+        client.pending.as_ref().map(|request| &request.message)
+    }
+
+    /// Everything the service receives and sends.
+    pub(crate) fn uses(&self) -> Vec<Use> {
+        self.clients
+            .iter()
+            .flat_map(|client| [Use::Receives(client.requests, None), Use::Sends(client.replies, None)])
+            .collect()
+    }
+
+    /// Whether some client waits for an answer.
+    pub(crate) fn is_asked(&self) -> bool {
+        self.clients.iter().any(|client| client.pending.is_some())
+    }
+}

@@ -1,0 +1,178 @@
+//! The robot's software: the drivers, and what they drive.
+
+use std::time::Duration;
+
+use channels::{ChannelSystem, ProcessId};
+use maps::{OccupancyGrid, Places, Point, Pose};
+use nav::{Goal, InitialPose, LocalizationParameters, NavigationParameters, NavigationStatus, Navigator, PoseEstimate};
+use rand_chacha::ChaCha8Rng;
+use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
+
+use crate::battery_reader::BatteryDriver;
+use crate::localization::LocalizationDriver;
+use crate::navigation::{Navigation, Order, TripStatus};
+
+/// The components' processes in a channel system.
+#[derive(Clone, Copy, Debug)]
+pub struct Processes {
+    /// BatteryReader.
+    pub battery_reader: ProcessId,
+    /// Localization.
+    pub localization: ProcessId,
+    /// Navigation.
+    pub navigation: ProcessId,
+}
+
+/// Localization and navigation of a robot, and the drivers that connect them with the components' processes.
+///
+/// It sees the robot's readings and the map, and nothing else.
+#[derive(Debug)]
+pub struct Software {
+    model: RobotModel,
+    places: Places,
+    localization: nav::Localization,
+    navigator: Navigator,
+    estimate: PoseEstimate,
+    odometry: Option<Odometry>,
+    battery_driver: BatteryDriver,
+    localization_driver: LocalizationDriver,
+    navigation: ProcessId,
+    readings: Vec<Reading>,
+}
+
+impl Software {
+    /// The software of a robot on a map with places, which knows that much of its first pose. `rng` is localization's
+    /// own stream.
+    ///
+    /// # Errors
+    /// [`nav::Error`] if nobody can be localized on the map.
+    pub fn new(
+        map: &OccupancyGrid,
+        places: &Places,
+        model: &RobotModel,
+        initial: &InitialPose,
+        processes: Processes,
+        rng: ChaCha8Rng,
+    ) -> Result<Self, nav::Error> {
+        let localization = nav::Localization::new(map, model, LocalizationParameters::default(), initial, rng)?;
+        Ok(Self {
+            navigator: Navigator::new(map, model, NavigationParameters::of(model))?,
+            estimate: localization.estimate(),
+            localization,
+            model: model.clone(),
+            places: places.clone(),
+            odometry: None,
+            battery_driver: BatteryDriver { process: processes.battery_reader },
+            localization_driver: LocalizationDriver { process: processes.localization, places: places.clone() },
+            navigation: processes.navigation,
+            readings: Vec::new(),
+        })
+    }
+
+    /// One step of control: takes in what the robot has sensed since the last, exchanges data with the processes, and
+    /// commands the base.
+    pub fn step(&mut self, robot: &mut dyn Robot, system: &mut ChannelSystem, now: Duration) {
+        let mut readings = std::mem::take(&mut self.readings);
+        readings.clear();
+        robot.read(&mut readings);
+        for reading in &readings {
+            self.take_in(reading, system);
+        }
+        self.readings = readings;
+        self.estimate = self.localization.estimate();
+        self.localization_driver.estimate(&self.estimate.pose, system);
+        self.follow_orders(system);
+        robot.drive(self.navigate(now));
+        self.tell_trip_status(system);
+    }
+
+    fn take_in(&mut self, reading: &Reading, system: &mut ChannelSystem) {
+        match reading {
+            Reading::Odometry(odometry) => {
+                self.localization.odometry(odometry);
+                self.odometry = Some(*odometry);
+            }
+            Reading::Scan(scan) => {
+                self.localization.scan(scan);
+                self.navigator.scan(scan, &self.localization.estimate());
+            }
+            Reading::Battery(state) => self.battery_driver.battery(state, system),
+        }
+    }
+
+    /// Carries out what Navigation was asked since the last step.
+    fn follow_orders(&mut self, system: &mut ChannelSystem) {
+        while system.process::<Navigation>(self.navigation).is_some_and(Navigation::has_orders) {
+            let order = system.process_mut::<Navigation>(self.navigation).and_then(Navigation::next_order);
+            match order {
+                Some(Order::Start(place)) => match self.places.get(place.name()) {
+                    Some(place) => self.navigator.start(Goal::to(place)),
+                    None => self.navigator.stop(),
+                },
+                Some(Order::Stop) => self.navigator.stop(),
+                None => return,
+            }
+        }
+    }
+
+    fn navigate(&mut self, now: Duration) -> VelocityCommand {
+        let Some(odometry) = &self.odometry else { return VelocityCommand::STOP };
+        self.navigator.update(now, &self.estimate, odometry)
+    }
+
+    /// Tells Navigation how its trip stands, when that has changed.
+    fn tell_trip_status(&self, system: &mut ChannelSystem) {
+        let status = match self.navigator.status() {
+            NavigationStatus::GoalReached => TripStatus::Success,
+            NavigationStatus::Aborted | NavigationStatus::Error | NavigationStatus::Idle => TripStatus::Failure,
+            _ => TripStatus::Running,
+        };
+        let told = system.process::<Navigation>(self.navigation).and_then(Navigation::trip_status);
+        if told.is_some_and(|told| told != status)
+            && let Some(process) = system.process_mut::<Navigation>(self.navigation)
+        {
+            process.set_trip_status(status);
+        }
+    }
+
+    /// What the robot sensed in the last step, oldest first.
+    #[must_use]
+    pub fn readings(&self) -> &[Reading] {
+        &self.readings
+    }
+
+    /// What the software knows of the robot's hardware.
+    #[must_use]
+    pub fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    /// Where the robot is believed to be.
+    #[must_use]
+    pub fn estimate(&self) -> &PoseEstimate {
+        &self.estimate
+    }
+
+    /// How many particles localization uses.
+    #[must_use]
+    pub fn particle_count(&self) -> usize {
+        self.localization.particles().len()
+    }
+
+    /// The poses of localization's particles, in the `map` frame.
+    pub fn particles(&self) -> impl Iterator<Item = Pose> {
+        self.localization.particles().map(|(pose, _)| pose)
+    }
+
+    /// The path that is being followed, in the `map` frame; empty while there is none.
+    #[must_use]
+    pub fn path(&self) -> &[Point] {
+        self.navigator.path()
+    }
+
+    /// What navigation is doing.
+    #[must_use]
+    pub fn navigation_status(&self) -> NavigationStatus {
+        self.navigator.status()
+    }
+}

@@ -1,0 +1,120 @@
+//! The command line.
+//!
+//! Results go to stdout, progress and diagnostics to stderr. Exit status: 0 the run was what the scenario's `[expect]`
+//! says; 1 it was not; 2 bad input; 3 the program could not do its work.
+
+mod init;
+mod list;
+mod progress;
+mod run;
+mod summary;
+
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+
+use crate::Error;
+
+/// A simulated service robot whose behavior tree runs under formal monitors.
+#[derive(Debug, Parser)]
+#[command(version, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(flatten)]
+    run: RunArgs,
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+/// Runs a scenario and writes its report and pictures.
+#[derive(Clone, Debug, Args)]
+struct RunArgs {
+    /// The scenario to run: a name (see `steward list`) or a file
+    #[arg(long, value_name = "NAME|FILE", required = true)]
+    scenario: Option<String>,
+    /// The root seed; the scenario's own if not given
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Where report and pictures go [default: out/<scenario>]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Changes a value of the scenario: `battery.initial_pct=50`, `faults.0.at_s=30`
+    #[arg(long, value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Writes an animation of the run
+    #[arg(long, value_name = "FILE")]
+    gif: Option<PathBuf>,
+    /// Writes every communication to an event log (JSON Lines)
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Takes no pictures
+    #[arg(long)]
+    no_snapshots: bool,
+    /// Runs without monitors and expects nothing of the properties
+    #[arg(long)]
+    no_monitors: bool,
+    /// Prints the report as JSON instead of a summary
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress and no summary
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Writes a copy of a scenario with its map, tree, skills and places, for editing
+    Init {
+        /// The folder to write to; it must be new or empty
+        dir: PathBuf,
+        /// The scenario to copy
+        #[arg(long, value_name = "NAME", default_value = "battery_fault")]
+        scenario: String,
+    },
+    /// Lists the scenarios that come with the program
+    List,
+}
+
+/// Carries out a command line; what goes wrong is said on stderr.
+#[must_use]
+pub fn run(cli: &Cli) -> ExitCode {
+    let done = match &cli.command {
+        None => run::run(&cli.run),
+        Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
+        Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
+    };
+    done.unwrap_or_else(|error| {
+        complain(&error);
+        ExitCode::from(error.exit_status())
+    })
+}
+
+/// Writes an error to stderr, every diagnostic with the text that it is about.
+fn complain(error: &Error) {
+    let mut text = String::new();
+    match error {
+        Error::BadInput(diagnostics) => {
+            let handler = miette::GraphicalReportHandler::new();
+            for diagnostic in diagnostics {
+                // Writing to a string cannot fail.
+                let _ = handler.render_report(&mut text, diagnostic.as_ref());
+            }
+        }
+        other => text = format!("error: {other}\n"),
+    }
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// Writes a result to stdout. A reader that has gone away is no error.
+///
+/// # Errors
+/// If stdout cannot be written to for another reason.
+fn print(text: &str) -> Result<(), Error> {
+    match io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush()) {
+        Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
+            Err(Error::Write { path: PathBuf::from("<stdout>"), source })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,89 @@
+//! What a person reads at the end of a run.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use crate::report::{MonitorReport, OutcomeReport, Report};
+
+/// The summary of a run whose files went to `folder`.
+pub(super) fn summary(report: &Report, folder: &Path) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_summary(&mut text, report, folder);
+    text
+}
+
+fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt::Result {
+    let outcome = match report.outcome {
+        OutcomeReport::AsExpected => "as expected",
+        OutcomeReport::NotAsExpected => "NOT as expected",
+    };
+    writeln!(text, "{}, seed {}: {outcome}", report.scenario, report.seed)?;
+    for difference in &report.differences {
+        writeln!(text, "  ! {difference}")?;
+    }
+    for monitor in &report.monitors {
+        writeln!(text, "  {:<8} {:<12} {}", monitor.name, monitor.verdict, evidence(monitor))?;
+    }
+    for fault in &report.faults {
+        writeln!(text, "  fault    {} at {:.2} s", fault.effect, fault.time_s)?;
+    }
+    let battery = &report.battery;
+    writeln!(
+        text,
+        "  battery  {:.1} % at the start, {:.1} % at the end, never below {:.1} %",
+        battery.initial, battery.r#final, battery.minimum
+    )?;
+    let robot = &report.robot;
+    writeln!(
+        text,
+        "  robot    drove {:.1} m in {:.0} s, {}, localized to {:.1} mm (rmse), {:.1} mm at worst",
+        robot.distance_m,
+        report.sim_time_s,
+        collisions(robot.collisions),
+        robot.localization.rmse_m * 1000.0,
+        robot.localization.max_m * 1000.0,
+    )?;
+    let reached: Vec<String> = report
+        .places
+        .iter()
+        .filter_map(|place| Some((&place.name, place.reached_at_s.filter(|at| *at > 0.1)?)))
+        .map(|(name, at)| format!("{name} at {at:.1} s"))
+        .collect();
+    writeln!(text, "  reached  {}", if reached.is_empty() { "no place".to_owned() } else { reached.join(", ") })?;
+    writeln!(text, "  ended    {}", report.ended_because)?;
+    let pictures = match report.snapshots.len() {
+        0 => String::new(),
+        1 => " and a picture".to_owned(),
+        count => format!(" and {count} pictures"),
+    };
+    writeln!(text, "  wrote    {}{pictures}", folder.join("report.json").display())
+}
+
+fn collisions(count: u64) -> String {
+    match count {
+        0 => "no collisions".to_owned(),
+        1 => "1 collision".to_owned(),
+        count => format!("{count} collisions"),
+    }
+}
+
+/// When and with which message a property was violated, if it was.
+fn evidence(monitor: &MonitorReport) -> String {
+    let (Some(tick), Some(time_s), Some(witness)) = (monitor.tick, monitor.time_s, &monitor.witness) else {
+        return String::new();
+    };
+    let message = match (witness["from"].as_str(), witness["to"].as_str()) {
+        (Some(from), Some(to)) => format!(": {from} → {to} {}", words(&witness["message"])),
+        _ => String::new(),
+    };
+    format!("at tick {tick}, {time_s:.2} s{message}")
+}
+
+/// A message of the event log as the paper writes it: `[<ok>, 10.0]`.
+fn words(message: &serde_json::Value) -> String {
+    let field =
+        |field: &serde_json::Value| field["sym"].as_str().map_or_else(|| field.to_string(), |sym| format!("<{sym}>"));
+    let fields: Vec<String> = message.as_array().into_iter().flatten().map(field).collect();
+    format!("[{}]", fields.join(", "))
+}

@@ -1,0 +1,91 @@
+//! Where files come from: beside the scenario, or out of the program itself.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// The files that come with the program, by the paths that scenarios call them by.
+const SHIPPED: &[(&str, &[u8])] = &[
+    ("scenarios/nominal.toml", include_bytes!("../nominal.toml")),
+    ("scenarios/battery_fault.toml", include_bytes!("../battery_fault.toml")),
+    ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
+    ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
+    ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
+    ("trees/recharge.xml", include_bytes!("../../bt/trees/recharge.xml")),
+    ("skills/AtDestination.scxml", include_bytes!("../../skills/machines/AtDestination.scxml")),
+    ("skills/AtRechargingStation.scxml", include_bytes!("../../skills/machines/AtRechargingStation.scxml")),
+    ("skills/BatteryLevel.scxml", include_bytes!("../../skills/machines/BatteryLevel.scxml")),
+    ("skills/BatteryNotCharging.scxml", include_bytes!("../../skills/machines/BatteryNotCharging.scxml")),
+    ("skills/GoToDestination.scxml", include_bytes!("../../skills/machines/GoToDestination.scxml")),
+    ("skills/GotoRechargingStation.scxml", include_bytes!("../../skills/machines/GotoRechargingStation.scxml")),
+    ("skills/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
+];
+
+/// Where a scenario's files are looked for: first beside the scenario's own file, then among those that come with the
+/// program.
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    /// The folder of the scenario's file; none for a scenario that comes with the program.
+    beside: Option<PathBuf>,
+}
+
+impl Files {
+    /// Only what comes with the program.
+    #[must_use]
+    pub fn shipped() -> Self {
+        Self { beside: None }
+    }
+
+    /// What lies in `folder`, and what comes with the program.
+    #[must_use]
+    pub fn beside(folder: impl Into<PathBuf>) -> Self {
+        Self { beside: Some(folder.into()) }
+    }
+
+    /// Where the file would be on disk, if it is there.
+    #[must_use]
+    pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
+        let folder = self.beside.as_deref().unwrap_or(Path::new(""));
+        let found = folder.join(path);
+        ((self.beside.is_some() || path.is_absolute()) && found.exists()).then_some(found)
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// What the system says; `NotFound` if the file is neither on disk nor among the shipped ones.
+    pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
+        match self.on_disk(path) {
+            Some(found) => std::fs::read(found),
+            None => shipped(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into()),
+        }
+    }
+
+    /// Reads a file as text.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read); `InvalidData` if it is not UTF-8.
+    pub fn read_text(&self, path: &Path) -> io::Result<String> {
+        String::from_utf8(self.read(path)?)
+            .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text"))
+    }
+}
+
+/// A file that comes with the program.
+fn shipped(path: &Path) -> Option<&'static [u8]> {
+    let path = path.strip_prefix(".").unwrap_or(path);
+    SHIPPED.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
+}
+
+/// The paths of all files that come with the program.
+pub(crate) fn shipped_paths() -> impl Iterator<Item = &'static str> {
+    SHIPPED.iter().map(|(path, _)| *path)
+}
+
+/// The names of the scenarios that come with the program, in alphabetical order.
+#[must_use]
+pub(crate) fn shipped_scenarios() -> Vec<&'static str> {
+    let name = |path: &'static str| path.strip_prefix("scenarios/")?.strip_suffix(".toml");
+    let mut names: Vec<_> = shipped_paths().filter_map(name).collect();
+    names.sort_unstable();
+    names
+}

@@ -1,0 +1,376 @@
+//! A scenario at work: the simulated robot, its software, the channel system and the monitors, step by step.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelSystem, Event, Scheduler};
+use components::{Processes, Software};
+use monitors::Property;
+use nav::InitialPose;
+use robot::{Reading, Streams};
+use sim::Simulation;
+
+use crate::Error;
+use crate::error::Complaints;
+use crate::properties;
+use crate::scenario::{Fault, FaultKind, Scenario};
+use crate::trace::{Recorder, TraceHash, event_line};
+use crate::wiring::{Ids, wire};
+
+/// A robot slower than this is at rest, in m/s and rad/s.
+const AT_REST: f64 = 1e-3;
+
+/// What a step of a run brought, besides the passing of time.
+#[derive(Clone, Debug)]
+pub enum News {
+    /// A fault took hold.
+    Fault(FaultKind),
+    /// A monitor gave its verdict: the property of this position.
+    Verdict(usize),
+    /// The robot came to rest at this place for the first time.
+    Arrival(String),
+}
+
+/// A fault that took hold, and where.
+#[derive(Clone, Debug)]
+pub struct FaultRecord {
+    /// When.
+    pub time: Duration,
+    /// What.
+    pub kind: FaultKind,
+    /// Where the robot was, in the `map` frame.
+    pub position: maps::Point,
+}
+
+/// A property that is being watched, with what its monitor has said.
+#[derive(Clone, Debug)]
+pub struct Watched {
+    /// The property's name.
+    pub name: String,
+    /// Its formula.
+    pub formula: String,
+    /// What it asks for, in a few words.
+    pub summary: String,
+    /// The event at which the verdict fell.
+    pub decided: Option<Event>,
+}
+
+/// A place and when the robot first came to rest there.
+#[derive(Clone, Debug)]
+pub struct Visit {
+    /// The place's name.
+    pub place: String,
+    /// When.
+    pub at: Option<Duration>,
+}
+
+/// Sums over the steps of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// The least charge there was, in percent.
+    pub minimum_pct: f64,
+    /// Ticks that could not be delivered.
+    pub overruns: u64,
+    steps: u64,
+    squared_m2: f64,
+    max_m: f64,
+    squared_rad2: f64,
+}
+
+impl Tally {
+    /// Root mean square and maximum of localization's error of position, in metres, and root mean square of its error
+    /// of heading, in radians.
+    #[must_use]
+    pub fn localization_error(&self) -> (f64, f64, f64) {
+        let steps = self.steps.max(1) as f64;
+        ((self.squared_m2 / steps).sqrt(), self.max_m, (self.squared_rad2 / steps).sqrt())
+    }
+}
+
+/// A scenario at work.
+///
+/// A [`step`](Self::step) does, in this order: faults that are due, physics and sensors, drivers, timers that are due,
+/// the tick if it is time for one, and then the channel system until it is quiet.
+pub struct Live {
+    scenario: Arc<Scenario>,
+    sim: Simulation,
+    software: Software,
+    system: ChannelSystem,
+    scheduler: Box<dyn Scheduler>,
+    ids: Ids,
+    watched: Vec<Watched>,
+    pending_faults: Vec<Fault>,
+    faults: Vec<FaultRecord>,
+    visits: Vec<Visit>,
+    next_tick: Duration,
+    tally: Tally,
+    hash: TraceHash,
+}
+
+impl Live {
+    /// The scenario at its start, with that root seed; without monitors if `watch` is false.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if the scenario's parts do not fit together.
+    pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
+        let streams = Streams::new(seed);
+        let sim = simulate(&scenario, &streams)?;
+        let mut wired = wire(&scenario, &streams)?;
+        let processes = Processes {
+            battery_reader: wired.ids.battery_reader,
+            localization: wired.ids.localization,
+            navigation: wired.ids.navigation,
+        };
+        let software = software(&scenario, &sim, processes, &streams)?;
+        let watched = if watch { attach(&scenario, &mut wired.system)? } else { Vec::new() };
+        let mut pending_faults = scenario.file.faults.clone();
+        pending_faults.sort_by_key(|fault| std::cmp::Reverse(fault.at));
+        let visits = scenario.places.iter().map(|(name, _)| Visit { place: name.to_owned(), at: None }).collect();
+        Ok(Self {
+            tally: Tally { minimum_pct: sim.truth().battery().charge_pct, ..Tally::default() },
+            scenario,
+            sim,
+            software,
+            system: wired.system,
+            scheduler: wired.scheduler,
+            ids: wired.ids,
+            watched,
+            pending_faults,
+            faults: Vec::new(),
+            visits,
+            next_tick: Duration::ZERO,
+            hash: TraceHash::default(),
+        })
+    }
+
+    /// Lets one step pass. Events go to `recorder` as well, if there is one.
+    ///
+    /// # Errors
+    /// [`StepError::Run`] if the processes cannot go on, [`StepError::Record`] if the recorder cannot.
+    pub fn step(&mut self, recorder: Option<&mut Recorder>) -> Result<Vec<News>, StepError> {
+        let mut news = Vec::new();
+        self.apply_faults(&mut news);
+        self.sim.step();
+        let now = self.sim.time();
+        self.software.step(&mut self.sim, &mut self.system, now);
+        self.enter_step_into_trace();
+        self.system.advance(now);
+        self.communicate(now, recorder)?;
+        self.note_verdicts(&mut news);
+        self.note_arrivals(now, &mut news);
+        self.add_to_tally();
+        Ok(news)
+    }
+
+    fn apply_faults(&mut self, news: &mut Vec<News>) {
+        let now = self.sim.time();
+        while let Some(fault) = self.pending_faults.pop_if(|fault| fault.at <= now) {
+            match fault.kind {
+                FaultKind::BatteryLevel(level_pct) => self.sim.set_battery_charge(level_pct),
+            }
+            let position = self.sim.truth().pose().translation.vector.into();
+            self.faults.push(FaultRecord { time: now, kind: fault.kind, position });
+            news.push(News::Fault(fault.kind));
+        }
+    }
+
+    fn enter_step_into_trace(&mut self) {
+        let truth = self.sim.truth();
+        self.hash.pose(&truth.pose());
+        self.hash.odometry(&truth.odometry());
+        self.hash.battery(&truth.battery());
+        for reading in self.software.readings() {
+            if let Reading::Scan(scan) = reading {
+                self.hash.scan(scan);
+            }
+        }
+    }
+
+    /// Generates a tick if it is time for one and runs the channel system until it is quiet.
+    fn communicate(&mut self, now: Duration, mut recorder: Option<&mut Recorder>) -> Result<(), StepError> {
+        let mut events = Vec::new();
+        if now > self.next_tick {
+            let (event, delivered) = self.system.generate_tick(self.ids.tick_generator);
+            self.tally.overruns += u64::from(!delivered);
+            self.next_tick += self.scenario.file.execution.tick;
+            events.push(event);
+        }
+        let budget = self.scenario.file.execution.step_budget;
+        for event in self.system.run(self.scheduler.as_mut(), budget) {
+            events.push(event?);
+        }
+        for event in &events {
+            let line = event_line(event, self.system.topology());
+            self.hash.line(&line);
+            if let Some(recorder) = recorder.as_deref_mut() {
+                recorder.line(&line)?;
+            }
+        }
+        if let Some(recorder) = recorder.filter(|_| !events.is_empty()) {
+            recorder.statuses(self.system.ticks().saturating_sub(1), now, self.statuses_json())?;
+        }
+        Ok(())
+    }
+
+    /// The tree's statuses as the event log writes them: by the node's number and label.
+    fn statuses_json(&self) -> serde_json::Value {
+        let states = self.tree_states();
+        let named = self.scenario.tree.nodes().iter().zip(&states).map(|(node, state)| {
+            let name = format!("{} {}", node.id(), node.label());
+            (name, state.outcome.map_or(serde_json::Value::Null, |outcome| outcome.name().into()))
+        });
+        serde_json::Value::Object(named.collect())
+    }
+
+    fn note_verdicts(&mut self, news: &mut Vec<News>) {
+        for (index, (watched, attached)) in self.watched.iter_mut().zip(self.system.monitors()).enumerate() {
+            if watched.decided.is_none() && attached.decided.is_some() {
+                watched.decided.clone_from(&attached.decided);
+                news.push(News::Verdict(index));
+            }
+        }
+    }
+
+    fn note_arrivals(&mut self, now: Duration, news: &mut Vec<News>) {
+        let truth = self.sim.truth();
+        if truth.linear_mps().abs() > AT_REST || truth.angular_radps().abs() > AT_REST {
+            return;
+        }
+        let pose = truth.pose();
+        for visit in self.visits.iter_mut().filter(|visit| visit.at.is_none()) {
+            if self.scenario.places.get(&visit.place).is_some_and(|place| place.contains(&pose)) {
+                visit.at = Some(now);
+                news.push(News::Arrival(visit.place.clone()));
+            }
+        }
+    }
+
+    fn add_to_tally(&mut self) {
+        let (truth, tally) = (self.sim.truth(), &mut self.tally);
+        tally.minimum_pct = tally.minimum_pct.min(truth.battery().charge_pct);
+        let (really, believed) = (truth.pose(), self.software.estimate().pose);
+        let squared_m2 = (really.translation.vector - believed.translation.vector).norm_squared();
+        let turn_rad = maps::wrap_angle(maps::heading(&really) - maps::heading(&believed));
+        tally.steps += 1;
+        tally.squared_m2 += squared_m2;
+        tally.squared_rad2 += turn_rad * turn_rad;
+        tally.max_m = tally.max_m.max(squared_m2.sqrt());
+    }
+
+    /// The scenario.
+    #[must_use]
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
+    }
+
+    /// Time since the start of the run.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.sim.time()
+    }
+
+    /// The simulated world as it really is.
+    #[must_use]
+    pub fn truth(&self) -> sim::Truth<'_> {
+        self.sim.truth()
+    }
+
+    /// The software that drives the robot.
+    #[must_use]
+    pub fn software(&self) -> &Software {
+        &self.software
+    }
+
+    /// The channel system.
+    #[must_use]
+    pub fn system(&self) -> &ChannelSystem {
+        &self.system
+    }
+
+    /// How the nodes of the tree stand, in document order.
+    #[must_use]
+    pub fn tree_states(&self) -> Vec<bt::NodeState> {
+        bt::states_in(&self.scenario.tree, &self.system, self.ids.tree)
+    }
+
+    /// The properties that are watched, in the order of the scenario.
+    #[must_use]
+    pub fn watched(&self) -> &[Watched] {
+        &self.watched
+    }
+
+    /// The faults that have taken hold so far.
+    #[must_use]
+    pub fn faults(&self) -> &[FaultRecord] {
+        &self.faults
+    }
+
+    /// The places, with when each was reached.
+    #[must_use]
+    pub fn visits(&self) -> &[Visit] {
+        &self.visits
+    }
+
+    /// Sums over the steps so far.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// The hash of the trace so far.
+    #[must_use]
+    pub fn trace_hash(&self) -> String {
+        self.hash.finish()
+    }
+}
+
+/// Why a run cannot go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The processes cannot go on.
+    #[error(transparent)]
+    Run(#[from] channels::RunError),
+    /// The event log cannot be written.
+    #[error(transparent)]
+    Record(#[from] std::io::Error),
+}
+
+fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error> {
+    let file = &scenario.file;
+    Simulation::new(&file.sim, &scenario.map, scenario.start, scenario.station, streams).map_err(|error| {
+        let problem = file.sites.start.span.problem(format!("the world cannot be set up: {error}"));
+        Error::bad_input(
+            problem.with_label("the start").with_help("the robot starts with its whole body on free floor"),
+        )
+    })
+}
+
+fn software(scenario: &Scenario, sim: &Simulation, processes: Processes, streams: &Streams) -> Result<Software, Error> {
+    use robot::Robot as _;
+    let software = Software::new(
+        &scenario.map,
+        &scenario.places,
+        sim.model(),
+        &InitialPose::at(scenario.start),
+        processes,
+        streams.stream("nav/localization"),
+    );
+    software.map_err(|error| Error::bad_input(scenario.file.map.span.problem(error.to_string()).with_label("this map")))
+}
+
+/// Attaches the monitors of the scenario's properties.
+fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Vec<Watched>, Error> {
+    let mut complaints = Complaints::default();
+    let mut watched = Vec::new();
+    for name in &scenario.file.properties {
+        let built = properties::build(&name.value, system.topology());
+        let built = built.map_err(|error| name.span.problem(error.to_string()).with_label("this property"));
+        if let Some(Property { name, formula, summary, monitor }) = complaints.note(built) {
+            system.attach(monitor);
+            watched.push(Watched { name, formula, summary, decided: None });
+        }
+    }
+    complaints.check()?;
+    Ok(watched)
+}

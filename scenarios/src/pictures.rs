@@ -1,0 +1,209 @@
+//! From a run to a picture of one of its moments.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{LocationId, Monitor, Verdict};
+use maps::{Place, Point, Pose};
+use robot::RobotModel;
+
+use crate::draw::{self, Frame, MapPicture, Scene};
+use crate::live::Live;
+
+/// The trail has a point this often, in metres.
+const TRAIL_STEP_M: f64 = 0.10;
+/// The battery's course has a point this often.
+const BATTERY_PERIOD: Duration = Duration::from_secs(1);
+/// More particles than this tell no more in a picture.
+const MAX_PARTICLES: usize = 600;
+
+/// Keeps what a picture needs of the past, and makes frames of the present.
+#[derive(Clone, Debug)]
+pub struct Camera {
+    map: Arc<MapPicture>,
+    trail: Vec<Point>,
+    battery: Vec<(Duration, f64)>,
+    /// Time and level in the step before.
+    level_before: (Duration, f64),
+}
+
+impl Camera {
+    /// The camera for a run.
+    #[must_use]
+    pub fn new(live: &Live) -> Self {
+        let map = Arc::new(MapPicture::new(&live.scenario().map));
+        let level_before = (live.time(), live.truth().battery().charge_pct);
+        let mut camera = Self { map, trail: Vec::new(), battery: Vec::new(), level_before };
+        camera.follow(live);
+        camera
+    }
+
+    /// Keeps in mind where the run is now. Call it after every step.
+    pub fn follow(&mut self, live: &Live) {
+        let truth = live.truth();
+        let position: Point = truth.pose().translation.vector.into();
+        if self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M) {
+            self.trail.push(position);
+        }
+        let now = (live.time(), truth.battery().charge_pct);
+        let jumped = (now.1 - self.level_before.1).abs() > 1.0;
+        if jumped {
+            // A step, not a slope.
+            self.battery.push(self.level_before);
+        }
+        if jumped || self.battery.last().is_none_or(|last| now.0 >= last.0 + BATTERY_PERIOD) {
+            self.battery.push(now);
+        }
+        self.level_before = now;
+    }
+
+    /// The present moment of the run, with a sentence that says what is happening.
+    #[must_use]
+    pub fn frame(&self, live: &Live, seed: u64, caption: &str, over: bool) -> Frame {
+        Frame {
+            scenario: live.scenario().name.clone(),
+            seed,
+            caption: caption.to_owned(),
+            time: live.time(),
+            tick: live.system().ticks().saturating_sub(1),
+            scene: self.scene(live),
+            battery: self.battery(live),
+            tree: tree(live),
+            monitors: monitors(live, over),
+        }
+    }
+
+    fn scene(&self, live: &Live) -> Scene {
+        let (truth, scenario, software) = (live.truth(), live.scenario(), live.software());
+        let mut trail = self.trail.clone();
+        trail.push(truth.pose().translation.vector.into());
+        let stride = software.particle_count().div_ceil(MAX_PARTICLES).max(1);
+        Scene {
+            map: Arc::clone(&self.map),
+            robot: truth.pose(),
+            robot_radius_m: software.model().radius_m,
+            estimate: Some(software.estimate().pose),
+            path: software.path().to_vec(),
+            laser_hits: truth.scans().flat_map(|scan| hits(scan, &truth.pose(), software.model())).collect(),
+            particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
+            trail,
+            start: Some(scenario.start),
+            station: Some(scenario.station),
+            destination: scenario.places.get(&scenario.file.sites.destination.value).map(destination),
+            faults: live.faults().iter().map(fault_mark).collect(),
+            bodies: truth.obstacles().map(|obstacle| body(&obstacle)).collect(),
+        }
+    }
+
+    fn battery(&self, live: &Live) -> draw::Battery {
+        let state = live.truth().battery();
+        let mut history = self.battery.clone();
+        history.push((live.time(), state.charge_pct));
+        let threshold =
+            |level_pct, label: &str, critical| draw::Threshold { level_pct, label: label.to_owned(), critical };
+        draw::Battery {
+            history,
+            level_pct: state.charge_pct,
+            charging: state.charging,
+            thresholds: vec![threshold(30.0, "recharge", false), threshold(20.0, "unsafe", true)],
+            faults: live.faults().iter().map(|fault| (fault.time, "fault".to_owned())).collect(),
+        }
+    }
+}
+
+/// Where the beams of a scan ended on something, in the `map` frame.
+fn hits<'a>(scan: &'a robot::LaserScan, pose: &Pose, model: &'a RobotModel) -> impl Iterator<Item = Point> + use<'a> {
+    let laser = &model.lasers[scan.laser];
+    let at = pose * laser.mount;
+    let ranges = scan.ranges_m.iter().enumerate().filter(|(_, range)| range.is_finite());
+    ranges.map(move |(beam, &range)| {
+        let (sin, cos) = libm::sincos(laser.beam_angle_rad(beam));
+        at * Point::new(f64::from(range) * cos, f64::from(range) * sin)
+    })
+}
+
+fn destination(place: &Place) -> draw::Destination {
+    let corners = match place {
+        Place::Area { corners } => corners.clone(),
+        Place::Point { .. } => vec![place.goal_position()],
+    };
+    draw::Destination { label: "destination".to_owned(), corners }
+}
+
+fn fault_mark(fault: &crate::live::FaultRecord) -> draw::FaultMark {
+    draw::FaultMark { position: fault.position, label: fault.kind.effect() }
+}
+
+fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {
+    let pose = obstacle.pose;
+    let shape = match obstacle.shape {
+        sim::Shape::Disc { radius_m } => draw::BodyShape::Disc { center: pose.translation.vector.into(), radius_m },
+        sim::Shape::Box { length_m, width_m } => draw::BodyShape::Rectangle { pose, length_m, width_m },
+    };
+    draw::Body { shape, label: obstacle.name.to_owned() }
+}
+
+fn tree(live: &Live) -> Vec<draw::TreeNode> {
+    let states = live.tree_states();
+    let nodes = live.scenario().tree.nodes().iter().zip(states);
+    nodes
+        .map(|(node, state)| draw::TreeNode {
+            parent: node.parent().map(bt::NodeId::index),
+            label: node.kind().symbol().map_or_else(|| node.label().to_owned(), str::to_owned),
+            status: match state.outcome {
+                Some(bt::Outcome::Answered(bt::Status::Success)) => draw::NodeStatus::Success,
+                Some(bt::Outcome::Answered(bt::Status::Failure)) => draw::NodeStatus::Failure,
+                Some(bt::Outcome::Answered(bt::Status::Running)) => draw::NodeStatus::Running,
+                Some(bt::Outcome::Halted) | None => draw::NodeStatus::NotTicked,
+            },
+        })
+        .collect()
+}
+
+fn monitors(live: &Live, over: bool) -> Vec<draw::Monitor> {
+    let attached = live.watched().iter().zip(live.system().monitors());
+    attached
+        .map(|(watched, attached)| {
+            let monitor = attached.monitor.as_ref();
+            let decided = watched.decided.as_ref();
+            draw::Monitor {
+                name: watched.name.clone(),
+                description: watched.summary.clone(),
+                verdict: verdict(monitor, over),
+                note: decided.map_or_else(String::new, |event| format!("at tick {}", event.tick)),
+                diagram: diagram(monitor, live),
+            }
+        })
+        .collect()
+}
+
+fn verdict(monitor: &dyn Monitor, over: bool) -> draw::Verdict {
+    match (monitor.verdict(), over) {
+        (Verdict::False, _) => draw::Verdict::Violated,
+        (Verdict::Inconclusive, false) => draw::Verdict::HoldsSoFar,
+        (Verdict::Inconclusive, true) if monitor.is_open() => draw::Verdict::Inconclusive,
+        (Verdict::True | Verdict::Inconclusive, _) => draw::Verdict::Satisfied,
+    }
+}
+
+fn diagram(monitor: &dyn Monitor, live: &Live) -> draw::Diagram {
+    let Some((graph, active)) = monitor.graph() else { return draw::Diagram::default() };
+    let is_failure = |index: usize| monitor.failures().iter().any(|failure| failure.index() == index);
+    let locations = graph.locations().iter().enumerate();
+    draw::Diagram {
+        locations: locations
+            .map(|(index, name)| draw::Location { name: name.clone(), error: is_failure(index) })
+            .collect(),
+        initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
+        active: LocationId::index(active),
+        transitions: graph
+            .transitions()
+            .iter()
+            .map(|transition| draw::Transition {
+                from: transition.from.index(),
+                to: transition.to.index(),
+                label: graph.caption(transition, live.system().topology()),
+            })
+            .collect(),
+    }
+}

@@ -1,0 +1,149 @@
+//! What is written down of a run: `report.json`.
+
+use serde::Serialize;
+
+/// The report of a run. Keys are stable; absent values are null. Only [`timing`](Self::timing) may differ between two
+/// runs of one scenario and seed.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The root seed.
+    pub seed: u64,
+    /// The program's version.
+    pub version: String,
+    /// Whether the run was what the scenario's `[expect]` says.
+    pub outcome: OutcomeReport,
+    /// What differs from `[expect]`, in words; empty when nothing does.
+    pub differences: Vec<String>,
+    /// How long the run took, in simulated seconds.
+    pub sim_time_s: f64,
+    /// Why the run ended.
+    pub ended_because: String,
+    /// How many ticks were generated.
+    pub ticks: u64,
+    /// How many of them could not be delivered.
+    pub overruns: u64,
+    /// How many communications there were.
+    pub steps: u64,
+    /// BLAKE3 hash of the trace.
+    pub trace_hash: String,
+    /// The properties and what their monitors say.
+    pub monitors: Vec<MonitorReport>,
+    /// The faults that took hold, in order.
+    pub faults: Vec<FaultReport>,
+    /// The battery's charge.
+    pub battery: BatteryReport,
+    /// How the robot fared.
+    pub robot: RobotReport,
+    /// When each place was reached.
+    pub places: Vec<PlaceReport>,
+    /// The pictures that were made.
+    pub snapshots: Vec<SnapshotReport>,
+    /// How long the computer took.
+    pub timing: TimingReport,
+}
+
+/// Whether a run was what its scenario expects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OutcomeReport {
+    /// It was.
+    AsExpected,
+    /// It was not.
+    NotAsExpected,
+}
+
+/// What a monitor says at the end of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct MonitorReport {
+    /// The property's name.
+    pub name: String,
+    /// Its formula.
+    pub property: String,
+    /// `satisfied`, `violated` or `inconclusive`.
+    pub verdict: &'static str,
+    /// Where the monitor stands.
+    pub state: String,
+    /// The tick of the violation.
+    pub tick: Option<u64>,
+    /// The time of the violation, in seconds.
+    pub time_s: Option<f64>,
+    /// The communication at which the property was violated.
+    pub witness: Option<serde_json::Value>,
+}
+
+/// A fault that took hold.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultReport {
+    /// What kind of fault.
+    pub kind: String,
+    /// When it took hold, in seconds.
+    pub time_s: f64,
+    /// What it did, in words.
+    pub effect: String,
+}
+
+/// The battery's charge over a run, in percent.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BatteryReport {
+    /// At the start.
+    pub initial: f64,
+    /// The least there was.
+    pub minimum: f64,
+    /// At the end.
+    pub r#final: f64,
+}
+
+/// How the robot fared.
+#[derive(Clone, Debug, Serialize)]
+pub struct RobotReport {
+    /// True pose at the end: x and y in metres, heading in radians.
+    pub final_pose: [f64; 3],
+    /// Distance driven, in metres.
+    pub distance_m: f64,
+    /// Contacts begun between the robot and anything else.
+    pub collisions: u64,
+    /// How well localization knew where it was.
+    pub localization: LocalizationReport,
+}
+
+/// The error of the estimated pose against the true one, over all steps.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct LocalizationReport {
+    /// Root mean square of the distance, in metres.
+    pub rmse_m: f64,
+    /// Greatest distance, in metres.
+    pub max_m: f64,
+    /// Root mean square of the heading's error, in radians.
+    pub rmse_rad: f64,
+}
+
+/// When a place was reached.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlaceReport {
+    /// The place's name.
+    pub name: String,
+    /// When the robot first came to rest there, in seconds.
+    pub reached_at_s: Option<f64>,
+}
+
+/// A picture of the run.
+#[derive(Clone, Debug, Serialize)]
+pub struct SnapshotReport {
+    /// The file, in the output folder.
+    pub file: String,
+    /// When it was taken, in seconds.
+    pub time_s: f64,
+    /// What happened then.
+    pub why: String,
+}
+
+/// How long the computer took.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TimingReport {
+    /// For the run and its pictures, in seconds.
+    pub wall_time_s: f64,
+    /// Simulated seconds a second.
+    pub real_time_factor: f64,
+}

@@ -1,0 +1,139 @@
+//! From a run that has ended to its report.
+
+use std::time::Duration;
+
+use channels::{Event, EventKind};
+use monitors::Outcome;
+use serde_json::json;
+
+use crate::live::Live;
+use crate::report::{
+    BatteryReport, FaultReport, LocalizationReport, MonitorReport, OutcomeReport, PlaceReport, Report, RobotReport,
+    SnapshotReport, TimingReport,
+};
+use crate::trace::message_json;
+
+/// The report of a run in its last step.
+pub(crate) fn report(
+    live: &Live,
+    seed: u64,
+    ended_because: String,
+    snapshots: Vec<SnapshotReport>,
+    wall_time: Duration,
+) -> Report {
+    let differences = differences(live);
+    let outcome = if differences.is_empty() { OutcomeReport::AsExpected } else { OutcomeReport::NotAsExpected };
+    let sim_time_s = live.time().as_secs_f64();
+    let wall_time_s = wall_time.as_secs_f64();
+    Report {
+        scenario: live.scenario().name.clone(),
+        seed,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        outcome,
+        differences,
+        sim_time_s,
+        ended_because,
+        ticks: live.system().ticks(),
+        overruns: live.tally().overruns,
+        steps: live.system().steps(),
+        trace_hash: live.trace_hash(),
+        monitors: monitors(live),
+        faults: faults(live),
+        battery: BatteryReport {
+            initial: live.scenario().file.sim.battery.initial_pct,
+            minimum: live.tally().minimum_pct,
+            r#final: live.truth().battery().charge_pct,
+        },
+        robot: robot(live),
+        places: live.visits().iter().map(place).collect(),
+        snapshots,
+        timing: TimingReport { wall_time_s, real_time_factor: sim_time_s / wall_time_s },
+    }
+}
+
+/// What the run is not as the scenario expects, in words.
+fn differences(live: &Live) -> Vec<String> {
+    let expect = &live.scenario().file.expect;
+    let mut differences = Vec::new();
+    for (name, expected) in &expect.outcomes {
+        let watched = live.watched().iter().zip(live.system().monitors());
+        let found = watched.filter(|(watched, _)| watched.name == name.value);
+        for (watched, attached) in found {
+            let outcome = Outcome::of(attached.monitor.as_ref());
+            if outcome != *expected {
+                differences.push(format!("{} was expected to be {expected} and is {outcome}", watched.name));
+            }
+        }
+    }
+    for place in &expect.reached {
+        if live.visits().iter().any(|visit| visit.place == place.value && visit.at.is_none()) {
+            differences.push(format!("{} was expected to be reached and was not", place.value));
+        }
+    }
+    let collisions = live.truth().collisions();
+    if let Some(limit) = expect.max_collisions.filter(|limit| collisions > *limit) {
+        differences.push(format!("at most {limit} collisions were expected, and there were {collisions}"));
+    }
+    let minimum = live.tally().minimum_pct;
+    if let Some(limit) = expect.min_battery_pct.filter(|limit| minimum < *limit) {
+        differences.push(format!("the battery was expected to stay at {limit} % or more and fell to {minimum:.2} %"));
+    }
+    differences
+}
+
+fn monitors(live: &Live) -> Vec<MonitorReport> {
+    let attached = live.watched().iter().zip(live.system().monitors());
+    attached
+        .map(|(watched, attached)| {
+            let monitor = attached.monitor.as_ref();
+            let outcome = Outcome::of(monitor);
+            let violation = watched.decided.as_ref().filter(|_| outcome == Outcome::Violated);
+            MonitorReport {
+                name: watched.name.clone(),
+                property: watched.formula.clone(),
+                verdict: outcome.name(),
+                state: monitor.location(),
+                tick: violation.map(|event| event.tick),
+                time_s: violation.map(|event| event.time.as_secs_f64()),
+                witness: violation.map(|event| witness(event, live)),
+            }
+        })
+        .collect()
+}
+
+/// The event at which a property was violated.
+fn witness(event: &Event, live: &Live) -> serde_json::Value {
+    let mut witness = json!({ "step": event.step, "tick": event.tick, "time_s": event.time.as_secs_f64() });
+    if let EventKind::Received { channel, message } = &event.kind {
+        let (from, to) = live.system().topology().ends(*channel);
+        witness["from"] = from.into();
+        witness["to"] = to.into();
+        witness["message"] = message_json(message);
+    }
+    witness
+}
+
+fn faults(live: &Live) -> Vec<FaultReport> {
+    let report = |fault: &crate::live::FaultRecord| FaultReport {
+        kind: fault.kind.name().to_owned(),
+        time_s: fault.time.as_secs_f64(),
+        effect: fault.kind.effect(),
+    };
+    live.faults().iter().map(report).collect()
+}
+
+fn robot(live: &Live) -> RobotReport {
+    let truth = live.truth();
+    let pose = truth.pose();
+    let (rmse_m, max_m, rmse_rad) = live.tally().localization_error();
+    RobotReport {
+        final_pose: [pose.translation.x, pose.translation.y, maps::heading(&pose)],
+        distance_m: truth.distance_m(),
+        collisions: truth.collisions(),
+        localization: LocalizationReport { rmse_m, max_m, rmse_rad },
+    }
+}
+
+fn place(visit: &crate::live::Visit) -> PlaceReport {
+    PlaceReport { name: visit.place.clone(), reached_at_s: visit.at.map(|at| at.as_secs_f64()) }
+}

@@ -1,0 +1,75 @@
+//! From what the command line says to a scenario's text.
+
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+use crate::files::{Files, shipped_scenarios};
+
+/// A scenario's text, with where its other files are looked for.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The scenario's name: its file's, without folder and ending.
+    pub name: String,
+    /// What diagnostics call the file.
+    pub path: String,
+    /// The text.
+    pub text: String,
+    /// Where the files that it names are looked for.
+    pub files: Files,
+}
+
+/// Finds a scenario by name or path.
+///
+/// # Errors
+/// If there is no such scenario (with the nearest name) or its file cannot be read.
+pub fn find(scenario: &str) -> Result<Found, Error> {
+    let path = Path::new(scenario);
+    let is_path = path.extension().is_some() || path.components().count() > 1 || path.is_file();
+    if is_path { on_disk(path) } else { by_name(scenario) }
+}
+
+/// The path, among the files that come with the program, of the scenario of that name.
+///
+/// # Errors
+/// If there is none, with the nearest name.
+pub fn shipped(name: &str) -> Result<&'static str, Error> {
+    let wanted = format!("scenarios/{name}.toml");
+    crate::files::shipped_paths().find(|path| *path == wanted).ok_or_else(|| unknown(name))
+}
+
+fn by_name(name: &str) -> Result<Found, Error> {
+    let path = shipped(name)?;
+    let files = Files::shipped();
+    let text = files.read_text(Path::new(path)).map_err(|_| unknown(name))?;
+    Ok(Found { name: name.to_owned(), path: path.to_owned(), text, files })
+}
+
+fn on_disk(path: &Path) -> Result<Found, Error> {
+    let read = std::fs::read(path)
+        .and_then(|bytes| String::from_utf8(bytes).map_err(|_| std::io::Error::other("the file is not UTF-8 text")));
+    let text = read.map_err(|error| {
+        let message = format!("cannot read the scenario {}: {error}", path.display());
+        Error::refused(message, format!("a scenario is a TOML file, or one of {}", names()))
+    })?;
+    let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
+    let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
+    let name = path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy());
+    Ok(Found { name: name.into_owned(), path: path.display().to_string(), text, files: Files::beside(folder) })
+}
+
+fn unknown(name: &str) -> Error {
+    let nearest = shipped_scenarios().into_iter().max_by(|a, b| {
+        let likeness = |known: &str| strsim::jaro_winkler(known, name);
+        likeness(a).total_cmp(&likeness(b))
+    });
+    let help = match nearest.filter(|known| strsim::jaro_winkler(known, name) > 0.7) {
+        Some(known) => format!("did you mean `{known}`? There are {}, or the path of a file", names()),
+        None => format!("there are {}, or the path of a file", names()),
+    };
+    Error::refused(format!("there is no scenario `{name}`"), help)
+}
+
+fn names() -> String {
+    let names: Vec<String> = shipped_scenarios().into_iter().map(|name| format!("`{name}`")).collect();
+    names.join(", ")
+}

@@ -1,0 +1,207 @@
+//! Scenarios: one file an experiment, loaded with everything that it names.
+
+mod file;
+pub mod find;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use bt::Tree;
+use maps::{OccupancyGrid, Place, Places, PlacesFile, Pose, Problem, Spanned};
+use skills::Chart;
+
+pub use file::{
+    Execution, Expectations, Fault, FaultKind, Moment, Moments, Policy, ScenarioFile, Sites, Stop, TreeForm,
+};
+pub use find::Found;
+
+use crate::Error;
+use crate::error::Complaints;
+use crate::properties;
+
+/// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
+#[derive(Clone, Debug)]
+pub struct Scenario {
+    /// The scenario's name.
+    pub name: String,
+    /// What its file says.
+    pub file: ScenarioFile,
+    /// The map.
+    pub map: Arc<OccupancyGrid>,
+    /// The places on the map.
+    pub places: Places,
+    /// The behavior tree.
+    pub tree: Arc<Tree>,
+    /// The machine of each leaf, by the leaf's ID.
+    pub charts: BTreeMap<String, Arc<Chart>>,
+    /// Where the robot starts, in the `map` frame.
+    pub start: Pose,
+    /// Where the charging station stands and how a docked robot faces, in the `map` frame.
+    pub station: Pose,
+}
+
+impl Scenario {
+    /// Loads a scenario; `overrides` are assignments as `--set` takes them.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
+    pub fn load(found: &Found, overrides: &[String]) -> Result<Self, Error> {
+        let overrides = overrides.iter().map(String::as_str);
+        let file = ScenarioFile::parse(&found.path, &found.text, overrides).map_err(Error::bad_input)?;
+        let mut complaints = Complaints::default();
+        let loaded = Loader { found, complaints: &mut complaints }.load(file);
+        complaints.check()?;
+        Ok(loaded.expect("what could not be loaded was complained about"))
+    }
+}
+
+/// Loads the files that a scenario names and notes what is wrong with them.
+struct Loader<'a> {
+    found: &'a Found,
+    complaints: &'a mut Complaints,
+}
+
+impl Loader<'_> {
+    fn load(&mut self, file: ScenarioFile) -> Option<Scenario> {
+        let read = |path: &Path| self.found.files.read(path);
+        let map = maps::load_map(&file.map.value, &read);
+        let places = PlacesFile::load(&file.places.value, &read);
+        let map = self.loaded(&file.map, "map", map);
+        let places = self.loaded(&file.places, "places", places).map(PlacesFile::into_places);
+        let tree = self.tree(&file);
+        let charts = tree.as_ref().map(|tree| self.charts(&file, tree));
+        let poses = places.as_ref().and_then(|places| self.check_places(&file, places));
+        self.check_properties(&file);
+        let (start, station) = poses?;
+        Some(Scenario {
+            name: self.found.name.clone(),
+            map: Arc::new(map?),
+            places: places?,
+            tree: Arc::new(tree?),
+            charts: charts?,
+            start,
+            station,
+            file,
+        })
+    }
+
+    /// What a loader of `maps` gave; a file that cannot be read is a problem of the line that names it.
+    fn loaded<T>(
+        &mut self,
+        path: &Spanned<std::path::PathBuf>,
+        what: &str,
+        result: Result<T, maps::Error>,
+    ) -> Option<T> {
+        match result {
+            Err(maps::Error::Read { path: file, source }) => {
+                self.complaints.push(unreadable(&path.span, what, &file, &source));
+                None
+            }
+            result => self.complaints.note(result),
+        }
+    }
+
+    fn text(&mut self, span: &maps::Span, what: &str, path: &Path) -> Option<String> {
+        let text = self.found.files.read_text(path);
+        text.map_err(|error| self.complaints.push(unreadable(span, what, path, &error))).ok()
+    }
+
+    fn tree(&mut self, file: &ScenarioFile) -> Option<Tree> {
+        let text = self.text(&file.tree.span, "tree", &file.tree.value)?;
+        self.complaints.note(Tree::from_xml(&file.tree.value, &text))
+    }
+
+    /// The machine of each leaf: the file of its name in the folder of the skills.
+    fn charts(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Arc<Chart>> {
+        let mut charts = BTreeMap::new();
+        let mut missing = Vec::new();
+        for leaf in tree.leaves() {
+            let id = leaf.type_id();
+            let path = file.skills.value.join(format!("{id}.scxml"));
+            if charts.contains_key(id) {
+                continue;
+            }
+            match self.found.files.read_text(&path) {
+                Ok(text) => {
+                    let chart = self.complaints.note(Chart::load(&path.display().to_string(), &text));
+                    charts.extend(chart.map(|chart| (id.to_owned(), chart)));
+                }
+                Err(error) => missing.push(tree.problem_at(
+                    leaf.id(),
+                    format!("the leaf `{id}` has no skill: cannot read {}: {error}", path.display()),
+                    "no skill for this leaf",
+                    "a leaf needs an SCXML machine of its own name in the folder that the scenario's `skills` names",
+                )),
+            }
+        }
+        if !missing.is_empty() {
+            self.complaints.push(tree.error(missing));
+        }
+        charts
+    }
+
+    /// Checks every place that the scenario names; the poses of start and station.
+    fn check_places(&mut self, file: &ScenarioFile, places: &Places) -> Option<(Pose, Pose)> {
+        for name in file.expect.reached.iter().chain(&file.stop.at).chain([&file.sites.destination]) {
+            let _ = self.place(name, places);
+        }
+        let start = self.point(&file.sites.start, places);
+        let station = self.point(&file.sites.station, places);
+        Some((start?, station?))
+    }
+
+    fn place<'p>(&mut self, name: &Spanned<String>, places: &'p Places) -> Option<&'p Place> {
+        let place = places.get(&name.value);
+        if place.is_none() {
+            let names = places.iter().map(|(name, _)| name);
+            self.complaints.push(unknown("place", name, names));
+        }
+        place
+    }
+
+    fn point(&mut self, name: &Spanned<String>, places: &Places) -> Option<Pose> {
+        match self.place(name, places)? {
+            Place::Point { pose, .. } => Some(*pose),
+            Place::Area { .. } => {
+                let problem = name.span.problem(format!("`{}` is an area, and a point is needed", name.value));
+                self.complaints
+                    .push(problem.with_label("this place").with_help("a point has a position and a heading"));
+                None
+            }
+        }
+    }
+
+    fn check_properties(&mut self, file: &ScenarioFile) {
+        for name in file.properties.iter().filter(|name| !properties::NAMES.contains(&name.value.as_str())) {
+            self.complaints.push(unknown("property", name, properties::NAMES));
+        }
+        let watched = || file.properties.iter().map(|name| name.value.as_str());
+        for (name, _) in file.expect.outcomes.iter().filter(|(name, _)| !watched().any(|other| other == name.value)) {
+            self.complaints.push(unknown("property", name, watched()));
+        }
+    }
+}
+
+/// A problem with a name that is none of those there are.
+pub(crate) fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<Item = &'n str>) -> Problem {
+    let known: Vec<&str> = known.into_iter().collect();
+    let nearest = known.iter().max_by(|a, b| {
+        let likeness = |known: &str| strsim::jaro_winkler(known, &name.value);
+        likeness(a).total_cmp(&likeness(b))
+    });
+    let list = || known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let help = match nearest.filter(|known| strsim::jaro_winkler(known, &name.value) > 0.8) {
+        Some(nearest) => format!("did you mean `{nearest}`?"),
+        None if known.is_empty() => "there is none".to_owned(),
+        None => format!("there are {}", list()),
+    };
+    let problem = name.span.problem(format!("unknown {what} `{}`", name.value));
+    problem.with_label(format!("no such {what}")).with_help(help)
+}
+
+fn unreadable(span: &maps::Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
+    let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
+    let help = "a path is looked up beside the scenario's file, and then among the files that come with the program";
+    problem.with_label(format!("this {what}")).with_help(help)
+}

@@ -1,0 +1,214 @@
+//! Wrong files and arguments: one clear message each, exit status 2; what cannot be written: exit status 3.
+
+use std::path::{Path, PathBuf};
+
+use tempfile::tempdir;
+
+use crate::steward::{refusal, steward};
+
+/// A copy of `battery_fault` with all its files, for spoiling; the path of its scenario file.
+pub(crate) fn copy_of_battery_fault(folder: &Path) -> PathBuf {
+    let copy = folder.join("scenario");
+    let output = steward(&["init", copy.to_str().unwrap(), "--scenario", "battery_fault"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    copy.join("battery_fault.toml")
+}
+
+/// What is said of a copy of `battery_fault` in which `old` was replaced by `new` in `file`.
+fn refusal_of(file: &str, old: &str, new: &str) -> String {
+    let folder = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(folder.path());
+    let path = scenario.parent().unwrap().join(file);
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains(old), "{file} has no {old}: {text}");
+    std::fs::write(&path, text.replacen(old, new, 1)).unwrap();
+    refusal(&["--scenario", scenario.to_str().unwrap(), "--no-snapshots", "--out", folder.path().to_str().unwrap()])
+}
+
+/// What is said of a copy of `battery_fault` in which `file` holds these bytes, or is missing.
+fn refusal_with(file: &str, bytes: Option<&[u8]>) -> String {
+    let folder = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(folder.path());
+    let path = scenario.parent().unwrap().join(file);
+    let renamed = format!("mine-{}", path.file_name().unwrap().to_str().unwrap());
+    let own = path.with_file_name(&renamed);
+    if let Some(bytes) = bytes {
+        std::fs::write(&own, bytes).unwrap();
+    }
+    // Under its own name, so that the file that comes with the program does not take its place.
+    let text = std::fs::read_to_string(&scenario).unwrap();
+    let renamed_path = Path::new(file).with_file_name(renamed);
+    std::fs::write(&scenario, text.replace(file, renamed_path.to_str().unwrap())).unwrap();
+    refusal(&["--scenario", scenario.to_str().unwrap(), "--no-snapshots", "--out", folder.path().to_str().unwrap()])
+}
+
+/// Says every one of these.
+fn says(said: &str, parts: &[&str]) {
+    // The graphical report may break lines anywhere between words.
+    let flat = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    for part in parts {
+        assert!(flat.contains(part), "does not say `{part}`:\n{said}");
+    }
+}
+
+#[test]
+fn an_unknown_scenario_names_the_nearest() {
+    says(&refusal(&["--scenario", "batery_fault"]), &["no scenario `batery_fault`", "did you mean `battery_fault`?"]);
+}
+
+#[test]
+fn a_missing_scenario_file_is_named() {
+    says(&refusal(&["--scenario", "nowhere/mine.toml"]), &["nowhere/mine.toml", "No such file"]);
+}
+
+#[test]
+fn a_broken_scenario_shows_all_its_mistakes_at_their_places() {
+    let said = refusal_of("battery_fault.toml", "initial_pct = 80", "inital_pct = 80\ndrain_pct_per_s = \"fast\"");
+    says(
+        &said,
+        &[
+            "battery_fault.toml",
+            "unknown key `inital_pct`",
+            "did you mean `initial_pct`?",
+            "`drain_pct_per_s` must be a number",
+        ],
+    );
+}
+
+#[test]
+fn a_scenario_that_is_no_toml_is_refused() {
+    says(&refusal_of("battery_fault.toml", "[sites]", "[sites"), &["battery_fault.toml"]);
+}
+
+#[test]
+fn an_unknown_key_on_the_command_line_is_refused() {
+    says(&refusal(&["--scenario", "nominal", "--set", "batery.initial_pct=3"]), &["--set", "batery"]);
+    says(&refusal(&["--scenario", "nominal", "--set", "battery.initial_pct"]), &["no `=` in the assignment"]);
+    says(&refusal(&["--scenario", "nominal", "--set", "battery.initial_pct=300"]), &["between 0 and 100"]);
+}
+
+#[test]
+fn a_missing_file_of_each_kind_is_named() {
+    for file in ["maps/house.yaml", "maps/house.places.toml", "trees/recharge.xml"] {
+        let own = file.rsplit('/').next().unwrap();
+        says(&refusal_with(file, None), &[&format!("mine-{own}")]);
+    }
+}
+
+#[test]
+fn a_broken_map_is_refused_with_its_place() {
+    let said = refusal_of("maps/house.yaml", "resolution: 0.05", "resolution: -1");
+    says(&said, &["house.yaml", "resolution"]);
+}
+
+#[test]
+fn a_broken_picture_of_a_map_is_refused() {
+    let folder = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(folder.path());
+    let picture = scenario.parent().unwrap().join("maps/house.pgm");
+    let bytes = std::fs::read(&picture).unwrap();
+    std::fs::write(&picture, &bytes[..bytes.len() / 2]).unwrap();
+    says(&refusal(&["--scenario", scenario.to_str().unwrap()]), &["house.pgm"]);
+}
+
+#[test]
+fn broken_places_are_refused_with_their_place() {
+    says(&refusal_of("maps/house.places.toml", "[start]", "[start]\nheight = 2"), &["house.places.toml", "height"]);
+}
+
+#[test]
+fn an_unknown_place_is_refused() {
+    let said = refusal_of("battery_fault.toml", "station = \"RechargingStation\"", "station = \"RechargeStation\"");
+    says(&said, &["RechargeStation", "did you mean `RechargingStation`?"]);
+}
+
+#[test]
+fn a_broken_tree_is_refused_with_its_place() {
+    let said = refusal_of("trees/recharge.xml", "<ReactiveSequence", "<ReactivSequence");
+    says(&said, &["recharge.xml", "ReactivSequence"]);
+}
+
+#[test]
+fn a_leaf_without_a_skill_is_refused() {
+    let said = refusal_of("trees/recharge.xml", "<Condition ID=\"BatteryLevel\"", "<Condition ID=\"BatteryLvl\"");
+    says(&said, &["recharge.xml", "BatteryLvl"]);
+}
+
+#[test]
+fn a_broken_skill_is_refused_with_its_place() {
+    let said = refusal_of("skills/BatteryLevel.scxml", "<onentry>", "<onenter>");
+    says(&said, &["BatteryLevel.scxml"]);
+}
+
+#[test]
+fn a_skill_that_asks_an_unknown_process_is_refused() {
+    let said = refusal_of("skills/BatteryLevel.scxml", "target=\"BatteryReader\"", "target=\"BateryReader\"");
+    says(&said, &["BatteryLevel.scxml", "BateryReader", "BatteryReader"]);
+}
+
+#[test]
+fn an_unknown_process_to_starve_is_refused() {
+    says(&refusal(&["--scenario", "nominal", "--set", "execution.starve=Bt"]), &["Bt", "BT"]);
+}
+
+#[test]
+fn an_unknown_property_is_refused() {
+    says(&refusal(&["--scenario", "nominal", "--set", "properties=[\"phi9\"]"]), &["phi9"]);
+    says(&refusal(&["--scenario", "nominal", "--set", "expect.phi9=violated"]), &["phi9"]);
+}
+
+#[test]
+fn a_start_inside_a_wall_is_refused() {
+    let folder = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(folder.path());
+    let places = scenario.parent().unwrap().join("maps/house.places.toml");
+    let text = std::fs::read_to_string(&places).unwrap();
+    let at_start = "[start]\nposition_m = [0.0, 0.0]";
+    assert!(text.contains(at_start), "{text}");
+    // The wall between the kitchen and the bedroom.
+    std::fs::write(&places, text.replacen(at_start, "[start]\nposition_m = [-9.2, 14.0]", 1)).unwrap();
+    let said = refusal(&["--scenario", scenario.to_str().unwrap()]);
+    says(&said, &["the start (-9.2, 14)", "wall"]);
+}
+
+#[test]
+fn a_folder_that_cannot_be_written_to_is_exit_status_three() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("occupied");
+    std::fs::write(&file, "not a folder").unwrap();
+    let output = steward(&["--scenario", "battery_fault", "--out", file.join("run").to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    assert!(said.contains("occupied"), "{said}");
+}
+
+/// `/dev/full` is a disk without room.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_exit_status_three() {
+    let folder = tempdir().unwrap();
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("report.json")).unwrap();
+    let out = folder.path().to_str().unwrap();
+    for arguments in [
+        vec!["--scenario", "battery_fault", "--no-snapshots", "--out", out],
+        vec!["--scenario", "battery_fault", "--no-snapshots", "--record", "/dev/full"],
+        vec!["--scenario", "battery_fault", "--no-snapshots", "--gif", "/dev/full"],
+    ] {
+        let mut all = arguments.clone();
+        let elsewhere = tempdir().unwrap();
+        if !arguments.contains(&"--out") {
+            all.extend(["--out", elsewhere.path().to_str().unwrap()]);
+        }
+        let output = steward(&all);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {said}");
+        assert!(!said.contains("panicked"), "{said}");
+    }
+}
+
+#[test]
+fn init_overwrites_nothing() {
+    let folder = tempdir().unwrap();
+    std::fs::write(folder.path().join("precious.txt"), "mine").unwrap();
+    says(&refusal(&["init", folder.path().to_str().unwrap()]), &["is not empty"]);
+}

@@ -1,0 +1,29 @@
+//! The binary under test.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A call of the binary with these arguments.
+pub(crate) fn steward(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).output().expect("the binary starts")
+}
+
+/// The report of a scenario that was run with these further arguments; its exit status must be 0 or 1.
+pub(crate) fn report(scenario: &str, out: &Path, arguments: &[&str]) -> serde_json::Value {
+    let out_text = out.to_str().expect("a path in UTF-8");
+    let mut all = vec!["--scenario", scenario, "--out", out_text, "--json"];
+    all.extend(arguments);
+    let output = steward(&all);
+    let status = output.status.code();
+    assert!(matches!(status, Some(0 | 1)), "{status:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("the report is JSON")
+}
+
+/// What the binary says on stderr when it refuses its input with exit status 2.
+pub(crate) fn refusal(arguments: &[&str]) -> String {
+    let output = steward(arguments);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
+    said
+}
