@@ -1,0 +1,156 @@
+//! An animation of a run, frame by frame.
+
+use std::io::{BufWriter, Write};
+use std::time::Duration;
+
+use super::error::DrawError;
+use super::frame::Frame;
+use super::page::{self, Page};
+use super::palette::{Palette, UNCHANGED};
+use super::render::Renderer;
+
+/// Width and height of an animation, in pixels.
+pub const ANIMATION_SIZE_PX: (u16, u16) = (960, 540);
+
+/// How long the last frame stays before the animation begins anew.
+const PAUSE: Duration = Duration::from_secs(2);
+
+/// Writes an animated GIF of 960 × 540 pixels that repeats for ever, frame by frame as they come.
+///
+/// Every frame after the first holds only what has changed, in colours that are the same for all frames; so the file stays
+/// small and no frame waits for another. The bytes depend on the frames and the delay alone.
+pub struct GifWriter<W: Write> {
+    encoder: gif::Encoder<BufWriter<W>>,
+    palette: Palette,
+    /// The frame before, a colour's number a pixel; empty before the first.
+    shown: Vec<u8>,
+    delay: u16,
+}
+
+impl<W: Write> GifWriter<W> {
+    /// Begins an animation in which every frame is shown for `delay` (in hundredths of a second, at least two of them:
+    /// most viewers show nothing faster).
+    ///
+    /// # Errors
+    /// If `writer` fails.
+    pub fn new(writer: W, delay: Duration) -> Result<Self, DrawError> {
+        let palette = Palette::new();
+        let (width, height) = ANIMATION_SIZE_PX;
+        let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &palette.bytes())?;
+        encoder.set_repeat(gif::Repeat::Infinite)?;
+        Ok(Self { encoder, palette, shown: Vec::new(), delay: hundredths(delay) })
+    }
+
+    /// Adds a frame.
+    ///
+    /// # Errors
+    /// If the writer fails.
+    pub fn push(&mut self, renderer: &Renderer, frame: &Frame) -> Result<(), DrawError> {
+        let (width, _) = ANIMATION_SIZE_PX;
+        let scale = f32::from(width) / Page::Animation.size_px().0 as f32;
+        let pixels = renderer.pixels(&page::draw(frame, Page::Animation), scale)?;
+        let (colors, _) = pixels.rgb.as_chunks::<3>();
+        let next: Vec<u8> = colors.iter().map(|&color| self.palette.index(color)).collect();
+        self.write(&next)?;
+        self.shown = next;
+        Ok(())
+    }
+
+    /// Ends the animation, its last frame staying for two seconds, and gives the writer back.
+    ///
+    /// # Errors
+    /// If the writer fails.
+    pub fn finish(mut self) -> Result<W, DrawError> {
+        if !self.shown.is_empty() {
+            self.delay = hundredths(PAUSE);
+            let shown = std::mem::take(&mut self.shown);
+            self.shown.clone_from(&shown);
+            self.write(&shown)?;
+        }
+        let buffered = self.encoder.into_inner()?;
+        buffered.into_inner().map_err(|error| error.into_error().into())
+    }
+
+    /// Writes what has changed.
+    fn write(&mut self, next: &[u8]) -> Result<(), DrawError> {
+        let part = Part::changed(&self.shown, next, usize::from(ANIMATION_SIZE_PX.0));
+        let frame = gif::Frame {
+            delay: self.delay,
+            dispose: gif::DisposalMethod::Keep,
+            transparent: Some(UNCHANGED),
+            left: part.left as u16,
+            top: part.top as u16,
+            width: part.width as u16,
+            height: part.height as u16,
+            buffer: part.pixels.into(),
+            ..gif::Frame::default()
+        };
+        Ok(self.encoder.write_frame(&frame)?)
+    }
+}
+
+/// Hundredths of a second, as GIF counts time.
+fn hundredths(duration: Duration) -> u16 {
+    u16::try_from(duration.as_millis() / 10).unwrap_or(u16::MAX).max(2)
+}
+
+/// The smallest rectangle that holds everything that has changed; pixels in it that have not are [`UNCHANGED`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Part {
+    left: usize,
+    top: usize,
+    width: usize,
+    height: usize,
+    pixels: Vec<u8>,
+}
+
+impl Part {
+    /// What differs between two pictures of that width. All of the next one if there is no picture before it; one unchanged
+    /// pixel if they are equal.
+    fn changed(before: &[u8], next: &[u8], width: usize) -> Self {
+        if before.len() != next.len() {
+            return Self { left: 0, top: 0, width, height: next.len() / width, pixels: next.to_vec() };
+        }
+        let rows = || before.chunks(width).zip(next.chunks(width)).enumerate();
+        let mut changed = rows().filter(|(_, (old, new))| old != new).map(|(row, _)| row);
+        let Some(top) = changed.next() else {
+            return Self { left: 0, top: 0, width: 1, height: 1, pixels: vec![UNCHANGED] };
+        };
+        let bottom = changed.next_back().unwrap_or(top);
+        let (mut left, mut right) = (width, 0);
+        for (_, (old, new)) in rows().take(bottom + 1).skip(top) {
+            let differs = |(old, new): (&u8, &u8)| old != new;
+            left = left.min(old.iter().zip(new).position(differs).unwrap_or(width));
+            right = right.max(old.iter().zip(new).rposition(differs).unwrap_or(0));
+        }
+        let pixels = rows().take(bottom + 1).skip(top).flat_map(|(_, (old, new))| {
+            old[left..=right].iter().zip(&new[left..=right]).map(|(old, new)| if old == new { UNCHANGED } else { *new })
+        });
+        Self { left, top, width: right + 1 - left, height: bottom + 1 - top, pixels: pixels.collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_has_changed_is_kept() {
+        let before = [1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3];
+        let mut next = before;
+        (next[5], next[11]) = (7, 8);
+        let part = Part::changed(&before, &next, 4);
+        let pixels = vec![7, UNCHANGED, UNCHANGED, UNCHANGED, UNCHANGED, 8];
+        assert_eq!(part, Part { left: 1, top: 1, width: 3, height: 2, pixels });
+        let same = Part::changed(&before, &before, 4);
+        assert_eq!((same.width, same.height, same.pixels), (1, 1, vec![UNCHANGED]));
+        assert_eq!(Part::changed(&[], &before, 4).pixels, before);
+    }
+
+    #[test]
+    fn delays_are_counted_in_hundredths() {
+        assert_eq!(hundredths(Duration::from_millis(105)), 10);
+        assert_eq!(hundredths(Duration::ZERO), 2);
+        assert_eq!(hundredths(Duration::MAX), u16::MAX);
+    }
+}

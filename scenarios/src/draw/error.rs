@@ -1,0 +1,33 @@
+//! What can go wrong with pictures.
+
+use resvg::usvg;
+
+/// Why a picture could not be made.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum DrawError {
+    /// The text is not an SVG picture.
+    #[error("cannot read the picture")]
+    Read(#[source] usvg::Error),
+    /// The picture is too large to be held in memory, or empty.
+    #[error("the picture has no size that can be rendered")]
+    Size,
+    /// A snapshot cannot be encoded.
+    #[error("cannot encode the picture")]
+    Encode(#[source] image::ImageError),
+    /// An animation cannot be encoded.
+    #[error("cannot encode the animation")]
+    Animate(#[source] gif::EncodingError),
+    /// The writer of an animation failed.
+    #[error("cannot write the animation")]
+    Write(#[from] std::io::Error),
+}
+
+impl From<gif::EncodingError> for DrawError {
+    fn from(error: gif::EncodingError) -> Self {
+        match error {
+            gif::EncodingError::Io(error) => Self::Write(error),
+            error => Self::Animate(error),
+        }
+    }
+}

@@ -1,0 +1,248 @@
+//! What a picture shows: one moment of a run, as plain data.
+//!
+//! Positions and poses are in the `map` frame, in metres and radians. Values that are not finite are left out of the
+//! picture; so are parents, locations and transitions that do not exist.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use maps::{Point, Pose};
+
+use super::map_picture::MapPicture;
+
+/// One moment of a run.
+#[derive(Clone, Debug)]
+pub struct Frame {
+    /// Name of the scenario: the title.
+    pub scenario: String,
+    /// The run's root seed.
+    pub seed: u64,
+    /// One sentence that says what is happening or why the picture was taken; may be empty.
+    pub caption: String,
+    /// Simulated time since the start of the run.
+    pub time: Duration,
+    /// Number of the last tick generated.
+    pub tick: u64,
+    /// The map and everything on it.
+    pub scene: Scene,
+    /// The battery's course.
+    pub battery: Battery,
+    /// The nodes of the behavior tree in document order, parents before their children.
+    pub tree: Vec<TreeNode>,
+    /// The monitors, most important first: where room is short, the last ones are drawn small or only counted.
+    pub monitors: Vec<Monitor>,
+}
+
+/// The map and everything on it.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The map, prepared once per run.
+    pub map: Arc<MapPicture>,
+    /// Where the robot truly is.
+    pub robot: Pose,
+    /// Radius of the robot's body, in metres.
+    pub robot_radius_m: f64,
+    /// Where the robot believes it is; drawn where it differs visibly from the truth.
+    pub estimate: Option<Pose>,
+    /// The planned path from the robot to its goal; empty without one.
+    pub path: Vec<Point>,
+    /// Where laser beams ended on something (not those that hit nothing).
+    pub laser_hits: Vec<Point>,
+    /// Positions of localization's particles.
+    pub particles: Vec<Point>,
+    /// Positions the robot has truly been at, in order; a point every 5 to 20 cm is enough.
+    pub trail: Vec<Point>,
+    /// Where the run began.
+    pub start: Option<Pose>,
+    /// The charging station; the heading is that of a docked robot.
+    pub station: Option<Pose>,
+    /// Where the robot is to go in the end.
+    pub destination: Option<Destination>,
+    /// Where faults took hold, oldest first.
+    pub faults: Vec<FaultMark>,
+    /// People, closed doors, things in the way: whatever is solid and on no map.
+    pub bodies: Vec<Body>,
+}
+
+impl Scene {
+    /// A map with a robot of that radius in metres on it, and nothing else.
+    #[must_use]
+    pub fn new(map: Arc<MapPicture>, robot: Pose, robot_radius_m: f64) -> Self {
+        Self {
+            map,
+            robot,
+            robot_radius_m,
+            estimate: None,
+            path: Vec::new(),
+            laser_hits: Vec::new(),
+            particles: Vec::new(),
+            trail: Vec::new(),
+            start: None,
+            station: None,
+            destination: None,
+            faults: Vec::new(),
+            bodies: Vec::new(),
+        }
+    }
+}
+
+/// Where the robot is to go in the end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Destination {
+    /// What to call it, for example `destination`.
+    pub label: String,
+    /// Its corners in order if it is an area, its position alone if it is a point.
+    pub corners: Vec<Point>,
+}
+
+/// Where a fault took hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaultMark {
+    /// Where the robot was.
+    pub position: Point,
+    /// What the fault did, in a few words: `level set to 10 %`.
+    pub label: String,
+}
+
+/// A solid thing that is on no map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Body {
+    /// Its outline.
+    pub shape: BodyShape,
+    /// What to call it (`person`, `door`); may be empty.
+    pub label: String,
+}
+
+/// The outline of a [`Body`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum BodyShape {
+    /// A disc.
+    Disc {
+        /// Its centre.
+        center: Point,
+        /// Its radius, in metres.
+        radius_m: f64,
+    },
+    /// A rectangle.
+    Rectangle {
+        /// Its centre; the heading points along its length.
+        pose: Pose,
+        /// Extent along the heading, in metres.
+        length_m: f64,
+        /// Extent across the heading, in metres.
+        width_m: f64,
+    },
+}
+
+/// The battery's course since the start of the run.
+#[derive(Clone, Debug, Default)]
+pub struct Battery {
+    /// Level in percent by time since the start of the run, oldest first. Any number; close ones are thinned out.
+    pub history: Vec<(Duration, f64)>,
+    /// The level now, in percent.
+    pub level_pct: f64,
+    /// Whether it is being charged now.
+    pub charging: bool,
+    /// Levels that mean something, as dashed lines.
+    pub thresholds: Vec<Threshold>,
+    /// When faults took hold, with a short label (`fault`), oldest first.
+    pub faults: Vec<(Duration, String)>,
+}
+
+/// A battery level that means something.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Threshold {
+    /// The level, in percent.
+    pub level_pct: f64,
+    /// What happens below it, in a word or two: `recharge`, `unsafe`.
+    pub label: String,
+    /// Whether falling below it is a violation (red) or only a turning point (amber).
+    pub critical: bool,
+}
+
+/// A node of the behavior tree.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeNode {
+    /// Index of the parent in [`Frame::tree`], smaller than the node's own; `None` for the root.
+    pub parent: Option<usize>,
+    /// What stands in the node: the name of a leaf; the symbol of an inner node (`→` sequence, `?` fallback, `⇉` parallel)
+    /// or the name of a decorator.
+    pub label: String,
+    /// What the node last answered.
+    pub status: NodeStatus,
+}
+
+/// What a node of the behavior tree last answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum NodeStatus {
+    /// Success at the last tick.
+    Success,
+    /// Failure at the last tick.
+    Failure,
+    /// Running at the last tick.
+    Running,
+    /// Not reached by the last tick, or halted.
+    #[default]
+    NotTicked,
+}
+
+/// A property under observation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Monitor {
+    /// The property's name.
+    pub name: String,
+    /// The property in one line, in words.
+    pub description: String,
+    /// What can be said so far.
+    pub verdict: Verdict,
+    /// More about the verdict in a few words (`at tick 67`); may be empty.
+    pub note: String,
+    /// The monitor as a state machine.
+    pub diagram: Diagram,
+}
+
+/// What can be said about a property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// The run goes on, and nothing has violated it yet.
+    HoldsSoFar,
+    /// It holds, whatever comes.
+    Satisfied,
+    /// It is violated, whatever comes.
+    Violated,
+    /// The run has ended and left it open.
+    Inconclusive,
+}
+
+/// A state machine: locations and transitions, with the one location that is active.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Diagram {
+    /// Its locations.
+    pub locations: Vec<Location>,
+    /// Index of the initial location.
+    pub initial: usize,
+    /// Index of the active location.
+    pub active: usize,
+    /// Its transitions.
+    pub transitions: Vec<Transition>,
+}
+
+/// A location of a [`Diagram`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Location {
+    /// Its name.
+    pub name: String,
+    /// Whether being there means that the property is violated.
+    pub error: bool,
+}
+
+/// A transition of a [`Diagram`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transition {
+    /// Index of the location it leaves.
+    pub from: usize,
+    /// Index of the location it enters.
+    pub to: usize,
+    /// What it waits for or does, in a few words: `< 20`.
+    pub label: String,
+}

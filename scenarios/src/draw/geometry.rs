@@ -1,0 +1,92 @@
+//! Points and boxes on the page, in pixels: x to the right, y downwards.
+
+/// A position on the page, in pixels.
+pub type Spot = (f64, f64);
+
+/// An axis-parallel box on the page, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Area {
+    /// Left edge.
+    pub x: f64,
+    /// Upper edge.
+    pub y: f64,
+    /// Extent to the right.
+    pub width: f64,
+    /// Extent downwards.
+    pub height: f64,
+}
+
+impl Area {
+    /// The box of that width and height whose upper left corner is (`x`, `y`).
+    #[must_use]
+    pub const fn new(x: f64, y: f64, width: f64, height: f64) -> Self {
+        Self { x, y, width, height }
+    }
+
+    /// The box of that size around its centre.
+    #[must_use]
+    pub fn around(center: Spot, width: f64, height: f64) -> Self {
+        Self::new(center.0 - width / 2.0, center.1 - height / 2.0, width, height)
+    }
+
+    /// The right edge.
+    #[must_use]
+    pub fn right(&self) -> f64 {
+        self.x + self.width
+    }
+
+    /// The lower edge.
+    #[must_use]
+    pub fn bottom(&self) -> f64 {
+        self.y + self.height
+    }
+
+    /// The middle.
+    #[must_use]
+    pub fn center(&self) -> Spot {
+        (self.x + self.width / 2.0, self.y + self.height / 2.0)
+    }
+
+    /// The box without a margin of that many pixels on every side; never smaller than nothing.
+    #[must_use]
+    pub fn inset(&self, margin: f64) -> Self {
+        let (width, height) = ((self.width - 2.0 * margin).max(0.0), (self.height - 2.0 * margin).max(0.0));
+        Self::around(self.center(), width, height)
+    }
+
+    /// The same box, moved.
+    #[must_use]
+    pub fn shifted(&self, dx: f64, dy: f64) -> Self {
+        Self { x: self.x + dx, y: self.y + dy, ..*self }
+    }
+
+    /// Whether the two boxes share more than an edge.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.x < other.right() && other.x < self.right() && self.y < other.bottom() && other.y < self.bottom()
+    }
+
+    /// How many square pixels the two boxes share.
+    #[must_use]
+    pub fn shared_with(&self, other: &Self) -> f64 {
+        let width = self.right().min(other.right()) - self.x.max(other.x);
+        let height = self.bottom().min(other.bottom()) - self.y.max(other.y);
+        width.max(0.0) * height.max(0.0)
+    }
+
+    /// Whether the spot lies inside or on the edge.
+    #[must_use]
+    pub fn contains(&self, spot: Spot) -> bool {
+        (self.x..=self.right()).contains(&spot.0) && (self.y..=self.bottom()).contains(&spot.1)
+    }
+
+    /// Whether all of `other` lies inside (edges may touch, to within a thousandth of a pixel).
+    #[must_use]
+    pub fn encloses(&self, other: &Self) -> bool {
+        const SLACK: f64 = 1e-3;
+        other.x >= self.x - SLACK
+            && other.y >= self.y - SLACK
+            && other.right() <= self.right() + SLACK
+            && other.bottom() <= self.bottom() + SLACK
+    }
+}

@@ -1,0 +1,138 @@
+//! The page: what stands where.
+
+use super::canvas::{Anchor, Canvas, Paint, TextStyle};
+use super::frame::Frame;
+use super::geometry::Area;
+use super::text::Font;
+use super::theme;
+use super::tree_layout::TreeLayout;
+use super::{battery_panel, map_panel, monitor_panel, tree_panel};
+
+/// Font of the panels' titles.
+pub(super) const HEADING: Font = Font::bold(16.0);
+/// Height of the line with a panel's title.
+pub(super) const PANEL_HEAD: f64 = 46.0;
+/// Margin left and right inside a panel.
+pub(super) const PANEL_MARGIN: f64 = 20.0;
+
+const MARGIN: f64 = 32.0;
+const GAP: f64 = 12.0;
+const HEADER: f64 = 64.0;
+
+/// A size of page, in pixels. Everything is laid out anew for it; text keeps its size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Page {
+    /// 1600 × 900: a snapshot.
+    Snapshot,
+    /// 1280 × 720: a frame of an animation, which is shown at three quarters of this size.
+    Animation,
+}
+
+impl Page {
+    /// Width and height in pixels.
+    #[must_use]
+    pub const fn size_px(self) -> (u32, u32) {
+        match self {
+            Self::Snapshot => (1600, 900),
+            Self::Animation => (1280, 720),
+        }
+    }
+
+    fn margin(self) -> f64 {
+        match self {
+            Self::Snapshot => MARGIN,
+            Self::Animation => 20.0,
+        }
+    }
+
+    fn right_column(self) -> f64 {
+        match self {
+            Self::Snapshot => 612.0,
+            Self::Animation => 548.0,
+        }
+    }
+}
+
+/// Draws a frame: title and map at the left; battery, tree and monitors at the right.
+pub(super) fn draw(frame: &Frame, page: Page) -> String {
+    let (width, height) = (f64::from(page.size_px().0), f64::from(page.size_px().1));
+    let margin = page.margin();
+    let whole = Area::new(0.0, 0.0, width, height);
+    let inner = whole.inset(margin);
+    let right = Area::new(inner.right() - page.right_column(), inner.y, page.right_column(), inner.height);
+    let left = Area { width: right.x - GAP - inner.x, ..inner };
+    let mut canvas = Canvas::new();
+    canvas.rounded(whole, 0.0, Paint::fill(theme::PAGE));
+    header(&mut canvas, Area { height: HEADER, ..left }, frame);
+    let map = Area { y: left.y + HEADER, height: left.height - HEADER, ..left };
+    map_panel::draw(&mut canvas, map, &frame.scene);
+    let [battery, tree, monitors] = column(frame, right);
+    battery_panel::draw(&mut canvas, battery, &frame.battery, frame.time);
+    tree_panel::draw(&mut canvas, tree, &frame.tree);
+    monitor_panel::draw(&mut canvas, monitors, &frame.monitors);
+    canvas.finish(width, height)
+}
+
+/// Divides the right column: the battery has a fixed share; tree and monitors get what they ask for, and if that is too much,
+/// the tree is squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
+fn column(frame: &Frame, area: Area) -> [Area; 3] {
+    let battery = (area.height * 0.2).clamp(120.0, 166.0);
+    let room = area.height - battery - 2.0 * GAP;
+    let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);
+    let monitors = monitor_panel::wanted_height(&frame.monitors, area.width);
+    let (pleasant, readable) = (pleasant + PANEL_HEAD + 12.0, readable + PANEL_HEAD + 12.0);
+    let spare = (room - pleasant - monitors).max(0.0);
+    let tree =
+        (pleasant + spare * 0.4).min(room - monitors).max(readable.min(room * 0.68)).max(pleasant.min(room * 0.25));
+    let tree_area = Area { y: area.y + battery + GAP, height: tree, ..area };
+    let monitors_y = tree_area.bottom() + GAP;
+    [Area { height: battery, ..area }, tree_area, Area { y: monitors_y, height: area.bottom() - monitors_y, ..area }]
+}
+
+/// Scenario, seed, time, tick, and what is happening.
+fn header(canvas: &mut Canvas, area: Area, frame: &Frame) {
+    let (title, detail) = (Font::bold(26.0), Font::regular(16.0));
+    let (first, second) = (area.y + 13.0, area.y + 43.0);
+    let muted = TextStyle::new(detail, theme::MUTED);
+    let time = format!("{:.2} s", frame.time.as_secs_f64());
+    let right = area.right();
+    canvas.centered_text((right, first), &time, TextStyle::new(title, theme::INK).anchored(Anchor::End));
+    let tick = format!("tick {}", frame.tick);
+    canvas.centered_text((right, second), &tick, muted.anchored(Anchor::End));
+    let seed = format!("seed {}", frame.seed);
+    let room = right - title.width(&time) - 40.0 - area.x;
+    let name = title.fit(&frame.scenario, room - detail.width(&seed) - 18.0);
+    canvas.centered_text((area.x, first), &name, TextStyle::new(title, theme::INK));
+    canvas.centered_text((area.x + title.width(&name) + 18.0, first + 3.0), &seed, muted);
+    caption(canvas, (area.x, second), &frame.caption, right - detail.width(&tick) - 24.0 - area.x);
+}
+
+/// One line if it fits, else two smaller ones.
+fn caption(canvas: &mut Canvas, (x, y): (f64, f64), text: &str, room: f64) {
+    let font = Font::regular(16.0);
+    if font.width(text) <= room {
+        canvas.centered_text((x, y), text, TextStyle::new(font, theme::MUTED));
+        return;
+    }
+    let font = Font::regular(13.0);
+    let lines = font.wrap(text, room, 2);
+    let top = y - (lines.len().saturating_sub(1)) as f64 * font.line_height() / 2.0;
+    for (i, line) in lines.iter().enumerate() {
+        let at = (x, top + i as f64 * font.line_height());
+        canvas.centered_text(at, line, TextStyle::new(font, theme::MUTED));
+    }
+}
+
+/// Draws the ground of a panel.
+pub(super) fn panel_ground(canvas: &mut Canvas, area: Area) {
+    canvas.rounded(area, 10.0, Paint::fill(theme::PAPER).outlined(theme::RULE, 1.0));
+}
+
+/// Draws a panel with a title; returns the part inside.
+pub(super) fn panel(canvas: &mut Canvas, area: Area, title: &str) -> Area {
+    panel_ground(canvas, area);
+    let at = (area.x + PANEL_MARGIN, area.y + PANEL_HEAD / 2.0 + 2.0);
+    canvas.centered_text(at, title, TextStyle::new(HEADING, theme::INK));
+    let (width, height) = (area.width - 2.0 * PANEL_MARGIN, area.height - PANEL_HEAD - 12.0);
+    Area::new(area.x + PANEL_MARGIN, area.y + PANEL_HEAD, width, height.max(0.0))
+}

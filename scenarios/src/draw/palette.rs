@@ -1,0 +1,116 @@
+//! The colours of an animation.
+
+use super::theme::{self, Color};
+
+/// Number of the colour that means "as before".
+pub(super) const UNCHANGED: u8 = 255;
+
+/// Steps between two colours where the edge of one lies on the other.
+const STEPS: u16 = 5;
+
+/// What is drawn in front of what: soft edges need the colours between.
+const EDGES: [(&[Color], &[Color]); 4] = [
+    (
+        &[theme::PAPER],
+        &[
+            theme::INK,
+            theme::MUTED,
+            theme::WALL,
+            theme::GOOD,
+            theme::BAD,
+            theme::BUSY,
+            theme::BUSY_DARK,
+            theme::LASER,
+            theme::BELIEF,
+            theme::BODY,
+            theme::IDLE,
+        ],
+    ),
+    (&[theme::UNKNOWN], &[theme::INK, theme::GOOD, theme::BAD, theme::LASER]),
+    (&[theme::GOOD_LIGHT, theme::BAD_LIGHT, theme::BUSY_LIGHT], &[theme::INK]),
+    (&[theme::IDLE_LIGHT], &[theme::MUTED]),
+];
+
+/// At most 255 fixed colours, and which of them is closest to any other: the same for all frames of all animations.
+#[derive(Clone, Debug)]
+pub(super) struct Palette {
+    colors: Vec<[u8; 3]>,
+    /// The closest colour by 5 bits of red, 6 of green and 5 of blue.
+    closest: Vec<u8>,
+}
+
+impl Palette {
+    pub(super) fn new() -> Self {
+        let mut colors: Vec<[u8; 3]> = theme::ALL.map(theme::rgb).to_vec();
+        for (grounds, fronts) in EDGES {
+            for ground in grounds {
+                colors.extend(fronts.iter().flat_map(|front| between(theme::rgb(ground), theme::rgb(front))));
+            }
+        }
+        colors.dedup();
+        assert!(colors.len() <= usize::from(UNCHANGED), "{} colours are too many for a palette", colors.len());
+        let closest = (0..=u16::MAX).map(|packed| closest(&colors, unpack(packed))).collect();
+        Self { colors, closest }
+    }
+
+    /// Red, green and blue of all colours, one after another.
+    pub(super) fn bytes(&self) -> Vec<u8> {
+        let mut bytes = self.colors.concat();
+        bytes.resize(256 * 3, 0);
+        bytes
+    }
+
+    /// The number of the colour that comes closest.
+    pub(super) fn index(&self, [red, green, blue]: [u8; 3]) -> u8 {
+        let packed = u16::from(red >> 3) << 11 | u16::from(green >> 2) << 5 | u16::from(blue >> 3);
+        self.closest[usize::from(packed)]
+    }
+}
+
+fn between(ground: [u8; 3], front: [u8; 3]) -> impl Iterator<Item = [u8; 3]> {
+    (1..STEPS).map(move |step| {
+        std::array::from_fn(|i| {
+            let (ground, front) = (u16::from(ground[i]), u16::from(front[i]));
+            ((ground * (STEPS - step) + front * step) / STEPS) as u8
+        })
+    })
+}
+
+/// The middle of all colours that are packed into this number.
+fn unpack(packed: u16) -> [u8; 3] {
+    let scaled = |bits: u16, most: u16| (bits * 255 / most) as u8;
+    [scaled(packed >> 11, 31), scaled(packed >> 5 & 63, 63), scaled(packed & 31, 31)]
+}
+
+fn closest(colors: &[[u8; 3]], wanted: [u8; 3]) -> u8 {
+    let distance = |color: &[u8; 3]| -> u32 {
+        let part = |i: usize, weight: u32| weight * u32::from(color[i].abs_diff(wanted[i])).pow(2);
+        part(0, 3) + part(1, 6) + part(2, 1)
+    };
+    let best = colors.iter().enumerate().min_by_key(|(_, color)| distance(color));
+    best.map_or(0, |(i, _)| i as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_colours_of_the_theme_are_kept() {
+        let palette = Palette::new();
+        for color in theme::ALL {
+            let wanted = theme::rgb(color);
+            let got = palette.colors[usize::from(palette.index(wanted))];
+            let off = (0..3).map(|i| wanted[i].abs_diff(got[i])).max();
+            assert!(off <= Some(4), "{color} became {got:?}");
+        }
+        assert_eq!(palette.colors[usize::from(palette.index([255; 3]))], [255; 3]);
+    }
+
+    #[test]
+    fn there_is_one_colour_left_for_what_does_not_change() {
+        let palette = Palette::new();
+        assert!(palette.closest.iter().all(|&index| index != UNCHANGED));
+        assert_eq!(palette.bytes().len(), 768);
+    }
+}
