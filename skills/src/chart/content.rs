@@ -1,0 +1,145 @@
+//! Executable content (SCXML 4), compiled.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::{DataId, EventClass};
+use crate::Datum;
+use crate::expression::{Expr, Location, Statement};
+use crate::problem::Span;
+
+/// What one `<onentry>`, `<onexit>` or transition does; an error ends it early and touches no other block.
+pub(crate) type Block = Vec<Action>;
+
+/// One element of executable content, and where it stands in the file.
+#[derive(Clone, Debug)]
+pub(crate) struct Action {
+    pub(crate) kind: ActionKind,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum ActionKind {
+    Raise {
+        event: Arc<str>,
+        class: EventClass,
+    },
+    Send(Box<Send>),
+    Cancel(Source),
+    Assign(Location, Expr),
+    If(Vec<Branch>),
+    Foreach(Box<Foreach>),
+    Log {
+        label: Arc<str>,
+        value: Option<Expr>,
+    },
+    Script(Vec<Statement>),
+    /// Something that was found wrong when the file was loaded and that the recommendation makes an error at run time.
+    Fail(Arc<str>),
+}
+
+/// A branch of `<if>`; `<else>` has no condition.
+#[derive(Clone, Debug)]
+pub(crate) struct Branch {
+    pub(crate) condition: Option<Condition>,
+    pub(crate) content: Block,
+}
+
+/// A condition and where it stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Condition {
+    pub(crate) test: Expr,
+    pub(crate) text: Arc<str>,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Foreach {
+    pub(crate) array: Expr,
+    pub(crate) item: DataId,
+    pub(crate) index: Option<DataId>,
+    pub(crate) content: Block,
+}
+
+/// A text that is written out or computed.
+#[derive(Clone, Debug)]
+pub(crate) enum Source {
+    Literal(Arc<str>),
+    Computed(Expr),
+}
+
+/// An attribute that is written out or computed, and where it stands.
+#[derive(Clone, Debug)]
+pub(crate) struct Attribute {
+    pub(crate) source: Source,
+    pub(crate) span: Span,
+}
+
+impl Attribute {
+    /// The text, if it is written out.
+    pub(crate) fn literal(&self) -> Option<&Arc<str>> {
+        match &self.source {
+            Source::Literal(text) => Some(text),
+            Source::Computed(_) => None,
+        }
+    }
+}
+
+/// `<send>`
+#[derive(Clone, Debug)]
+pub(crate) struct Send {
+    pub(crate) event: Option<Attribute>,
+    pub(crate) target: Option<Attribute>,
+    pub(crate) processor: Option<Attribute>,
+    pub(crate) id: SendId,
+    pub(crate) delay: Delay,
+    pub(crate) name_list: Vec<(Arc<str>, Location)>,
+    pub(crate) payload: Payload,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum SendId {
+    None,
+    Literal(Arc<str>),
+    /// An id is made up and put there.
+    Generated(Location),
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Delay {
+    Literal(Duration),
+    Computed(Expr),
+}
+
+/// The data that an event carries: `<param>`s or `<content>`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Payload {
+    pub(crate) params: Vec<Param>,
+    pub(crate) content: Option<Content>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Param {
+    pub(crate) name: Arc<str>,
+    pub(crate) value: Expr,
+    pub(crate) span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) enum Content {
+    Computed(Expr, Span),
+    Literal(Datum),
+}
+
+/// Calls `visit` with every action of a block, those inside `<if>` and `<foreach>` included.
+pub(crate) fn visit_actions<'a>(block: &'a [Action], visit: &mut dyn FnMut(&'a Action)) {
+    for action in block {
+        visit(action);
+        match &action.kind {
+            ActionKind::If(branches) => branches.iter().for_each(|branch| visit_actions(&branch.content, visit)),
+            ActionKind::Foreach(foreach) => visit_actions(&foreach.content, visit),
+            _ => {}
+        }
+    }
+}

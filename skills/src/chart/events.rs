@@ -1,0 +1,149 @@
+//! Matching events with descriptors (SCXML 3.12.1), without comparing strings more than once an event.
+
+use std::collections::BTreeMap;
+
+/// What the descriptors of a chart can tell of an event's name: the longest sequence of tokens at its beginning that
+/// any of them mentions. Events of the same class match the same transitions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
+pub(crate) struct EventClass(u32);
+
+/// The classes of the events that a descriptor matches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Matches {
+    first: EventClass,
+    last: EventClass,
+}
+
+impl Matches {
+    /// Whether the descriptor matches events of that class.
+    pub(crate) fn contains(self, class: EventClass) -> bool {
+        self.first <= class && class <= self.last
+    }
+}
+
+/// The descriptors of a chart as a tree of tokens; a class is a node of it, numbered so that the nodes below a node
+/// follow it.
+#[derive(Clone, Debug)]
+pub(crate) struct EventTree {
+    nodes: Vec<Node>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Node {
+    parent: usize,
+    /// The last node below this one.
+    last: usize,
+    children: BTreeMap<Box<str>, usize>,
+}
+
+impl EventTree {
+    /// The tree of these descriptors.
+    pub(crate) fn of<'a>(descriptors: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut nodes = vec![Node::default()];
+        for descriptor in descriptors {
+            let mut node = 0;
+            for token in tokens(descriptor) {
+                node = match nodes[node].children.get(token) {
+                    Some(child) => *child,
+                    None => {
+                        let child = nodes.len();
+                        nodes.push(Node { parent: node, ..Node::default() });
+                        nodes[node].children.insert(token.into(), child);
+                        child
+                    }
+                };
+            }
+        }
+        Self { nodes: numbered(&nodes) }
+    }
+
+    /// The class of an event of that name.
+    pub(crate) fn class(&self, name: &str) -> EventClass {
+        let mut node = 0;
+        for token in name.split('.') {
+            match self.nodes[node].children.get(token) {
+                Some(child) => node = *child,
+                None => break,
+            }
+        }
+        EventClass(node as u32)
+    }
+
+    /// The classes that one of the descriptors of this tree matches.
+    pub(crate) fn matches(&self, descriptor: &str) -> Matches {
+        let node =
+            tokens(descriptor).fold(0, |node, token| self.nodes[node].children.get(token).copied().unwrap_or(node));
+        Matches { first: EventClass(node as u32), last: EventClass(self.nodes[node].last as u32) }
+    }
+}
+
+/// The same nodes, numbered so that those below a node follow it.
+fn numbered(nodes: &[Node]) -> Vec<Node> {
+    let mut order = Vec::with_capacity(nodes.len());
+    let mut number = vec![0; nodes.len()];
+    let mut open = vec![0];
+    while let Some(node) = open.pop() {
+        number[node] = order.len();
+        order.push(node);
+        open.extend(nodes[node].children.values().rev());
+    }
+    let moved = |(new, old): (usize, &usize)| Node {
+        parent: number[nodes[*old].parent],
+        last: new,
+        children: nodes[*old].children.iter().map(|(token, child)| (token.clone(), number[*child])).collect(),
+    };
+    let mut sorted: Vec<Node> = order.iter().enumerate().map(moved).collect();
+    for node in (1..sorted.len()).rev() {
+        let Node { parent, last, .. } = sorted[node];
+        sorted[parent].last = sorted[parent].last.max(last);
+    }
+    sorted
+}
+
+/// The tokens that a descriptor asks for: `a.b`, `a.b.` and `a.b.*` are the same.
+fn tokens(descriptor: &str) -> impl Iterator<Item = &str> {
+    let prefix = descriptor.strip_suffix('*').unwrap_or(descriptor);
+    let prefix = prefix.strip_suffix('.').unwrap_or(prefix);
+    prefix.split('.').filter(|token| !token.is_empty())
+}
+
+/// Whether a word is an event descriptor: `*`, or tokens joined by dots, with `.` or `.*` at the end if you like.
+pub(crate) fn is_descriptor(word: &str) -> bool {
+    let stem = word.strip_suffix(".*").or_else(|| word.strip_suffix('.')).unwrap_or(word);
+    word == "*" || is_event_name(stem)
+}
+
+/// Whether a word can be the name of an event: tokens joined by dots.
+pub(crate) fn is_event_name(word: &str) -> bool {
+    let is_token = |token: &str| !token.is_empty() && !token.contains(|c: char| c.is_whitespace() || c == '*');
+    word.split('.').all(is_token)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_descriptor_matches_whole_tokens_at_the_beginning() {
+        let matches = |descriptor: &str, name: &str| {
+            let tree = EventTree::of(["door", "error.x.y", descriptor, "zoo"]);
+            tree.matches(descriptor).contains(tree.class(name))
+        };
+        for descriptor in ["error", "error.", "error.*", "*"] {
+            assert!(matches(descriptor, "error"), "{descriptor}");
+            assert!(matches(descriptor, "error.x"), "{descriptor}");
+            assert!(matches(descriptor, "error.x.y.z"), "{descriptor}");
+        }
+        assert!(!matches("error", "errors"));
+        assert!(!matches("error.x", "error"));
+        assert!(!matches("error", "door") && !matches("error", "zoo.error"));
+        assert!(matches("*", "anything.at.all"));
+    }
+
+    #[test]
+    fn event_forms() {
+        assert!(["a", "a.b", "a.*", "a.", "*", "done.state.s-1"].iter().all(|word| is_descriptor(word)));
+        assert!(!["", ".", ".a", "a..b", "a.*.b", "*a", "**", "a*"].iter().any(|word| is_descriptor(word)));
+        assert!(!is_event_name("a.*"));
+    }
+}

@@ -1,0 +1,201 @@
+//! A machine as it was written: compiled once, never changed, shared by everybody who runs it.
+
+mod bit_set;
+mod content;
+mod events;
+mod relations;
+mod state;
+
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+pub(crate) use bit_set::BitSet;
+pub(crate) use content::{
+    Action, ActionKind, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Param, Payload, Send, SendId,
+    Source, visit_actions,
+};
+pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
+pub(crate) use state::{Descriptor, Domain, Initial};
+pub use state::{HistoryKind, State, StateId, StateKind, Transition, TransitionId};
+
+use miette::NamedSource;
+
+use crate::expression::Expr;
+use crate::problem::{Problem, Span};
+
+/// The name of SCXML's own event I/O processor (SCXML C.1); `scxml` is accepted as well.
+pub(crate) const SCXML_PROCESSOR: &str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor";
+/// The name of the event I/O processor that sends messages on channels.
+pub const CHANNEL_PROCESSOR: &str = "channel";
+
+/// A datum of a chart: its place in the data model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct DataId(u32);
+
+impl DataId {
+    pub(crate) fn new(index: usize) -> Self {
+        Self(u32::try_from(index).expect("a file of 4 MiB declares fewer than 2^32 data"))
+    }
+
+    pub(crate) fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// `<data>`, or a name that a script or a `<foreach>` declares.
+#[derive(Clone, Debug)]
+pub(crate) struct DataItem {
+    pub(crate) id: Arc<str>,
+    /// Its first value; `None` is `undefined`.
+    pub(crate) init: Option<Expr>,
+    pub(crate) span: Span,
+    /// Whether it stands in the data model of the whole machine, where whoever starts it may give another value.
+    pub(crate) top_level: bool,
+}
+
+/// When data get their first value (SCXML 5.3.3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Binding {
+    Early,
+    Late,
+}
+
+/// A state machine, compiled from an SCXML file.
+///
+/// States are numbered in document order, so that a state's descendants are the numbers behind its own; state 0 is the
+/// `<scxml>` element itself.
+///
+/// Two charts are equal if they were compiled from the same text.
+pub struct Chart {
+    pub(crate) file: NamedSource<Arc<str>>,
+    pub(crate) name: Arc<str>,
+    pub(crate) binding: Binding,
+    pub(crate) states: Vec<State>,
+    pub(crate) transitions: Vec<Transition>,
+    pub(crate) data: Vec<DataItem>,
+    pub(crate) scripts: Vec<Block>,
+    pub(crate) events: EventTree,
+    pub(crate) warnings: Vec<Problem>,
+}
+
+impl Chart {
+    /// The machine's name: the attribute `name`, else the file's name without folder and ending.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file that the machine was read from, with its text.
+    #[must_use]
+    pub fn file(&self) -> &NamedSource<Arc<str>> {
+        &self.file
+    }
+
+    /// What looks odd in the file without making it unusable.
+    #[must_use]
+    pub fn warnings(&self) -> &[Problem] {
+        &self.warnings
+    }
+
+    /// The `<scxml>` element as the ancestor of all states.
+    #[must_use]
+    pub fn root(&self) -> StateId {
+        StateId::ROOT
+    }
+
+    /// All states, parents before children, in document order; the root is not among them.
+    pub fn states(&self) -> impl Iterator<Item = StateId> + use<> {
+        (1..self.states.len()).map(StateId::new)
+    }
+
+    /// A state's particulars.
+    #[must_use]
+    pub fn state(&self, state: StateId) -> &State {
+        &self.states[state.index()]
+    }
+
+    /// The state of that id.
+    #[must_use]
+    pub fn find_state(&self, id: &str) -> Option<StateId> {
+        self.states().find(|state| &*self.state(*state).id == id)
+    }
+
+    /// All transitions in document order; those of `<initial>` and `<history>` are not among them.
+    pub fn transitions(&self) -> impl Iterator<Item = TransitionId> + use<> {
+        (0..self.transitions.len()).map(TransitionId::new)
+    }
+
+    /// A transition's particulars.
+    #[must_use]
+    pub fn transition(&self, transition: TransitionId) -> &Transition {
+        &self.transitions[transition.index()]
+    }
+
+    /// The ids of the data that whoever starts the machine may give values to, in document order.
+    pub fn parameters(&self) -> impl Iterator<Item = &str> {
+        self.data.iter().filter(|item| item.top_level).map(|item| &*item.id)
+    }
+
+    pub(crate) fn find_data(&self, id: &str) -> Option<DataId> {
+        self.data.iter().position(|item| &*item.id == id).map(DataId::new)
+    }
+
+    /// Every block of executable content.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block> {
+        let of_states = self.states.iter().flat_map(|state| {
+            let initial = state.initial.as_ref().map(|initial| &initial.content);
+            state.on_entry.iter().chain(&state.on_exit).chain(initial)
+        });
+        let of_transitions = self.transitions.iter().map(|transition| &transition.content);
+        self.scripts.iter().chain(of_states).chain(of_transitions)
+    }
+
+    /// What the machine sends over channels, as far as that is written out: the process it goes to, and the symbol that the
+    /// message begins with.
+    #[must_use]
+    pub fn channel_messages(&self) -> Vec<(&str, &str)> {
+        let mut messages = Vec::new();
+        self.visit_sends(&mut |send| {
+            let processor = send.processor.as_ref().and_then(|processor| processor.literal());
+            let target = send.target.as_ref().and_then(|target| target.literal());
+            let event = send.event.as_ref().and_then(|event| event.literal());
+            if let (Some(CHANNEL_PROCESSOR), Some(target), Some(event)) = (processor.map(|name| &**name), target, event)
+            {
+                messages.push((&**target, &**event));
+            }
+        });
+        messages
+    }
+
+    /// Calls `visit` with every `<send>`.
+    pub(crate) fn visit_sends<'a>(&'a self, visit: &mut dyn FnMut(&'a Send)) {
+        for block in self.blocks() {
+            visit_actions(block, &mut |action| {
+                if let ActionKind::Send(send) = &action.kind {
+                    visit(send);
+                }
+            });
+        }
+    }
+}
+
+impl fmt::Debug for Chart {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Chart").field("name", &self.name).field("file", &self.file.name()).finish_non_exhaustive()
+    }
+}
+
+impl PartialEq for Chart {
+    fn eq(&self, other: &Self) -> bool {
+        self.file.name() == other.file.name() && self.file.inner() == other.file.inner()
+    }
+}
+
+impl Eq for Chart {}
+
+impl Hash for Chart {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.file.name().hash(state);
+    }
+}

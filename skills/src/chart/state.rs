@@ -1,0 +1,218 @@
+//! States and transitions of a chart.
+
+use std::sync::Arc;
+
+use super::{Block, Condition, DataId, EventClass, Matches, Payload};
+use crate::problem::Span;
+
+/// A state of a chart: its place in document order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct StateId(u32);
+
+impl StateId {
+    pub(crate) const ROOT: Self = Self(0);
+
+    pub(crate) fn new(index: usize) -> Self {
+        Self(u32::try_from(index).expect("a file of 4 MiB has fewer than 2^32 states"))
+    }
+
+    /// The place in document order; the root is 0.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A transition of a chart: its place in document order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct TransitionId(u32);
+
+impl TransitionId {
+    pub(crate) fn new(index: usize) -> Self {
+        Self(u32::try_from(index).expect("a file of 4 MiB has fewer than 2^32 transitions"))
+    }
+
+    /// The place in document order.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What a state is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StateKind {
+    /// A state without children.
+    Atomic,
+    /// A state of whose children exactly one is active; the root is such a state.
+    Compound,
+    /// A state whose children are all active.
+    Parallel,
+    /// A state that ends its parent.
+    Final,
+    /// A pseudo-state that leads to what was last active in its parent.
+    History(HistoryKind),
+}
+
+/// How much a history state remembers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum HistoryKind {
+    /// The children of the parent.
+    Shallow,
+    /// The atomic descendants of the parent.
+    Deep,
+}
+
+/// A state with everything that belongs to it.
+#[derive(Clone, Debug)]
+pub struct State {
+    pub(crate) id: Arc<str>,
+    pub(crate) kind: StateKind,
+    pub(crate) parent: Option<StateId>,
+    /// The last of its descendants, itself if it has none.
+    pub(crate) last: StateId,
+    /// Child states without history states.
+    pub(crate) children: Vec<StateId>,
+    pub(crate) histories: Vec<StateId>,
+    /// Of a compound state, what it enters by default; of a history state, its default.
+    pub(crate) initial: Option<Initial>,
+    pub(crate) transitions: Vec<TransitionId>,
+    pub(crate) on_entry: Vec<Block>,
+    pub(crate) on_exit: Vec<Block>,
+    /// Data that late binding initialises here.
+    pub(crate) data: Vec<DataId>,
+    pub(crate) done_data: Payload,
+    /// `done.state.<id>` and its class.
+    pub(crate) done_event: (Arc<str>, EventClass),
+    pub(crate) span: Span,
+}
+
+/// A transition without event or condition, out of `<initial>` or a history state.
+#[derive(Clone, Debug)]
+pub(crate) struct Initial {
+    pub(crate) targets: Vec<StateId>,
+    pub(crate) content: Block,
+}
+
+impl State {
+    /// The id; one that was made up, `state@12`, where the file gives none (on line 12).
+    #[must_use]
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// What the state is.
+    #[must_use]
+    pub fn kind(&self) -> StateKind {
+        self.kind
+    }
+
+    /// The state around it; the root has none.
+    #[must_use]
+    pub fn parent(&self) -> Option<StateId> {
+        self.parent
+    }
+
+    /// Child states in document order, without history states.
+    #[must_use]
+    pub fn children(&self) -> &[StateId] {
+        &self.children
+    }
+
+    /// History states of this state.
+    #[must_use]
+    pub fn histories(&self) -> &[StateId] {
+        &self.histories
+    }
+
+    /// What a compound state enters by default, or a history state before anything is remembered.
+    #[must_use]
+    pub fn initial(&self) -> &[StateId] {
+        self.initial.as_ref().map_or(&[], |initial| &initial.targets)
+    }
+
+    /// Transitions out of this state in document order.
+    #[must_use]
+    pub fn transitions(&self) -> &[TransitionId] {
+        &self.transitions
+    }
+
+    /// Where in the file the state's element begins: the bytes of its name.
+    #[must_use]
+    pub fn span(&self) -> std::ops::Range<usize> {
+        self.span.into()
+    }
+
+    pub(crate) fn is_atomic(&self) -> bool {
+        matches!(self.kind, StateKind::Atomic | StateKind::Final)
+    }
+}
+
+/// A transition of a state.
+#[derive(Clone, Debug)]
+pub struct Transition {
+    pub(crate) source: StateId,
+    pub(crate) targets: Vec<StateId>,
+    /// The attribute `event`, word by word.
+    pub(crate) descriptors: Vec<Descriptor>,
+    pub(crate) condition: Option<Condition>,
+    pub(crate) internal: bool,
+    pub(crate) domain: Domain,
+    pub(crate) content: Block,
+    pub(crate) span: Span,
+}
+
+/// An event descriptor.
+#[derive(Clone, Debug)]
+pub(crate) struct Descriptor {
+    pub(crate) text: Arc<str>,
+    pub(crate) matches: Matches,
+    pub(crate) span: Span,
+}
+
+/// The state within which a transition exits and enters (SCXML Appendix D, getTransitionDomain).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Domain {
+    /// A transition without a target exits nothing.
+    None,
+    State(StateId),
+    /// A target is a history state: it depends on what that remembers.
+    Remembered,
+}
+
+impl Transition {
+    /// The state that the transition leads out of.
+    #[must_use]
+    pub fn source(&self) -> StateId {
+        self.source
+    }
+
+    /// The states it leads to: none for a transition that only does something.
+    #[must_use]
+    pub fn targets(&self) -> &[StateId] {
+        &self.targets
+    }
+
+    /// The events it reacts to, as they are written: `error.*`, `BT.tick`. None for an eventless transition.
+    pub fn events(&self) -> impl Iterator<Item = &str> {
+        self.descriptors.iter().map(|descriptor| &*descriptor.text)
+    }
+
+    /// The condition as it is written.
+    #[must_use]
+    pub fn condition(&self) -> Option<&str> {
+        self.condition.as_ref().map(|condition| &*condition.text)
+    }
+
+    /// Whether the transition is internal: it does not exit its source if its targets lie inside.
+    #[must_use]
+    pub fn is_internal(&self) -> bool {
+        self.internal
+    }
+
+    /// Where in the file the transition's element begins: the bytes of its name.
+    #[must_use]
+    pub fn span(&self) -> std::ops::Range<usize> {
+        self.span.into()
+    }
+}

@@ -1,0 +1,70 @@
+//! Why a skill cannot be run.
+
+use std::sync::Arc;
+
+use miette::{Diagnostic, NamedSource};
+
+use crate::problem::Problem;
+
+/// Why a machine cannot be loaded or put to work.
+#[derive(Clone, Debug, thiserror::Error, Diagnostic)]
+#[non_exhaustive]
+pub enum SkillError {
+    /// The file is not a machine that can run.
+    #[error("the skill {file} cannot be loaded: {}", count(.problems))]
+    #[diagnostic(code(skills::load))]
+    Load {
+        /// The file's name.
+        file: String,
+        /// The file with its text.
+        #[source_code]
+        text: NamedSource<Arc<str>>,
+        /// Everything that is wrong with it, in the order of the file.
+        #[related]
+        problems: Vec<Problem>,
+    },
+    /// The machine does not fit the processes and channels around it.
+    #[error("the skill {process} does not fit the system it is part of: {}", count(.problems))]
+    #[diagnostic(code(skills::wiring))]
+    Wiring {
+        /// The process that would run the machine.
+        process: String,
+        /// The machine's file with its text.
+        #[source_code]
+        text: NamedSource<Arc<str>>,
+        /// Everything that does not fit, in the order of the file.
+        #[related]
+        problems: Vec<Problem>,
+    },
+    /// The system has no process of the skill's name.
+    #[error("there is no process named {name} to run the skill {file}")]
+    #[diagnostic(code(skills::process))]
+    UnknownProcess {
+        /// The name.
+        name: String,
+        /// The machine's file.
+        file: String,
+        /// What may have been meant.
+        #[help]
+        help: String,
+    },
+    /// A value is given for a datum that the machine does not have.
+    #[error("the skill {file} has no parameter named {name}")]
+    #[diagnostic(code(skills::parameter))]
+    UnknownParameter {
+        /// The name.
+        name: String,
+        /// The machine's file.
+        file: String,
+        /// What may have been meant.
+        #[help]
+        help: String,
+    },
+}
+
+fn count(problems: &[Problem]) -> String {
+    match problems {
+        [one] => one.to_string(),
+        more => format!("{} problems", more.len()),
+    }
+}

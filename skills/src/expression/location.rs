@@ -1,0 +1,109 @@
+//! Locations: what an assignment changes.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::{EvaluationError, Expr, ExpressionProblem, Scope};
+use crate::Datum;
+use crate::chart::DataId;
+
+/// A datum, or a part of one: `x`, `x.y`, `x[i].z`.
+#[derive(Clone, Debug)]
+pub(crate) struct Location {
+    pub(crate) data: DataId,
+    path: Vec<Step>,
+}
+
+#[derive(Clone, Debug)]
+enum Step {
+    Member(Arc<str>),
+    Index(Expr),
+}
+
+impl Location {
+    /// The whole datum.
+    pub(crate) fn whole(data: DataId) -> Self {
+        Self { data, path: Vec::new() }
+    }
+
+    /// The location that an expression names. `span` is where the expression stands.
+    pub(super) fn from_expr(expr: Expr, span: Range<usize>) -> Result<Self, ExpressionProblem> {
+        let mut path = Vec::new();
+        let mut rest = expr;
+        loop {
+            rest = match rest {
+                Expr::Data(data) => {
+                    path.reverse();
+                    return Ok(Self { data, path });
+                }
+                Expr::Unknown(name) => {
+                    let message = format!("there is no data named `{name}` to assign to");
+                    return Err(ExpressionProblem::new(message, span, "unknown name"));
+                }
+                Expr::Member(value, name) => {
+                    path.push(Step::Member(name));
+                    *value
+                }
+                Expr::Index(parts) => {
+                    let [value, index] = *parts;
+                    path.push(Step::Index(index));
+                    value
+                }
+                Expr::Event | Expr::EventField(_) | Expr::MachineName | Expr::SessionId | Expr::IoProcessors => {
+                    let problem = ExpressionProblem::new("system variables cannot be assigned to", span, "read-only");
+                    return Err(problem.help("copy what you need of it to a <data> item of your own"));
+                }
+                _ => {
+                    let problem =
+                        ExpressionProblem::new("this is not a place that can be assigned to", span, "a value");
+                    return Err(problem.help("`x`, `x.member` and `x[index]` can be, where `x` is the id of a <data>"));
+                }
+            };
+        }
+    }
+
+    /// The value that stands there.
+    pub(crate) fn read(&self, scope: &Scope<'_>) -> Result<Datum, EvaluationError> {
+        let mut expr = Expr::Data(self.data);
+        for step in &self.path {
+            expr = match step {
+                Step::Member(name) => Expr::Member(Box::new(expr), Arc::clone(name)),
+                Step::Index(index) => Expr::Index(Box::new([expr, index.clone()])),
+            };
+        }
+        expr.evaluate(scope)
+    }
+
+    /// The names that lead from the datum to the location, evaluated.
+    pub(crate) fn keys(&self, scope: &Scope<'_>) -> Result<Vec<Arc<str>>, EvaluationError> {
+        let key = |step: &Step| match step {
+            Step::Member(name) => Ok(Arc::clone(name)),
+            Step::Index(index) => Ok(index.evaluate(scope)?.to_text()),
+        };
+        self.path.iter().map(key).collect()
+    }
+}
+
+/// Puts a value into the part of `target` that the keys lead to.
+pub(crate) fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), EvaluationError> {
+    let Some((key, rest)) = keys.split_first() else {
+        *target = value;
+        return Ok(());
+    };
+    match target {
+        Datum::Object(object) => {
+            let object = Arc::make_mut(object);
+            put(object.member_mut(key), rest, value)?;
+            object.measure()?;
+        }
+        Datum::Array(array) => {
+            let index =
+                key.parse().map_err(|_| EvaluationError::NotAssignable(format!("the item {key} of an array")))?;
+            let array = Arc::make_mut(array);
+            put(array.item_mut(index)?, rest, value)?;
+            array.measure()?;
+        }
+        other => return Err(EvaluationError::NotAssignable(format!("the member {key} of {}", other.type_name()))),
+    }
+    Ok(())
+}

@@ -1,0 +1,109 @@
+//! Scripts: assignments one after the other.
+
+use super::parse::Parser;
+use super::token::{Kind, tokens};
+use super::vocabulary::binary;
+use super::{BinaryOp, Expr, ExpressionProblem, Location, Names, Parsed};
+
+/// A statement of a script.
+#[derive(Clone, Debug)]
+pub(crate) enum Statement {
+    /// `location = value`
+    Assign(Location, Expr),
+    /// `location op= value`
+    Update(Location, BinaryOp, Expr),
+    /// An expression for its own sake.
+    Evaluate(Expr),
+}
+
+const DECLARATORS: [&str; 3] = ["var", "let", "const"];
+
+/// The names that a script declares with `var`, `let` and `const`.
+pub(crate) fn declared_names(source: &str) -> Vec<&str> {
+    let tokens = tokens(source).unwrap_or_default();
+    let declared = tokens.windows(2).filter_map(|pair| match (&pair[0].kind, &pair[1].kind) {
+        (Kind::Name(keyword), Kind::Name(name)) if DECLARATORS.contains(keyword) => Some(*name),
+        _ => None,
+    });
+    declared.collect()
+}
+
+/// Compiles a script.
+pub(crate) fn script(source: &str, names: &Names) -> Parsed<Vec<Statement>> {
+    let mut unknown = Vec::new();
+    let outcome = tokens(source).and_then(|tokens| {
+        let mut parser = Parser::new(&tokens, names);
+        let mut statements = Vec::new();
+        let result = loop {
+            while parser.take_mark(";") {}
+            if parser.peek().kind == Kind::End {
+                break Ok(());
+            }
+            match statement(&mut parser, source) {
+                Ok(statement) => statements.extend(statement),
+                Err(problem) => break Err(problem),
+            }
+        };
+        unknown = parser.unknown;
+        result.map(|()| statements)
+    });
+    Parsed { outcome, unknown }
+}
+
+fn statement(parser: &mut Parser<'_, '_>, source: &str) -> Result<Option<Statement>, ExpressionProblem> {
+    let declares = matches!(parser.peek().kind, Kind::Name(name) if DECLARATORS.contains(&name));
+    if declares {
+        parser.advance();
+    }
+    let start = parser.peek().span.start;
+    let increment = step(parser);
+    let left = parser.expression(0)?;
+    let span = start..parser.taken_end();
+    let increment = increment.or_else(|| step(parser));
+    let statement = if let Some(op) = increment {
+        // `x++` makes a number of x first, as `x - -1` does and `x + 1` does not.
+        let opposite = if op == BinaryOp::Add { -1.0 } else { 1.0 };
+        Some(Statement::Update(Location::from_expr(left, span)?, BinaryOp::Subtract, Expr::Constant(opposite.into())))
+    } else if parser.take_mark("=") {
+        let location = Location::from_expr(left, span)?;
+        Some(Statement::Assign(location, parser.expression(0)?))
+    } else if let Some(op) = update(parser) {
+        let location = Location::from_expr(left, span)?;
+        Some(Statement::Update(location, op, parser.expression(0)?))
+    } else {
+        (!declares).then_some(Statement::Evaluate(left))
+    };
+    end_statement(parser, source)?;
+    Ok(statement)
+}
+
+/// `++` or `--`
+fn step(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
+    if parser.take_mark("++") {
+        Some(BinaryOp::Add)
+    } else if parser.take_mark("--") {
+        Some(BinaryOp::Subtract)
+    } else {
+        None
+    }
+}
+
+/// `+=` and its kin
+fn update(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
+    let Kind::Mark(mark) = parser.peek().kind else {
+        return None;
+    };
+    let (_, op) = binary(mark.strip_suffix('=')?)?;
+    if matches!(mark, "<=" | ">=" | "==" | "!=") {
+        return None;
+    }
+    parser.advance();
+    Some(op)
+}
+
+/// A statement ends at a semicolon, at the end, or where a line does.
+fn end_statement(parser: &mut Parser<'_, '_>, source: &str) -> Result<(), ExpressionProblem> {
+    let between = parser.taken_end()..parser.peek().span.start;
+    let new_line = source.get(between).is_some_and(|gap| gap.contains('\n'));
+    if new_line || parser.take_mark(";") { Ok(()) } else { parser.end() }
+}

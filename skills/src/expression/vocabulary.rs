@@ -1,0 +1,105 @@
+//! The words and operators of expressions.
+
+use super::token::Kind;
+use super::{BinaryOp, Expr, LogicOp, UnaryOp};
+use crate::Datum;
+
+/// Prefix operators bind more tightly than every infix operator.
+pub(super) const UNARY_POWER: u8 = 13;
+
+/// An operator between two expressions.
+pub(super) enum Infix {
+    Binary(BinaryOp),
+    Logic(LogicOp),
+    Choice,
+}
+
+/// Words of ECMAScript that name no data.
+const RESERVED: [&str; 30] = [
+    "new", "function", "this", "delete", "class", "await", "yield", "async", "import", "super", "let", "var", "const",
+    "if", "for", "while", "do", "return", "switch", "throw", "try", "catch", "break", "continue", "Math", "JSON",
+    "Date", "Object", "Array", "String",
+];
+
+pub(super) fn is_reserved(word: &str) -> bool {
+    RESERVED.contains(&word)
+}
+
+/// Whether a word means something already.
+pub(super) fn is_taken(word: &str) -> bool {
+    ["In", "typeof", "void", "in", "instanceof", "else", "with", "case", "default", "finally"].contains(&word)
+        || is_reserved(word)
+        || system_name(word).is_some()
+}
+
+/// What a word means that is no datum's name.
+pub(super) fn system_name(name: &str) -> Option<Expr> {
+    Some(match name {
+        "true" => Expr::Constant(true.into()),
+        "false" => Expr::Constant(false.into()),
+        "null" => Expr::Constant(Datum::Null),
+        "undefined" => Expr::Constant(Datum::Undefined),
+        "NaN" => Expr::Constant(f64::NAN.into()),
+        "Infinity" => Expr::Constant(f64::INFINITY.into()),
+        "_event" => Expr::Event,
+        "_name" => Expr::MachineName,
+        "_sessionid" => Expr::SessionId,
+        "_ioprocessors" => Expr::IoProcessors,
+        "_x" => Expr::Object(Vec::new()),
+        _ => return None,
+    })
+}
+
+pub(super) fn prefix(kind: &Kind<'_>) -> Option<UnaryOp> {
+    Some(match kind {
+        Kind::Mark("!") => UnaryOp::Not,
+        Kind::Mark("-") => UnaryOp::Minus,
+        Kind::Mark("+") => UnaryOp::Plus,
+        Kind::Mark("~") => UnaryOp::BitNot,
+        Kind::Name("typeof") => UnaryOp::TypeOf,
+        Kind::Name("void") => UnaryOp::Void,
+        _ => return None,
+    })
+}
+
+/// How tightly an infix operator binds, and which it is. All but `?:` bind to the left.
+pub(super) fn infix(kind: &Kind<'_>) -> Option<(u8, Infix)> {
+    let Kind::Mark(mark) = kind else {
+        return None;
+    };
+    Some(match *mark {
+        "?" => (1, Infix::Choice),
+        "??" => (2, Infix::Logic(LogicOp::Coalesce)),
+        "||" => (3, Infix::Logic(LogicOp::Or)),
+        "&&" => (4, Infix::Logic(LogicOp::And)),
+        other => {
+            let (power, op) = binary(other)?;
+            (power, Infix::Binary(op))
+        }
+    })
+}
+
+pub(super) fn binary(mark: &str) -> Option<(u8, BinaryOp)> {
+    Some(match mark {
+        "|" => (5, BinaryOp::BitOr),
+        "^" => (6, BinaryOp::BitXor),
+        "&" => (7, BinaryOp::BitAnd),
+        "==" => (8, BinaryOp::Equal),
+        "!=" => (8, BinaryOp::NotEqual),
+        "===" => (8, BinaryOp::Identical),
+        "!==" => (8, BinaryOp::NotIdentical),
+        "<" => (9, BinaryOp::Less),
+        "<=" => (9, BinaryOp::LessEqual),
+        ">" => (9, BinaryOp::Greater),
+        ">=" => (9, BinaryOp::GreaterEqual),
+        "<<" => (10, BinaryOp::ShiftLeft),
+        ">>" => (10, BinaryOp::ShiftRight),
+        ">>>" => (10, BinaryOp::ShiftRightUnsigned),
+        "+" => (11, BinaryOp::Add),
+        "-" => (11, BinaryOp::Subtract),
+        "*" => (12, BinaryOp::Multiply),
+        "/" => (12, BinaryOp::Divide),
+        "%" => (12, BinaryOp::Remainder),
+        _ => return None,
+    })
+}

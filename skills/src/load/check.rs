@@ -1,0 +1,126 @@
+//! Whether the file is made of the elements and attributes that SCXML has, each where it belongs.
+
+use roxmltree::Node;
+
+use super::rules::{EXCLUSIVE, RULES, Rule, UNSUPPORTED};
+use super::xml::{NAMESPACE, Written, is_scxml, name_span};
+use crate::problem::Problem;
+use crate::suggest::{did_you_mean, nearest_or_all};
+
+/// Elements may be nested so deeply.
+const MAX_DEPTH: usize = 64;
+
+/// Whether the elements are nested too deeply to be read on.
+pub(super) fn depth(document: &roxmltree::Document<'_>) -> Option<Problem> {
+    let mut deepest = vec![0_usize; document.descendants().count()];
+    for node in document.descendants().filter(Node::is_element) {
+        let depth = node.parent().map_or(0, |parent| deepest[parent.id().get_usize()] + 1);
+        if depth > MAX_DEPTH {
+            let problem = Problem::new(format!("elements may be nested {MAX_DEPTH} deep at most"));
+            return Some(problem.at(name_span(node), "one too many"));
+        }
+        deepest[node.id().get_usize()] = depth;
+    }
+    None
+}
+
+/// Reports everything that is not as SCXML has it, from the root downwards.
+pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
+    if !is_scxml(&root) || root.tag_name().name() != "scxml" {
+        let help = format!("a machine begins with <scxml xmlns=\"{NAMESPACE}\" version=\"1.0\">");
+        problems.push(Problem::new("this is not an SCXML machine").at(name_span(root), "the first element").help(help));
+        return;
+    }
+    match Written::attribute(root, "version") {
+        Some(version) if version.value != "1.0" => {
+            let problem = Problem::new(format!("there is no version {} of SCXML here", version.value));
+            problems.push(problem.at(version.span(), "unknown version").help("version=\"1.0\""));
+        }
+        Some(_) => {}
+        None => {
+            let problem = Problem::new("the machine does not say of which version it is").warning();
+            problems.push(problem.at(name_span(root), "here").help("version=\"1.0\""));
+        }
+    }
+    if let Some(rule) = Rule::of("scxml") {
+        element(root, rule, problems);
+    }
+}
+
+fn element(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
+    attributes(node, rule, problems);
+    for child in node.children() {
+        if child.is_element() {
+            inside(child, rule, problems);
+        } else if !rule.text && child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
+            let message = format!("text has no meaning in <{}>", rule.element);
+            let span = Written::text(node).map_or(child.range(), |text| text.span());
+            problems.push(Problem::new(message).at(span, "this text").help("<!-- a comment --> perhaps?"));
+        }
+    }
+}
+
+fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
+    let name = node.tag_name().name();
+    if !is_scxml(&node) {
+        // Whoever put it there knows what it is for (SCXML 4.10); in a <data> or <content> it would be a value.
+        let problem = if parent.text {
+            Problem::new(format!("XML is no value here: <{name}>")).help("a JSON value, or text")
+        } else {
+            Problem::new(format!("<{name}> is not of SCXML and is ignored")).warning()
+        };
+        problems.push(problem.at(name_span(node), "of another namespace"));
+        return;
+    }
+    if UNSUPPORTED.contains(&name) {
+        let problem = Problem::new(format!("<{name}> is not supported yet")).at(name_span(node), "not supported");
+        problems.push(problem.help("a skill talks to others with <send type=\"channel\">"));
+        return;
+    }
+    let Some(rule) = Rule::of(name) else {
+        let known: Vec<&str> = RULES.iter().map(|rule| rule.element).filter(|name| *name != "finalize").collect();
+        let near = did_you_mean(name, parent.contents()).or_else(|| did_you_mean(name, known));
+        let problem = Problem::new(format!("there is no element <{name}> in SCXML"));
+        problems.push(problem.at(name_span(node), "unknown element").help(near.unwrap_or_else(|| contents(parent))));
+        return;
+    };
+    if !parent.may_contain(name) {
+        let problem = Problem::new(format!("<{name}> does not belong in <{}>", parent.element));
+        problems.push(problem.at(name_span(node), "not here").help(contents(parent)));
+    }
+    element(node, rule, problems);
+}
+
+fn contents(rule: &Rule) -> String {
+    match rule.contents().as_slice() {
+        [] => format!("<{}> contains no elements", rule.element),
+        names => format!("in <{}> there may be <{}>", rule.element, names.join(">, <")),
+    }
+}
+
+fn attributes(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
+    for attribute in node.attributes().filter(|attribute| attribute.namespace().is_none()) {
+        let name = attribute.name();
+        if rule.required.contains(&name) || rule.optional.contains(&name) {
+            continue;
+        }
+        let problem = Problem::new(format!("<{}> has no attribute `{name}`", rule.element));
+        let problem = problem.at(attribute.range_qname(), "unknown attribute");
+        problems.push(problem.help(match (rule.element, name) {
+            ("data" | "script", "src") => "files beside the machine are not read: write the content here".to_owned(),
+            _ => nearest_or_all(name, "its attributes", &rule.attributes()),
+        }));
+    }
+    for name in rule.required {
+        if Written::attribute(node, name).is_none() {
+            let problem = Problem::new(format!("<{}> needs the attribute `{name}`", rule.element));
+            problems.push(problem.at(name_span(node), format!("`{name}` is missing")));
+        }
+    }
+    for (_, [one, other]) in EXCLUSIVE.iter().filter(|(element, _)| *element == rule.element) {
+        if let (Some(one_at), Some(other_at)) = (Written::attribute(node, one), Written::attribute(node, other)) {
+            let problem = Problem::new(format!("`{one}` and `{other}` exclude each other"));
+            problems.push(problem.at(one_at.span(), "either this").at(other_at.span(), "or this"));
+        }
+    }
+}

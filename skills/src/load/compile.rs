@@ -1,0 +1,294 @@
+//! The second pass: what the states do.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use miette::NamedSource;
+use roxmltree::{Document, Node};
+
+use super::outline::{Outline, descriptors};
+use super::targets;
+use super::xml::{Written, elements, elements_named, name_span};
+use crate::chart::{
+    Binding, Block, Chart, Condition, DataItem, Descriptor, Domain, EventTree, Initial, State, StateId, StateKind,
+    Transition, TransitionId, is_descriptor,
+};
+use crate::expression::{self, Expr, ExpressionProblem, Location, Names, Parsed};
+use crate::problem::Problem;
+use crate::suggest::nearest_or_all;
+use crate::{Datum, Strictness};
+
+/// Compiles a file whose elements are as SCXML has them, and reports what is wrong nevertheless.
+pub(super) fn chart(
+    document: &Document<'_>,
+    file: NamedSource<Arc<str>>,
+    stem: &str,
+    strictness: Strictness,
+    problems: &mut Vec<Problem>,
+) -> Chart {
+    let root = document.root_element();
+    let name = root.attribute("name").filter(|name| !name.is_empty()).unwrap_or(stem).into();
+    let Outline { states, data, names, .. } = Outline::of(root, problems);
+    let events = EventTree::of(descriptors(root));
+    let null_model = choice(root, "datamodel", &["ecmascript", "null"], problems) == 1;
+    let late = choice(root, "binding", &["early", "late"], problems) == 1;
+    let mut compiler = Compiler { strictness, null_model, names, events, transitions: Vec::new(), problems };
+    let data = data.into_iter().map(|(node, item)| compiler.data(node, item)).collect();
+    let scripts = elements_named(root, "script").map(|script| vec![compiler.script(script)]).collect();
+    let compile = |(id, (node, state))| compiler.state(StateId::new(id), node, state);
+    let states = states.into_iter().enumerate().map(compile).collect();
+    let Compiler { events, transitions, .. } = compiler;
+    let binding = if late { Binding::Late } else { Binding::Early };
+    let mut chart = Chart { file, name, binding, states, transitions, data, scripts, events, warnings: Vec::new() };
+    targets::check(&chart, problems);
+    targets::resolve_domains(&mut chart);
+    chart
+}
+
+/// Which of the values an attribute of the root has; the first if it is not there.
+fn choice(root: Node<'_, '_>, name: &'static str, values: &[&str], problems: &mut Vec<Problem>) -> usize {
+    let Some(written) = Written::attribute(root, name) else {
+        return 0;
+    };
+    values.iter().position(|value| *value == written.value).unwrap_or_else(|| {
+        let problem = Problem::new(format!("there is no {name} `{}` here", written.value));
+        problems.push(problem.at(written.span(), "unknown").help(nearest_or_all(written.value, name, values)));
+        0
+    })
+}
+
+/// What is needed to compile a part of the file.
+pub(super) struct Compiler<'p> {
+    pub(super) strictness: Strictness,
+    pub(super) null_model: bool,
+    pub(super) names: Names,
+    pub(super) events: EventTree,
+    transitions: Vec<Transition>,
+    pub(super) problems: &'p mut Vec<Problem>,
+}
+
+impl Compiler<'_> {
+    fn data(&mut self, node: Option<Node<'_, '_>>, mut item: DataItem) -> DataItem {
+        let Some(node) = node else {
+            return item;
+        };
+        if self.null_model {
+            let problem = Problem::new("the null data model has no data").at(name_span(node), "a datum");
+            self.problems.push(problem.help("datamodel=\"ecmascript\""));
+        }
+        let text = Written::text(node);
+        item.init = match (Written::attribute(node, "expr"), text) {
+            (Some(expr), Some(text)) => {
+                let problem = Problem::new("a datum has an expression or a content, not both");
+                self.problems.push(problem.at(expr.span(), "either this").at(text.span(), "or this"));
+                None
+            }
+            // An empty expression leaves the datum undefined, and the machine whole.
+            (Some(expr), None) if expr.value.trim().is_empty() => None,
+            (Some(expr), None) => Some(self.expression(&expr)),
+            (None, Some(text)) => Some(Expr::Constant(literal(text.value))),
+            (None, None) => None,
+        };
+        item
+    }
+
+    fn state(&mut self, id: StateId, node: Node<'_, '_>, mut state: State) -> State {
+        let done: Arc<str> = format!("done.state.{}", state.id).into();
+        state.done_event = (Arc::clone(&done), self.events.class(&done));
+        state.on_entry = elements_named(node, "onentry").map(|block| self.block(block)).collect();
+        state.on_exit = elements_named(node, "onexit").map(|block| self.block(block)).collect();
+        if let Some(done_data) = elements_named(node, "donedata").next() {
+            state.done_data = self.payload(done_data);
+        }
+        if let StateKind::History(_) = state.kind {
+            state.initial = self.history(node);
+            return state;
+        }
+        for transition in elements_named(node, "transition") {
+            state.transitions.push(TransitionId::new(self.transitions.len()));
+            let transition = self.transition(id, transition);
+            self.transitions.push(transition);
+        }
+        state.initial = self.initial(node, &state);
+        state
+    }
+
+    fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {
+        let event = Written::attribute(node, "event");
+        let targets = Written::attribute(node, "target").map_or_else(Vec::new, |target| self.targets(&target));
+        let internal = Written::attribute(node, "type").is_some_and(|written| self.is_internal(&written));
+        Transition {
+            source,
+            targets,
+            descriptors: event.map_or_else(Vec::new, |event| self.descriptors(&event)),
+            condition: Written::attribute(node, "cond").map(|written| self.condition(&written)),
+            internal,
+            domain: Domain::None,
+            content: self.block(node),
+            span: name_span(node).into(),
+        }
+    }
+
+    fn is_internal(&mut self, written: &Written<'_>) -> bool {
+        if !["internal", "external"].contains(&written.value) {
+            let problem = Problem::new(format!("there are no {} transitions", written.value));
+            self.problems.push(problem.at(written.span(), "unknown type").help("`internal` or `external`"));
+        }
+        written.value == "internal"
+    }
+
+    fn descriptors(&mut self, event: &Written<'_>) -> Vec<Descriptor> {
+        let words = event.words();
+        if words.is_empty() {
+            let problem = Problem::new("no event is named").at(event.span(), "empty");
+            self.problems.push(problem.help("leave the attribute out to take the transition without an event"));
+        }
+        let mut descriptors = Vec::new();
+        for (word, span) in words {
+            if is_descriptor(word) {
+                let matches = self.events.matches(word);
+                descriptors.push(Descriptor { text: word.into(), matches, span: span.into() });
+            } else {
+                let problem = Problem::new(format!("`{word}` matches no event")).at(span, "not an event descriptor");
+                let forms =
+                    "`BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
+                self.problems.push(problem.help(forms));
+            }
+        }
+        descriptors
+    }
+
+    /// The states that a target attribute names.
+    fn targets(&mut self, written: &Written<'_>) -> Vec<StateId> {
+        let words = written.words();
+        if words.is_empty() {
+            let problem = Problem::new("no state is named").at(written.span(), "empty");
+            self.problems.push(problem.help("leave the attribute out to stay in the state"));
+        }
+        let mut targets = Vec::new();
+        for (word, span) in words {
+            match self.names.states.get(word) {
+                Some(state) => targets.push(*state),
+                None => {
+                    let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
+                    let problem = Problem::new(format!("there is no state `{word}`")).at(span, "unknown state");
+                    self.problems.push(problem.help(nearest_or_all(word, "states", &known)));
+                }
+            }
+        }
+        targets
+    }
+
+    /// What a compound state enters by default: its attribute, its element, or its first child.
+    fn initial(&mut self, node: Node<'_, '_>, state: &State) -> Option<Initial> {
+        let attribute = Written::attribute(node, "initial");
+        let element = elements_named(node, "initial").next();
+        if state.kind != StateKind::Compound {
+            let span = attribute.map(|written| written.span()).or_else(|| element.map(name_span));
+            if let Some(span) = span {
+                let problem = Problem::new("only a state with child states has an initial one");
+                self.problems.push(problem.at(span, format!("{} has no children to choose from", state.id)));
+            }
+            return None;
+        }
+        match (attribute, element) {
+            (Some(attribute), Some(element)) => {
+                let problem = Problem::new("an initial state is given twice");
+                self.problems.push(problem.at(attribute.span(), "here").at(name_span(element), "and here"));
+                None
+            }
+            (Some(attribute), None) => Some(Initial { targets: self.targets(&attribute), content: Block::new() }),
+            (None, Some(element)) => self.default_transition(element),
+            (None, None) => {
+                Some(Initial { targets: state.children.first().copied().into_iter().collect(), content: Block::new() })
+            }
+        }
+    }
+
+    fn history(&mut self, node: Node<'_, '_>) -> Option<Initial> {
+        self.default_transition(node)
+    }
+
+    /// The one transition of `<initial>` or `<history>`: it has a target, and neither event nor condition.
+    fn default_transition(&mut self, node: Node<'_, '_>) -> Option<Initial> {
+        let name = node.tag_name().name();
+        let transitions: Vec<Node<'_, '_>> = elements(node).collect();
+        let [transition] = transitions.as_slice() else {
+            let message = format!("<{name}> has one transition, not {}", transitions.len());
+            let problem = Problem::new(message).at(name_span(node), "in here");
+            self.problems.push(problem.help("<transition target=\"…\"/>"));
+            return None;
+        };
+        for unwanted in ["event", "cond"] {
+            if let Some(written) = Written::attribute(*transition, unwanted) {
+                let problem = Problem::new(format!("the transition of <{name}> is always taken"));
+                self.problems.push(problem.at(written.span(), format!("`{unwanted}` must not be here")));
+            }
+        }
+        let Some(target) = Written::attribute(*transition, "target") else {
+            let problem = Problem::new(format!("the transition of <{name}> leads nowhere"));
+            self.problems.push(problem.at(name_span(*transition), "`target` is missing"));
+            return None;
+        };
+        Some(Initial { targets: self.targets(&target), content: self.block(*transition) })
+    }
+
+    pub(super) fn condition(&mut self, written: &Written<'_>) -> Condition {
+        Condition { test: self.expression(written), text: written.value.into(), span: written.span().into() }
+    }
+
+    /// Compiles an expression. One that cannot be compiled is reported, and is an error whenever it is evaluated.
+    pub(super) fn expression(&mut self, written: &Written<'_>) -> Expr {
+        let parsed = expression::expression(written.value, &self.names);
+        match self.report(written, parsed) {
+            Ok(expr) if self.null_model && !matches!(expr, Expr::In(_)) => {
+                let problem =
+                    Problem::new("the null data model has no expressions").at(written.span(), "an expression");
+                Expr::Broken(self.defer(problem.help("`In('state')`, or datamodel=\"ecmascript\"")))
+            }
+            Ok(expr) => expr,
+            Err(reason) => Expr::Broken(reason),
+        }
+    }
+
+    /// Compiles a location. One that cannot be compiled is reported, and `Err` says why.
+    pub(super) fn location(&mut self, written: &Written<'_>) -> Result<Location, Arc<str>> {
+        let parsed = expression::location(written.value, &self.names);
+        self.report(written, parsed)
+    }
+
+    pub(super) fn report<T>(&mut self, written: &Written<'_>, parsed: Parsed<T>) -> Result<T, Arc<str>> {
+        let fatal = parsed.outcome.as_ref().err().map(|problem| problem.span.clone());
+        let overlaps =
+            |span: &Range<usize>| fatal.as_ref().is_some_and(|fatal| span.start < fatal.end && fatal.start < span.end);
+        for problem in parsed.unknown {
+            if !overlaps(&problem.span) {
+                self.defer(in_file(written, problem));
+            }
+        }
+        parsed.outcome.map_err(|problem| self.defer(in_file(written, problem)))
+    }
+
+    /// Reports what the recommendation leaves to be an error at run time, and says what is wrong.
+    pub(super) fn defer(&mut self, problem: Problem) -> Arc<str> {
+        let reason = problem.to_string().into();
+        self.problems.push(match self.strictness {
+            Strictness::Strict => problem,
+            Strictness::Standard => problem.warning(),
+        });
+        reason
+    }
+}
+
+fn in_file(written: &Written<'_>, problem: ExpressionProblem) -> Problem {
+    let span = written.span_of(problem.span);
+    Problem::new(problem.message).at(span, problem.label).maybe_help(problem.help)
+}
+
+/// A value that is written between two tags: JSON, or else a text with single blanks (SCXML B.2.1).
+pub(super) fn literal(text: &str) -> Datum {
+    expression::literal(text).unwrap_or_else(|| {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        Datum::text(&words.join(" "))
+    })
+}

@@ -1,0 +1,171 @@
+//! Compiling executable content.
+
+use std::sync::Arc;
+
+use roxmltree::Node;
+
+use super::compile::{Compiler, literal};
+use super::rules::EXECUTABLE;
+use super::xml::{Written, elements, elements_named, name_span};
+use crate::chart::{
+    Action, ActionKind, Attribute, Block, Branch, Content, Foreach, Param, Payload, Source, is_event_name,
+};
+use crate::expression::{self, Expr, is_identifier};
+use crate::problem::Problem;
+
+impl Compiler<'_> {
+    /// The executable content of an element.
+    pub(super) fn block(&mut self, node: Node<'_, '_>) -> Block {
+        self.actions(elements(node).filter(|child| EXECUTABLE.contains(&child.tag_name().name())))
+    }
+
+    fn actions<'a, 'i: 'a>(&mut self, nodes: impl Iterator<Item = Node<'a, 'i>>) -> Block {
+        nodes.filter_map(|node| self.action(node)).collect()
+    }
+
+    /// An element of executable content; `None` if it lacks what it cannot do without.
+    fn action(&mut self, node: Node<'_, '_>) -> Option<Action> {
+        let kind = match node.tag_name().name() {
+            "raise" => self.raise(node)?,
+            "if" => ActionKind::If(self.branches(node)?),
+            "foreach" => self.foreach(node)?,
+            "log" => ActionKind::Log {
+                label: node.attribute("label").unwrap_or_default().into(),
+                value: Written::attribute(node, "expr").map(|written| self.expression(&written)),
+            },
+            "assign" => self.assign(node)?,
+            "script" => return Some(self.script(node)),
+            "send" => self.send(node),
+            "cancel" => ActionKind::Cancel(self.alternative(node, "sendid", "sendidexpr")?.source),
+            _ => return None,
+        };
+        Some(Action { kind, span: name_span(node).into() })
+    }
+
+    fn raise(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
+        let written = Written::attribute(node, "event")?;
+        self.event_name(&written);
+        Some(ActionKind::Raise { event: written.value.into(), class: self.events.class(written.value) })
+    }
+
+    pub(super) fn event_name(&mut self, written: &Written<'_>) {
+        if !is_event_name(written.value) {
+            let problem = Problem::new(format!("`{}` cannot be the name of an event", written.value));
+            self.problems.push(problem.at(written.span(), "not a name").help("words joined by dots: `door.opened`"));
+        }
+    }
+
+    fn branches(&mut self, node: Node<'_, '_>) -> Option<Vec<Branch>> {
+        let condition = self.condition(&Written::attribute(node, "cond")?);
+        let mut branches = vec![Branch { condition: Some(condition), content: Block::new() }];
+        let mut closed = false;
+        for child in elements(node) {
+            let name = child.tag_name().name();
+            if name == "elseif" || name == "else" {
+                if closed {
+                    let problem = Problem::new(format!("<{name}> after <else>")).at(name_span(child), "never reached");
+                    self.problems.push(problem.help("<else/> is the last branch of an <if>"));
+                }
+                closed = name == "else";
+                let condition = Written::attribute(child, "cond").filter(|_| name == "elseif");
+                let condition = condition.map(|written| self.condition(&written));
+                branches.push(Branch { condition, content: Block::new() });
+            } else if let Some(action) = self.action(child)
+                && let Some(branch) = branches.last_mut()
+            {
+                branch.content.push(action);
+            }
+        }
+        Some(branches)
+    }
+
+    fn foreach(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
+        let array = self.expression(&Written::attribute(node, "array")?);
+        let mut variable = |name: &'static str| {
+            let written = Written::attribute(node, name)?;
+            if !is_identifier(written.value) {
+                let problem = Problem::new(format!("`{}` cannot be the name of a datum", written.value));
+                return Some(Err(self.defer(problem.at(written.span(), "not a name"))));
+            }
+            self.names.data.get(written.value).copied().map(Ok)
+        };
+        let (item, index) = (variable("item")?, variable("index"));
+        let content = self.block(node);
+        match (item, index.transpose()) {
+            (Ok(item), Ok(index)) => Some(ActionKind::Foreach(Box::new(Foreach { array, item, index, content }))),
+            (Err(reason), _) | (_, Err(reason)) => Some(ActionKind::Fail(reason)),
+        }
+    }
+
+    fn assign(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
+        let location = self.location(&Written::attribute(node, "location")?);
+        let value = match (Written::attribute(node, "expr"), Written::text(node)) {
+            (Some(expr), None) => self.expression(&expr),
+            (None, Some(text)) => Expr::Constant(literal(text.value)),
+            (None, None) => {
+                let problem = Problem::new("nothing is assigned").at(name_span(node), "`expr` is missing");
+                Expr::Broken(self.defer(problem))
+            }
+            (Some(expr), Some(text)) => {
+                let problem = Problem::new("an assignment has an expression or a content, not both");
+                self.problems.push(problem.at(expr.span(), "either this").at(text.span(), "or this"));
+                return None;
+            }
+        };
+        Some(match location {
+            Ok(location) => ActionKind::Assign(location, value),
+            Err(reason) => ActionKind::Fail(reason),
+        })
+    }
+
+    pub(super) fn script(&mut self, node: Node<'_, '_>) -> Action {
+        let statements = Written::text(node).map(|text| {
+            let parsed = expression::script(text.value, &self.names);
+            self.report(&text, parsed)
+        });
+        let kind = match statements {
+            None => ActionKind::Script(Vec::new()),
+            Some(Ok(statements)) => ActionKind::Script(statements),
+            Some(Err(reason)) => ActionKind::Fail(reason),
+        };
+        Action { kind, span: name_span(node).into() }
+    }
+
+    /// What is written in the attribute `literal` or computed by the attribute `computed`.
+    pub(super) fn alternative(&mut self, node: Node<'_, '_>, literal: &str, computed: &str) -> Option<Attribute> {
+        if let Some(written) = Written::attribute(node, literal) {
+            return Some(Attribute { source: Source::Literal(written.value.into()), span: written.span().into() });
+        }
+        let written = Written::attribute(node, computed)?;
+        Some(Attribute { source: Source::Computed(self.expression(&written)), span: written.span().into() })
+    }
+
+    /// The parameters or the content of a `<send>` or `<donedata>`.
+    pub(super) fn payload(&mut self, node: Node<'_, '_>) -> Payload {
+        let params: Vec<Param> = elements_named(node, "param").filter_map(|param| self.param(param)).collect();
+        let content = elements_named(node, "content").next();
+        if let (Some(content), false) = (content, params.is_empty()) {
+            let problem = Problem::new("there are parameters or a content, not both");
+            self.problems.push(problem.at(name_span(content), "a content beside parameters"));
+        }
+        Payload { params, content: content.map(|content| self.content(content)) }
+    }
+
+    fn param(&mut self, node: Node<'_, '_>) -> Option<Param> {
+        let name: Arc<str> = Written::attribute(node, "name")?.value.into();
+        let written = Written::attribute(node, "expr").or_else(|| Written::attribute(node, "location"));
+        let Some(written) = written else {
+            let problem = Problem::new(format!("the parameter `{name}` has no value"));
+            self.problems.push(problem.at(name_span(node), "`expr` is missing"));
+            return None;
+        };
+        Some(Param { name, value: self.expression(&written), span: written.span().into() })
+    }
+
+    fn content(&mut self, node: Node<'_, '_>) -> Content {
+        match Written::attribute(node, "expr") {
+            Some(written) => Content::Computed(self.expression(&written), written.span().into()),
+            None => Content::Literal(Written::text(node).map_or_else(|| "".into(), |text| literal(text.value))),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! The first pass: which states, data and event descriptors there are.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use roxmltree::Node;
+
+use super::xml::{Written, elements, elements_named, is_scxml, name_span};
+use crate::chart::{DataId, DataItem, EventClass, HistoryKind, Payload, State, StateId, StateKind, is_descriptor};
+use crate::expression::{Names, declared_names, is_identifier};
+use crate::problem::Problem;
+
+const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
+
+/// What the first pass finds; states and data stand beside their elements.
+pub(super) struct Outline<'a, 'i> {
+    pub(super) states: Vec<(Node<'a, 'i>, State)>,
+    /// Data without an element are declared by `<foreach>` or a script.
+    pub(super) data: Vec<(Option<Node<'a, 'i>>, DataItem)>,
+    pub(super) names: Names,
+    defined: BTreeMap<String, Range<usize>>,
+}
+
+impl<'a, 'i: 'a> Outline<'a, 'i> {
+    pub(super) fn of(root: Node<'a, 'i>, problems: &mut Vec<Problem>) -> Self {
+        let names = Names::default();
+        let mut outline = Self { states: Vec::new(), data: Vec::new(), names, defined: BTreeMap::new() };
+        outline.state(root, None, problems);
+        for node in root.descendants().filter(is_scxml) {
+            outline.declared_in_passing(node);
+        }
+        if outline.states.len() == 1 {
+            let problem = Problem::new("the machine has no states").at(name_span(root), "nothing in here is a state");
+            problems.push(problem.help("<state id=\"idle\"/> is one"));
+        }
+        outline
+    }
+
+    fn state(&mut self, node: Node<'a, 'i>, parent: Option<StateId>, problems: &mut Vec<Problem>) -> StateId {
+        let id = StateId::new(self.states.len());
+        let state = skeleton(node, self.state_name(node, id, problems), kind(node, parent.is_none(), problems), parent);
+        self.states.push((node, state));
+        for child in elements(node) {
+            let name = child.tag_name().name();
+            if STATES.contains(&name) {
+                let child = self.state(child, Some(id), problems);
+                let parent = &mut self.states[id.index()].1;
+                let siblings = if name == "history" { &mut parent.histories } else { &mut parent.children };
+                siblings.push(child);
+            } else if name == "datamodel" {
+                elements_named(child, "data").for_each(|data| self.data(data, id, problems));
+            }
+        }
+        self.states[id.index()].1.last = StateId::new(self.states.len() - 1);
+        id
+    }
+
+    /// The state's id; where the file gives none, one is made up from the line.
+    fn state_name(&mut self, node: Node<'a, 'i>, id: StateId, problems: &mut Vec<Problem>) -> Arc<str> {
+        if id == StateId::ROOT {
+            return "scxml".into();
+        }
+        let Some(written) = Written::attribute(node, "id") else {
+            let line = node.document().text_pos_at(node.range().start).row;
+            return format!("{}@{line}", node.tag_name().name()).into();
+        };
+        let name = written.value;
+        if name.is_empty() || name.contains(char::is_whitespace) {
+            let problem = Problem::new("a state's id is one word").at(written.span(), "not one word");
+            problems.push(problem.help("transitions name their targets by id, separated by blanks"));
+        } else if let Some(first) = self.defined.get(name) {
+            let problem = Problem::new(format!("there are two states `{name}`"));
+            problems.push(problem.at(written.span(), "once more").at(first.clone(), "the first"));
+        } else {
+            self.defined.insert(name.to_owned(), written.span());
+            self.names.states.insert(name.to_owned(), id);
+        }
+        name.into()
+    }
+
+    fn data(&mut self, node: Node<'a, 'i>, state: StateId, problems: &mut Vec<Problem>) {
+        let Some(written) = Written::attribute(node, "id") else {
+            return;
+        };
+        let (name, span) = (written.value, written.span());
+        if !is_identifier(name) {
+            let problem =
+                Problem::new(format!("`{name}` cannot be the name of a datum")).at(span.clone(), "not a name");
+            problems.push(problem.help("letters, digits, `_` and `$`, and no word that ECMAScript or SCXML has taken"));
+        }
+        if let Some(first) = self.names.data.get(name) {
+            let first = self.data[first.index()].1.span;
+            let problem = Problem::new(format!("there are two data `{name}`"));
+            problems.push(
+                problem.at(span, "once more").at(first, "the first").help("all data of a machine share one scope"),
+            );
+            return;
+        }
+        let id = self.add_data(name, Some(node), span, state == StateId::ROOT);
+        self.states[state.index()].1.data.push(id);
+    }
+
+    fn add_data(&mut self, name: &str, node: Option<Node<'a, 'i>>, span: Range<usize>, top_level: bool) -> DataId {
+        let id = DataId::new(self.data.len());
+        self.data.push((node, DataItem { id: name.into(), init: None, span: span.into(), top_level }));
+        self.names.data.insert(name.to_owned(), id);
+        id
+    }
+
+    /// `<foreach>` declares its item and index, a script its variables (SCXML 4.6, 5.8).
+    fn declared_in_passing(&mut self, node: Node<'a, 'i>) {
+        let names: Vec<&str> = match node.tag_name().name() {
+            "foreach" => ["item", "index"].into_iter().filter_map(|name| node.attribute(name)).collect(),
+            "script" => Written::text(node).map(|text| declared_names(text.value)).unwrap_or_default(),
+            _ => return,
+        };
+        for name in names {
+            if is_identifier(name) && !self.names.data.contains_key(name) {
+                self.add_data(name, None, name_span(node), false);
+            }
+        }
+    }
+}
+
+/// The event descriptors of all transitions.
+pub(super) fn descriptors<'a>(root: Node<'a, '_>) -> impl Iterator<Item = &'a str> {
+    let transitions = root.descendants().filter(|node| is_scxml(node) && node.tag_name().name() == "transition");
+    let words = transitions.flat_map(|transition| transition.attribute("event").unwrap_or_default().split_whitespace());
+    words.filter(|word| is_descriptor(word))
+}
+
+fn kind(node: Node<'_, '_>, is_root: bool, problems: &mut Vec<Problem>) -> StateKind {
+    let has_children = || elements(node).any(|child| ["state", "parallel", "final"].contains(&child.tag_name().name()));
+    match node.tag_name().name() {
+        "parallel" => StateKind::Parallel,
+        "final" => StateKind::Final,
+        "history" => StateKind::History(match Written::attribute(node, "type") {
+            Some(written) if written.value == "deep" => HistoryKind::Deep,
+            Some(written) if written.value != "shallow" => {
+                let problem = Problem::new(format!("there is no `{}` history", written.value));
+                problems.push(problem.at(written.span(), "unknown type").help("`shallow` or `deep`"));
+                HistoryKind::Shallow
+            }
+            _ => HistoryKind::Shallow,
+        }),
+        _ if is_root || has_children() => StateKind::Compound,
+        _ => StateKind::Atomic,
+    }
+}
+
+fn skeleton(node: Node<'_, '_>, id: Arc<str>, kind: StateKind, parent: Option<StateId>) -> State {
+    State {
+        id,
+        kind,
+        parent,
+        last: StateId::ROOT,
+        children: Vec::new(),
+        histories: Vec::new(),
+        initial: None,
+        transitions: Vec::new(),
+        on_entry: Vec::new(),
+        on_exit: Vec::new(),
+        data: Vec::new(),
+        done_data: Payload::default(),
+        done_event: ("".into(), EventClass::default()),
+        span: name_span(node).into(),
+    }
+}

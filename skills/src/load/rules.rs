@@ -1,0 +1,113 @@
+//! Which elements SCXML has, what they may contain and which attributes they take (SCXML 3 to 6).
+
+/// What an element may be and contain.
+pub(super) struct Rule {
+    pub(super) element: &'static str,
+    /// Attributes that must be there.
+    pub(super) required: &'static [&'static str],
+    /// Attributes that may be there.
+    pub(super) optional: &'static [&'static str],
+    pub(super) children: &'static [&'static str],
+    /// Whether executable content may stand in it.
+    pub(super) executable: bool,
+    /// Whether text may stand in it.
+    pub(super) text: bool,
+}
+
+const fn rule(element: &'static str) -> Rule {
+    Rule { element, required: &[], optional: &[], children: &[], executable: false, text: false }
+}
+
+/// Elements that do something.
+pub(super) const EXECUTABLE: [&str; 8] = ["raise", "if", "foreach", "log", "assign", "script", "send", "cancel"];
+
+/// Elements of the recommendation that this processor does not have yet.
+pub(super) const UNSUPPORTED: [&str; 2] = ["invoke", "finalize"];
+
+pub(super) const RULES: [Rule; 25] = [
+    Rule {
+        optional: &["version", "initial", "name", "datamodel", "binding"],
+        children: &["state", "parallel", "final", "datamodel", "script"],
+        ..rule("scxml")
+    },
+    Rule {
+        optional: &["id", "initial"],
+        children: &["onentry", "onexit", "transition", "initial", "state", "parallel", "final", "history", "datamodel"],
+        ..rule("state")
+    },
+    Rule {
+        optional: &["id"],
+        children: &["onentry", "onexit", "transition", "state", "parallel", "history", "datamodel"],
+        ..rule("parallel")
+    },
+    Rule { optional: &["id"], children: &["onentry", "onexit", "donedata"], ..rule("final") },
+    Rule { optional: &["id", "type"], children: &["transition"], ..rule("history") },
+    Rule { children: &["transition"], ..rule("initial") },
+    Rule { optional: &["event", "cond", "target", "type"], executable: true, ..rule("transition") },
+    Rule { executable: true, ..rule("onentry") },
+    Rule { executable: true, ..rule("onexit") },
+    Rule { children: &["data"], ..rule("datamodel") },
+    Rule { required: &["id"], optional: &["expr"], text: true, ..rule("data") },
+    Rule { children: &["content", "param"], ..rule("donedata") },
+    Rule { required: &["event"], ..rule("raise") },
+    Rule { required: &["cond"], children: &["elseif", "else"], executable: true, ..rule("if") },
+    Rule { required: &["cond"], ..rule("elseif") },
+    rule("else"),
+    Rule { required: &["array", "item"], optional: &["index"], executable: true, ..rule("foreach") },
+    Rule { optional: &["label", "expr"], ..rule("log") },
+    Rule { required: &["location"], optional: &["expr"], text: true, ..rule("assign") },
+    Rule { text: true, ..rule("script") },
+    Rule {
+        optional: &[
+            "event",
+            "eventexpr",
+            "target",
+            "targetexpr",
+            "type",
+            "typeexpr",
+            "id",
+            "idlocation",
+            "delay",
+            "delayexpr",
+            "namelist",
+        ],
+        children: &["content", "param"],
+        ..rule("send")
+    },
+    Rule { optional: &["sendid", "sendidexpr"], ..rule("cancel") },
+    Rule { required: &["name"], optional: &["expr", "location"], ..rule("param") },
+    Rule { optional: &["expr"], text: true, ..rule("content") },
+    // So that what stands inside is not reported once more.
+    Rule { executable: true, ..rule("finalize") },
+];
+
+impl Rule {
+    pub(super) fn of(element: &str) -> Option<&'static Self> {
+        RULES.iter().find(|rule| rule.element == element)
+    }
+
+    pub(super) fn may_contain(&self, element: &str) -> bool {
+        self.children.contains(&element) || self.executable && EXECUTABLE.contains(&element)
+    }
+
+    /// What may stand in the element, for messages to people.
+    pub(super) fn contents(&self) -> Vec<&'static str> {
+        let executable: &[&str] = if self.executable { &EXECUTABLE } else { &[] };
+        self.children.iter().chain(executable).copied().collect()
+    }
+
+    pub(super) fn attributes(&self) -> Vec<&'static str> {
+        self.required.iter().chain(self.optional).copied().collect()
+    }
+}
+
+/// Attributes that cannot stand together, by element.
+pub(super) const EXCLUSIVE: [(&str, [&str; 2]); 7] = [
+    ("send", ["event", "eventexpr"]),
+    ("send", ["target", "targetexpr"]),
+    ("send", ["type", "typeexpr"]),
+    ("send", ["id", "idlocation"]),
+    ("send", ["delay", "delayexpr"]),
+    ("cancel", ["sendid", "sendidexpr"]),
+    ("param", ["expr", "location"]),
+];

@@ -1,0 +1,110 @@
+//! Compiling `<send>` (SCXML 6.2).
+
+use std::time::Duration;
+
+use roxmltree::Node;
+
+use super::compile::Compiler;
+use super::xml::{Written, elements_named, name_span};
+use crate::chart::{ActionKind, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId};
+use crate::delay;
+use crate::problem::Problem;
+
+/// Where an event goes that is meant for the internal queue of its own machine.
+pub(crate) const INTERNAL_TARGET: &str = "#_internal";
+
+impl Compiler<'_> {
+    pub(super) fn send(&mut self, node: Node<'_, '_>) -> ActionKind {
+        if let Some(written) = Written::attribute(node, "event") {
+            self.event_name(&written);
+        }
+        self.check_processor(node);
+        let delay = self.delay(node);
+        let id = match (Written::attribute(node, "id"), Written::attribute(node, "idlocation")) {
+            (Some(id), _) => SendId::Literal(id.value.into()),
+            (None, Some(written)) => match self.location(&written) {
+                Ok(location) => SendId::Generated(location),
+                Err(reason) => return ActionKind::Fail(reason),
+            },
+            (None, None) => SendId::None,
+        };
+        let mut name_list = Vec::new();
+        for (word, span) in Written::attribute(node, "namelist").iter().flat_map(Written::words) {
+            match self.names.data.get(word) {
+                Some(data) => name_list.push((word.into(), crate::expression::Location::whole(*data))),
+                None => {
+                    let problem = Problem::new(format!("there is no data named `{word}`")).at(span, "unknown name");
+                    return ActionKind::Fail(self.defer(problem));
+                }
+            }
+        }
+        ActionKind::Send(Box::new(Send {
+            event: self.alternative(node, "event", "eventexpr"),
+            target: self.alternative(node, "target", "targetexpr"),
+            processor: self.alternative(node, "type", "typeexpr"),
+            id,
+            delay,
+            name_list,
+            payload: self.payload(node),
+            span: name_span(node).into(),
+        }))
+    }
+
+    fn check_processor(&mut self, node: Node<'_, '_>) {
+        let has = |name: &str| node.attribute(name).is_some();
+        let has_content = elements_named(node, "content").next();
+        match Written::attribute(node, "type") {
+            Some(written) if written.value == CHANNEL_PROCESSOR => {
+                if !has("target") && !has("targetexpr") {
+                    let problem = Problem::new("the message does not say where it goes");
+                    self.problems
+                        .push(problem.at(name_span(node), "`target` is missing").help("the name of a process"));
+                }
+                if !has("event") && !has("eventexpr") {
+                    let problem = Problem::new("the message does not say what it is");
+                    let help = "`event` is the message's first field: event=\"tick\" sends [<tick>]";
+                    self.problems.push(problem.at(name_span(node), "`event` is missing").help(help));
+                }
+                if let Some(content) = has_content {
+                    let problem =
+                        Problem::new("a message has fields by name").at(name_span(content), "no field's name");
+                    self.problems.push(problem.help("<param name=\"place\" expr=\"…\"/>"));
+                }
+            }
+            Some(written) if ![SCXML_PROCESSOR, "scxml"].contains(&written.value) => {
+                let problem = Problem::new(format!("there is no event processor `{}`", written.value));
+                self.defer(
+                    problem.at(written.span(), "unknown type").help(format!("`{CHANNEL_PROCESSOR}` or `scxml`")),
+                );
+            }
+            _ if !has("event") && !has("eventexpr") && has_content.is_none() => {
+                let problem = Problem::new("no event is sent").at(name_span(node), "`event` is missing");
+                self.problems.push(problem);
+            }
+            _ => {}
+        }
+    }
+
+    fn delay(&mut self, node: Node<'_, '_>) -> Delay {
+        let literal = Written::attribute(node, "delay");
+        let computed = Written::attribute(node, "delayexpr");
+        if let Some(span) = literal.as_ref().or(computed.as_ref()).map(Written::span)
+            && node.attribute("target") == Some(INTERNAL_TARGET)
+        {
+            let problem = Problem::new("the internal queue takes no delayed events").at(span, "a delay");
+            self.problems.push(problem.help("leave the target out: the event then comes back as an external one"));
+        }
+        match (literal, computed) {
+            (Some(written), _) => match delay::parse(written.value) {
+                Some(delay) => Delay::Literal(delay),
+                None => {
+                    let problem = Problem::new(format!("`{}` is no delay", written.value));
+                    let reason = self.defer(problem.at(written.span(), "not a delay").help(delay::FORMS));
+                    Delay::Computed(crate::expression::Expr::Broken(reason))
+                }
+            },
+            (None, Some(written)) => Delay::Computed(self.expression(&written)),
+            (None, None) => Delay::Literal(Duration::ZERO),
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Executable content (SCXML 4).
+
+use std::sync::Arc;
+
+use super::run::Run;
+use super::{Event, EventKind, Note};
+use crate::Datum;
+use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload};
+use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary, put};
+use crate::problem::Span;
+
+/// An action failed: the rest of its block is left out (SCXML 3.12.2). The error event is in the queue already.
+pub(super) struct Aborted;
+
+impl Run<'_, '_> {
+    /// Executes a block; if one of its actions fails, not the actions behind it.
+    pub(super) fn execute(&mut self, block: &[Action]) {
+        let _ = self.actions(block);
+    }
+
+    fn actions(&mut self, block: &[Action]) -> Result<(), Aborted> {
+        block.iter().try_for_each(|action| self.action(action))
+    }
+
+    fn action(&mut self, action: &Action) -> Result<(), Aborted> {
+        match &action.kind {
+            ActionKind::Raise { event, class } => {
+                self.raise(Event::new(Arc::clone(event), EventKind::Internal), *class);
+                Ok(())
+            }
+            ActionKind::Send(send) => self.send(send),
+            ActionKind::Cancel(id) => self.cancel(id, action.span),
+            ActionKind::Assign(location, value) => {
+                let value = self.value(value, action.span)?;
+                self.assign(location, value, action.span)
+            }
+            ActionKind::If(branches) => self.choose(branches),
+            ActionKind::Foreach(foreach) => self.foreach(foreach, action.span),
+            ActionKind::Log { label, value } => self.log(label, value.as_ref(), action.span),
+            ActionKind::Script(statements) => {
+                statements.iter().try_for_each(|statement| self.statement(statement, action.span))
+            }
+            ActionKind::Fail(reason) => self.abort(reason.to_string(), action.span),
+        }
+    }
+
+    /// Reports what went wrong, and ends the block.
+    pub(super) fn abort<T>(&mut self, reason: String, span: Span) -> Result<T, Aborted> {
+        self.fail(reason, span, None);
+        Err(Aborted)
+    }
+
+    pub(super) fn value(&mut self, expr: &Expr, span: Span) -> Result<Datum, Aborted> {
+        match expr.evaluate(&self.scope()) {
+            Ok(value) => Ok(value),
+            Err(error) => self.abort(error.to_string(), span),
+        }
+    }
+
+    /// Whether a condition holds; one that cannot be evaluated does not, and is an error (SCXML 5.9.1).
+    pub(super) fn holds(&mut self, condition: &Condition) -> bool {
+        condition.test.truth(&self.scope()).unwrap_or_else(|error| {
+            self.fail(error.to_string(), condition.span, None);
+            false
+        })
+    }
+
+    pub(super) fn assign(&mut self, location: &Location, value: Datum, span: Span) -> Result<(), Aborted> {
+        self.try_assign(location, value).or_else(|error| self.abort(error.to_string(), span))
+    }
+
+    fn try_assign(&mut self, location: &Location, value: Datum) -> Result<(), EvaluationError> {
+        let keys = location.keys(&self.scope())?;
+        let slot = &mut self.machine.data[location.data.index()];
+        if keys.is_empty() {
+            *slot = value;
+        } else {
+            // What fails half-way changes nothing.
+            let mut changed = slot.clone();
+            put(&mut changed, &keys, value)?;
+            *slot = changed;
+        }
+        Ok(())
+    }
+
+    fn choose(&mut self, branches: &[Branch]) -> Result<(), Aborted> {
+        for branch in branches {
+            if branch.condition.as_ref().is_none_or(|condition| self.holds(condition)) {
+                return self.actions(&branch.content);
+            }
+        }
+        Ok(())
+    }
+
+    fn foreach(&mut self, foreach: &Foreach, span: Span) -> Result<(), Aborted> {
+        let Datum::Array(array) = self.value(&foreach.array, span)? else {
+            return self.abort("<foreach> goes through an array, and this is none".to_owned(), span);
+        };
+        for (position, item) in array.items().iter().enumerate() {
+            self.set(foreach.item, item.clone());
+            if let Some(index) = foreach.index {
+                self.set(index, Datum::Number(position as f64));
+            }
+            self.actions(&foreach.content)?;
+        }
+        Ok(())
+    }
+
+    fn set(&mut self, data: DataId, value: Datum) {
+        self.machine.data[data.index()] = value;
+    }
+
+    fn log(&mut self, label: &Arc<str>, value: Option<&Expr>, span: Span) -> Result<(), Aborted> {
+        let text = match value {
+            None => String::new(),
+            Some(expr) => match self.value(expr, span)? {
+                composite @ (Datum::Array(_) | Datum::Object(_)) => composite.to_string(),
+                simple => simple.to_text().to_string(),
+            },
+        };
+        self.host.note(Note::Log { label: Arc::clone(label), text });
+        Ok(())
+    }
+
+    fn statement(&mut self, statement: &Statement, span: Span) -> Result<(), Aborted> {
+        match statement {
+            Statement::Assign(location, value) => {
+                let value = self.value(value, span)?;
+                self.assign(location, value, span)
+            }
+            Statement::Update(location, op, operand) => {
+                let value =
+                    self.updated(location, *op, operand).or_else(|error| self.abort(error.to_string(), span))?;
+                self.assign(location, value, span)
+            }
+            Statement::Evaluate(expr) => self.value(expr, span).map(|_| ()),
+        }
+    }
+
+    fn updated(&self, location: &Location, op: BinaryOp, operand: &Expr) -> Result<Datum, EvaluationError> {
+        let scope = self.scope();
+        binary(op, &location.read(&scope)?, &operand.evaluate(&scope)?)
+    }
+
+    /// The data of an event out of parameters or content. A parameter that cannot be evaluated is an error and left out
+    /// (SCXML 5.7); a content that cannot is an error and empty (SCXML 5.6).
+    pub(super) fn payload(&mut self, payload: &Payload) -> Datum {
+        match &payload.content {
+            Some(Content::Literal(value)) => return value.clone(),
+            Some(Content::Computed(expr, span)) => return self.value(expr, *span).unwrap_or_else(|Aborted| "".into()),
+            None => {}
+        }
+        let mut members = Vec::new();
+        for param in &payload.params {
+            if let Ok(value) = self.value(&param.value, param.span) {
+                members.push((Arc::clone(&param.name), value));
+            }
+        }
+        self.object(members)
+    }
+
+    /// An object, or `undefined` where it would have no members or be too large.
+    pub(super) fn object(&mut self, members: Vec<(Arc<str>, Datum)>) -> Datum {
+        if members.is_empty() { Datum::Undefined } else { Datum::object(members).unwrap_or_default() }
+    }
+}

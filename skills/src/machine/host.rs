@@ -1,0 +1,112 @@
+//! What is around a machine.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::Datum;
+
+/// Whoever runs a machine: takes what it sends away and what it has to say.
+pub trait Host {
+    /// Delivers an event that the machine sends by an event I/O processor other than its own.
+    ///
+    /// # Errors
+    /// [`Undelivered`] if that is impossible: the machine gets `error.communication`.
+    fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered>;
+
+    /// Takes note of a log line or an error.
+    fn note(&mut self, note: Note) {
+        let _ = note;
+    }
+}
+
+/// What a machine sends to somebody else.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Outgoing {
+    /// The event I/O processor, as the `type` of `<send>` names it: `channel`.
+    pub processor: Arc<str>,
+    /// Where it goes.
+    pub target: Option<Arc<str>>,
+    /// The event's name; none if only content is sent.
+    pub event: Option<Arc<str>>,
+    /// The id that the `<send>` gave it.
+    pub send_id: Option<Arc<str>>,
+    /// An object with a member per parameter, or the content.
+    pub data: Datum,
+}
+
+/// Why an event could not be delivered.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Undelivered(pub String);
+
+/// What a machine has to say to people.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Note {
+    /// A `<log>` was executed.
+    Log {
+        /// Its label; empty if it has none.
+        label: Arc<str>,
+        /// The value of its expression as text.
+        text: String,
+    },
+    /// Something went wrong and became an error event.
+    Error {
+        /// `error.execution` or `error.communication`.
+        event: &'static str,
+        /// What went wrong.
+        reason: String,
+        /// Where: bytes of the machine's file.
+        span: Range<usize>,
+    },
+    /// No transition was enabled by an error event.
+    UnhandledError {
+        /// The event's name.
+        event: Arc<str>,
+    },
+    /// The machine ran in circles and was stopped.
+    Stuck {
+        /// How many microsteps it took without coming to rest.
+        microsteps: u32,
+    },
+}
+
+/// A host that writes down what a machine sends and says, for running one alone.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Transcript {
+    /// What was sent, in order.
+    pub sent: Vec<Outgoing>,
+    /// What was noted, in order.
+    pub notes: Vec<Note>,
+}
+
+impl Transcript {
+    /// The log lines, `label: text` or just the text.
+    pub fn log_lines(&self) -> impl Iterator<Item = String> + '_ {
+        self.notes.iter().filter_map(|note| match note {
+            Note::Log { label, text } if label.is_empty() => Some(text.clone()),
+            Note::Log { label, text } => Some(format!("{label}: {text}")),
+            _ => None,
+        })
+    }
+}
+
+impl Host for Transcript {
+    fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
+        self.sent.push(outgoing.clone());
+        Ok(())
+    }
+
+    fn note(&mut self, note: Note) {
+        self.notes.push(note);
+    }
+}
+
+/// A host that lets everything pass.
+pub(crate) struct Silence;
+
+impl Host for Silence {
+    fn send(&mut self, _: &Outgoing) -> Result<(), Undelivered> {
+        Ok(())
+    }
+}

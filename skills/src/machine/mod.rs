@@ -1,0 +1,261 @@
+//! A machine at work: the interpretation algorithm of SCXML (Appendix D).
+
+mod entry;
+mod event;
+mod execute;
+mod host;
+mod run;
+mod select;
+mod send;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::Duration;
+
+pub use event::{Event, EventKind};
+pub(crate) use host::Silence;
+pub use host::{Host, Note, Outgoing, Transcript, Undelivered};
+
+use crate::chart::{BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
+use crate::suggest::nearest_or_all;
+use crate::unobserved::Unobserved;
+use crate::{Datum, SkillError};
+use run::Run;
+use send::Timer;
+
+/// A machine that runs a [`Chart`]: which states are active, what the data hold, which events and timers are pending.
+///
+/// It is a value: copies go their own ways from the same state, and equal machines behave equally. It runs when it is
+/// given an event or when a timer is due, and comes to rest before the call returns. What it sends and says goes to the
+/// [`Host`] that the caller passes in.
+///
+/// ```
+/// use std::time::Duration;
+/// use skills::{Chart, Event, Machine, Transcript};
+///
+/// let text = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+///   <state id="off"><transition event="press" target="on"/></state>
+///   <state id="on">
+///     <onentry><send event="dim" delay="10s"/></onentry>
+///     <transition event="press dim" target="off"/>
+///   </state>
+/// </scxml>"#;
+/// let mut machine = Machine::new(Chart::load("Lamp.scxml", text)?);
+/// let mut host = Transcript::default();
+/// machine.start(Duration::ZERO, &mut host);
+/// machine.handle(Event::external("press"), Duration::from_secs(1), &mut host);
+/// assert!(machine.is_in("on"));
+/// machine.fire_timers(Duration::from_secs(11), &mut host);
+/// assert_eq!(machine.active_ids().collect::<Vec<_>>(), ["off"]);
+/// # Ok::<(), skills::SkillError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Machine {
+    chart: Arc<Chart>,
+    session: Arc<Session>,
+    /// Values that replace the first values of data.
+    given: Vec<(DataId, Datum)>,
+    status: Status,
+    configuration: BitSet,
+    /// What history states remember; empty for a machine without any.
+    remembered: Vec<Option<BitSet>>,
+    /// States whose data have got their first values; empty with early binding.
+    initialised: BitSet,
+    data: Vec<Datum>,
+    event: Option<Event>,
+    internal: VecDeque<Queued>,
+    external: VecDeque<Queued>,
+    timers: Vec<Timer>,
+    generated_ids: u32,
+    scratch: Unobserved<Scratch>,
+}
+
+/// What a machine goes by.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Session {
+    /// `_sessionid`
+    id: Arc<str>,
+    /// Where others would send events to it.
+    location: Arc<str>,
+    /// The name of the event I/O processor that brings its own events.
+    processor: Arc<str>,
+}
+
+impl Session {
+    fn new(id: &str) -> Arc<Self> {
+        let location = format!("#_scxml_{id}").into();
+        Arc::new(Self { id: id.into(), location, processor: SCXML_PROCESSOR.into() })
+    }
+}
+
+/// How far a machine is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Status {
+    /// It has not been started.
+    Ready,
+    /// It waits for events.
+    Running,
+    /// It reached a final state of the whole machine.
+    Done,
+    /// It ran in circles and was stopped: see [`Note::Stuck`].
+    Stuck,
+}
+
+/// An event in a queue, with what the chart can tell of its name.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Queued {
+    event: Event,
+    class: EventClass,
+}
+
+/// Working memory of a microstep, kept so that no step needs to ask for more.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    enabled: Vec<TransitionId>,
+    filtered: Vec<TransitionId>,
+    /// By transition in `enabled`, the state within which it exits and enters.
+    domains: Vec<Option<StateId>>,
+    leaving: Vec<StateId>,
+    entering: BitSet,
+    by_default: BitSet,
+    /// History states whose default is taken.
+    histories: Vec<StateId>,
+}
+
+impl Machine {
+    /// The machine before its start.
+    #[must_use]
+    pub fn new(chart: Arc<Chart>) -> Self {
+        let states = chart.states.len();
+        let has_history = chart.states.iter().any(|state| !state.histories.is_empty());
+        let scratch = Scratch { entering: BitSet::new(states), by_default: BitSet::new(states), ..Scratch::default() };
+        Self {
+            session: Session::new(&chart.name),
+            given: Vec::new(),
+            status: Status::Ready,
+            configuration: BitSet::new(states),
+            remembered: if has_history { vec![None; states] } else { Vec::new() },
+            initialised: BitSet::new(states),
+            data: vec![Datum::Undefined; chart.data.len()],
+            event: None,
+            internal: VecDeque::new(),
+            external: VecDeque::new(),
+            timers: Vec::new(),
+            generated_ids: 0,
+            scratch: Unobserved(scratch),
+            chart,
+        }
+    }
+
+    /// The machine before its start, with a value of the caller's in place of the first value of each of these data.
+    /// Only data of the whole machine can be given ([`Chart::parameters`]).
+    ///
+    /// # Errors
+    /// [`SkillError::UnknownParameter`] if the machine has no such datum.
+    pub fn with_parameters<'a>(
+        chart: Arc<Chart>,
+        parameters: impl IntoIterator<Item = (&'a str, Datum)>,
+    ) -> Result<Self, SkillError> {
+        let mut machine = Self::new(chart);
+        for (name, value) in parameters {
+            let chart = &machine.chart;
+            let id = chart.find_data(name).filter(|id| chart.data[id.index()].top_level);
+            let id = id.ok_or_else(|| {
+                let known: Vec<&str> = chart.parameters().collect();
+                let help = nearest_or_all(name, "its parameters", &known);
+                SkillError::UnknownParameter { name: name.to_owned(), file: chart.file.name().to_owned(), help }
+            })?;
+            machine.given.push((id, value));
+        }
+        Ok(machine)
+    }
+
+    /// Sets `_sessionid`, which is the chart's name otherwise.
+    pub(crate) fn set_session(&mut self, session: &str) {
+        self.session = Session::new(session);
+    }
+
+    /// Gives the data their first values, enters the initial states and runs until the machine comes to rest. Does
+    /// nothing on a machine that has been started before.
+    pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
+        if self.status == Status::Ready {
+            let chart = Arc::clone(&self.chart);
+            Run::new(&chart, self, now, host).start();
+        }
+    }
+
+    /// Hands the machine an external event and runs until it comes to rest. A machine that is not running drops it.
+    pub fn handle(&mut self, event: Event, now: Duration, host: &mut dyn Host) {
+        if self.status == Status::Running {
+            let class = self.chart.events.class(&event.name);
+            self.external.push_back(Queued { event, class });
+            let chart = Arc::clone(&self.chart);
+            Run::new(&chart, self, now, host).until_rest();
+        }
+    }
+
+    /// When the next delayed event is due.
+    #[must_use]
+    pub fn next_timer(&self) -> Option<Duration> {
+        self.timers.first().map(|timer| timer.due)
+    }
+
+    /// Delivers the delayed events that are due at `now`, in the order they are due; the machine comes to rest after
+    /// each.
+    pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
+        let chart = Arc::clone(&self.chart);
+        while self.status == Status::Running && self.next_timer().is_some_and(|due| due <= now) {
+            let timer = self.timers.remove(0);
+            let mut run = Run::new(&chart, self, now, host);
+            run.deliver(timer.parcel);
+            run.until_rest();
+        }
+    }
+
+    /// How far the machine is.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        self.status
+    }
+
+    /// The chart that it runs.
+    #[must_use]
+    pub fn chart(&self) -> &Arc<Chart> {
+        &self.chart
+    }
+
+    /// The active states, in document order. A machine that is done stays in those it ended in.
+    pub fn configuration(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.configuration.iter().map(StateId::new)
+    }
+
+    /// The active states without children, in document order: they say everything about the others.
+    pub fn active(&self) -> impl Iterator<Item = StateId> + '_ {
+        self.configuration().filter(|state| self.chart.state(*state).is_atomic())
+    }
+
+    /// The ids of the active states without children, in document order.
+    pub fn active_ids(&self) -> impl Iterator<Item = &str> + '_ {
+        self.active().map(|state| self.chart.state(state).id())
+    }
+
+    /// Whether the state of that id is active.
+    #[must_use]
+    pub fn is_in(&self, id: &str) -> bool {
+        self.configuration().any(|state| self.chart.state(state).id() == id)
+    }
+
+    /// What a datum holds; `None` if there is no such datum.
+    #[must_use]
+    pub fn datum(&self, id: &str) -> Option<&Datum> {
+        self.chart.find_data(id).map(|id| &self.data[id.index()])
+    }
+
+    /// The first values of all data, with nothing else run.
+    pub(crate) fn first_values(&self) -> Vec<Datum> {
+        let mut machine = self.clone();
+        let chart = Arc::clone(&self.chart);
+        Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence).initialise_all();
+        machine.data
+    }
+}

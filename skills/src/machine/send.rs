@@ -1,0 +1,185 @@
+//! `<send>`, `<cancel>` and the timers of delayed events (SCXML 6.2, 6.3).
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::execute::Aborted;
+use super::run::Run;
+use super::{Event, EventKind, Outgoing, Queued, Session};
+use crate::Datum;
+use crate::chart::{Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
+use crate::delay;
+use crate::load::INTERNAL_TARGET;
+use crate::problem::Span;
+
+/// A delayed event, and when it is due. Timers are kept in the order they are due, earlier sent ones first.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Timer {
+    pub(super) due: Duration,
+    pub(super) send_id: Option<Arc<str>>,
+    pub(super) parcel: Parcel,
+}
+
+/// An event on its way.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Parcel {
+    /// To the machine's own internal queue.
+    Internal(Event),
+    /// To the machine's own external queue.
+    Own(Event),
+    /// To somebody else.
+    Away(Outgoing, Place),
+}
+
+/// Where a `<send>` stands in the file, for messages; two machines of one chart have equal places for equal parcels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Place(Span);
+
+impl std::hash::Hash for Place {
+    fn hash<H: std::hash::Hasher>(&self, _: &mut H) {}
+}
+
+impl Run<'_, '_> {
+    /// Evaluates what is sent now, and sends it now or later.
+    pub(super) fn send(&mut self, send: &Send) -> Result<(), Aborted> {
+        let id = self.send_id(send)?;
+        let sent = self.parcel(send, id.clone()).and_then(|parcel| Ok((parcel, self.delay(send)?)));
+        let (parcel, delay) = sent.map_err(|reason| {
+            self.fail(reason, send.span, id.clone());
+            Aborted
+        })?;
+        if delay.is_zero() {
+            self.deliver(parcel);
+        } else {
+            let due = self.now.saturating_add(delay);
+            let timers = &mut self.machine.timers;
+            let position = timers.partition_point(|timer| timer.due <= due);
+            timers.insert(position, Timer { due, send_id: id, parcel });
+        }
+        Ok(())
+    }
+
+    fn send_id(&mut self, send: &Send) -> Result<Option<Arc<str>>, Aborted> {
+        match &send.id {
+            SendId::None => Ok(None),
+            SendId::Literal(id) => Ok(Some(Arc::clone(id))),
+            SendId::Generated(location) => {
+                self.machine.generated_ids += 1;
+                let id: Arc<str> = format!("{}.send{}", self.machine.session.id, self.machine.generated_ids).into();
+                self.assign(location, Datum::Text(Arc::clone(&id)), send.span)?;
+                Ok(Some(id))
+            }
+        }
+    }
+
+    /// The event and where it goes, or why there is none.
+    fn parcel(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<Parcel, String> {
+        let event = self.attribute(send.event.as_ref())?;
+        let target = self.attribute(send.target.as_ref())?;
+        let processor = self.attribute(send.processor.as_ref())?;
+        let mut members = Vec::new();
+        for (name, location) in &send.name_list {
+            let value = location.read(&self.scope()).map_err(|error| error.to_string())?;
+            members.push((Arc::clone(name), value));
+        }
+        let data = match self.payload(&send.payload) {
+            Datum::Object(params) if !members.is_empty() => {
+                members.extend(params.members().map(|(name, value)| (Arc::from(name), value.clone())));
+                self.object(members)
+            }
+            Datum::Undefined => self.object(members),
+            data => data,
+        };
+        let processor = processor.unwrap_or_else(|| Arc::clone(&self.machine.session.processor));
+        self.route(Outgoing { processor, target, event, send_id, data }, send.span)
+    }
+
+    /// Where an event goes: by channel to somebody else, by SCXML's own processor to this machine, as there are no
+    /// others that it could reach.
+    fn route(&self, outgoing: Outgoing, span: Span) -> Result<Parcel, String> {
+        if &*outgoing.processor == CHANNEL_PROCESSOR {
+            return Ok(Parcel::Away(outgoing, Place(span)));
+        }
+        if ![SCXML_PROCESSOR, "scxml"].contains(&&*outgoing.processor) {
+            return Err(format!("there is no event processor `{}`", outgoing.processor));
+        }
+        let session = &self.machine.session;
+        match outgoing.target.as_deref() {
+            Some(INTERNAL_TARGET) => Ok(Parcel::Internal(own_event(outgoing, EventKind::Internal))),
+            Some(target) if target == &*session.location => Ok(self.to_itself(outgoing)),
+            None => Ok(self.to_itself(outgoing)),
+            Some(target) if target.starts_with("#_") => Ok(Parcel::Away(outgoing, Place(span))),
+            Some(target) => Err(format!("`{target}` is no target of an SCXML event")),
+        }
+    }
+
+    fn to_itself(&self, outgoing: Outgoing) -> Parcel {
+        let Session { location, processor, .. } = &*self.machine.session;
+        let event = own_event(outgoing, EventKind::External);
+        Parcel::Own(event.with_origin(Arc::clone(location), Arc::clone(processor)))
+    }
+
+    fn attribute(&mut self, attribute: Option<&Attribute>) -> Result<Option<Arc<str>>, String> {
+        attribute.map(|attribute| self.source(&attribute.source)).transpose()
+    }
+
+    fn source(&self, source: &Source) -> Result<Arc<str>, String> {
+        match source {
+            Source::Literal(text) => Ok(Arc::clone(text)),
+            Source::Computed(expr) => match expr.evaluate(&self.scope()) {
+                Ok(value) => Ok(value.to_text()),
+                Err(error) => Err(error.to_string()),
+            },
+        }
+    }
+
+    fn delay(&self, send: &Send) -> Result<Duration, String> {
+        match &send.delay {
+            Delay::Literal(delay) => Ok(*delay),
+            Delay::Computed(expr) => {
+                let text = expr.evaluate(&self.scope()).map_err(|error| error.to_string())?.to_text();
+                delay::parse(&text).ok_or_else(|| format!("`{text}` is no delay; {}", delay::FORMS))
+            }
+        }
+    }
+
+    /// Brings an event to its queue or to the host.
+    pub(super) fn deliver(&mut self, parcel: Parcel) {
+        match parcel {
+            Parcel::Internal(event) => {
+                let class = self.chart.events.class(&event.name);
+                self.raise(event, class);
+            }
+            Parcel::Own(event) => {
+                let class = self.chart.events.class(&event.name);
+                self.machine.external.push_back(Queued { event, class });
+            }
+            Parcel::Away(outgoing, Place(span)) => {
+                let result = if &*outgoing.processor == CHANNEL_PROCESSOR {
+                    self.host.send(&outgoing).map_err(|undelivered| undelivered.0)
+                } else {
+                    Err(format!("there is no session {}", outgoing.target.as_deref().unwrap_or_default()))
+                };
+                if let Err(reason) = result {
+                    self.raise_error("error.communication", reason, span, outgoing.send_id);
+                }
+            }
+        }
+    }
+
+    /// Takes back the delayed events of that id; one that is on its way already cannot be.
+    pub(super) fn cancel(&mut self, id: &Source, span: Span) -> Result<(), Aborted> {
+        match self.source(id) {
+            Ok(id) => {
+                self.machine.timers.retain(|timer| timer.send_id.as_ref() != Some(&id));
+                Ok(())
+            }
+            Err(reason) => self.abort(reason, span),
+        }
+    }
+}
+
+fn own_event(outgoing: Outgoing, kind: EventKind) -> Event {
+    let Outgoing { event, send_id, data, .. } = outgoing;
+    Event { send_id, data, ..Event::new(event.unwrap_or_default(), kind) }
+}

@@ -1,0 +1,225 @@
+//! Whether a machine fits the channels around it: what can be known before anything runs.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use channels::{FieldKind, Message, Shape, Topology};
+
+use super::wiring::{Incoming, Outgoing, Wiring};
+use crate::Datum;
+use crate::chart::{
+    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Param, Send, SendId,
+    is_event_name, visit_actions,
+};
+use crate::expression::{Expr, Scope, Statement};
+use crate::machine::Machine;
+use crate::problem::{Problem, Span};
+use crate::suggest::{did_you_mean, nearest_or_all};
+
+/// Everything that does not fit.
+pub(super) fn problems(machine: &Machine, wiring: &Wiring, topology: &Topology) -> Vec<Problem> {
+    let chart = machine.chart();
+    let constants = Constants::of(machine);
+    let mut check = Check { wiring, topology, constants, problems: Vec::new() };
+    chart.visit_sends(&mut |send| check.send(send));
+    check.events(chart);
+    check.problems.sort_by_key(Problem::offset);
+    check.problems
+}
+
+/// Data that nothing changes once the machine runs, and what they hold.
+pub(super) struct Constants<'a> {
+    chart: &'a Chart,
+    values: Vec<Datum>,
+    changed: BTreeSet<DataId>,
+}
+
+impl<'a> Constants<'a> {
+    pub(super) fn of(machine: &'a Machine) -> Self {
+        let chart = machine.chart();
+        let mut changed = BTreeSet::new();
+        for block in chart.blocks() {
+            visit_actions(block, &mut |action| changed.extend(changed_by(&action.kind)));
+        }
+        Self { chart, values: machine.first_values(), changed }
+    }
+
+    /// The value of an expression, if it never changes.
+    pub(super) fn value(&self, expr: &Expr) -> Option<Datum> {
+        let is_fixed = |id: DataId| !self.changed.contains(&id) && self.chart.data[id.index()].top_level;
+        let scope = Scope { chart: Some(self.chart), data: &self.values, ..Scope::default() };
+        if expr.is_fixed(&is_fixed) { expr.evaluate(&scope).ok() } else { None }
+    }
+
+    /// The message that a `<send>` sends, if it is always the same.
+    pub(super) fn message(&self, head: &str, send: &Send, out: &Outgoing) -> Option<Message> {
+        let param = |param: &Param| Some((Arc::clone(&param.name), self.value(&param.value)?));
+        let fields: Vec<(Arc<str>, Datum)> = send.payload.params.iter().map(param).collect::<Option<_>>()?;
+        out.message(head, &Datum::object(fields).ok()?).ok()
+    }
+}
+
+fn changed_by(action: &ActionKind) -> Vec<DataId> {
+    match action {
+        ActionKind::Assign(location, _) => vec![location.data],
+        ActionKind::Foreach(foreach) => std::iter::once(foreach.item).chain(foreach.index).collect(),
+        ActionKind::Script(statements) => {
+            let changed = |statement: &Statement| match statement {
+                Statement::Assign(location, _) | Statement::Update(location, ..) => Some(location.data),
+                Statement::Evaluate(_) => None,
+            };
+            statements.iter().filter_map(changed).collect()
+        }
+        ActionKind::Send(send) => match &send.id {
+            SendId::Generated(location) => vec![location.data],
+            _ => Vec::new(),
+        },
+        _ => Vec::new(),
+    }
+}
+
+/// Whether a `<send>` goes by channel, as far as that is written out.
+pub(super) fn goes_by_channel(send: &Send) -> bool {
+    send.processor.as_ref().and_then(|processor| processor.literal()).is_some_and(|name| &**name == CHANNEL_PROCESSOR)
+}
+
+struct Check<'a> {
+    wiring: &'a Wiring,
+    topology: &'a Topology,
+    constants: Constants<'a>,
+    problems: Vec<Problem>,
+}
+
+impl<'a> Check<'a> {
+    fn send(&mut self, send: &Send) {
+        if goes_by_channel(send)
+            && let Some(target) = &send.target
+            && let Some(out) = self.target(target)
+            && let Some(event) = &send.event
+            && let Some(head) = self.head(event, out)
+        {
+            self.fields(send, out, head);
+            self.values(send, out, head);
+        }
+    }
+
+    /// The channel that a message goes on; none if that is computed, or reported not to be there.
+    fn target(&mut self, target: &Attribute) -> Option<&'a Outgoing> {
+        let peer = target.literal()?;
+        if let Some(out) = self.wiring.outgoing_to(peer) {
+            return Some(&self.wiring.outgoing[out]);
+        }
+        let reached: Vec<&str> = self.wiring.outgoing.iter().map(|out| &*out.peer).collect();
+        let problem = if self.topology.find_process(peer).is_some() {
+            let problem = Problem::new(format!("there is no channel {} → {peer}", self.wiring.name));
+            problem.help(nearest_or_all(peer, "it can send to", &reached))
+        } else {
+            let processes: Vec<&str> = self.topology.processes().map(|process| self.topology.name(process)).collect();
+            let near = did_you_mean(peer, processes);
+            let help = near.unwrap_or_else(|| nearest_or_all(peer, "it can send to", &reached));
+            Problem::new(format!("there is no process {peer}")).help(help)
+        };
+        self.problems.push(problem.at(target.span, "cannot be reached"));
+        None
+    }
+
+    /// What a message begins with; none if that is computed, or reported to be nothing that the channel carries.
+    fn head<'e>(&mut self, event: &'e Attribute, out: &Outgoing) -> Option<&'e str> {
+        let head = event.literal()?;
+        if out.shapes_of(head).next().is_none() {
+            let problem = Problem::new(format!("the channel {} → {} carries no <{head}>", self.wiring.name, out.peer));
+            let help = nearest_or_all(head, "its messages", &out.heads());
+            self.problems.push(problem.at(event.span, "unknown message").help(help));
+            return None;
+        }
+        Some(head)
+    }
+
+    /// Reports parameters that are no fields, and fields without a parameter.
+    fn fields(&mut self, send: &Send, out: &Outgoing, head: &str) {
+        let help = carried(out, head);
+        let params = send.payload.params.iter().map(|param| (&*param.name, param.span));
+        let given: Vec<(&str, Span)> =
+            params.chain(send.name_list.iter().map(|(name, _)| (&**name, send.span))).collect();
+        for (name, span) in &given {
+            if !fields(out, head).any(|(field, _)| field == name) {
+                let problem = Problem::new(format!("<{head}> has no field `{name}`")).at(*span, "unknown field");
+                self.problems.push(problem.help(&*help));
+            }
+        }
+        let is_missing = |field: &&(String, FieldKind)| !given.iter().any(|(name, _)| *name == field.0);
+        let is_complete = |shape: &Shape| !shape.fields().iter().skip(1).any(|field| is_missing(&field));
+        if !out.shapes_of(head).any(is_complete)
+            && let Some((field, _)) = fields(out, head).find(is_missing)
+        {
+            let problem = Problem::new(format!("<{head}> lacks the field `{field}`")).at(send.span, "incomplete");
+            self.problems.push(problem.help(format!("<param name=\"{field}\" expr=\"…\"/>; {help}")));
+        }
+    }
+
+    /// Reports parameters that never hold what their field does.
+    fn values(&mut self, send: &Send, out: &Outgoing, head: &str) {
+        let is_field = |param: &&Param| fields(out, head).any(|(field, _)| *field == *param.name);
+        for param in send.payload.params.iter().filter(is_field) {
+            if let Some(value) = self.constants.value(&param.value)
+                && !out.takes(head, &param.name, &value)
+            {
+                let problem = Problem::new(format!("the field `{}` of <{head}> cannot be {value}", param.name));
+                self.problems.push(problem.at(param.span, "always this value").help(carried(out, head)));
+            }
+        }
+    }
+
+    /// Reports transitions whose events never come: nobody sends them, and the machine does not make them.
+    fn events(&mut self, chart: &Chart) {
+        let Some(mut names) = own_events(chart) else {
+            return;
+        };
+        names.extend(self.wiring.incoming.iter().flat_map(Incoming::event_names).map(str::to_owned));
+        let classes: BTreeSet<EventClass> = names.iter().map(|name| chart.events.class(name)).collect();
+        let known: Vec<&str> = names.iter().map(String::as_str).filter(|name| name.contains('.')).collect();
+        let transitions = chart.transitions().map(|transition| chart.transition(transition));
+        let never_comes = |descriptor: &&Descriptor| !classes.iter().any(|class| descriptor.matches.contains(*class));
+        for descriptor in transitions.flat_map(|transition| &transition.descriptors).filter(never_comes) {
+            let text = &*descriptor.text;
+            let first = text.split('.').next().unwrap_or_default();
+            let message = match self.topology.find_process(first) {
+                Some(_) => format!("{first} sends {} nothing that becomes the event `{text}`", self.wiring.name),
+                None => format!("the event `{text}` never comes"),
+            };
+            let problem = Problem::new(message).at(descriptor.span, "nobody sends it");
+            self.problems.push(problem.help(nearest_or_all(text, "events that come", &known)));
+        }
+    }
+}
+
+/// The fields of messages that begin with `head`, but for the first.
+fn fields<'a>(out: &'a Outgoing, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
+    out.shapes_of(head).flat_map(|shape| shape.fields().get(1..).unwrap_or_default())
+}
+
+fn carried(out: &Outgoing, head: &str) -> String {
+    let shapes: Vec<String> = out.shapes_of(head).map(Shape::to_string).collect();
+    format!("the channel carries {}", shapes.join(" or "))
+}
+
+/// The events that the machine makes itself; `None` if it computes their names.
+fn own_events(chart: &Chart) -> Option<Vec<String>> {
+    let mut names = vec!["error.execution".to_owned(), "error.communication".to_owned()];
+    names.extend(chart.states().map(|state| format!("done.state.{}", chart.state(state).id())));
+    let mut is_known = true;
+    for block in chart.blocks() {
+        visit_actions(block, &mut |action| match &action.kind {
+            ActionKind::Raise { event, .. } => names.push(event.to_string()),
+            ActionKind::Send(send) if !goes_by_channel(send) => {
+                match send.event.as_ref().map(|event| event.literal()) {
+                    Some(Some(event)) if is_event_name(event) => names.push(event.to_string()),
+                    Some(None) => is_known = false,
+                    _ => {}
+                }
+            }
+            _ => {}
+        });
+    }
+    is_known.then_some(names)
+}

@@ -1,0 +1,128 @@
+//! Between messages and events: the fields of a message are the members of an object.
+
+use std::sync::Arc;
+
+use channels::{FieldKind, Message, Shape, Symbol, Value};
+
+use crate::Datum;
+
+/// Integers of this size and below are exact as numbers.
+const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
+
+/// Why a message cannot be made.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(super) enum Unsendable {
+    #[error("no message begins with <{head}>")]
+    Head { head: String },
+    #[error("the field {field} is missing")]
+    Missing { field: String },
+    #[error("there is no field {field}")]
+    Unknown { field: String },
+    #[error("the field {field} is {kind}, and {value} is not")]
+    Kind { field: String, kind: String, value: String },
+}
+
+/// The symbols that a message of this shape may begin with.
+pub(super) fn heads(shape: &Shape) -> &[Symbol] {
+    match shape.fields().first() {
+        Some((_, FieldKind::Symbol(symbols))) => symbols,
+        _ => &[],
+    }
+}
+
+/// A message's fields as an object, by the names of its shape; `m1`, `m2`, … where it has none.
+pub(super) fn data(message: &Message, shape: Option<&Shape>) -> Datum {
+    let name = |index: usize| -> Arc<str> {
+        match shape.and_then(|shape| shape.fields().get(index)) {
+            Some((name, _)) => name.as_str().into(),
+            None => format!("m{}", index + 1).into(),
+        }
+    };
+    let members = message.fields().iter().enumerate().map(|(index, value)| (name(index), datum(value)));
+    // Only a text of megabytes is too large; the machine then sees no fields.
+    Datum::object(members).unwrap_or_default()
+}
+
+fn datum(value: &Value) -> Datum {
+    match value {
+        Value::Symbol(symbol) => symbol.name().into(),
+        Value::Bool(truth) => (*truth).into(),
+        Value::Int(number) => (*number as f64).into(),
+        Value::Real(number) => (*number).into(),
+        Value::Text(text) => Datum::Text(Arc::clone(text)),
+    }
+}
+
+/// The fields of a message that begins with `head`, in the order of the shape.
+pub(super) fn message(head: &str, shape: &Shape, fields: &Datum) -> Result<Vec<Value>, Unsendable> {
+    let rest = shape.fields().get(1..).unwrap_or_default();
+    if let Datum::Object(given) = fields {
+        let unknown = given.members().find(|(name, _)| !rest.iter().any(|(field, _)| field == name));
+        if let Some((field, _)) = unknown {
+            return Err(Unsendable::Unknown { field: field.to_owned() });
+        }
+    }
+    let mut values = vec![Value::symbol(head)];
+    for (field, kind) in rest {
+        let given = fields.member(field).ok_or_else(|| Unsendable::Missing { field: field.clone() })?;
+        let unfit = || Unsendable::Kind { field: field.clone(), kind: kind.to_string(), value: given.to_string() };
+        values.push(value(given, kind).ok_or_else(unfit)?);
+    }
+    Ok(values)
+}
+
+/// A datum as a value of that kind, if it is one: nothing is converted that a reader would have to guess.
+pub(super) fn value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
+    match (kind, datum) {
+        (FieldKind::Symbol(symbols), Datum::Text(name)) => {
+            symbols.iter().find(|symbol| symbol.name() == &**name).map(|symbol| Value::Symbol(symbol.clone()))
+        }
+        (FieldKind::Bool, Datum::Bool(truth)) => Some(Value::Bool(*truth)),
+        (FieldKind::Int, Datum::Number(number)) if number.fract() == 0.0 && number.abs() <= MAX_EXACT => {
+            Some(Value::Int(*number as i64))
+        }
+        (FieldKind::Real, Datum::Number(number)) if !number.is_nan() => Some(Value::Real(*number)),
+        (FieldKind::Text, Datum::Text(text)) => Some(Value::Text(Arc::clone(text))),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn level() -> Shape {
+        Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)])
+    }
+
+    #[test]
+    fn fields_become_members_by_name() {
+        let message = Message::new([Value::symbol("ok"), 83.2.into()]);
+        assert_eq!(data(&message, Some(&level())).to_string(), r#"{"status": "ok", "level": 83.2}"#);
+        assert_eq!(data(&message, None).to_string(), r#"{"m1": "ok", "m2": 83.2}"#);
+    }
+
+    #[test]
+    fn members_become_fields_of_the_kinds_that_the_channel_has() {
+        let shape = Shape::new([
+            ("request", FieldKind::symbols(["go"])),
+            ("place", FieldKind::symbols(["Dock"])),
+            ("count", FieldKind::Int),
+            ("speed", FieldKind::Real),
+            ("why", FieldKind::Text),
+        ]);
+        let fields = |place: &str, count: f64| {
+            let members =
+                [("why", "because".into()), ("speed", 1.0.into()), ("count", count.into()), ("place", place.into())];
+            Datum::object(members).unwrap()
+        };
+        let values = message("go", &shape, &fields("Dock", 3.0)).unwrap();
+        assert_eq!(Message::new(values).to_string(), r#"[<go>, <Dock>, 3, 1.0, "because"]"#);
+        let why = |fields| message("go", &shape, &fields).unwrap_err().to_string();
+        assert_eq!(why(fields("Moon", 3.0)), "the field place is <Dock>, and \"Moon\" is not");
+        assert_eq!(why(fields("Dock", 0.5)), "the field count is int, and 0.5 is not");
+        assert_eq!(why(Datum::Undefined), "the field place is missing");
+        let unknown = Datum::object([("plaice", "Dock".into())]).unwrap();
+        assert_eq!(why(unknown), "there is no field plaice");
+    }
+}

@@ -1,0 +1,18 @@
+//! The machines of the shipped tree's seven leaves.
+
+/// The shipped machines: the name of the leaf, and the text of its file `<name>.scxml`.
+pub const SHIPPED: [(&str, &str); 7] = [
+    ("BatteryLevel", include_str!("../machines/BatteryLevel.scxml")),
+    ("BatteryNotCharging", include_str!("../machines/BatteryNotCharging.scxml")),
+    ("AtRechargingStation", include_str!("../machines/AtRechargingStation.scxml")),
+    ("GotoRechargingStation", include_str!("../machines/GotoRechargingStation.scxml")),
+    ("WaitForUser", include_str!("../machines/WaitForUser.scxml")),
+    ("AtDestination", include_str!("../machines/AtDestination.scxml")),
+    ("GoToDestination", include_str!("../machines/GoToDestination.scxml")),
+];
+
+/// The text of the shipped machine for the leaf of that name.
+#[must_use]
+pub fn shipped(leaf: &str) -> Option<&'static str> {
+    SHIPPED.iter().find(|(name, _)| *name == leaf).map(|(_, text)| *text)
+}

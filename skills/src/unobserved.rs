@@ -1,0 +1,35 @@
+//! Parts of a value that are no part of its state.
+
+use std::hash::{Hash, Hasher};
+use std::ops::{Deref, DerefMut};
+
+/// Something that nothing depends on: working memory, a journal for people. It is equal to every other and hashes to
+/// nothing, so that states which differ in nothing else are equal.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Unobserved<T>(pub(crate) T);
+
+impl<T> PartialEq for Unobserved<T> {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl<T> Eq for Unobserved<T> {}
+
+impl<T> Hash for Unobserved<T> {
+    fn hash<H: Hasher>(&self, _: &mut H) {}
+}
+
+impl<T> Deref for Unobserved<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.0
+    }
+}
+
+impl<T> DerefMut for Unobserved<T> {
+    fn deref_mut(&mut self) -> &mut T {
+        &mut self.0
+    }
+}
