@@ -1,0 +1,172 @@
+//! A skill and a scripted partner at each of its channels.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Action, Capacity, Domain, Envelope, FieldKind, Message, Offer, Process, RequestNumber, Shape, Topology, Value,
+};
+use skills::{Chart, Datum, SHIPPED, SkillError, SkillProcess, shipped};
+
+fn symbols<const N: usize>(names: [&str; N]) -> FieldKind {
+    FieldKind::symbols(names)
+}
+
+fn replies(field: &str, kind: FieldKind) -> Domain {
+    let ok = Shape::new([("status", symbols(["ok"])), (field, kind)]);
+    Domain::new([ok, Shape::new([("status", symbols(["error"])), ("reason", FieldKind::Text)])])
+}
+
+/// The processes and channels of the shipped system, as DESIGN §3 has them.
+pub(crate) fn topology() -> Topology {
+    let places = || symbols(["RechargingStation", "Destination"]);
+    let simple = |request| Domain::new([Shape::new([("request", symbols([request]))])]);
+    let placed = |requests| Domain::new([Shape::new([("request", requests), ("place", places())])]);
+    let states = symbols(["running", "success", "failure", "stopped", "idle"]);
+    let trips = || placed(symbols(["start_navigation", "get_status", "stop_navigation"]));
+    let services = [
+        ("BatteryLevel", "BatteryReader", simple("get_level"), replies("level", FieldKind::Real)),
+        ("BatteryNotCharging", "BatteryReader", simple("get_charging"), replies("charging", FieldKind::Bool)),
+        ("AtRechargingStation", "Localization", placed(symbols(["is_at"])), replies("at", FieldKind::Bool)),
+        ("AtDestination", "Localization", placed(symbols(["is_at"])), replies("at", FieldKind::Bool)),
+        ("GotoRechargingStation", "Navigation", trips(), replies("state", states.clone())),
+        ("GoToDestination", "Navigation", trips(), replies("state", states)),
+    ];
+    let mut topology = Topology::default();
+    let tree = topology.process("BT").unwrap();
+    for (leaf, _) in SHIPPED {
+        let skill = topology.process(leaf).unwrap();
+        let call = Domain::new([Shape::new([("call", symbols(["tick", "halt"]))])]);
+        let result = Domain::new([Shape::new([("result", symbols(["running", "success", "failure", "halted"]))])]);
+        topology.channel(tree, skill, Capacity::One, call).unwrap();
+        topology.channel(skill, tree, Capacity::One, result).unwrap();
+    }
+    for (skill, component, request, reply) in services {
+        let skill = topology.find_process(skill).unwrap();
+        let component = topology.find_process(component).unwrap_or_else(|| topology.process(component).unwrap());
+        topology.channel(skill, component, Capacity::One, request).unwrap();
+        topology.channel(component, skill, Capacity::One, reply).unwrap();
+    }
+    topology
+}
+
+pub(crate) fn chart(leaf: &str) -> Arc<Chart> {
+    let text = shipped(leaf).unwrap();
+    Chart::load(&format!("{leaf}.scxml"), text).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+}
+
+pub(crate) fn skill(leaf: &str, parameters: &[(&str, Datum)]) -> Result<SkillProcess, SkillError> {
+    SkillProcess::new(leaf, &chart(leaf), &topology(), parameters.iter().cloned())
+}
+
+/// `[<ok>, value]`
+pub(crate) fn ok(value: impl Into<Value>) -> Message {
+    Message::new([Value::symbol("ok"), value.into()])
+}
+
+/// `[<ok>, <state>]`
+pub(crate) fn ok_state(state: &str) -> Message {
+    Message::symbols(["ok", state])
+}
+
+pub(crate) fn error(reason: &str) -> Message {
+    Message::new([Value::symbol("error"), reason.into()])
+}
+
+#[derive(Clone)]
+pub(crate) struct Conversation {
+    pub(crate) process: SkillProcess,
+    topology: Topology,
+    now: Duration,
+    calls: u64,
+    /// The number of the last request, by component.
+    asked: BTreeMap<String, RequestNumber>,
+}
+
+impl Conversation {
+    pub(crate) fn with(leaf: &str) -> Self {
+        Self::with_parameters(leaf, &[])
+    }
+
+    pub(crate) fn with_parameters(leaf: &str, parameters: &[(&str, Datum)]) -> Self {
+        let process = skill(leaf, parameters).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+        Self { process, topology: topology(), now: Duration::ZERO, calls: 100, asked: BTreeMap::new() }
+    }
+
+    /// Hands the skill a message.
+    pub(crate) fn tell(&mut self, from: &str, message: Message, request: RequestNumber) {
+        let mut offers = Vec::new();
+        self.process.offers(&mut offers);
+        let from_there = |offer: &&Offer| match &offer.action {
+            Action::Receive(channel, _) => self.topology.ends(*channel).0 == from,
+            _ => false,
+        };
+        let transition = offers.iter().find(from_there).expect("a skill always receives").transition;
+        self.process.take(transition, Some(Envelope { message, request }), self.now);
+    }
+
+    fn call(&mut self, what: &str) -> Vec<String> {
+        self.calls += 1;
+        self.tell("BT", Message::symbols([what]), RequestNumber(self.calls));
+        self.said()
+    }
+
+    pub(crate) fn tick(&mut self) -> Vec<String> {
+        self.call("tick")
+    }
+
+    pub(crate) fn halt(&mut self) -> Vec<String> {
+        self.call("halt")
+    }
+
+    /// Answers the last request to a component.
+    pub(crate) fn reply(&mut self, from: &str, message: Message) -> Vec<String> {
+        let request = self.last_request(from);
+        self.tell(from, message, request);
+        self.said()
+    }
+
+    pub(crate) fn last_request(&self, to: &str) -> RequestNumber {
+        self.asked[to]
+    }
+
+    /// Lets the time of the run reach so many milliseconds.
+    pub(crate) fn at_ms(&mut self, now: u64) -> Vec<String> {
+        self.now = Duration::from_millis(now);
+        if self.process.next_timer().is_some_and(|due| due <= self.now) {
+            self.process.fire_timers(self.now);
+        }
+        self.said()
+    }
+
+    /// Takes what the skill wants to send: `Navigation [<get_status>, <Destination>]`. Answers to the tree must carry
+    /// the number of its last call.
+    pub(crate) fn said(&mut self) -> Vec<String> {
+        let mut said = Vec::new();
+        loop {
+            let mut offers = Vec::new();
+            self.process.offers(&mut offers);
+            let sends = offers.into_iter().find_map(|offer| match offer.action {
+                Action::Send(channel, envelope) => Some((offer.transition, channel, envelope)),
+                _ => None,
+            });
+            let Some((transition, channel, envelope)) = sends else {
+                return said;
+            };
+            let (_, peer) = self.topology.ends(channel);
+            assert!(self.topology.carries(channel, &envelope.message), "{}", envelope.message);
+            if peer == "BT" {
+                assert_eq!(envelope.request, RequestNumber(self.calls), "the answer echoes the call's number");
+            } else {
+                self.asked.insert(peer.to_owned(), envelope.request);
+            }
+            said.push(format!("{peer} {}", envelope.message));
+            self.process.take(transition, None, self.now);
+        }
+    }
+
+    pub(crate) fn location(&self) -> String {
+        self.process.location()
+    }
+}

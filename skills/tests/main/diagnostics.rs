@@ -1,0 +1,245 @@
+//! What is said about broken files: every mistake, at its place.
+
+use std::fmt::Write;
+
+use miette::{Diagnostic, NarratableReportHandler};
+use skills::{Chart, Problem, SHIPPED, SkillError, SkillProcess, shipped};
+
+use crate::conversation::{skill, topology};
+use crate::stage::file;
+
+fn rendered(error: &SkillError) -> String {
+    let mut text = String::new();
+    NarratableReportHandler::new().with_context_lines(0).render_report(&mut text, error).unwrap();
+    text
+}
+
+fn refused(text: &str) -> String {
+    match Chart::load("broken.scxml", text) {
+        Ok(chart) => panic!("loaded: {chart:?}"),
+        Err(error) => rendered(&error),
+    }
+}
+
+/// One line a problem: the labelled text, the message, the help.
+fn in_short(text: &str, problems: &[Problem]) -> String {
+    let mut short = String::new();
+    for problem in problems {
+        let labels: Vec<&str> = problem
+            .labels()
+            .into_iter()
+            .flatten()
+            .map(|label| &text[label.offset()..label.offset() + label.len()])
+            .collect();
+        let labels = labels.join(" | ");
+        let labels = labels.split_whitespace().collect::<Vec<_>>().join(" ");
+        writeln!(short, "«{labels}» {problem}").unwrap();
+        if let Some(help) = problem.help() {
+            writeln!(short, "    {help}").unwrap();
+        }
+    }
+    short
+}
+
+fn problems(text: &str) -> String {
+    match Chart::load("broken.scxml", text) {
+        Ok(chart) => panic!("loaded: {chart:?}"),
+        Err(SkillError::Load { problems, .. }) => in_short(text, &problems),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+#[test]
+fn a_report_has_file_line_text_and_help() {
+    let text = "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'>
+  <datamodel><data id='threshold' expr='30'/></datamodel>
+  <state id='idle'>
+    <transition event='tick' cond='_event.data.level &gt; treshold' target='gett'/>
+  </state>
+  <state id='get'/>
+</scxml>";
+    insta::assert_snapshot!(refused(text));
+}
+
+#[test]
+fn every_mistake_of_structure_is_named() {
+    insta::assert_snapshot!(problems(
+        "<scxml xmlns='http://www.w3.org/2005/07/scxml' intial='a' version='2.0'>
+         <stat id='a'/>
+         <state name='a'><onenter/><raise event='e'/></state>
+         <state id='b'>some text<transition><send/><transition/></transition></state>
+         <state id='b'><onentry><assign expr='1'/><if><log/></if></onentry></state>
+         <state id='c'><invoke type='scxml'><finalize/></invoke></state>
+         <final id='d'><transition event='x'/></final>
+         <state id='two words'><datamodel><data/><data src='x.json' id='x'/></datamodel></state></scxml>"
+    ));
+}
+
+#[test]
+fn every_mistake_about_states_is_named() {
+    insta::assert_snapshot!(problems(&file(
+        "initial='idel' datamodel='xpath' binding='eager'",
+        "<state id='idle' initial='x'><transition target='gone'/><transition event='e' target=''/></state>
+         <state id='s' initial='t'><initial><transition target='u'/></initial><state id='u'/></state>
+         <state id='t'><initial><transition event='e' target='idle'/></initial><state id='v'/><state id='w'/></state>
+         <state id='h' initial='idle'><history id='hh' type='total'/><state id='x'/></state>
+         <parallel id='p'><history id='ph'><transition cond='true'/></history><state id='p1'><state id='p11'/><state id='p12'/></state>
+           <state id='p2'/><transition event='e' target='p11 p12'/><transition event='f' target='p1 p11' type='local'/></parallel>
+         <state id='v'/>"
+    )));
+}
+
+#[test]
+fn every_mistake_in_events_and_content_is_named() {
+    insta::assert_snapshot!(problems(&file(
+        "",
+        "<datamodel><data id='x' expr='1'>2</data><data id='x'/><data id='new'/><data id='_event'/></datamodel>
+         <state id='a'>
+           <transition event='a.*.b *x'/><transition event=''/>
+           <onentry>
+             <raise event='two words'/>
+             <if cond='true'><else/><elseif cond='false'/></if>
+             <foreach array='x' item='1st'><log/></foreach>
+             <assign location='x'/><assign location='x' expr='1'>2</assign><assign location='3' expr='1'/>
+             <send event='e' eventexpr='f'/><send/><send event='e' type='channel'/><send event='e' type='pigeon'/>
+             <send type='channel' target='T'><content>1</content></send>
+             <send event='e' delay='soon'/><send event='e' delay='1s' target='#_internal'/><send event='e' namelist='y'/>
+             <send event='e'><param name='p'/><param name='q' expr='1'/><content/></send>
+             <cancel sendid='a' sendidexpr='b'/>
+           </onentry>
+         </state>"
+    )));
+}
+
+#[test]
+fn every_mistake_in_an_expression_is_named_at_its_place() {
+    let conditions = [
+        "1 +",
+        "(1 + 2",
+        "x = 3",
+        "x === 1 and y",
+        "thresold > 3",
+        "In('wherever')",
+        "Math.floor(x)",
+        "foo(1)",
+        "x ? 1",
+        "'never closed",
+        "a &lt; 3px",
+        "new Date()",
+        "x[1",
+        "/re/",
+        "1 2",
+        "",
+        "x..y",
+        "{a 1}",
+        "x++",
+        "`t`",
+        "a?.b",
+        "y &amp;&amp; unknown1 || unknown2",
+    ];
+    let transitions: Vec<String> =
+        conditions.iter().map(|condition| format!("<transition cond=\"{condition}\" target='a'/>")).collect();
+    let data = "<datamodel><data id='x'/><data id='y'/><data id='a'/><data id='threshold'/></datamodel>";
+    insta::assert_snapshot!(problems(&file("", &format!("{data}<state id='a'>{}</state>", transitions.join("\n")))));
+}
+
+#[test]
+fn every_mistake_in_a_script_is_named_at_its_place() {
+    insta::assert_snapshot!(problems(&file(
+        "",
+        "<datamodel><data id='x'/></datamodel>
+         <script>x = 1; if (x) { x = 2 }</script><script>y = 3</script><script>x + = 3</script><script>_event = 1</script>
+         <script>x = 1 x = 2</script><script>function f() {}</script><state id='a'/>"
+    )));
+}
+
+#[test]
+fn what_is_not_xml_or_not_scxml_is_refused() {
+    let mut all = String::new();
+    let deep = format!("{}{}", "<state>".repeat(100), "</state>".repeat(100));
+    for text in [
+        "",
+        "no xml",
+        "<scxml",
+        "<scxml>\n  <state></scxml>",
+        "<!DOCTYPE x [<!ENTITY a 'aaaa'>]><x>&a;</x>",
+        "<robot/>",
+        "<scxml version='1.0'><state/></scxml>",
+        "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'/>",
+        &file("", &deep),
+        &file("", &"<state/>".repeat(100_001)),
+    ] {
+        writeln!(all, "{}", problems(text).trim_end()).unwrap();
+    }
+    insta::assert_snapshot!(all);
+}
+
+#[test]
+fn a_file_of_nothing_but_states_may_be_large() {
+    let many: String = (0..20_000).map(|id| format!("<state id='s{id}'/>")).collect();
+    assert_eq!(Chart::load("large.scxml", &file("", &many)).unwrap().states().count(), 20_000);
+}
+
+#[test]
+fn mistakes_that_the_recommendation_forgives_are_warnings_when_asked_for() {
+    let text = file(
+        "",
+        "<state id='a'><transition cond='nothing' target='a'/><onentry><send event='e' delay='x'/></onentry></state>",
+    );
+    let chart = Chart::load_with("t.scxml", &text, skills::Strictness::Standard).unwrap();
+    insta::assert_snapshot!(in_short(&text, chart.warnings()));
+}
+
+#[test]
+fn every_mistake_of_wiring_is_named() {
+    let text = file(
+        "",
+        "<datamodel><data id='place' expr=\"'Moon'\"/><data id='here' expr=\"'Destination'\"/></datamodel>
+         <state id='a'>
+           <transition event='BT.tic Navigtion.ok Localization.ok Navigation.ok go'/>
+           <transition event='timeout Navigation BT.* error'/>
+           <onentry>
+             <send type='channel' target='Navigaton' event='get_status'/>
+             <send type='channel' target='BatteryReader' event='get_level'/>
+             <send type='channel' target='Navigation' event='get_statu'/>
+             <send type='channel' target='Navigation' event='get_status'/>
+             <send type='channel' target='Navigation' event='get_status'><param name='plaice' expr='here'/></send>
+             <send type='channel' target='Navigation' event='get_status'><param name='place' expr='place'/></send>
+             <send type='channel' target='Navigation' event='get_status'><param name='place' expr='here'/></send>
+             <send type='channel' target='BT' event='succes'/>
+             <send event='timeout' delay='1s'/>
+           </onentry>
+         </state>",
+    );
+    let chart = Chart::load("broken.scxml", &text).unwrap();
+    match SkillProcess::new("GoToDestination", &chart, &topology(), []) {
+        Err(SkillError::Wiring { problems, .. }) => insta::assert_snapshot!(in_short(&text, &problems)),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_parameter_that_no_message_can_carry_is_found_before_the_run() {
+    let error = skill("GoToDestination", &[("place", "Kitchen".into())]).unwrap_err();
+    let SkillError::Wiring { problems, .. } = &error else { panic!("{error}") };
+    let first = in_short(shipped("GoToDestination").unwrap(), &problems[..1]);
+    assert!(first.starts_with("«place» the field `place` of <stop_navigation> cannot be \"Kitchen\""), "{first}");
+}
+
+#[test]
+fn names_that_stand_for_nothing_are_refused() {
+    let mut all = String::new();
+    for error in [
+        skill("BatteryLevel", &[("treshold", 30.0.into())]).unwrap_err(),
+        SkillProcess::new("BatteryLvel", &crate::conversation::chart("BatteryLevel"), &topology(), []).unwrap_err(),
+    ] {
+        all += &rendered(&error);
+    }
+    insta::assert_snapshot!(all);
+}
+
+#[test]
+fn shipped_names_are_leaves() {
+    assert_eq!(shipped("Nobody"), None);
+    assert!(SHIPPED.iter().all(|(leaf, text)| shipped(leaf) == Some(*text)));
+}

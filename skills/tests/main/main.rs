@@ -1,0 +1,15 @@
+//! The crate from outside: the clauses of the recommendation, what is said about broken files, the seven skills.
+
+#![expect(clippy::unwrap_used, reason = "a test that panics has failed, and says where")]
+
+mod appendix_d;
+mod conversation;
+mod diagnostics;
+mod properties;
+mod seven_skills;
+mod spec_3_core;
+mod spec_4_content;
+mod spec_5_data;
+mod spec_6_send;
+mod stage;
+mod system;

@@ -1,0 +1,84 @@
+//! A machine alone on a stage: events go in, states and log lines are looked at.
+
+use std::time::Duration;
+
+use skills::{Chart, Datum, Event, Machine, Note, Status, Strictness, Transcript};
+
+pub(crate) struct Stage {
+    pub(crate) machine: Machine,
+    pub(crate) host: Transcript,
+    now: Duration,
+}
+
+/// A file with that content in its `<scxml>` element.
+pub(crate) fn file(attributes: &str, content: &str) -> String {
+    format!("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" {attributes}>{content}</scxml>")
+}
+
+/// Starts a machine with that content in its `<scxml>` element.
+pub(crate) fn stage(content: &str) -> Stage {
+    stage_with("", content, Strictness::Strict)
+}
+
+/// The same for a machine with mistakes that the recommendation makes errors at run time.
+pub(crate) fn lenient(content: &str) -> Stage {
+    stage_with("", content, Strictness::Standard)
+}
+
+pub(crate) fn stage_with(attributes: &str, content: &str, strictness: Strictness) -> Stage {
+    let chart = Chart::load_with("test.scxml", &file(attributes, content), strictness)
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    let mut stage = Stage { machine: Machine::new(chart), host: Transcript::default(), now: Duration::ZERO };
+    stage.machine.start(stage.now, &mut stage.host);
+    stage
+}
+
+impl Stage {
+    pub(crate) fn send(&mut self, name: &str) -> &mut Self {
+        self.send_event(Event::external(name))
+    }
+
+    pub(crate) fn send_with(&mut self, name: &str, members: &[(&str, Datum)]) -> &mut Self {
+        let data = Datum::object(members.iter().cloned()).unwrap();
+        self.send_event(Event::external(name).with_data(data))
+    }
+
+    pub(crate) fn send_event(&mut self, event: Event) -> &mut Self {
+        self.machine.handle(event, self.now, &mut self.host);
+        self
+    }
+
+    /// Lets the time of the run reach so many milliseconds.
+    pub(crate) fn at_ms(&mut self, now: u64) -> &mut Self {
+        self.now = Duration::from_millis(now);
+        self.machine.fire_timers(self.now, &mut self.host);
+        self
+    }
+
+    /// The active states without children.
+    pub(crate) fn active(&self) -> String {
+        self.machine.active_ids().collect::<Vec<_>>().join(" ")
+    }
+
+    /// What was logged, in order.
+    pub(crate) fn log(&self) -> String {
+        self.host.log_lines().collect::<Vec<_>>().join(" ")
+    }
+
+    pub(crate) fn datum(&self, id: &str) -> Datum {
+        self.machine.datum(id).unwrap().clone()
+    }
+
+    /// The error events that came up, in order.
+    pub(crate) fn errors(&self) -> Vec<&str> {
+        let error = |note: &'_ Note| match note {
+            Note::Error { event, .. } => Some(*event),
+            _ => None,
+        };
+        self.host.notes.iter().filter_map(error).collect()
+    }
+
+    pub(crate) fn is_done(&self) -> bool {
+        self.machine.status() == Status::Done
+    }
+}
