@@ -149,6 +149,11 @@ impl Follower {
         self.command
     }
 
+    /// Takes note that the robot is being stopped from elsewhere.
+    pub(crate) fn halt(&mut self) {
+        self.command = VelocityCommand::STOP;
+    }
+
     /// One step of control.
     pub(crate) fn step(&mut self, now: &Situation<'_>) -> Progress {
         let off_path_m = self.route.advance(&now.at.translation.vector.into());

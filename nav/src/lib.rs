@@ -1,4 +1,62 @@
-//! Localization, planning and path following.
+//! Localization, planning and path following: what a mobile robot needs to get from here to there on a map.
+//!
+//! Two things stand side by side, and neither knows of the other:
+//!
+//! - [`Localization`] says where the robot is. It takes odometry and laser scans and keeps a cloud of guesses of the pose, each
+//!   weighed by how well the scans fit the map from there (adaptive Monte Carlo localization).
+//! - [`Navigator`] drives to a [`Goal`]. It takes scans and estimates of the pose, keeps a [`Costmap`] of what the map and the lasers
+//!   show, [plans](plan) a path, follows it, stops for what is in the way, tries another way, and gives up with a reason. What it is doing
+//!   is its [`NavigationStatus`].
+//!
+//! Nothing here knows whether a robot is simulated. Nothing reads a clock: times come with the readings, as
+//! [`Duration`](std::time::Duration) since the start of the run. Random numbers come from the one stream given to
+//! [`Localization::new`]; the same readings and the same stream give the same results on every machine of a target. Lengths are in metres,
+//! angles in radians, poses in the map's frame unless a name says otherwise.
+//!
+//! Distances on grids run between cell centres and are exact; a surface lies half a cell before the centre of the cell behind it.
+//!
+//! # A robot's loop
+//!
+//! ```
+//! use std::time::Duration;
+//!
+//! use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
+//! use nav::{Goal, InitialPose, Localization, LocalizationParameters, NavigationParameters, NavigationStatus, Navigator};
+//! use robot::{LaserScan, Odometry, RobotModel, Streams};
+//!
+//! // An empty hall of 10 m × 10 m.
+//! let mut map = OccupancyGrid::new(200, 200, 0.05, pose(0.0, 0.0, 0.0));
+//! for row in 0..200 {
+//!     for column in 0..200 {
+//!         map.set(CellIndex { column, row }, Cell::Free);
+//!     }
+//! }
+//! let model = RobotModel::default();
+//! let start = InitialPose::at(pose(2.0, 2.0, 0.0));
+//! let rng = Streams::new(1).stream("localization");
+//! let mut localization = Localization::new(&map, &model, LocalizationParameters::default(), &start, rng)?;
+//! let mut navigator = Navigator::new(&map, &model, NavigationParameters::of(&model))?;
+//!
+//! navigator.start(Goal::at(Point::new(8.0, 2.0), None));
+//! for step in 0..20 {
+//!     // What the robot senses:
+//!     let time = Duration::from_millis(20 * step);
+//!     let odometry = Odometry { time, pose: pose(0.0, 0.0, 0.0), linear_mps: 0.0, angular_radps: 0.0 };
+//!     let scan = LaserScan { time, laser: 0, ranges_m: vec![f32::INFINITY; 360] };
+//!     // What the software makes of it:
+//!     localization.odometry(&odometry);
+//!     localization.scan(&scan);
+//!     navigator.scan(&scan, &localization.estimate());
+//!     let command = navigator.update(time, &localization.estimate(), &odometry);
+//!     // What the robot is told to do:
+//!     assert!(command.linear_mps <= model.max_linear_mps);
+//! }
+//! assert_eq!(navigator.status(), NavigationStatus::Moving);
+//! # Ok::<(), nav::Error>(())
+//! ```
+//!
+//! What to read next: [`Localization`] and [`LocalizationParameters`] for the filter, [`NavigationStatus`] for what a navigator can
+//! be doing, [`NavigationParameters`] for every patience and distance that it has.
 
 mod beams;
 mod costmap;

@@ -82,8 +82,8 @@ impl InitialPose {
 /// (KLD sampling), selective systematic resampling and recovery from a lost pose (augmented MCL). The estimate is the mean of the heaviest
 /// cluster of particles, matched to the scan, and carried on by odometry between updates.
 ///
-/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough; they
-/// use the latest scan of each laser. A robot at rest costs nothing, and its estimate stays as it is. In steady state no
+/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough, as soon
+/// as each laser that is not silent has delivered one. A robot at rest costs nothing, and its estimate stays as it is. In steady state no
 /// memory is allocated.
 ///
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
@@ -101,6 +101,8 @@ pub struct Localization {
     /// Odometry at the last update; before the first one, the first odometry.
     anchor: Option<Pose>,
     updates: u64,
+    /// When the first scan was taken.
+    first_scan: Option<Duration>,
     /// Ends of the beams that weigh particles, and of those that are matched; kept for their memory.
     weighed: Endpoints,
     matched: Endpoints,
@@ -133,6 +135,7 @@ impl Localization {
             belief,
             anchor: None,
             updates: 0,
+            first_scan: None,
             weighed: Endpoints::default(),
             matched: Endpoints::default(),
         };
@@ -175,7 +178,9 @@ impl Localization {
         let moved = anchor.inv_mul(&now);
         let far = moved.translation.vector.norm() >= self.parameters.update_min_d
             || heading(&moved).abs() >= self.parameters.update_min_a;
-        if !far && self.updates > 0 {
+        let first = *self.first_scan.get_or_insert(scan.time);
+        let is_due = |(index, laser): (usize, &LaserMemory)| index != scan.laser && laser.is_due(scan.time, first);
+        if (!far && self.updates > 0) || self.lasers.iter().enumerate().any(is_due) {
             return false;
         }
         self.collect_ends(scan.time, &now);
@@ -226,8 +231,8 @@ impl Localization {
         self.filter.predict(&DifferentialMotion::between(anchor, &now, self.alphas()));
         self.filter.weigh(&self.weighed);
         let mean = self.filter.estimate();
-        self.filter.resample_if_needed(&self.weighed, &self.surfaces);
-        self.belief = scan_matching::matched(&mean, &self.matched, &self.surfaces).unwrap_or(mean);
+        self.belief = scan_matching::matched(&mean, &self.matched, &self.surfaces);
+        self.filter.resample_if_needed(&self.weighed, &self.surfaces, &self.belief);
         self.anchor = Some(now);
         self.updates += 1;
     }

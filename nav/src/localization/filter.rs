@@ -23,15 +23,25 @@ use crate::Error;
 /// lost robot (sensor resetting).
 const CANDIDATES: usize = 64;
 
+/// Every how many particles one is put where the scan was matched.
+const MATCHED_EVERY: usize = 20;
+
 /// Weight of a random particle, as a multiple of that of one that was drawn: being carried away is rare. A lost robot's scans make up for
 /// it many times, but a place that looks just like the one where the robot is does not win by and by.
 const RANDOM_WEIGHT: f64 = 1e-3;
+
+/// Most random particles that are tried in an update: each takes about 5 µs.
+const MOST_TRIES: usize = 50;
 
 /// Every how many beams choose among them.
 const CANDIDATE_STRIDE: usize = 4;
 
 /// How far from its best match a candidate may be (standard deviations, in metres and radians).
 const CANDIDATE_DEVIATION: f64 = 0.2;
+
+/// However many beams there are, they tell no more than so many that are independent of one another: what is not on the map
+/// misleads many neighbouring beams at once.
+const INDEPENDENT_BEAMS: f64 = 60.0;
 
 /// Fewer beams than this say nothing of the pose.
 const FEWEST_BEAMS: usize = 8;
@@ -135,10 +145,11 @@ impl ParticleFilter {
         self.penalties.extend(self.particles.iter().map(|particle| self.field.penalty(particle, ends)));
         let least = self.penalties.iter().copied().min().unwrap_or(0);
         let nats_per_unit = self.field.nats_per_unit();
+        let say = (INDEPENDENT_BEAMS / ends.len() as f64).min(1.0);
         let mut total = 0.0;
         let mut penalty = 0.0;
         for (particle, units) in self.particles.iter_mut().zip(&self.penalties) {
-            particle.weight *= libm::exp(-f64::from(units - least) * nats_per_unit);
+            particle.weight *= libm::exp(-f64::from(units - least) * nats_per_unit * say);
             total += particle.weight;
             penalty += particle.weight * f64::from(*units);
         }
@@ -158,9 +169,11 @@ impl ParticleFilter {
         self.clusters.heaviest(&self.particles)
     }
 
-    /// Draws a new generation if the weights have become too unequal or the pose seems to be lost; of the latter kind
-    /// are those that the beams place. Relies on the clusters of the last [`estimate`](Self::estimate).
-    pub(crate) fn resample_if_needed(&mut self, ends: &Endpoints, surfaces: &SurfaceField) {
+    /// Draws a new generation if the weights have become too unequal or the pose seems to be lost; if so, some of it are
+    /// particles that fit the beams, wherever they are. Relies on the clusters of the last [`estimate`](Self::estimate).
+    ///
+    /// A few particles are put where the scan was `matched`: the best guess there is, even if no particle was near.
+    pub(crate) fn resample_if_needed(&mut self, ends: &Endpoints, surfaces: &SurfaceField, matched: &Gaussian) {
         let count = self.particles.len();
         let effective = effective_number(self.particles.iter().map(|particle| particle.weight));
         let random_share = self.recovery.random_share();
@@ -169,19 +182,18 @@ impl ParticleFilter {
         }
         let bins = self.bins_after_resampling();
         let needed = self.needed(bins);
-        let random = ((random_share * needed as f64) as usize).min(needed - 1);
         self.spare.clear();
+        self.add_likely_anywhere(random_share, ends, surfaces);
+        let random = self.spare.len();
+        let weight = 1.0 / ((needed - random) as f64 + random as f64 * RANDOM_WEIGHT);
+        self.spare.iter_mut().for_each(|particle| particle.weight = weight * RANDOM_WEIGHT);
         let weights = self.particles.iter().map(|particle| particle.weight);
         let offset = self.rng.random();
-        systematic(weights, needed - random, offset, |index| self.spare.push(self.particles[index]));
-        self.sparse.copy_every(CANDIDATE_STRIDE, ends);
-        let weight = 1.0 / ((needed - random) as f64 + random as f64 * RANDOM_WEIGHT);
-        self.spare.iter_mut().for_each(|particle| particle.weight = weight);
-        for _ in 0..random {
-            let candidate = self.likeliest_anywhere();
-            let particle = matched_particle(&candidate, ends, surfaces);
-            self.spare.push(Particle { weight: weight * RANDOM_WEIGHT, ..particle });
-        }
+        systematic(weights, needed - random, offset, |index| {
+            self.spare.push(Particle { weight, ..self.particles[index] });
+        });
+        let matched = Particle { weight, ..Particle::new(matched.x_m, matched.y_m, matched.heading_rad) };
+        self.spare[random..].iter_mut().step_by(MATCHED_EVERY).for_each(|particle| *particle = matched);
         std::mem::swap(&mut self.particles, &mut self.spare);
     }
 
@@ -204,6 +216,22 @@ impl ParticleFilter {
             .clamp(self.parameters.min_particles, self.parameters.max_particles)
     }
 
+    /// Looks for places anywhere from which the beams are about as likely as usual, so often as the share of all particles says, and
+    /// adds particles there to the new generation. What stands about without being on the map makes beams unlikely everywhere, and
+    /// adds none.
+    fn add_likely_anywhere(&mut self, share: f64, ends: &Endpoints, surfaces: &SurfaceField) {
+        let tries = ((share * self.particles.len() as f64) as usize).min(MOST_TRIES);
+        self.sparse.copy_every(CANDIDATE_STRIDE, ends);
+        for _ in 0..tries {
+            let candidate = self.likeliest_anywhere();
+            let particle = matched_particle(&candidate, ends, surfaces);
+            let penalty = f64::from(self.field.penalty(&particle, ends)) / ends.len() as f64;
+            if self.recovery.is_usual(libm::exp(-penalty * self.field.nats_per_unit())) {
+                self.spare.push(particle);
+            }
+        }
+    }
+
     fn likeliest_anywhere(&mut self) -> Particle {
         let mut best = self.free.draw(&mut self.rng);
         let mut least = self.field.penalty(&best, &self.sparse);
@@ -222,7 +250,7 @@ impl ParticleFilter {
 fn matched_particle(particle: &Particle, ends: &Endpoints, surfaces: &SurfaceField) -> Particle {
     let covariance = Matrix3::identity() * (CANDIDATE_DEVIATION * CANDIDATE_DEVIATION);
     let guess = Gaussian { x_m: particle.x_m, y_m: particle.y_m, heading_rad: particle.heading_rad, covariance };
-    let found = scan_matching::matched(&guess, ends, surfaces).unwrap_or(guess);
+    let found = scan_matching::matched(&guess, ends, surfaces);
     Particle::new(found.x_m, found.y_m, found.heading_rad)
 }
 

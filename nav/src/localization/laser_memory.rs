@@ -17,10 +17,12 @@ pub(crate) struct LaserMemory {
     range_min_m: f32,
     range_max_m: f32,
     ranges_m: Vec<f32>,
+    period: Duration,
     taken: Option<Taken>,
+    is_used: bool,
 }
 
-/// When and where the latest scan was taken, until it is used.
+/// When and where the latest scan was taken.
 #[derive(Clone, Copy, Debug)]
 struct Taken {
     time: Duration,
@@ -40,7 +42,9 @@ impl LaserMemory {
             range_min_m: spec.range_min_m as f32,
             range_max_m: spec.range_max_m as f32,
             ranges_m: Vec::with_capacity(spec.beams),
+            period: spec.period,
             taken: None,
+            is_used: false,
         }
     }
 
@@ -49,15 +53,25 @@ impl LaserMemory {
         self.ranges_m.clear();
         self.ranges_m.extend(scan.ranges_m.iter().take(self.directions.len()));
         self.taken = Some(Taken { time: scan.time, odometry });
+        self.is_used = false;
+    }
+
+    /// Whether a scan should come in any moment, so that an update at `time` had better wait for it: the latest is more than
+    /// half a period old, but not so old that the laser seems to be silent. A laser that has not been heard since the first
+    /// scan of any, at `first`, is given a period.
+    pub(crate) fn is_due(&self, time: Duration, first: Duration) -> bool {
+        let heard = self.taken.map_or(first.saturating_sub(self.period), |taken| taken.time);
+        let age = time.saturating_sub(heard);
+        age * 2 > self.period && age * 2 <= self.period * 3
     }
 
     /// Whether there is a scan that no update has used, and taken at `oldest` or later.
     pub(crate) fn is_fresh(&self, oldest: Duration) -> bool {
-        self.taken.is_some_and(|taken| taken.time >= oldest)
+        !self.is_used && self.taken.is_some_and(|taken| taken.time >= oldest)
     }
 
     pub(crate) fn mark_used(&mut self) {
-        self.taken = None;
+        self.is_used = true;
     }
 
     /// Every `step`-th beam from `first` on that hit something: where it ended, in the frame of a robot whose odometry
@@ -107,5 +121,9 @@ mod tests {
         assert_eq!(ends.len(), 1, "one beam hit something; the fifth does not exist");
         assert!(ends.x_m[0].abs() < 1e-6 && (ends.y_m[0] - 1.7).abs() < 1e-6, "{ends:?}");
         assert!(memory.is_fresh(Duration::from_secs(1)) && !memory.is_fresh(Duration::from_secs(2)));
+        memory.mark_used();
+        assert!(!memory.is_fresh(Duration::from_secs(1)));
+        let due = |millis| memory.is_due(Duration::from_millis(millis), Duration::ZERO);
+        assert_eq!([1000, 1040, 1100, 1140, 1200].map(due), [false, false, true, true, false]);
     }
 }

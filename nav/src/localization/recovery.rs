@@ -35,6 +35,11 @@ impl Recovery {
         }
     }
 
+    /// Whether a scan of that likelihood is rather as usual than as of late.
+    pub(crate) fn is_usual(&self, likelihood: f64) -> bool {
+        self.averages.is_some_and(|(slow, fast)| likelihood * likelihood > slow * fast)
+    }
+
     /// Forgets what was usual, after the particles have been placed anew.
     pub(crate) fn reset(&mut self) {
         self.averages = None;

@@ -20,33 +20,40 @@ const CONVERGED: f64 = 1e-4;
 const OUTLIER_M: f64 = 0.1;
 
 /// Deviation of a beam's end from the surface, in metres: the map's cells and beams that depend on one another.
-const DEVIATION_M: f64 = 0.05;
+const DEVIATION_M: f64 = 0.03;
 
 /// A match farther from the guess than this many of its deviations is another place.
 const FARTHEST_DEVIATIONS: f64 = 5.0;
 
 /// The smallest deviation of the prior, in metres and radians, squared: particles that have collapsed onto one another
 /// must not forbid a correction.
-const LEAST_VARIANCE: [f64; 3] = [1e-4, 1e-4, 2.5e-5];
+const LEAST_VARIANCE: [f64; 3] = [6.25e-4, 6.25e-4, 6.25e-4];
 
-/// The guess moved to where the beams match, or `None` if there is no match nearby.
-pub(crate) fn matched(guess: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Option<Gaussian> {
-    let prior = guess.covariance + Matrix3::from_diagonal(&Vector3::from(LEAST_VARIANCE));
-    let information = prior.try_inverse()?;
-    let mut at = Vector3::new(guess.x_m, guess.y_m, guess.heading_rad);
-    let off =
-        |at: &Vector3<f64>| Vector3::new(at.x - guess.x_m, at.y - guess.y_m, wrap_angle(at.z - guess.heading_rad));
+/// The guess moved to where the beams match, with the covariance that is left. Without a match nearby the guess stays, a
+/// little less sure of itself.
+pub(crate) fn matched(guess: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Gaussian {
+    let covariance = guess.covariance + Matrix3::from_diagonal(&Vector3::from(LEAST_VARIANCE));
+    let prior = Gaussian { covariance, ..*guess };
+    best_match(&prior, ends, surfaces).unwrap_or(prior)
+}
+
+fn best_match(prior: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Option<Gaussian> {
+    let information = prior.covariance.try_inverse()?;
+    let mut covariance = prior.covariance;
+    let mut off = Vector3::zeros();
+    let moved = |off: &Vector3<f64>| Vector3::new(prior.x_m + off.x, prior.y_m + off.y, prior.heading_rad + off.z);
     for _ in 0..STEPS {
-        let (curvature, slope) = normal_equations(&at, ends, surfaces);
-        let step = (curvature + information).cholesky()?.solve(&-(slope + information * off(&at)));
-        at += step;
+        let (curvature, slope) = normal_equations(&moved(&off), ends, surfaces);
+        covariance = (curvature + information).try_inverse()?;
+        let step = -covariance * (slope + information * off);
+        off += step;
         if step.amax() < CONVERGED {
             break;
         }
     }
-    let off = off(&at);
-    let near = (off.transpose() * information * off).x <= FARTHEST_DEVIATIONS * FARTHEST_DEVIATIONS;
-    near.then(|| Gaussian { x_m: at.x, y_m: at.y, heading_rad: wrap_angle(at.z), covariance: guess.covariance })
+    let at = moved(&off);
+    let near = off.dot(&(information * off)) <= FARTHEST_DEVIATIONS * FARTHEST_DEVIATIONS;
+    near.then(|| Gaussian { x_m: at.x, y_m: at.y, heading_rad: wrap_angle(at.z), covariance })
 }
 
 /// Second and first derivatives of half the sum of the weighted squared distances.
@@ -68,4 +75,60 @@ fn normal_equations(at: &Vector3<f64>, ends: &Endpoints, surfaces: &SurfaceField
         slope += derivative * (distance_m * weight);
     }
     (curvature, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{Cell, CellIndex, OccupancyGrid, pose};
+
+    use super::*;
+
+    /// A corridor along x between walls whose faces are at y = 1 m and y = 3 m, closed at x = 6 m if it `ends`.
+    fn corridor(ends: bool) -> SurfaceField {
+        let mut map = OccupancyGrid::new(140, 90, 0.05, pose(0.0, 0.0, 0.0));
+        for column in 0..140 {
+            for row in 0..90 {
+                let wall = !(20..60).contains(&row) || (ends && column >= 120);
+                map.set(CellIndex { column, row }, if wall { Cell::Occupied } else { Cell::Free });
+            }
+        }
+        SurfaceField::new(&map, 0.5)
+    }
+
+    /// Points on those faces as seen from (3, 2), heading along x.
+    fn seen(ends: bool) -> Endpoints {
+        let mut points = Endpoints::default();
+        for i in 0..60 {
+            let along = i as f32 * 0.04;
+            points.push(along - 1.2, -1.0);
+            points.push(along - 1.2, 1.0);
+            if ends {
+                points.push(3.0, along - 1.2);
+            }
+        }
+        points
+    }
+
+    fn guess(x_m: f64, y_m: f64, heading_rad: f64) -> Gaussian {
+        Gaussian { x_m, y_m, heading_rad, covariance: Matrix3::from_diagonal(&Vector3::new(0.02, 0.02, 0.01)) }
+    }
+
+    #[test]
+    fn a_guess_nearby_is_moved_to_the_truth() {
+        let found = matched(&guess(3.12, 1.9, 0.08), &seen(true), &corridor(true));
+        assert!((found.x_m - 3.0).abs() < 3e-3 && (found.y_m - 2.0).abs() < 3e-3, "{found:?}");
+        assert!(found.heading_rad.abs() < 3e-3, "{found:?}");
+    }
+
+    #[test]
+    fn a_corridor_does_not_move_the_guess_along_it() {
+        let found = matched(&guess(3.12, 1.9, 0.08), &seen(false), &corridor(false));
+        assert!((found.x_m - 3.12).abs() < 0.02 && (found.y_m - 2.0).abs() < 3e-3, "{found:?}");
+    }
+
+    #[test]
+    fn without_beams_the_guess_stays() {
+        let found = matched(&guess(3.12, 1.9, 0.08), &Endpoints::default(), &corridor(true));
+        assert!((found.x_m - 3.12).abs() < 1e-9 && (found.heading_rad - 0.08).abs() < 1e-9);
+    }
 }

@@ -18,12 +18,8 @@ pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Opti
         let (short, long) = (across.min(along), across.max(along));
         (short * DIAGONAL + (long - short) * STRAIGHT) * ground.least_cost()
     };
-    let found = pathfinding::prelude::astar(
-        &(from as u32),
-        |cell| successors(ground, *cell),
-        remaining,
-        |cell| *cell == to as u32,
-    );
+    let ways = |cell: &u32| successors(ground, *cell);
+    let found = pathfinding::prelude::astar(&(from as u32), ways, remaining, |cell| *cell == to as u32);
     found.map(|(cells, _)| cells.into_iter().map(|cell| cell as usize).collect())
 }
 

@@ -50,7 +50,7 @@ pub(crate) fn office() -> OccupancyGrid {
     map
 }
 
-/// Corners of a drive of about 45 m through the rooms of [`office`].
+/// Corners of a drive of about 60 m through the rooms of [`office`].
 pub(crate) fn round_trip() -> Vec<Point> {
     let corners = [
         (2.7, 3.5),
