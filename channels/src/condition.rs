@@ -16,6 +16,12 @@ impl VariableId {
         Term::Variable(self)
     }
 
+    /// Position among the variables of the graph, in the order they were declared.
+    #[must_use]
+    pub fn index(self) -> usize {
+        self.0
+    }
+
     /// Field m[`number`] of the message in the variable, counted from 1, as a term.
     #[must_use]
     pub fn field(self, number: usize) -> Term {
@@ -50,6 +56,12 @@ impl Evaluation {
     #[must_use]
     pub fn get(&self, variable: VariableId) -> &Content {
         &self.0[variable.0]
+    }
+
+    /// What all variables hold, in the order of the graph's variables.
+    #[must_use]
+    pub fn contents(&self) -> &[Content] {
+        &self.0
     }
 
     /// Gives a variable a new content.

@@ -49,6 +49,9 @@ pub enum Label {
     Send(ChannelId, Slot),
     /// `?(q, p, ⊙)`
     Receive(ChannelId, Slot),
+    /// A tick is generated, taken or not: `[<tick>, n]` is assigned to the variable. Only monitors take such a
+    /// transition; a process is never offered it.
+    Tick(VariableId),
 }
 
 /// A conditional transition ℓ ↪ ℓ′.
@@ -132,6 +135,12 @@ impl ProgramGraph {
         &self.variables
     }
 
+    /// What the variables hold at the start, in the same order.
+    #[must_use]
+    pub fn initial_contents(&self) -> &[Content] {
+        self.initial_evaluation.contents()
+    }
+
     /// ↪: the transitions, ordered by the location they leave and then as they were declared.
     #[must_use]
     pub fn transitions(&self) -> &[GraphTransition] {
@@ -167,6 +176,7 @@ impl ProgramGraph {
             }
             Label::Send(channel, sent) => format!("!({}, {})", topology.describe(*channel), slot(sent)),
             Label::Receive(channel, taken) => format!("?({}, {})", topology.describe(*channel), slot(taken)),
+            Label::Tick(_) => "tick".to_owned(),
         };
         match (&transition.guard, label.as_str()) {
             (Condition::True, _) => label,
@@ -350,6 +360,11 @@ impl GraphProcess {
         })
     }
 
+    /// The first transition that would see a tick generated.
+    pub(crate) fn ticking(&self) -> Option<TransitionId> {
+        self.ready().find_map(|(id, transition)| matches!(transition.label, Label::Tick(_)).then_some(id))
+    }
+
     /// The first internal transition whose guard holds.
     pub(crate) fn internal(&self) -> Option<TransitionId> {
         self.ready().find_map(|(id, transition)| matches!(transition.label, Label::Internal(_)).then_some(id))
@@ -366,7 +381,7 @@ impl GraphProcess {
                     self.evaluation.set(*variable, content);
                 }
             }
-            (Label::Receive(_, Slot::Variable(variable)), Some(message)) => {
+            (Label::Receive(_, Slot::Variable(variable)) | Label::Tick(variable), Some(message)) => {
                 self.evaluation.set(*variable, Content::Message(message.clone()));
             }
             _ => {}
@@ -392,6 +407,7 @@ impl GraphProcess {
             Label::Receive(channel, Slot::Given(message)) => {
                 Action::Receive(*channel, Pattern::Exactly(message.clone()))
             }
+            Label::Tick(_) => return None,
         })
     }
 }
@@ -432,7 +448,7 @@ impl Process for GraphProcess {
             Slot::Variable(_) => None,
         };
         let uses = self.graph.transitions.iter().filter_map(|transition| match &transition.label {
-            Label::Internal(_) => None,
+            Label::Internal(_) | Label::Tick(_) => None,
             Label::Send(channel, slot) => Some(Use::Sends(*channel, given(slot))),
             Label::Receive(channel, slot) => Some(Use::Receives(*channel, given(slot))),
         });

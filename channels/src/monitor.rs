@@ -1,10 +1,11 @@
 //! Monitored transitions: monitors move with the messages they watch and disturb nobody.
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::graph::{GraphProcess, LocationId, ProgramGraph};
-use crate::{Event, EventKind};
+use crate::{Event, EventKind, Message, Value};
 
 /// What a monitor can say while the run goes on. True and false are final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
@@ -19,7 +20,9 @@ pub enum Verdict {
 }
 
 /// A monitor: it sees every event of the timed state sequence in the step in which it happens.
-pub trait Monitor: Debug + Send {
+///
+/// It is [`Any`], so that whoever knows what kind of monitor it is can ask it for more.
+pub trait Monitor: Any + Debug + Send {
     /// The name of the property that is watched.
     fn name(&self) -> &str;
 
@@ -49,7 +52,7 @@ pub trait Monitor: Debug + Send {
 /// A program graph as a monitor.
 ///
 /// It takes a receive transition when the message it waits for is received by the process it was meant for, in the
-/// same step; without a matching transition it stays where it is. Its internal moves then run to their end in that
+/// same step, and a tick transition when a tick is generated; without a matching transition it stays where it is. Its internal moves then run to their end in that
 /// step, the first enabled one at a time (paper, section "Runtime verification", the rule of the monitored
 /// transition).
 #[derive(Clone, Debug)]
@@ -96,13 +99,24 @@ impl Monitor for GraphMonitor {
     }
 
     fn observe(&mut self, event: &Event) {
-        let EventKind::Received { channel, message } = &event.kind else { return };
         if self.failed() {
             return;
         }
-        if let Some(transition) = self.process.receiving(*channel, message) {
-            self.process.follow(transition, Some(message));
-            self.run_internal_moves();
+        match &event.kind {
+            EventKind::Received { channel, message } => {
+                if let Some(transition) = self.process.receiving(*channel, message) {
+                    self.process.follow(transition, Some(message));
+                    self.run_internal_moves();
+                }
+            }
+            EventKind::Tick => {
+                if let Some(transition) = self.process.ticking() {
+                    let number = i64::try_from(event.tick).unwrap_or(i64::MAX);
+                    let tick = Message::new([Value::symbol("tick"), Value::Int(number)]);
+                    self.process.follow(transition, Some(&tick));
+                    self.run_internal_moves();
+                }
+            }
         }
     }
 
