@@ -4,65 +4,33 @@
 //! hand, as the program graphs of its monitor figure: [`phi1`], a safety property, and [`phi2`], a response property
 //! with a deadline in ticks.
 
+mod clause;
+mod describe;
+mod engine;
+mod explain;
+mod export;
+mod formula;
+mod load;
+mod monitor;
+mod oracle;
+mod outcome;
 mod paper;
+mod problem;
+mod resolve;
+mod shipped;
+mod suggest;
+pub mod syntax;
+mod synthesis;
 
-use std::fmt;
-
-use channels::{Monitor, Verdict};
-
+pub use engine::Symbol;
+pub use explain::explain;
+pub use export::Format;
+pub use formula::{Event, Formula, MessageCondition};
+pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
+pub use monitor::{MAX_AUTOMATON_STATES, Moment, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness};
+pub use oracle::{FormulaTooLarge, holds};
+pub use outcome::Outcome;
 pub use paper::{PhiTwo, phi1, phi2};
-
-/// A requirement on what passes over the channels, with its monitor.
-#[derive(Debug)]
-pub struct Property {
-    /// Its name, for example `phi1`.
-    pub name: String,
-    /// The formula, in the SCOPE language.
-    pub formula: String,
-    /// What it asks for, in a few words.
-    pub summary: String,
-    /// The monitor.
-    pub monitor: Box<dyn Monitor>,
-}
-
-/// What a run that has ended says of a property.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Outcome {
-    /// The property holds on the run as it stands.
-    Satisfied,
-    /// The property was violated.
-    Violated,
-    /// Something was still owed when the run ended.
-    Inconclusive,
-}
-
-impl Outcome {
-    /// All outcomes, as a user writes them.
-    pub const ALL: [Self; 3] = [Self::Satisfied, Self::Violated, Self::Inconclusive];
-
-    /// The outcome of a run that ends with the monitor in its present state.
-    #[must_use]
-    pub fn of(monitor: &dyn Monitor) -> Self {
-        match monitor.verdict() {
-            Verdict::False => Self::Violated,
-            Verdict::Inconclusive if monitor.is_open() => Self::Inconclusive,
-            Verdict::True | Verdict::Inconclusive => Self::Satisfied,
-        }
-    }
-
-    /// The outcome as reports write it: `satisfied`, `violated` or `inconclusive`.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Satisfied => "satisfied",
-            Self::Violated => "violated",
-            Self::Inconclusive => "inconclusive",
-        }
-    }
-}
-
-impl fmt::Display for Outcome {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
+pub use problem::{Problem, ScopeError, Warnings};
+pub use shipped::SHIPPED;
+pub use synthesis::{Choice, Method};

@@ -1,0 +1,220 @@
+//! The clause form of a formula: its operators with the parts that each of them asks.
+//!
+//! `not` is pushed to the atoms. The operand of `always` and the left of `until` become a set of clauses (each an `or`
+//! of literals, all of which must hold); the operand of `eventually` and the right of `until` a set of products (each
+//! an `and` of literals, one of which must hold). A part that another part contains is subsumed and dropped. Formulas
+//! that differ by the laws of a distributive lattice and by De Morgan's have the same form.
+
+use std::collections::BTreeSet;
+
+use channels::{ChannelId, Relation};
+
+use crate::formula::{Event, Formula};
+
+/// An event of a [`Vocabulary`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct EventId(pub(crate) u32);
+
+/// The different events that a formula speaks of, those of one channel beside each other.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Vocabulary {
+    events: Vec<Event>,
+}
+
+impl Vocabulary {
+    /// The events of a formula.
+    pub(crate) fn of(formula: &Formula) -> Self {
+        let mut events: Vec<Event> = Vec::new();
+        formula.events(&mut |event| {
+            if !events.contains(event) {
+                events.push(event.clone());
+            }
+        });
+        let mut channels: Vec<ChannelId> = Vec::new();
+        events.iter().map(|event| event.channel).for_each(|channel| {
+            if !channels.contains(&channel) {
+                channels.push(channel);
+            }
+        });
+        events.sort_by_key(|event| channels.iter().position(|channel| *channel == event.channel));
+        Self { events }
+    }
+
+    /// The number of an event of the formula.
+    fn id(&self, event: &Event) -> EventId {
+        let position = self.events.iter().position(|known| known == event);
+        EventId(position.expect("a vocabulary has all events of its formula") as u32)
+    }
+
+    pub(crate) fn get(&self, event: EventId) -> &Event {
+        &self.events[event.0 as usize]
+    }
+
+    pub(crate) fn ids(&self) -> impl Iterator<Item = EventId> + use<> {
+        (0..self.events.len() as u32).map(EventId)
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.events.len()
+    }
+
+    /// The channels of the events, each once, in the order in which the formula mentions them.
+    pub(crate) fn channels(&self) -> Vec<ChannelId> {
+        let mut channels: Vec<ChannelId> = self.events.iter().map(|event| event.channel).collect();
+        channels.dedup();
+        channels
+    }
+}
+
+/// The ticks from now that a `time_until` speaks of, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Window {
+    pub(crate) first: u64,
+    /// `u64::MAX` where there is no end.
+    pub(crate) last: u64,
+}
+
+impl Window {
+    /// The windows of `⋈ ticks`, an event in one of which makes it true: none, one, or two for `!=`.
+    pub(crate) fn of(relation: Relation, ticks: u64) -> Vec<Self> {
+        let before = ticks.checked_sub(1).map(|last| Self { first: 0, last });
+        let after = ticks.checked_add(1).map(|first| Self { first, last: u64::MAX });
+        match relation {
+            Relation::Less => before.into_iter().collect(),
+            Relation::LessOrEqual => vec![Self { first: 0, last: ticks }],
+            Relation::Equal => vec![Self { first: ticks, last: ticks }],
+            Relation::GreaterOrEqual => vec![Self { first: ticks, last: u64::MAX }],
+            Relation::Greater => after.into_iter().collect(),
+            Relation::NotEqual => before.into_iter().chain(after).collect(),
+        }
+    }
+}
+
+/// An atom or an operator, as a part of a clause or a product; the negations of both are literals too.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Literal {
+    /// The event's last message satisfies it (or does not).
+    Event { event: EventId, holds: bool },
+    /// The event passes in the window (or does not).
+    Time { event: EventId, window: Window, holds: bool },
+    /// At the next state at which one of its own channels speaks, the clauses hold; `strong` says that there is one.
+    Next { clauses: Form, strong: bool },
+    /// A product of `goal` holds some time, and all clauses of `hold` whenever they are asked before.
+    Until { hold: Form, goal: Form },
+    /// All clauses of `hold` hold whenever they are asked, until a product of `escape` has held before.
+    Release { escape: Form, hold: Form },
+}
+
+/// A set of literals: a clause, or a product.
+pub(crate) type Part = BTreeSet<Literal>;
+
+/// A set of parts: clauses, all of which hold, or products, one of which holds.
+pub(crate) type Form = BTreeSet<Part>;
+
+/// How the parts of a form go together.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Shape {
+    Clauses,
+    Products,
+}
+
+/// A formula with more parts than this somewhere in its clause form is refused.
+const MAX_PARTS: usize = 2_000;
+
+/// The clause form of a formula is too large to work with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TooManyParts;
+
+/// The clauses of a formula.
+pub(crate) fn clauses(formula: &Formula, vocabulary: &Vocabulary) -> Result<Form, TooManyParts> {
+    form(formula, true, Shape::Clauses, vocabulary)
+}
+
+/// The form of a formula, or of its negation.
+fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Result<Form, TooManyParts> {
+    let of = |part: &Formula, holds, shape| form(part, holds, shape, words);
+    match formula {
+        Formula::True => Ok(constant(holds, shape)),
+        Formula::False => Ok(constant(!holds, shape)),
+        Formula::Event(event) => Ok(single(Literal::Event { event: words.id(event), holds })),
+        Formula::TimeUntil { event, relation, ticks } => {
+            let windows = Window::of(*relation, *ticks).into_iter();
+            let literals = windows.map(|window| Ok(single(Literal::Time { event: words.id(event), window, holds })));
+            combine(literals, !holds, shape)
+        }
+        Formula::Not(part) => of(part, !holds, shape),
+        Formula::And(parts) => combine(parts.iter().map(|part| of(part, holds, shape)), holds, shape),
+        Formula::Or(parts) => combine(parts.iter().map(|part| of(part, holds, shape)), !holds, shape),
+        Formula::Implies(a, b) => combine([of(a, !holds, shape), of(b, holds, shape)].into_iter(), !holds, shape),
+        Formula::Next(part) => Ok(single(Literal::Next { clauses: of(part, holds, Shape::Clauses)?, strong: holds })),
+        Formula::Always(part) => Ok(single(if holds {
+            Literal::Release { escape: Form::new(), hold: of(part, true, Shape::Clauses)? }
+        } else {
+            Literal::Until { hold: Form::new(), goal: of(part, false, Shape::Products)? }
+        })),
+        Formula::Eventually(part) => Ok(single(if holds {
+            Literal::Until { hold: Form::new(), goal: of(part, true, Shape::Products)? }
+        } else {
+            Literal::Release { escape: Form::new(), hold: of(part, false, Shape::Clauses)? }
+        })),
+        Formula::Until(a, b) => Ok(single(if holds {
+            Literal::Until { hold: of(a, true, Shape::Clauses)?, goal: of(b, true, Shape::Products)? }
+        } else {
+            Literal::Release { escape: of(a, false, Shape::Products)?, hold: of(b, false, Shape::Clauses)? }
+        })),
+    }
+}
+
+/// True is no clause at all, or the empty product; false the empty clause, or no product at all.
+fn constant(truth: bool, shape: Shape) -> Form {
+    if truth == (shape == Shape::Clauses) { Form::new() } else { Form::from([Part::new()]) }
+}
+
+fn single(literal: Literal) -> Form {
+    Form::from([Part::from([literal])])
+}
+
+/// The `and` of forms (or their `or`).
+fn combine(
+    mut forms: impl Iterator<Item = Result<Form, TooManyParts>>,
+    and: bool,
+    shape: Shape,
+) -> Result<Form, TooManyParts> {
+    let start = constant(and, shape);
+    let unite = and == (shape == Shape::Clauses);
+    forms.try_fold(start, |all, form| {
+        let form = form?;
+        let combined: Vec<Part> = if unite {
+            all.into_iter().chain(form).collect()
+        } else {
+            all.iter().flat_map(|a| form.iter().map(move |b| a.union(b).cloned().collect())).collect()
+        };
+        if combined.len() > MAX_PARTS { Err(TooManyParts) } else { Ok(without_subsumed(combined)) }
+    })
+}
+
+/// The parts that contain no other part.
+fn without_subsumed(mut parts: Vec<Part>) -> Form {
+    parts.sort_by_key(Part::len);
+    let mut kept: Vec<Part> = Vec::new();
+    for part in parts {
+        if !kept.iter().any(|smaller| smaller.is_subset(&part)) {
+            kept.push(part);
+        }
+    }
+    kept.into_iter().collect()
+}
+
+/// The channels of a part's own atoms: at a message on one of them the part is asked. None: at every tick.
+pub(crate) fn own_channels(part: &Part, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
+    let own = part.iter().filter_map(|literal| match literal {
+        Literal::Event { event, .. } => Some(vocabulary.get(*event).channel),
+        _ => None,
+    });
+    own.collect()
+}
+
+/// The channels of the own atoms of all parts together, which say when the operand of a `next` is asked.
+pub(crate) fn own_channels_of_all(form: &Form, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
+    form.iter().flat_map(|part| own_channels(part, vocabulary)).collect()
+}

@@ -1,0 +1,254 @@
+//! Letters: what a formula can see of a message.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use channels::{ChannelId, Domain, FieldKind, Message, Topology, Value};
+
+use crate::clause::{EventId, Vocabulary};
+use crate::formula::MessageCondition;
+
+/// What happened at a state, as a formula sees it: a tick, or a message on a channel that satisfies some of its events.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Letter {
+    /// The events whose channel carries the message; none at a tick.
+    pub(crate) channel: u64,
+    /// Those of them that the message satisfies.
+    pub(crate) satisfied: u64,
+}
+
+impl Letter {
+    /// A tick is generated.
+    pub(crate) const TICK: Self = Self { channel: 0, satisfied: 0 };
+
+    pub(crate) fn is_tick(self) -> bool {
+        self.channel == 0
+    }
+}
+
+/// A formula speaks of at most this many different events.
+pub(crate) const MAX_EVENTS: usize = 64;
+
+/// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events it satisfies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Symbol(pub(crate) u16);
+
+impl Symbol {
+    /// A tick is generated, and τ stays: the first tick of a run.
+    pub const TICK: Self = Self(0);
+    /// τ grows by one, and nothing happens yet.
+    pub const ADVANCE: Self = Self(1);
+    /// τ grows by one, and that tick is generated.
+    pub const NEXT_TICK: Self = Self(2);
+    /// The first symbol of a message.
+    pub(crate) const MESSAGES: u16 = 3;
+}
+
+/// The letters of a formula, and how messages are read as letters.
+#[derive(Clone, Debug)]
+pub(crate) struct Alphabet {
+    /// For each channel of the topology, by index, its place in `readers`; `DEAF` where the formula is deaf.
+    by_channel: Vec<u16>,
+    readers: Vec<Reader>,
+    /// How many symbols there are; `None` if they are too many for tables.
+    symbols: Option<u16>,
+}
+
+/// Reads the messages of one channel.
+#[derive(Clone, Debug)]
+struct Reader {
+    channel: ChannelId,
+    mask: u64,
+    /// How far the channel's events are shifted among all events.
+    shift: u32,
+    conditions: Vec<MessageCondition>,
+    /// The letters that messages of the channel's domain can be, each with such a message.
+    letters: Vec<(Letter, Message)>,
+    /// The symbol of a message that satisfies nothing.
+    base: u16,
+}
+
+const DEAF: u16 = u16::MAX;
+
+/// A formula with more symbols than this is monitored without tables.
+const MAX_SYMBOLS: u32 = 1 << 10;
+
+impl Alphabet {
+    /// The alphabet of a vocabulary of at most [`MAX_EVENTS`] events.
+    pub(crate) fn new(vocabulary: &Vocabulary, topology: &Topology) -> Self {
+        let channels = vocabulary.channels();
+        let mut by_channel = vec![DEAF; topology.channels().count()];
+        for (place, channel) in channels.iter().enumerate() {
+            by_channel[channel.index()] = place as u16;
+        }
+        let mut readers: Vec<Reader> =
+            channels.into_iter().map(|channel| Reader::new(channel, vocabulary, topology)).collect();
+        let mut symbols = u32::from(Symbol::MESSAGES);
+        for reader in &mut readers {
+            reader.base = symbols.min(MAX_SYMBOLS) as u16;
+            symbols = symbols.saturating_add(1_u32.checked_shl(reader.mask.count_ones()).unwrap_or(MAX_SYMBOLS));
+        }
+        let symbols = (symbols <= MAX_SYMBOLS).then_some(symbols as u16);
+        Self { by_channel, readers, symbols }
+    }
+
+    /// The letter of a message; none if the formula does not mention its channel.
+    pub(crate) fn read(&self, channel: ChannelId, message: &Message) -> Option<Letter> {
+        self.reader(channel).map(|reader| reader.read(message))
+    }
+
+    fn reader(&self, channel: ChannelId) -> Option<&Reader> {
+        let place = self.by_channel.get(channel.index()).copied().filter(|place| *place != DEAF)?;
+        self.readers.get(usize::from(place))
+    }
+
+    /// The symbol of a letter of this alphabet, ticks as [`Symbol::TICK`]. Only where there are symbols.
+    pub(crate) fn symbol(&self, letter: Letter) -> Symbol {
+        let reader = self.readers.iter().find(|reader| reader.mask == letter.channel);
+        reader.map_or(Symbol::TICK, |reader| Symbol(reader.base + (letter.satisfied >> reader.shift) as u16))
+    }
+
+    /// The letter of a message's symbol.
+    pub(crate) fn letter(&self, symbol: Symbol) -> Letter {
+        let reader = self.readers.iter().rev().find(|reader| reader.base <= symbol.0);
+        reader.map_or(Letter::TICK, |reader| Letter {
+            channel: reader.mask,
+            satisfied: u64::from(symbol.0 - reader.base) << reader.shift,
+        })
+    }
+
+    /// How many symbols there are; `None` if they are too many for tables.
+    pub(crate) fn symbols(&self) -> Option<u16> {
+        self.symbols
+    }
+
+    /// Every letter that a message within the domains can be, each with such a message, in a fixed order.
+    pub(crate) fn letters(&self) -> impl Iterator<Item = (Letter, ChannelId, &Message)> + '_ {
+        let of = |reader: &'_ Reader| reader.letters.len();
+        self.readers.iter().flat_map(move |reader| {
+            (0..of(reader)).map(move |at| (reader.letters[at].0, reader.channel, &reader.letters[at].1))
+        })
+    }
+
+    /// The events that some message within the domains satisfies.
+    pub(crate) fn possible(&self) -> u64 {
+        self.letters().fold(0, |bits, (letter, ..)| bits | letter.satisfied)
+    }
+
+    /// A bit for each event on a channel.
+    pub(crate) fn mask_of(&self, channel: ChannelId) -> u64 {
+        self.reader(channel).map_or(0, |reader| reader.mask)
+    }
+}
+
+impl Reader {
+    fn new(channel: ChannelId, vocabulary: &Vocabulary, topology: &Topology) -> Self {
+        let events: Vec<EventId> = vocabulary.ids().filter(|event| vocabulary.get(*event).channel == channel).collect();
+        let conditions: Vec<MessageCondition> =
+            events.iter().map(|event| vocabulary.get(*event).condition.clone()).collect();
+        let mask = events.iter().fold(0, |mask, event| mask | 1 << event.0);
+        let shift = events.first().map_or(0, |event| event.0);
+        let mut reader = Self { channel, mask, shift, conditions, letters: Vec::new(), base: 0 };
+        let mut letters = BTreeMap::new();
+        for message in samples(&topology.get(channel).domain, reader.conditions.iter()) {
+            letters.entry(reader.read(&message)).or_insert(message);
+        }
+        reader.letters = letters.into_iter().collect();
+        reader
+    }
+
+    fn read(&self, message: &Message) -> Letter {
+        let satisfied =
+            self.conditions.iter().rev().fold(0, |bits, condition| bits << 1 | u64::from(condition.holds(message)));
+        Letter { channel: self.mask, satisfied: satisfied << self.shift }
+    }
+}
+
+/// More sample messages than this are not tried: what only others could do is then learnt when it happens.
+const MAX_SAMPLES: usize = 100_000;
+
+/// Messages of a domain such that every message of it satisfies the same conditions as one of them.
+///
+/// Each field takes a value for each thing that a comparison could tell apart: every constant it is compared with, and
+/// the values between, below and above them. A domain without shapes has all messages.
+pub(crate) fn samples<'a>(domain: &Domain, conditions: impl Iterator<Item = &'a MessageCondition>) -> Vec<Message> {
+    let mut constants: Vec<(usize, &Value)> = Vec::new();
+    for condition in conditions {
+        condition.comparisons(&mut |field, _, value| constants.push((field, value)));
+    }
+    let of_field = |field: usize| -> Vec<&Value> {
+        constants.iter().filter(|(compared, _)| *compared == field).map(|(_, value)| *value).collect()
+    };
+    if domain.shapes().is_empty() {
+        return untyped_samples(&constants);
+    }
+    let shapes = domain.shapes().iter().map(|shape| {
+        let fields = shape.fields().iter().enumerate();
+        let choices = fields.map(|(index, (_, kind))| field_samples(kind, &of_field(index + 1))).collect::<Vec<_>>();
+        product(&choices)
+    });
+    shapes.flatten().collect()
+}
+
+/// Messages of any shape: every field is absent or holds a value of any type that a comparison could tell apart.
+fn untyped_samples(constants: &[(usize, &Value)]) -> Vec<Message> {
+    let longest = constants.iter().map(|(field, _)| *field).max().unwrap_or(0);
+    let choices = |field: usize| {
+        let values: Vec<&Value> =
+            constants.iter().filter(|(compared, _)| *compared == field).map(|(_, value)| *value).collect();
+        // `Unmentioned` stands for every value of another type.
+        let mut choices = vec![Value::symbol("Unmentioned")];
+        choices.extend(field_samples(&FieldKind::Real, &values));
+        choices.extend(values.into_iter().filter(|value| value.as_number().is_none()).cloned());
+        choices
+    };
+    (0..=longest).flat_map(|length| product(&(1..=length).map(choices).collect::<Vec<_>>())).collect()
+}
+
+fn product(choices: &[Vec<Value>]) -> Vec<Message> {
+    let mut messages: Vec<Vec<Value>> = vec![Vec::new()];
+    for values in choices {
+        let longer = messages
+            .iter()
+            .flat_map(|message| values.iter().map(|value| message.iter().chain([value]).cloned().collect::<Vec<_>>()));
+        messages = longer.take(MAX_SAMPLES).collect();
+    }
+    messages.into_iter().map(Message::new).collect()
+}
+
+/// Values of a kind, one for each thing that comparisons with the constants can tell apart.
+fn field_samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
+    let mut numbers: Vec<f64> = constants.iter().filter_map(|value| value.as_number()).collect();
+    numbers.sort_by(f64::total_cmp);
+    numbers.dedup();
+    match kind {
+        FieldKind::Symbol(symbols) => {
+            let (mentioned, others): (Vec<Value>, Vec<Value>) =
+                symbols.iter().cloned().map(Value::Symbol).partition(|symbol| constants.contains(&symbol));
+            mentioned.into_iter().chain(others.into_iter().take(1)).collect()
+        }
+        FieldKind::Bool if constants.is_empty() => vec![false.into()],
+        FieldKind::Bool => vec![false.into(), true.into()],
+        FieldKind::Real => reals(&numbers).into_iter().map(Value::Real).collect(),
+        FieldKind::Int => {
+            let near = |number: &f64| {
+                let floor = number.floor() as i64;
+                [floor.saturating_sub(1), floor, floor.saturating_add(1), floor.saturating_add(2)]
+            };
+            let near: BTreeSet<i64> =
+                if numbers.is_empty() { BTreeSet::from([0]) } else { numbers.iter().flat_map(near).collect() };
+            near.into_iter().map(Value::Int).collect()
+        }
+        FieldKind::Text => {
+            let texts = constants.iter().filter(|value| matches!(value, Value::Text(_))).map(|value| (*value).clone());
+            texts.chain([Value::from("\u{1}unmentioned")]).collect()
+        }
+    }
+}
+
+/// The numbers, and one between each two neighbours, below and above them.
+fn reals(numbers: &[f64]) -> Vec<f64> {
+    let (Some(least), Some(greatest)) = (numbers.first(), numbers.last()) else { return vec![0.0] };
+    let beyond = |number: f64, way: f64| number + way * (number.abs() + 1.0);
+    let between = numbers.windows(2).map(|pair| pair[0] + (pair[1] - pair[0]) / 2.0);
+    numbers.iter().copied().chain(between).chain([beyond(*least, -1.0), beyond(*greatest, 1.0)]).collect()
+}

@@ -1,0 +1,306 @@
+//! The explicit automaton of a formula: everything that can become of its obligations, worked out before the run.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
+
+use channels::Verdict;
+
+use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::obligations::Obligations;
+use crate::engine::operators::{Operators, State};
+use crate::engine::progression::Progression;
+
+/// The number of a state of an automaton.
+pub(crate) type StateNumber = u16;
+
+/// No message within the domains of its channel leads anywhere from here.
+const NOWHERE: StateNumber = StateNumber::MAX;
+
+/// An automaton may have this many states.
+pub(crate) const MAX_STATES: usize = 10_000;
+
+/// The automaton of a formula would have more than ten thousand states.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TooManyStates;
+
+/// All states that a formula's obligations can reach, with the verdict in each.
+///
+/// A state is settled as soon as no path leads to both outcomes: anticipation is exact.
+#[derive(Clone, Debug)]
+pub(crate) struct Automaton {
+    /// Where each symbol leads from each state: `table[state << width | symbol]`.
+    table: Vec<StateNumber>,
+    width: u32,
+    /// What a state stands for: obligations (none yet at the start) and remembered events.
+    meanings: Vec<(Option<Obligations>, u64)>,
+    verdicts: Vec<Verdict>,
+    holds: Vec<bool>,
+    symbols: u16,
+}
+
+impl Automaton {
+    /// The automaton, if it has no more than `limit` states.
+    pub(crate) fn new(operators: &Operators, alphabet: &Alphabet, limit: usize) -> Result<Self, TooManyStates> {
+        let symbols = alphabet.symbols().ok_or(TooManyStates)?;
+        let width = u32::from(symbols).next_power_of_two().trailing_zeros();
+        let explorer = Explorer { operators, alphabet, width, known: HashMap::new(), meanings: Vec::new(), limit };
+        let (table, meanings) = explorer.explore()?;
+        let holds: Vec<bool> = meanings
+            .iter()
+            .map(|(owed, _)| {
+                owed.as_ref().map_or_else(|| operators.holds_on_nothing(), |owed| operators.met_at_the_end(owed))
+            })
+            .collect();
+        let mut automaton = Self { table, width, meanings, verdicts: Vec::new(), holds, symbols };
+        automaton.verdicts = automaton.anticipate();
+        Ok(automaton)
+    }
+
+    /// The verdict in each state, from what can be reached from it.
+    fn anticipate(&self) -> Vec<Verdict> {
+        let [satisfiable, violable] = [true, false].map(|outcome| self.reaching(outcome));
+        let verdict = |(satisfiable, violable): (bool, bool)| match (satisfiable, violable) {
+            (true, true) => Verdict::Inconclusive,
+            (true, false) => Verdict::True,
+            _ => Verdict::False,
+        };
+        satisfiable.into_iter().zip(violable).map(verdict).collect()
+    }
+
+    /// Which states have a path to a state where the formula holds as the run stands, or does not.
+    fn reaching(&self, outcome: bool) -> Vec<bool> {
+        let mut before: Vec<Vec<StateNumber>> = vec![Vec::new(); self.len()];
+        for (from, to) in (0..self.len()).flat_map(|from| self.successors(from).map(move |(_, to)| (from, to))) {
+            before[to].push(from as StateNumber);
+        }
+        let mut reaching: Vec<bool> = self.holds.iter().map(|holds| *holds == outcome).collect();
+        let mut open: Vec<usize> = (0..self.len()).filter(|state| reaching[*state]).collect();
+        while let Some(state) = open.pop() {
+            for from in before[state].iter().map(|from| usize::from(*from)) {
+                if !reaching[from] {
+                    reaching[from] = true;
+                    open.push(from);
+                }
+            }
+        }
+        reaching
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.meanings.len()
+    }
+
+    /// Where the symbols lead from a state that lead anywhere.
+    pub(crate) fn successors(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
+        (0..self.symbols).map(Symbol).filter_map(move |symbol| Some((symbol, self.successor(state, symbol)?)))
+    }
+
+    fn successor(&self, state: usize, symbol: Symbol) -> Option<usize> {
+        let next = self.table[state << self.width | usize::from(symbol.0)];
+        (next != NOWHERE).then_some(usize::from(next))
+    }
+
+    /// A shortest sequence of symbols from a state to one where the formula holds as the run stands, or does not.
+    pub(crate) fn path(&self, start: usize, outcome: bool) -> Option<Vec<Symbol>> {
+        let mut came: Vec<Option<(usize, Symbol)>> = vec![None; self.len()];
+        let mut queue = VecDeque::from([start]);
+        while let Some(state) = queue.pop_front() {
+            if self.holds[state] == outcome {
+                let back = std::iter::successors(Some(state), |state| came[*state].map(|(from, _)| from));
+                let mut path: Vec<Symbol> = back.filter_map(|state| came[state].map(|(_, symbol)| symbol)).collect();
+                path.reverse();
+                return Some(path);
+            }
+            for (symbol, to) in self.successors(state) {
+                if came[to].is_none() && to != start {
+                    came[to] = Some((state, symbol));
+                    queue.push_back(to);
+                }
+            }
+        }
+        None
+    }
+}
+
+type Meaning = (Option<Obligations>, u64);
+
+struct Explorer<'a> {
+    operators: &'a Operators,
+    alphabet: &'a Alphabet,
+    width: u32,
+    known: HashMap<Meaning, StateNumber>,
+    meanings: Vec<Meaning>,
+    limit: usize,
+}
+
+impl Explorer<'_> {
+    fn explore(mut self) -> Result<(Vec<StateNumber>, Vec<Meaning>), TooManyStates> {
+        let letters: Vec<(Symbol, Letter)> = self
+            .alphabet
+            .letters()
+            .map(|(letter, ..)| (self.alphabet.symbol(letter), letter))
+            .chain([(Symbol::TICK, Letter::TICK)])
+            .collect();
+        let mut table = Vec::new();
+        self.number((None, 0))?;
+        let mut state = 0;
+        while state < self.meanings.len() {
+            table.resize((state + 1) << self.width, NOWHERE);
+            let (owed, last) = self.meanings[state].clone();
+            let later = owed.clone().map(|owed| self.operators.advance(owed, 1).shifted());
+            table[state << self.width | usize::from(Symbol::ADVANCE.0)] = self.number((later, last))?;
+            for (symbol, letter) in &letters {
+                let next = self.after(owed.clone(), last, *letter);
+                table[state << self.width | usize::from(symbol.0)] = self.number(next)?;
+            }
+            state += 1;
+        }
+        for state in 0..self.meanings.len() {
+            let at = |state: StateNumber, symbol: Symbol| usize::from(state) << self.width | usize::from(symbol.0);
+            let later = table[at(state as StateNumber, Symbol::ADVANCE)];
+            table[at(state as StateNumber, Symbol::NEXT_TICK)] = table[at(later, Symbol::TICK)];
+        }
+        Ok((table, self.meanings))
+    }
+
+    fn after(&self, owed: Option<Obligations>, last: u64, letter: Letter) -> Meaning {
+        let last = last & !letter.channel | letter.satisfied;
+        let state = State { letter, last, now: 0 };
+        let owed = match owed {
+            None => self.operators.begin(state),
+            Some(owed) => self.operators.step(owed, state),
+        };
+        (Some(owed), last & self.operators.remembered())
+    }
+
+    fn number(&mut self, (owed, last): Meaning) -> Result<StateNumber, TooManyStates> {
+        let settled = owed.as_ref().is_some_and(|owed| owed.is_met() || owed.is_broken());
+        let meaning = (owed, if settled { 0 } else { last });
+        if let Some(number) = self.known.get(&meaning) {
+            return Ok(*number);
+        }
+        if self.meanings.len() >= self.limit {
+            return Err(TooManyStates);
+        }
+        let number = self.meanings.len() as StateNumber;
+        self.meanings.push(meaning.clone());
+        self.known.insert(meaning, number);
+        Ok(number)
+    }
+}
+
+/// How often τ grows.
+fn ticks(symbols: &[Symbol]) -> u64 {
+    symbols.iter().filter(|symbol| matches!(**symbol, Symbol::ADVANCE | Symbol::NEXT_TICK)).count() as u64
+}
+
+/// An automaton at work.
+#[derive(Clone, Debug)]
+pub(crate) struct AutomatonRun {
+    automaton: Arc<Automaton>,
+    operators: Arc<Operators>,
+    state: StateNumber,
+    now: u64,
+    /// After a message that its channel's domain does not have: the automaton knows no way, progression goes on.
+    detour: Option<Progression>,
+}
+
+impl AutomatonRun {
+    pub(crate) fn new(automaton: Arc<Automaton>, operators: Arc<Operators>) -> Self {
+        Self { automaton, operators, state: 0, now: 0, detour: None }
+    }
+
+    pub(crate) fn state(&self) -> Option<usize> {
+        self.detour.is_none().then_some(usize::from(self.state))
+    }
+
+    /// τ has become `now`.
+    pub(crate) fn advance(&mut self, now: u64) {
+        if let Some(detour) = &mut self.detour {
+            return detour.advance(now);
+        }
+        while self.now < now {
+            let next =
+                self.automaton.table[usize::from(self.state) << self.automaton.width | usize::from(Symbol::ADVANCE.0)];
+            self.now = if next == self.state { now } else { self.now + 1 };
+            self.state = next;
+        }
+    }
+
+    /// A state with that letter.
+    pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
+        if let Some(detour) = &mut self.detour {
+            return detour.read(letter);
+        }
+        let symbol = alphabet.symbol(letter);
+        let next = self.automaton.table[usize::from(self.state) << self.automaton.width | usize::from(symbol.0)];
+        if next == NOWHERE {
+            self.leave(letter);
+        } else {
+            self.state = next;
+        }
+    }
+
+    #[cold]
+    fn leave(&mut self, letter: Letter) {
+        let (owed, last) = self.meaning();
+        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, last, self.now);
+        detour.read(letter);
+        self.detour = Some(detour);
+    }
+
+    /// The obligations here, in ticks of the run.
+    fn meaning(&self) -> Meaning {
+        let (owed, last) = &self.automaton.meanings[usize::from(self.state)];
+        (owed.as_ref().map(|owed| owed.at(self.now)), *last)
+    }
+
+    pub(crate) fn owed(&self) -> Option<Obligations> {
+        match &self.detour {
+            Some(detour) => detour.owed().cloned(),
+            None => self.meaning().0,
+        }
+    }
+
+    /// Takes a sequence of symbols, as far as the verdict is open; ticks are [`Symbol::NEXT_TICK`].
+    pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
+        if let Some(detour) = &mut self.detour {
+            return detour.run(symbols, alphabet);
+        }
+        let mut state = self.state;
+        let table = self.automaton.table.as_slice();
+        for (at, symbol) in symbols.iter().enumerate() {
+            let next = table[usize::from(state) << self.automaton.width | usize::from(symbol.0)];
+            if next == NOWHERE {
+                self.now += ticks(&symbols[..at]);
+                self.state = state;
+                return self.run_detour(&symbols[at..], alphabet);
+            }
+            state = next;
+        }
+        self.now += ticks(symbols);
+        self.state = state;
+    }
+
+    #[cold]
+    fn run_detour(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
+        let (owed, last) = self.meaning();
+        let mut detour = Progression::resume(Arc::clone(&self.operators), owed, last, self.now);
+        detour.run(symbols, alphabet);
+        self.detour = Some(detour);
+    }
+
+    pub(crate) fn verdict(&self) -> Verdict {
+        match &self.detour {
+            Some(detour) => detour.verdict(),
+            None => self.automaton.verdicts[usize::from(self.state)],
+        }
+    }
+
+    pub(crate) fn holds(&self) -> bool {
+        match &self.detour {
+            Some(detour) => detour.holds(),
+            None => self.automaton.holds[usize::from(self.state)],
+        }
+    }
+}

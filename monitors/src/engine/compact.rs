@@ -1,0 +1,390 @@
+//! Monitors without obligations: `always` of clauses that speak of the present and of at most one deadline each.
+//!
+//! Of a clause `antecedent implies time_until (answer) < θ` only the oldest open obligation matters: whatever answers
+//! it answers the later ones. Of `antecedent implies not time_until (ban) < θ` only the youngest does. So a number a
+//! clause is enough, and an event takes the same time whatever θ.
+
+use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
+
+use channels::Verdict;
+
+use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, own_channels};
+use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+
+/// A clause `always` of which is watched: whenever one of its own channels speaks (at every tick, if it has none) and
+/// none of its literals holds, the deadline is set; or, without one, the formula is violated.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Rule {
+    /// The clause itself.
+    pub(crate) clause: Part,
+    /// The events that strike it: those of its own channels.
+    clock: u64,
+    /// The events one of which must hold, and those one of which must not.
+    hold: u64,
+    hold_not: u64,
+    /// The deadline.
+    pub(crate) timing: Timing,
+}
+
+/// What a rule demands once its literals have failed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Timing {
+    /// They must never fail.
+    Never,
+    /// One of these events passes within so many ticks.
+    Within { answers: u64, ticks: u64 },
+    /// None of these events passes within so many ticks.
+    Without { bans: u64, ticks: u64 },
+}
+
+/// What a letter does to the rules in a state: a bit for each.
+#[derive(Clone, Copy, Debug, Default)]
+struct Step {
+    next: u16,
+    /// The rules whose literals fail here.
+    strikes: u16,
+    /// The rules whose event passes.
+    passes: u16,
+}
+
+/// Rules over remembered events.
+#[derive(Clone, Debug)]
+pub(crate) struct Compact {
+    rules: Vec<Rule>,
+    table: Vec<Step>,
+    width: u32,
+    /// From which states a violation can still come.
+    live: Vec<bool>,
+    /// The rules that an event answers.
+    answered: u16,
+}
+
+/// More rules than this are left to other machines.
+const MAX_RULES: usize = 16;
+
+/// More states than this are left to other machines.
+const MAX_STATES: usize = 4_096;
+
+impl Compact {
+    /// The rules of a formula that is `always` of clauses of this kind, or several such formulas joined by `and`.
+    pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Self> {
+        let rules = rules(form, vocabulary, alphabet)?;
+        let width = u32::from(alphabet.symbols()?).next_power_of_two().trailing_zeros();
+        let is_answered = |rule: &Rule| matches!(rule.timing, Timing::Within { .. });
+        let answered = rules.iter().rev().fold(0, |bits, rule| bits << 1 | u16::from(is_answered(rule)));
+        let mut compact = Self { rules, table: Vec::new(), width, live: Vec::new(), answered };
+        compact.explore(alphabet)?;
+        Some(compact)
+    }
+
+    pub(crate) fn rules(&self) -> &[Rule] {
+        &self.rules
+    }
+
+    /// Whether verdicts come as early as possible: with one rule, or without deadlines.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.rules.len() <= 1 || self.rules.iter().all(|rule| rule.timing == Timing::Never)
+    }
+
+    fn explore(&mut self, alphabet: &Alphabet) -> Option<()> {
+        let remembered = self.rules.iter().map(|rule| rule.remembered(alphabet)).fold(0, |bits, rule| bits | rule);
+        let possible: BTreeSet<Letter> = alphabet.letters().map(|(letter, ..)| letter).collect();
+        let mut known = HashMap::from([(0_u64, 0_u16)]);
+        let mut states = vec![0_u64];
+        let mut edges = Vec::new();
+        let mut at = 0;
+        while at < states.len() {
+            self.table.resize((at + 1) << self.width, Step { next: at as u16, ..Step::default() });
+            for symbol in (Symbol::MESSAGES..alphabet.symbols()?).map(Symbol) {
+                let letter = alphabet.letter(symbol);
+                let last = states[at] & !letter.channel | letter.satisfied;
+                let next = *known.entry(last & remembered).or_insert_with(|| {
+                    states.push(last & remembered);
+                    (states.len() - 1) as u16
+                });
+                let step = self.step(letter, last, next);
+                self.table[at << self.width | usize::from(symbol.0)] = step;
+                // A message outside the domains is followed, but not expected.
+                if possible.contains(&letter) {
+                    edges.push((at, usize::from(next), step.strikes & !(step.passes & self.answered)));
+                }
+            }
+            let step = self.step(Letter::TICK, states[at], at as u16);
+            for tick in [Symbol::TICK, Symbol::NEXT_TICK] {
+                self.table[at << self.width | usize::from(tick.0)] = step;
+            }
+            edges.push((at, at, step.strikes));
+            if states.len() > MAX_STATES {
+                return None;
+            }
+            at += 1;
+        }
+        self.live = live(states.len(), &edges);
+        Some(())
+    }
+
+    fn step(&self, letter: Letter, last: u64, next: u16) -> Step {
+        let mut step = Step { next, ..Step::default() };
+        for (index, rule) in self.rules.iter().enumerate() {
+            let struck = if letter.is_tick() { rule.clock == 0 } else { rule.clock & letter.channel != 0 };
+            let failed = last & rule.hold == 0 && !last & rule.hold_not == 0;
+            step.strikes |= u16::from(struck && failed) << index;
+            step.passes |= u16::from(letter.satisfied & rule.timing.events() != 0) << index;
+        }
+        step
+    }
+}
+
+impl Timing {
+    fn events(&self) -> u64 {
+        match self {
+            Self::Never => 0,
+            Self::Within { answers: events, .. } | Self::Without { bans: events, .. } => *events,
+        }
+    }
+}
+
+impl Rule {
+    fn new(clause: &Part, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Self> {
+        let clock =
+            own_channels(clause, vocabulary).into_iter().fold(0, |mask, channel| mask | alphabet.mask_of(channel));
+        let mut rule = Self { clause: clause.clone(), clock, hold: 0, hold_not: 0, timing: Timing::Never };
+        for literal in clause {
+            match literal {
+                Literal::Event { event: EventId(event), holds: true } => rule.hold |= 1 << event,
+                Literal::Event { event: EventId(event), holds: false } => rule.hold_not |= 1 << event,
+                // What no message satisfies passes never: `holds` is false then, its negation true.
+                Literal::Time { event: EventId(event), holds, .. } if alphabet.possible() & (1 << event) == 0 => {
+                    if !holds {
+                        return None;
+                    }
+                }
+                Literal::Time { event: EventId(event), window: Window { first: 0, last }, holds } => {
+                    rule.timing = rule.timing.with(1 << event, last.checked_add(1)?, *holds)?;
+                }
+                _ => return None,
+            }
+        }
+        let asked_at_ticks_for_nothing = clock == 0 && rule.timing == Timing::Never;
+        (!asked_at_ticks_for_nothing).then_some(rule)
+    }
+
+    fn remembered(&self, alphabet: &Alphabet) -> u64 {
+        let own = self.hold | self.hold_not;
+        let one_channel = alphabet.letters().any(|(letter, ..)| letter.channel == self.clock);
+        if one_channel { 0 } else { own }
+    }
+}
+
+impl Timing {
+    fn with(&self, event: u64, ticks: u64, holds: bool) -> Option<Self> {
+        match self {
+            Self::Never if holds => Some(Self::Within { answers: event, ticks }),
+            Self::Never => Some(Self::Without { bans: event, ticks }),
+            Self::Within { answers, ticks: known } if holds && *known == ticks => {
+                Some(Self::Within { answers: answers | event, ticks })
+            }
+            _ => None,
+        }
+    }
+}
+
+fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Vec<Rule>> {
+    let mut rules = Vec::new();
+    for clause in form {
+        let mut literals = clause.iter();
+        let (Some(Literal::Release { escape, hold }), None) = (literals.next(), literals.next()) else { return None };
+        if !escape.is_empty() {
+            return None;
+        }
+        for clause in hold {
+            rules.push(Rule::new(clause, vocabulary, alphabet)?);
+        }
+    }
+    (rules.len() <= MAX_RULES).then_some(rules)
+}
+
+/// The states from which an edge that strikes a rule can be reached.
+fn live(states: usize, edges: &[(usize, usize, u16)]) -> Vec<bool> {
+    let mut live = vec![false; states];
+    let mut changed = true;
+    while changed {
+        changed = false;
+        for (from, to, strikes) in edges {
+            let now_live = !live[*from] && (*strikes != 0 || live[*to]);
+            live[*from] |= now_live;
+            changed |= now_live;
+        }
+    }
+    live
+}
+
+/// Rules at work: a state, and a tick for each rule.
+#[derive(Clone, Debug)]
+pub(crate) struct CompactRun {
+    compact: Arc<Compact>,
+    state: u16,
+    now: u64,
+    /// For each rule: the tick at which it is too late ([`Timing::Within`]; `u64::MAX`: nothing is owed), or the first
+    /// at which everything is allowed again ([`Timing::Without`]; 0: now).
+    ticks: Vec<u64>,
+    broken: Option<usize>,
+}
+
+impl CompactRun {
+    pub(crate) fn new(compact: Arc<Compact>) -> Self {
+        let ticks = compact.rules.iter().map(|rule| rule.timing.at_rest()).collect();
+        Self { compact, state: 0, now: 0, ticks, broken: None }
+    }
+
+    pub(crate) fn compact(&self) -> &Arc<Compact> {
+        &self.compact
+    }
+
+    /// The rule that was broken.
+    pub(crate) fn broken(&self) -> Option<usize> {
+        self.broken
+    }
+
+    /// The rules with an answer owed, with the tick at which it is too late.
+    pub(crate) fn owed(&self) -> impl Iterator<Item = (usize, u64)> {
+        let rules = self.compact.rules.iter().zip(&self.ticks).enumerate();
+        rules.filter_map(|(index, (rule, ticks))| match rule.timing {
+            Timing::Within { .. } if *ticks != u64::MAX => Some((index, *ticks)),
+            _ => None,
+        })
+    }
+
+    /// For each rule whether something is owed or banned now.
+    pub(crate) fn is_armed(&self, rule: usize) -> bool {
+        match self.compact.rules[rule].timing {
+            Timing::Never => false,
+            Timing::Within { .. } => self.ticks[rule] != u64::MAX,
+            Timing::Without { .. } => self.ticks[rule] > self.now,
+        }
+    }
+
+    /// τ has become `now`.
+    pub(crate) fn advance(&mut self, now: u64) {
+        self.now = now;
+        for (index, rule) in self.compact.rules.iter().enumerate() {
+            let late = matches!(rule.timing, Timing::Within { .. }) && now >= self.ticks[index];
+            if late && self.broken.is_none() {
+                self.broken = Some(index);
+            }
+        }
+    }
+
+    /// A state with that symbol.
+    pub(crate) fn read(&mut self, symbol: Symbol) {
+        let step = self.compact.table[usize::from(self.state) << self.compact.width | usize::from(symbol.0)];
+        self.state = step.next;
+        if (step.strikes | step.passes) != 0 {
+            self.apply(step);
+        }
+    }
+
+    fn apply(&mut self, step: Step) {
+        for (index, rule) in self.compact.rules.iter().enumerate() {
+            let (struck, passed) = (step.strikes >> index & 1 == 1, step.passes >> index & 1 == 1);
+            let (ticks, fine) = rule.timing.after(self.ticks[index], self.now, struck, passed);
+            self.ticks[index] = ticks;
+            if !fine && self.broken.is_none() {
+                self.broken = Some(index);
+            }
+        }
+    }
+
+    /// Takes a sequence of symbols, as far as the verdict is open; ticks are [`Symbol::NEXT_TICK`].
+    pub(crate) fn run(&mut self, symbols: &[Symbol]) {
+        match (self.compact.rules.len(), self.compact.rules.first().map(|rule| rule.timing.clone())) {
+            (1, Some(Timing::Within { ticks, .. })) => self.run_response(symbols, ticks),
+            _ if self.compact.rules.iter().all(|rule| rule.timing == Timing::Never) => self.run_safety(symbols),
+            _ => self.run_all(symbols),
+        }
+    }
+
+    fn run_safety(&mut self, symbols: &[Symbol]) {
+        let (table, width) = (self.compact.table.as_slice(), self.compact.width);
+        let mut state = self.state;
+        for symbol in symbols {
+            let step = table[usize::from(state) << width | usize::from(symbol.0)];
+            state = step.next;
+            if step.strikes != 0 {
+                self.broken = self.broken.or(Some(step.strikes.trailing_zeros() as usize));
+                break;
+            }
+        }
+        self.state = state;
+    }
+
+    fn run_response(&mut self, symbols: &[Symbol], bound: u64) {
+        let (table, width) = (self.compact.table.as_slice(), self.compact.width);
+        let (mut state, mut now, mut due) = (self.state, self.now, self.ticks[0]);
+        for symbol in symbols {
+            now += u64::from(*symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE);
+            let step = table[usize::from(state) << width | usize::from(symbol.0)];
+            state = step.next;
+            if now >= due {
+                self.broken = self.broken.or(Some(0));
+                break;
+            }
+            let armed = if step.strikes != 0 { due.min(now.saturating_add(bound)) } else { due };
+            due = if step.passes != 0 { u64::MAX } else { armed };
+        }
+        (self.state, self.now, self.ticks[0]) = (state, now, due);
+    }
+
+    fn run_all(&mut self, symbols: &[Symbol]) {
+        for symbol in symbols {
+            if *symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE {
+                self.advance(self.now + 1);
+            }
+            self.read(*symbol);
+            if self.broken.is_some() {
+                return;
+            }
+        }
+    }
+
+    pub(crate) fn verdict(&self) -> Verdict {
+        let open = || (0..self.ticks.len()).any(|rule| self.is_armed(rule));
+        if self.broken.is_some() {
+            Verdict::False
+        } else if self.compact.live[usize::from(self.state)] || open() {
+            Verdict::Inconclusive
+        } else {
+            Verdict::True
+        }
+    }
+
+    /// Whether the formula holds on the run as it stands.
+    pub(crate) fn holds(&self) -> bool {
+        self.broken.is_none() && self.owed().next().is_none()
+    }
+}
+
+impl Timing {
+    /// The tick of a rule that demands nothing at present.
+    fn at_rest(&self) -> u64 {
+        match self {
+            Self::Within { .. } => u64::MAX,
+            Self::Never | Self::Without { .. } => 0,
+        }
+    }
+
+    /// The rule's tick after a state, and whether the rule is kept.
+    fn after(&self, tick: u64, now: u64, struck: bool, passed: bool) -> (u64, bool) {
+        match *self {
+            Self::Never => (tick, !struck),
+            Self::Within { .. } if passed => (u64::MAX, true),
+            Self::Within { ticks, .. } if struck => (tick.min(now.saturating_add(ticks)), true),
+            Self::Within { .. } => (tick, true),
+            Self::Without { ticks, .. } => {
+                let until = if struck { tick.max(now.saturating_add(ticks)) } else { tick };
+                (until, !(passed && now < until))
+            }
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! What the rest of a run owes.
+
+use crate::clause::EventId;
+
+/// Something that the states to come decide. Negations are obligations of their own.
+///
+/// Ticks are absolute: those of the run's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Obligation {
+    /// An `until` or a release goes on: its number among the operators.
+    Goes(u32),
+    /// A `next` waits for its own channels to speak: its number among the operators.
+    Waits(u32),
+    /// A message that satisfies the event passes at a tick from `first` to `last` (or, unless `holds`, none does).
+    ///
+    /// `first` is 0 once it is not in the future any more; `last` is `u64::MAX` where there is no end.
+    Passes {
+        /// What passes.
+        event: EventId,
+        /// Whether it must pass, or must not.
+        holds: bool,
+        /// The first tick of the window.
+        first: u64,
+        /// The last tick of the window.
+        last: u64,
+    },
+}
+
+impl Obligation {
+    /// Whether whoever meets this one meets the other, as the windows alone tell.
+    pub(crate) fn implies(&self, other: &Self) -> bool {
+        match (self, other) {
+            (
+                Self::Passes { event, holds, first, last },
+                Self::Passes { event: other_event, holds: other_holds, first: other_first, last: other_last },
+            ) if event == other_event && holds == other_holds => {
+                if *holds {
+                    other_first <= first && last <= other_last
+                } else {
+                    first <= other_first && other_last <= last
+                }
+            }
+            _ => self == other,
+        }
+    }
+}
+
+/// A clause: one of its obligations must be met. Sorted; none of them implies another.
+pub(crate) type Clause = Vec<Obligation>;
+
+/// Clauses, all of which must be met; none of them implies another.
+///
+/// No clause: nothing is owed, whatever comes. The empty clause: whatever comes, it is too late.
+/// Without windows a form is unique for its meaning, so that only finitely many can arise from one formula.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Obligations {
+    clauses: Vec<Clause>,
+}
+
+impl Obligations {
+    pub(crate) fn met() -> Self {
+        Self::default()
+    }
+
+    pub(crate) fn broken() -> Self {
+        Self { clauses: vec![Clause::new()] }
+    }
+
+    pub(crate) fn constant(truth: bool) -> Self {
+        if truth { Self::met() } else { Self::broken() }
+    }
+
+    pub(crate) fn one(obligation: Obligation) -> Self {
+        Self { clauses: vec![vec![obligation]] }
+    }
+
+    pub(crate) fn is_met(&self) -> bool {
+        self.clauses.is_empty()
+    }
+
+    pub(crate) fn is_broken(&self) -> bool {
+        self.clauses.first().is_some_and(Clause::is_empty)
+    }
+
+    pub(crate) fn clauses(&self) -> &[Clause] {
+        &self.clauses
+    }
+
+    /// These obligations and a clause.
+    fn add(&mut self, clause: Clause) {
+        let implies = |a: &Clause, b: &Clause| a.iter().all(|x| b.iter().any(|y| x.implies(y)));
+        if self.clauses.iter().any(|known| implies(known, &clause)) {
+            return;
+        }
+        self.clauses.retain(|known| !implies(&clause, known));
+        let place = self.clauses.binary_search(&clause).unwrap_or_else(|place| place);
+        self.clauses.insert(place, clause);
+    }
+
+    /// These obligations and the others.
+    pub(crate) fn and(mut self, other: Self) -> Self {
+        if self.is_broken() || other.is_met() {
+            return self;
+        }
+        if self.is_met() || other.is_broken() {
+            return other;
+        }
+        other.clauses.into_iter().for_each(|clause| self.add(clause));
+        self
+    }
+
+    /// These obligations or the others.
+    pub(crate) fn or(self, other: Self) -> Self {
+        if self.is_met() || other.is_broken() {
+            return self;
+        }
+        if self.is_broken() || other.is_met() {
+            return other;
+        }
+        let mut both = Self::met();
+        for a in &self.clauses {
+            for b in &other.clauses {
+                both.add(union(a, b));
+            }
+        }
+        both
+    }
+
+    /// The obligations after each was replaced by what `change` makes of it (`None`: itself).
+    pub(crate) fn replace(self, mut change: impl FnMut(&Obligation) -> Option<Self>) -> Self {
+        let mut kept = Self::met();
+        let mut changed = Vec::new();
+        for clause in self.clauses {
+            let new: Vec<Option<Self>> = clause.iter().map(&mut change).collect();
+            if new.iter().all(Option::is_none) {
+                kept.clauses.push(clause);
+            } else {
+                changed.push((clause, new));
+            }
+        }
+        for (clause, new) in changed {
+            let parts = clause.into_iter().zip(new).map(|(old, new)| new.unwrap_or_else(|| Self::one(old)));
+            kept = kept.and(parts.fold(Self::broken(), Self::or));
+        }
+        kept
+    }
+
+    /// The obligations with every tick counted from τ = `now` on instead of 0.
+    pub(crate) fn at(&self, now: u64) -> Self {
+        self.clone().replace(|obligation| match *obligation {
+            Obligation::Passes { event, holds, first, last } => {
+                let first = if first == 0 { 0 } else { first.saturating_add(now) };
+                Some(Self::one(Obligation::Passes { event, holds, first, last: last.saturating_add(now) }))
+            }
+            _ => None,
+        })
+    }
+
+    /// The obligations with every tick moved towards 0 by one that has passed: what an automaton calls the same.
+    pub(crate) fn shifted(self) -> Self {
+        self.replace(|obligation| match *obligation {
+            Obligation::Passes { event, holds, first, last } => {
+                let last = if last == u64::MAX { last } else { last.saturating_sub(1) };
+                Some(Self::one(Obligation::Passes { event, holds, first: first.saturating_sub(1), last }))
+            }
+            _ => None,
+        })
+    }
+}
+
+/// The clause that one of the two clauses is met, without what implies another part of it.
+fn union(a: &Clause, b: &Clause) -> Clause {
+    let mut all: Clause = Vec::with_capacity(a.len() + b.len());
+    for obligation in a.iter().chain(b) {
+        if all.iter().any(|known| obligation.implies(known)) {
+            continue;
+        }
+        all.retain(|known| !known.implies(obligation));
+        let place = all.binary_search(obligation).unwrap_or_else(|place| place);
+        all.insert(place, *obligation);
+    }
+    all
+}

@@ -1,0 +1,84 @@
+//! Monitoring by progression: the obligations themselves are carried from state to state.
+
+use std::sync::Arc;
+
+use channels::Verdict;
+
+use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::obligations::Obligations;
+use crate::engine::operators::{Operators, State};
+
+/// A formula at work: what is owed, and what the last messages were.
+///
+/// Never wrong, but late where it takes two obligations to see that they contradict each other. Memory is bounded by
+/// the formula and the lengths of its windows.
+#[derive(Clone, Debug)]
+pub(crate) struct Progression {
+    operators: Arc<Operators>,
+    /// `None` before the first state.
+    owed: Option<Obligations>,
+    last: u64,
+    now: u64,
+}
+
+impl Progression {
+    pub(crate) fn new(operators: Arc<Operators>) -> Self {
+        Self { operators, owed: None, last: 0, now: 0 }
+    }
+
+    /// In the middle of a run: with these obligations at τ = `now`.
+    pub(crate) fn resume(operators: Arc<Operators>, owed: Option<Obligations>, last: u64, now: u64) -> Self {
+        Self { operators, owed, last, now }
+    }
+
+    /// τ has become `now`.
+    pub(crate) fn advance(&mut self, now: u64) {
+        self.now = now;
+        if let Some(owed) = self.owed.take() {
+            self.owed = Some(self.operators.advance(owed, now));
+        }
+    }
+
+    /// A state with that letter.
+    pub(crate) fn read(&mut self, letter: Letter) {
+        self.last = self.last & !letter.channel | letter.satisfied;
+        let state = State { letter, last: self.last, now: self.now };
+        self.owed = Some(match self.owed.take() {
+            None => self.operators.begin(state),
+            Some(owed) => self.operators.step(owed, state),
+        });
+    }
+
+    /// Takes a sequence of symbols; ticks are [`Symbol::NEXT_TICK`].
+    pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
+        for symbol in symbols {
+            if *symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE {
+                self.advance(self.now + 1);
+            }
+            if *symbol != Symbol::ADVANCE {
+                self.read(alphabet.letter(*symbol));
+            }
+        }
+    }
+
+    /// What is owed; `None` before the first state.
+    pub(crate) fn owed(&self) -> Option<&Obligations> {
+        self.owed.as_ref()
+    }
+
+    pub(crate) fn verdict(&self) -> Verdict {
+        match &self.owed {
+            Some(owed) if owed.is_met() => Verdict::True,
+            Some(owed) if owed.is_broken() => Verdict::False,
+            _ => Verdict::Inconclusive,
+        }
+    }
+
+    /// Whether the formula holds on the run as it stands.
+    pub(crate) fn holds(&self) -> bool {
+        match &self.owed {
+            None => self.operators.holds_on_nothing(),
+            Some(owed) => self.operators.met_at_the_end(owed),
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! Monitors as program graphs, and those as text, Graphviz and SCXML.
+
+mod dot;
+mod picture;
+mod scxml;
+mod text;
+
+pub(crate) use picture::Picture;
+
+use crate::monitor::ScopeMonitor;
+
+/// How a monitor can be written out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Format {
+    /// The program graph as text.
+    Text,
+    /// Graphviz.
+    Dot,
+    /// An SCXML machine with the ECMAScript data model: a message from P to Q is the event `message.P.Q` with the
+    /// message as an array in its data, symbols as `{ sym: "ok" }`; a tick is the event `tick` with its number as data.
+    Scxml,
+}
+
+impl ScopeMonitor {
+    /// The monitor's program graph in a format; `None` where it has none: see [`ScopeMonitor::program_graph`].
+    #[must_use]
+    pub fn export(&self, format: Format) -> Option<String> {
+        let picture = self.picture()?;
+        let (graph, failures) = (&picture.graph, &picture.failures);
+        Some(match format {
+            Format::Text => text::text(graph, failures, self.topology()),
+            Format::Dot => dot::dot(graph, failures, self.topology()),
+            Format::Scxml => scxml::scxml(graph, failures, self.topology()),
+        })
+    }
+}

@@ -1,0 +1,193 @@
+//! A program graph as an SCXML machine with the ECMAScript data model.
+//!
+//! A message from P to Q is the event `message.P.Q` with the message as an array in `_event.data`: symbols are
+//! `{ sym: "ok" }`, as in event logs. A tick is the event `tick` with its number in `_event.data`. A location that
+//! means violation is the state of its name, in which the event `violated` is raised and which is never left.
+
+use std::fmt::Write as _;
+
+use channels::{
+    Assignment, Condition, Content, GraphTransition, Label, LocationId, ProgramGraph, Relation, Slot, Term, Topology,
+    Value,
+};
+
+/// What comparisons and fields mean, in ECMAScript.
+const SCRIPT: &str = r#"
+      function field(m, k) { return Array.isArray(m) && k <= m.length ? m[k - 1] : undefined; }
+      function same(a, b) {
+        if (a === undefined || b === undefined) return false;
+        if (Array.isArray(a)) return a === b;
+        if (typeof a === "object" || typeof b === "object")
+          return typeof a === "object" && typeof b === "object" && a.sym === b.sym;
+        return a === b;
+      }
+      function less(a, b) { return typeof a === "number" && typeof b === "number" && a < b; }
+      function most(a, b) { return typeof a === "number" && typeof b === "number" && a <= b; }
+    "#;
+
+/// The graph as an SCXML document.
+pub(crate) fn scxml(graph: &ProgramGraph, failures: &[LocationId], topology: &Topology) -> String {
+    let initial = graph.initial_locations().first().map_or("", |initial| &graph.locations()[initial.index()]);
+    let mut text = format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" \
+         datamodel=\"ecmascript\" name=\"{}\" initial=\"{}\">\n  <script><![CDATA[{SCRIPT}]]></script>\n  <datamodel>\n",
+        escaped(graph.name()),
+        id(initial)
+    );
+    for (name, content) in graph.variables().iter().zip(graph.initial_contents()) {
+        let _ =
+            writeln!(text, "    <data id=\"{}\" expr=\"{}\"/>", escaped(name), escaped(&content_expression(content)));
+    }
+    text.push_str("  </datamodel>\n");
+    for (index, location) in graph.locations().iter().enumerate() {
+        let _ = writeln!(text, "  <state id=\"{}\">", id(location));
+        if failures.iter().any(|failure| failure.index() == index) {
+            text.push_str("    <onentry><raise event=\"violated\"/></onentry>\n");
+        }
+        let leaving = graph.transitions().iter().filter(|transition| transition.from.index() == index);
+        leaving.for_each(|transition| write_transition(&mut text, transition, graph, topology));
+        text.push_str("  </state>\n");
+    }
+    text.push_str("</scxml>\n");
+    text
+}
+
+fn write_transition(text: &mut String, transition: &GraphTransition, graph: &ProgramGraph, topology: &Topology) {
+    let names = graph.variables();
+    let mut conditions = Vec::new();
+    let (event, assignments) = match &transition.label {
+        Label::Internal(effect) => {
+            let assign = |Assignment { variable, term }: &Assignment| {
+                (names[variable.index()].clone(), term_expression(term, names))
+            };
+            (None, effect.iter().map(assign).collect())
+        }
+        Label::Tick(variable) => {
+            let message = "[{sym: \"tick\"}, _event.data]".to_owned();
+            (Some("tick".to_owned()), vec![(names[variable.index()].clone(), message)])
+        }
+        Label::Receive(channel, slot) => {
+            let (source, target) = topology.ends(*channel);
+            let event = format!("message.{}.{}", id(source), id(target));
+            match slot {
+                Slot::Variable(variable) => {
+                    (Some(event), vec![(names[variable.index()].clone(), "_event.data".to_owned())])
+                }
+                Slot::Given(message) => {
+                    conditions.push(format!("_event.data.length === {}", message.fields().len()));
+                    let same = |(index, value): (usize, &Value)| {
+                        format!("same(_event.data[{index}], {})", value_expression(value))
+                    };
+                    conditions.extend(message.fields().iter().enumerate().map(same));
+                    (Some(event), Vec::new())
+                }
+            }
+        }
+        Label::Send(..) => return,
+    };
+    if transition.guard != Condition::True {
+        conditions.push(condition_expression(&transition.guard, names));
+    }
+    text.push_str("    <transition");
+    if let Some(event) = event {
+        let _ = write!(text, " event=\"{}\"", escaped(&event));
+    }
+    if !conditions.is_empty() {
+        let _ = write!(text, " cond=\"{}\"", escaped(&conditions.join(" && ")));
+    }
+    let _ = write!(text, " target=\"{}\"", id(&graph.locations()[transition.to.index()]));
+    if assignments.is_empty() {
+        text.push_str("/>\n");
+        return;
+    }
+    text.push('>');
+    for (name, expression) in assignments {
+        let _ = write!(text, "<assign location=\"{}\" expr=\"{}\"/>", escaped(&name), escaped(&expression));
+    }
+    text.push_str("</transition>\n");
+}
+
+fn condition_expression(condition: &Condition, names: &[String]) -> String {
+    let join = |parts: &[Condition], operator: &str, empty: &str| {
+        let parts: Vec<String> = parts.iter().map(|part| condition_expression(part, names)).collect();
+        if parts.is_empty() { empty.to_owned() } else { format!("({})", parts.join(operator)) }
+    };
+    match condition {
+        Condition::True => "true".to_owned(),
+        Condition::Not(part) => format!("!{}", parenthesised(&condition_expression(part, names))),
+        Condition::And(parts) => join(parts, " && ", "true"),
+        Condition::Or(parts) => join(parts, " || ", "false"),
+        Condition::Compare(a, relation, b) => {
+            let (a, b) = (term_expression(a, names), term_expression(b, names));
+            match relation {
+                Relation::Equal => format!("same({a}, {b})"),
+                Relation::NotEqual => format!("!same({a}, {b})"),
+                Relation::Less => format!("less({a}, {b})"),
+                Relation::LessOrEqual => format!("most({a}, {b})"),
+                Relation::Greater => format!("less({b}, {a})"),
+                Relation::GreaterOrEqual => format!("most({b}, {a})"),
+            }
+        }
+    }
+}
+
+fn parenthesised(expression: &str) -> String {
+    format!("({expression})")
+}
+
+fn term_expression(term: &Term, names: &[String]) -> String {
+    match term {
+        Term::Constant(value) => value_expression(value),
+        Term::Variable(variable) => names[variable.index()].clone(),
+        Term::Field(variable, number) => format!("field({}, {number})", names[variable.index()]),
+        Term::Sum(a, b) => format!("({} + {})", term_expression(a, names), term_expression(b, names)),
+        Term::Difference(a, b) => format!("({} - {})", term_expression(a, names), term_expression(b, names)),
+        Term::Tuple(terms) => {
+            let terms: Vec<String> = terms.iter().map(|term| term_expression(term, names)).collect();
+            format!("[{}]", terms.join(", "))
+        }
+    }
+}
+
+fn content_expression(content: &Content) -> String {
+    match content {
+        Content::Nothing => "undefined".to_owned(),
+        Content::Value(value) => value_expression(value),
+        Content::Message(message) => {
+            let fields: Vec<String> = message.fields().iter().map(value_expression).collect();
+            format!("[{}]", fields.join(", "))
+        }
+    }
+}
+
+fn value_expression(value: &Value) -> String {
+    match value {
+        Value::Symbol(symbol) => format!("{{sym: {}}}", quoted(symbol.name())),
+        Value::Text(text) => quoted(text),
+        other => other.to_string(),
+    }
+}
+
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for char in text.chars() {
+        match char {
+            '"' | '\\' => quoted.extend(['\\', char]),
+            char if char.is_control() => {
+                let _ = write!(quoted, "\\u{:04x}", u32::from(char));
+            }
+            char => quoted.push(char),
+        }
+    }
+    quoted.push('"');
+    quoted
+}
+
+/// A name as an identifier of the document.
+fn id(name: &str) -> String {
+    name.chars().map(|char| if char.is_alphanumeric() { char } else { '_' }).collect()
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

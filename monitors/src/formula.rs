@@ -1,0 +1,143 @@
+//! Formulas whose names have been looked up: what the semantics speaks of.
+
+use channels::{ChannelId, Message, Relation, Value};
+
+/// A SCOPE constraint over the channels of a topology.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Formula {
+    /// Always holds.
+    True,
+    /// Never holds.
+    False,
+    /// The last message on the channel satisfies the condition.
+    Event(Event),
+    /// `time_until (event) ⋈ ticks`: a message that satisfies the event passes at some j ≥ i with τj − τi ⋈ ticks.
+    TimeUntil {
+        /// What passes.
+        event: Event,
+        /// ⋈
+        relation: Relation,
+        /// θ
+        ticks: u64,
+    },
+    /// The operand does not hold.
+    Not(Box<Formula>),
+    /// All operands hold.
+    And(Vec<Formula>),
+    /// One operand holds.
+    Or(Vec<Formula>),
+    /// If the first holds, the second does.
+    Implies(Box<Formula>, Box<Formula>),
+    /// The operand holds at the next state at which it is asked.
+    Next(Box<Formula>),
+    /// The operand holds whenever it is asked.
+    Always(Box<Formula>),
+    /// The operand holds at some state at which it is asked.
+    Eventually(Box<Formula>),
+    /// The second holds at some state, and the first whenever it is asked before.
+    Until(Box<Formula>, Box<Formula>),
+}
+
+/// An event atom: a channel and a condition on its messages.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Event {
+    /// The channel.
+    pub channel: ChannelId,
+    /// What a message must satisfy.
+    pub condition: MessageCondition,
+}
+
+/// A condition on one message.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum MessageCondition {
+    /// Any message.
+    True,
+    /// No message.
+    False,
+    /// `m[field] ⋈ value`. A field that is absent or of another type makes every relation false but `!=`, which means
+    /// `not (m[field] = value)`.
+    Compare {
+        /// Which field, counted from 1.
+        field: usize,
+        /// ⋈
+        relation: Relation,
+        /// What it is compared with.
+        value: Value,
+    },
+    /// The operand does not hold.
+    Not(Box<MessageCondition>),
+    /// All operands hold.
+    And(Vec<MessageCondition>),
+    /// One operand holds.
+    Or(Vec<MessageCondition>),
+    /// If the first holds, the second does.
+    Implies(Box<MessageCondition>, Box<MessageCondition>),
+}
+
+impl MessageCondition {
+    /// Whether a message satisfies the condition.
+    #[must_use]
+    pub fn holds(&self, message: &Message) -> bool {
+        match self {
+            Self::True => true,
+            Self::False => false,
+            Self::Compare { field, relation, value } => {
+                message.field(*field).map_or(*relation == Relation::NotEqual, |found| relation.holds(found, value))
+            }
+            Self::Not(condition) => !condition.holds(message),
+            Self::And(conditions) => conditions.iter().all(|condition| condition.holds(message)),
+            Self::Or(conditions) => conditions.iter().any(|condition| condition.holds(message)),
+            Self::Implies(a, b) => !a.holds(message) || b.holds(message),
+        }
+    }
+
+    /// Calls `visit` with the field, relation and constant of each comparison.
+    pub(crate) fn comparisons<'a>(&'a self, visit: &mut impl FnMut(usize, Relation, &'a Value)) {
+        match self {
+            Self::True | Self::False => {}
+            Self::Compare { field, relation, value } => visit(*field, *relation, value),
+            Self::Not(condition) => condition.comparisons(visit),
+            Self::And(conditions) | Self::Or(conditions) => {
+                conditions.iter().for_each(|condition| condition.comparisons(visit));
+            }
+            Self::Implies(a, b) => {
+                a.comparisons(visit);
+                b.comparisons(visit);
+            }
+        }
+    }
+}
+
+impl Formula {
+    /// Not this formula.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self::Not(Box::new(self))
+    }
+
+    /// This formula implies the other.
+    #[must_use]
+    pub fn implies(self, other: Self) -> Self {
+        Self::Implies(Box::new(self), Box::new(other))
+    }
+
+    /// `always` this formula.
+    #[must_use]
+    pub fn always(self) -> Self {
+        Self::Always(Box::new(self))
+    }
+
+    /// Calls `visit` with each event, those inside `time_until` included.
+    pub(crate) fn events<'a>(&'a self, visit: &mut impl FnMut(&'a Event)) {
+        match self {
+            Self::True | Self::False => {}
+            Self::Event(event) | Self::TimeUntil { event, .. } => visit(event),
+            Self::Not(a) | Self::Next(a) | Self::Always(a) | Self::Eventually(a) => a.events(visit),
+            Self::And(parts) | Self::Or(parts) => parts.iter().for_each(|part| part.events(visit)),
+            Self::Implies(a, b) | Self::Until(a, b) => {
+                a.events(visit);
+                b.events(visit);
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! From the text of a property file to monitors.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Monitor, Topology, Verdict};
+
+use crate::explain::explain;
+use crate::formula::Formula;
+use crate::monitor::{MAX_AUTOMATON_STATES, ScopeMonitor};
+use crate::problem::{Problem, ScopeError, Warnings};
+use crate::resolve::{Definition, resolve};
+use crate::syntax::{Constraint, ConstraintKind, Span, parse_file};
+
+/// A requirement on what passes over the channels, with its monitor.
+#[derive(Debug)]
+pub struct Property {
+    /// Its name, for example `phi1`.
+    pub name: String,
+    /// The formula, in the SCOPE language.
+    pub formula: String,
+    /// What it asks for, in a few words.
+    pub summary: String,
+    /// The monitor.
+    pub monitor: Box<dyn Monitor>,
+}
+
+impl Property {
+    /// The property's monitor with all that it can tell; `None` if it was built by hand.
+    #[must_use]
+    pub fn scope_monitor(&self) -> Option<&ScopeMonitor> {
+        scope_monitor(self.monitor.as_ref())
+    }
+}
+
+/// A monitor as one that was made from a SCOPE formula; `None` if it was built by hand.
+#[must_use]
+pub fn scope_monitor(monitor: &dyn Monitor) -> Option<&ScopeMonitor> {
+    (monitor as &dyn std::any::Any).downcast_ref()
+}
+
+/// The properties of a file.
+#[derive(Debug)]
+pub struct PropertyFile {
+    /// The properties in the order of the file, each with its monitor.
+    pub properties: Vec<Property>,
+    /// What looks wrong.
+    pub warnings: Warnings,
+}
+
+/// Reads a property file and makes its monitors.
+///
+/// `name` is the file's name for diagnostics; durations are turned into ticks of `tick_period`.
+///
+/// ```
+/// use std::{sync::Arc, time::Duration};
+/// use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+///
+/// let mut topology = Topology::default();
+/// let [reader, skill] = [topology.process("BatteryReader")?, topology.process("BatteryLevel")?];
+/// let level = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+/// topology.channel(reader, skill, Capacity::One, Domain::new([level]))?;
+///
+/// let text = "property phi1 := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m.level >= 20)";
+/// let file = monitors::load("phi1.scope", text, &Arc::new(topology), Duration::from_secs(1))?;
+/// assert_eq!(file.properties[0].monitor.location(), "idle");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// [`ScopeError`] with everything that is wrong with the file.
+pub fn load(
+    name: &str,
+    text: &str,
+    topology: &Arc<Topology>,
+    tick_period: Duration,
+) -> Result<PropertyFile, ScopeError> {
+    let parsed = parse_file(text);
+    let (definitions, unresolved) = resolve(&parsed.file, topology, tick_period);
+    let mut problems = parsed.problems;
+    problems.extend(unresolved);
+    let mut properties = Vec::new();
+    for definition in &definitions {
+        match ScopeMonitor::new(&definition.name.text, definition.formula.clone(), topology) {
+            Ok(monitor) => {
+                look_at(definition, &monitor, &mut problems);
+                properties.push(Property {
+                    name: definition.name.text.clone(),
+                    formula: definition.constraint.to_string(),
+                    summary: explain(&definition.formula, topology),
+                    monitor: Box::new(monitor),
+                });
+            }
+            Err(error) => problems.push(Problem::new(error.to_string()).at(definition.name.span, "this property")),
+        }
+    }
+    problems.sort_by_key(Problem::offset);
+    if problems.iter().any(Problem::is_error) {
+        return Err(ScopeError::new(name, text, problems));
+    }
+    Ok(PropertyFile { properties, warnings: Warnings::new(name, text, problems) })
+}
+
+/// Notes what is strange about a property: that it says nothing, asks for what cannot be, or costs much.
+fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<Problem>) {
+    let name = &definition.name;
+    let mut warn = |message: String, span: Span, label: &str, help: &str| {
+        problems.push(Problem::new(message).at(span, label).help(help).warning());
+    };
+    let mut spans = Vec::new();
+    events(&definition.constraint, &mut spans);
+    let mut impossible = Vec::new();
+    definition.formula.events(&mut |event| impossible.push(!monitor.can_hold(event)));
+    for (span, _) in spans.into_iter().zip(impossible).filter(|(_, impossible)| *impossible) {
+        let help = "the conditions contradict each other, or the channel's messages";
+        warn("no message can be this event".to_owned(), span, "never true", help);
+    }
+    match (monitor.verdict(), monitor.is_violated_by_a_tick()) {
+        (Verdict::True, _) => {
+            let help = "whatever happens, it holds: is a condition missing?";
+            warn(format!("`{}` can never be violated", name.text), name.span, "always satisfied", help);
+        }
+        (Verdict::False, _) | (_, true) => {
+            let help = "whatever happens, it fails: do two conditions contradict each other?";
+            warn(format!("`{}` can never be satisfied", name.text), name.span, "always violated", help);
+        }
+        _ => {}
+    }
+    if !monitor.method().anticipates() {
+        let message = format!("`{}` needs more than {MAX_AUTOMATON_STATES} states", name.text);
+        let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";
+        warn(message, name.span, "too large to be worked out beforehand", help);
+    }
+}
+
+/// Where the events of a constraint stand, in the order in which [`Formula::events`] visits them.
+fn events(constraint: &Constraint, spans: &mut Vec<Span>) {
+    match &constraint.kind {
+        ConstraintKind::True | ConstraintKind::False | ConstraintKind::Unreadable => {}
+        ConstraintKind::Event(event) | ConstraintKind::TimeUntil { event, .. } => spans.push(event.span),
+        ConstraintKind::Not(a)
+        | ConstraintKind::Next(a)
+        | ConstraintKind::Always(a)
+        | ConstraintKind::Eventually(a) => {
+            events(a, spans);
+        }
+        ConstraintKind::Until(a, b) | ConstraintKind::Implies(a, b) => {
+            events(a, spans);
+            events(b, spans);
+        }
+        ConstraintKind::And(parts) | ConstraintKind::Or(parts) => parts.iter().for_each(|part| events(part, spans)),
+    }
+}
+
+/// Reads a file and looks up its names, without making monitors: the formulas by name.
+///
+/// # Errors
+/// [`ScopeError`] with everything that is wrong with the file.
+pub fn formulas(
+    name: &str,
+    text: &str,
+    topology: &Topology,
+    tick_period: Duration,
+) -> Result<Vec<(String, Formula)>, ScopeError> {
+    let parsed = parse_file(text);
+    let (definitions, unresolved) = resolve(&parsed.file, topology, tick_period);
+    let mut problems = parsed.problems;
+    problems.extend(unresolved);
+    if problems.iter().any(Problem::is_error) {
+        problems.sort_by_key(Problem::offset);
+        return Err(ScopeError::new(name, text, problems));
+    }
+    Ok(definitions.into_iter().map(|definition| (definition.name.text, definition.formula)).collect())
+}

@@ -1,0 +1,332 @@
+//! A property at work: the machine with all that it takes to explain what it says.
+
+mod record;
+mod vacuity;
+mod witness;
+
+use std::sync::Arc;
+
+use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, ProgramGraph, Topology, Verdict};
+
+use crate::describe;
+use crate::engine::{Letter, Obligation, Symbol};
+use crate::export::Picture;
+use crate::formula::Formula;
+use crate::oracle::FormulaTooLarge;
+use crate::outcome::Outcome;
+use crate::synthesis::{Choice, Method, Run, Synthesis};
+use record::Record;
+use vacuity::Watch;
+
+pub use vacuity::Vacuity;
+pub use witness::{Moment, OpenObligation, Sighting, Witness};
+
+/// The monitor of a SCOPE property.
+///
+/// Its verdicts never change once they are true or false. What one event costs in time, and the monitor in memory, is
+/// bounded by the formula and its bounds, never by the length of the run.
+#[derive(Clone, Debug)]
+pub struct ScopeMonitor {
+    name: String,
+    formula: Arc<Formula>,
+    topology: Arc<Topology>,
+    synthesis: Arc<Synthesis>,
+    picture: Option<Arc<Picture>>,
+    run: Run,
+    /// τ at the first state; `None` before it.
+    start: Option<u64>,
+    now: u64,
+    verdict: Verdict,
+    record: Record,
+    watches: Vec<Watch>,
+}
+
+/// An automaton may have this many states; a formula that needs more is monitored without one.
+pub const MAX_AUTOMATON_STATES: usize = crate::engine::MAX_AUTOMATON_STATES;
+
+impl ScopeMonitor {
+    /// The monitor of a formula over the channels of a topology.
+    ///
+    /// # Errors
+    /// [`FormulaTooLarge`] if the formula speaks of more than 64 different events, or its clause form has more than two
+    /// thousand parts.
+    pub fn new(name: &str, formula: Formula, topology: &Arc<Topology>) -> Result<Self, FormulaTooLarge> {
+        Self::with(name, formula, topology, Choice::Best)
+    }
+
+    /// The monitor with a machine of that choice.
+    ///
+    /// # Errors
+    /// As [`ScopeMonitor::new`].
+    pub fn with(
+        name: &str,
+        formula: Formula,
+        topology: &Arc<Topology>,
+        choice: Choice,
+    ) -> Result<Self, FormulaTooLarge> {
+        let synthesis = Synthesis::new(&formula, topology, choice)?;
+        let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
+        let run = synthesis.start();
+        Ok(Self {
+            name: name.to_owned(),
+            formula: Arc::new(formula),
+            topology: Arc::clone(topology),
+            picture,
+            start: None,
+            now: 0,
+            verdict: run.verdict(),
+            record: Record::new(&synthesis),
+            watches: Watch::of(&synthesis, topology),
+            run,
+            synthesis: Arc::new(synthesis),
+        })
+    }
+
+    /// The formula that is monitored.
+    #[must_use]
+    pub fn formula(&self) -> &Formula {
+        &self.formula
+    }
+
+    /// The topology that the formula speaks of.
+    #[must_use]
+    pub fn topology(&self) -> &Arc<Topology> {
+        &self.topology
+    }
+
+    /// Which kind of machine does the work.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.synthesis.method()
+    }
+
+    /// Whether the formula holds on the run as it stands: `until`, `eventually`, `next` and `time_until` that are still
+    /// open count as false, and their negations as true.
+    #[must_use]
+    pub fn holds_so_far(&self) -> bool {
+        self.run.holds()
+    }
+
+    /// What a run that ends now says of the property.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of(self)
+    }
+
+    /// Why the property is violated; `None` if it is not.
+    #[must_use]
+    pub fn witness(&self) -> Option<&Witness> {
+        self.record.witness()
+    }
+
+    /// What is owed if the run ends now, since when and until when; empty unless the outcome is inconclusive.
+    #[must_use]
+    pub fn open_obligations(&self) -> Vec<OpenObligation> {
+        if self.outcome() != Outcome::Inconclusive {
+            return Vec::new();
+        }
+        let start = self.start.unwrap_or(0);
+        match &self.run {
+            Run::Compact(run) => {
+                let rules = run.compact().rules();
+                let owed = run.owed().map(|(rule, due)| {
+                    let clause = describe::clause(&rules[rule].clause, &self.synthesis.vocabulary, &self.topology);
+                    self.record.open(rule, clause, Some(start.saturating_add(due).saturating_sub(1)))
+                });
+                owed.collect()
+            }
+            Run::Automaton(run) => self.open_clauses(run.owed().as_ref(), start),
+            Run::Progression(run) => self.open_clauses(run.owed(), start),
+        }
+    }
+
+    fn open_clauses(&self, owed: Option<&crate::engine::Obligations>, start: u64) -> Vec<OpenObligation> {
+        let operators = &self.synthesis.operators;
+        let words = &self.synthesis.vocabulary;
+        let open = owed
+            .into_iter()
+            .flat_map(|owed| owed.clauses())
+            .filter(|clause| !clause.iter().any(|obligation| operators.met_by_silence(obligation)));
+        let open = open.map(|clause| {
+            let parts = clause.iter().map(|obligation| match obligation {
+                Obligation::Goes(operator) | Obligation::Waits(operator) => {
+                    describe::operator(operators.literal_of(*operator), words, &self.topology)
+                }
+                Obligation::Passes { event, .. } => describe::event(words.get(*event), &self.topology),
+            });
+            let what = parts.collect::<Vec<_>>().join(" or ");
+            let ends = clause.iter().map(|obligation| match obligation {
+                Obligation::Passes { last, .. } if *last < u64::MAX => Some(*last),
+                _ => None,
+            });
+            let until = ends.collect::<Option<Vec<u64>>>().and_then(|ends| ends.into_iter().max());
+            self.record.open(0, what, until.map(|until| until.saturating_add(start)))
+        });
+        open.collect()
+    }
+
+    /// The clauses whose antecedent has never held at a state where it was asked.
+    #[must_use]
+    pub fn vacuous(&self) -> Vec<Vacuity> {
+        self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
+    }
+
+    /// Whether some message within its channel's domain is that event.
+    pub(crate) fn can_hold(&self, event: &crate::formula::Event) -> bool {
+        self.synthesis
+            .alphabet
+            .letters()
+            .any(|(_, channel, message)| channel == event.channel && event.condition.holds(message))
+    }
+
+    /// Whether the very first tick would violate the formula: then no run satisfies it.
+    pub(crate) fn is_violated_by_a_tick(&self) -> bool {
+        let mut run = self.synthesis.start();
+        run.read(Letter::TICK, &self.synthesis.alphabet);
+        run.verdict() == Verdict::False
+    }
+
+    /// The letter of a message, or of a tick that τ has grown by one with; `None` if the formula does not mention the
+    /// channel, or its letters are too many for tables.
+    #[must_use]
+    pub fn symbol(&self, kind: &EventKind) -> Option<Symbol> {
+        self.synthesis.alphabet.symbols()?;
+        match kind {
+            EventKind::Tick => Some(Symbol::NEXT_TICK),
+            EventKind::Received { channel, message } => {
+                let letter = self.synthesis.alphabet.read(*channel, message)?;
+                Some(self.synthesis.alphabet.symbol(letter))
+            }
+        }
+    }
+
+    /// One message for each letter that a message within the domains can be.
+    pub fn samples(&self) -> impl Iterator<Item = EventKind> + '_ {
+        let received = |channel, message: &channels::Message| EventKind::Received { channel, message: message.clone() };
+        self.synthesis.alphabet.letters().map(move |(_, channel, message)| received(channel, message))
+    }
+
+    /// Takes letters that have been read before: the fast way for conditions that are ready-made.
+    ///
+    /// The verdict afterwards is the one that [`Monitor::observe`] would give; witnesses are not kept.
+    pub fn run_symbols(&mut self, symbols: &[Symbol]) {
+        let alphabet = &self.synthesis.alphabet;
+        match &mut self.run {
+            Run::Compact(run) => run.run(symbols),
+            Run::Automaton(run) => run.run(symbols, alphabet),
+            Run::Progression(run) => run.run(symbols, alphabet),
+        }
+        self.verdict = self.run.verdict();
+    }
+
+    /// A shortest continuation after which the formula holds as the run stands (or does not), if there is one: states
+    /// with their distance in ticks from the one before. `None` also without an automaton.
+    #[must_use]
+    pub fn continuation(&self, holds: bool) -> Option<Vec<(u64, EventKind)>> {
+        let (Run::Automaton(run), Some(automaton)) = (&self.run, self.synthesis.automaton()) else { return None };
+        let mut continuation = Vec::new();
+        let mut ticks = 0;
+        for symbol in automaton.path(run.state()?, holds)? {
+            ticks += u64::from(symbol == Symbol::ADVANCE || symbol == Symbol::NEXT_TICK);
+            let kind = match symbol {
+                Symbol::ADVANCE => continue,
+                Symbol::TICK | Symbol::NEXT_TICK => EventKind::Tick,
+                message => {
+                    let letter = self.synthesis.alphabet.letter(message);
+                    let sample = self.synthesis.alphabet.letters().find(|(sample, ..)| *sample == letter);
+                    let (_, channel, message) = sample?;
+                    EventKind::Received { channel, message: message.clone() }
+                }
+            };
+            continuation.push((std::mem::take(&mut ticks), kind));
+        }
+        Some(continuation)
+    }
+
+    /// The monitor as a program graph, where it has that form.
+    #[must_use]
+    pub fn program_graph(&self) -> Option<&ProgramGraph> {
+        self.picture.as_ref().map(|picture| &*picture.graph)
+    }
+
+    /// The program graph run as any other, for what runs program graphs; it gives the same verdicts, but knows no
+    /// reasons, and is slower.
+    #[must_use]
+    pub fn to_graph_monitor(&self) -> Option<GraphMonitor> {
+        let picture = self.picture()?;
+        let graph = GraphMonitor::new(Arc::clone(&picture.graph), picture.failures.iter().copied());
+        Some(graph.with_open(picture.owing()))
+    }
+
+    pub(crate) fn picture(&self) -> Option<&Picture> {
+        self.picture.as_deref()
+    }
+
+    fn read(&mut self, event: &Event, letter: Letter) {
+        let start = *self.start.get_or_insert(event.tick);
+        let now = event.tick.saturating_sub(start);
+        self.record.see(event, letter);
+        if now > self.now {
+            self.now = now;
+            self.run.advance(now);
+            self.verdict = self.run.verdict();
+        }
+        if self.verdict == Verdict::Inconclusive {
+            self.run.read(letter, &self.synthesis.alphabet);
+            self.verdict = self.run.verdict();
+            for watch in &mut self.watches {
+                watch.see(event, letter, self.record.last());
+            }
+        }
+        self.record.follow(event, &self.run, self.verdict, &self.synthesis, &self.topology, start);
+    }
+}
+
+impl Monitor for ScopeMonitor {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn observe(&mut self, event: &Event) {
+        if self.verdict != Verdict::Inconclusive {
+            return;
+        }
+        match &event.kind {
+            EventKind::Tick => self.read(event, Letter::TICK),
+            EventKind::Received { channel, message } => {
+                if let Some(letter) = self.synthesis.alphabet.read(*channel, message) {
+                    self.read(event, letter);
+                }
+            }
+        }
+    }
+
+    fn verdict(&self) -> Verdict {
+        self.verdict
+    }
+
+    fn location(&self) -> String {
+        if let Some(picture) = &self.picture {
+            return picture.graph.locations()[picture.location(&self.run, self.verdict).index()].clone();
+        }
+        match self.verdict {
+            Verdict::True => "satisfied",
+            Verdict::False => "violated",
+            Verdict::Inconclusive if self.is_open() => "waiting",
+            Verdict::Inconclusive => "watching",
+        }
+        .to_owned()
+    }
+
+    fn is_open(&self) -> bool {
+        self.verdict == Verdict::Inconclusive && !self.run.holds()
+    }
+
+    fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
+        self.picture.as_ref().map(|picture| (&*picture.graph, picture.location(&self.run, self.verdict)))
+    }
+
+    fn failures(&self) -> &[LocationId] {
+        self.picture.as_ref().map_or(&[], |picture| picture.failures.as_slice())
+    }
+}

@@ -1,0 +1,97 @@
+//! Antecedents that never held: a property that asks for nothing is satisfied by anything.
+
+use channels::{ChannelId, Event, EventKind, Topology};
+
+use crate::clause::{Literal, Part, Vocabulary, own_channels};
+use crate::describe;
+use crate::engine::Letter;
+use crate::formula::MessageCondition;
+use crate::synthesis::Synthesis;
+
+/// A clause of a property whose antecedent never held, so that it asked for nothing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Vacuity {
+    /// The clause, in the SCOPE language.
+    pub clause: String,
+    /// Its antecedent.
+    pub antecedent: String,
+    /// At how many states the clause was asked.
+    pub asked: u64,
+}
+
+/// Watches whether the antecedent of a clause holds.
+#[derive(Clone, Debug)]
+pub(crate) struct Watch {
+    clause: Part,
+    antecedent: Antecedent,
+    /// The events whose channels strike the clause.
+    clock: u64,
+    asked: u64,
+    held: bool,
+}
+
+#[derive(Clone, Debug)]
+enum Antecedent {
+    /// All of these events.
+    Events(u64),
+    /// A message on the channel that satisfies the condition: the left of an `implies` inside an event.
+    Message(ChannelId, MessageCondition),
+}
+
+impl Watch {
+    /// A watch for each clause of an outermost `always` that has an antecedent.
+    pub(crate) fn of(synthesis: &Synthesis, _topology: &Topology) -> Vec<Self> {
+        let always = synthesis.form.iter().filter_map(|clause| match clause.iter().collect::<Vec<_>>()[..] {
+            [Literal::Release { escape, hold }] if escape.is_empty() => Some(hold),
+            _ => None,
+        });
+        always.flatten().filter_map(|clause| Self::new(clause, synthesis)).collect()
+    }
+
+    fn new(clause: &Part, synthesis: &Synthesis) -> Option<Self> {
+        let words = &synthesis.vocabulary;
+        let denied = describe::denied(clause).fold(0, |bits, event| bits | 1 << event.0);
+        let antecedent = match clause.iter().collect::<Vec<_>>()[..] {
+            _ if denied != 0 => Antecedent::Events(denied),
+            [Literal::Event { event, holds: true }] => match &words.get(*event).condition {
+                MessageCondition::Implies(a, _) => Antecedent::Message(words.get(*event).channel, (**a).clone()),
+                _ => return None,
+            },
+            _ => return None,
+        };
+        let clock =
+            own_channels(clause, words).into_iter().fold(0, |mask, channel| mask | synthesis.alphabet.mask_of(channel));
+        Some(Self { clause: clause.clone(), antecedent, clock, asked: 0, held: false })
+    }
+
+    /// Looks at a state, `last` being the events that the last messages satisfy.
+    pub(crate) fn see(&mut self, event: &Event, letter: Letter, last: u64) {
+        if self.held || self.clock & letter.channel == 0 {
+            return;
+        }
+        self.asked += 1;
+        self.held = match (&self.antecedent, &event.kind) {
+            (Antecedent::Events(events), _) => last & events == *events,
+            (Antecedent::Message(on, condition), EventKind::Received { channel, message }) => {
+                on == channel && condition.holds(message)
+            }
+            (Antecedent::Message(..), EventKind::Tick) => false,
+        };
+    }
+
+    /// What to report, if the antecedent never held.
+    pub(crate) fn vacuity(&self, words: &Vocabulary, topology: &Topology) -> Option<Vacuity> {
+        let antecedent = || match &self.antecedent {
+            Antecedent::Events(_) => describe::antecedent(&self.clause, words, topology),
+            Antecedent::Message(channel, condition) => {
+                let (source, target) = topology.ends(*channel);
+                format!("({source}, {target}, {})", describe::condition(condition))
+            }
+        };
+        (!self.held).then(|| Vacuity {
+            clause: describe::clause(&self.clause, words, topology),
+            antecedent: antecedent(),
+            asked: self.asked,
+        })
+    }
+}

@@ -1,0 +1,47 @@
+//! What a run that has ended says of a property.
+
+use std::fmt;
+
+use channels::{Monitor, Verdict};
+
+/// What a run that has ended says of a property.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Outcome {
+    /// The property holds on the run as it stands.
+    Satisfied,
+    /// The property was violated.
+    Violated,
+    /// Something was still owed when the run ended.
+    Inconclusive,
+}
+
+impl Outcome {
+    /// All outcomes, as a user writes them.
+    pub const ALL: [Self; 3] = [Self::Satisfied, Self::Violated, Self::Inconclusive];
+
+    /// The outcome of a run that ends with the monitor in its present state.
+    #[must_use]
+    pub fn of(monitor: &dyn Monitor) -> Self {
+        match monitor.verdict() {
+            Verdict::False => Self::Violated,
+            Verdict::Inconclusive if monitor.is_open() => Self::Inconclusive,
+            Verdict::True | Verdict::Inconclusive => Self::Satisfied,
+        }
+    }
+
+    /// The outcome as reports write it: `satisfied`, `violated` or `inconclusive`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Satisfied => "satisfied",
+            Self::Violated => "violated",
+            Self::Inconclusive => "inconclusive",
+        }
+    }
+}
+
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}

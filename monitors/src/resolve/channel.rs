@@ -1,0 +1,68 @@
+//! The channel of an event.
+
+use channels::ChannelId;
+
+use super::Resolver;
+use crate::formula::Event;
+use crate::problem::Problem;
+use crate::suggest::nearest_or_all;
+use crate::syntax::{self, Name};
+
+impl Resolver<'_> {
+    /// The event with its channel and condition looked up; nothing after noting what is wrong.
+    pub(super) fn event(&mut self, event: &syntax::Event) -> Option<Event> {
+        let channel = self.channel(event);
+        let condition = self.condition(&event.condition, channel);
+        Some(Event { channel: channel?, condition: condition? })
+    }
+
+    fn channel(&mut self, event: &syntax::Event) -> Option<ChannelId> {
+        let known = [self.process_is_known(&event.source), self.process_is_known(&event.target)];
+        if known != [true, true] {
+            return None;
+        }
+        let (source, target) = (event.source.text.as_str(), event.target.text.as_str());
+        let Some(channel) = self.topology.find_channel(source, target) else {
+            let span = event.source.span.to(event.target.span);
+            let problem = Problem::new(format!("there is no channel from {source} to {target}"));
+            self.problems.push(problem.at(span, "no such channel").help(self.other_channels(source, target)));
+            return None;
+        };
+        if self.topology.is_internal(channel) {
+            let span = event.source.span.to(event.target.span);
+            let problem = Problem::new(format!("what passes from {source} to {target} is nobody else's business"));
+            let problem = problem.at(span, "inside one process");
+            self.problems.push(problem.help("properties speak of messages between processes"));
+            return None;
+        }
+        Some(channel)
+    }
+
+    fn process_is_known(&mut self, name: &Name) -> bool {
+        if self.topology.find_process(&name.text).is_some() {
+            return true;
+        }
+        // Members of a process have no channels of their own that a property may speak of.
+        let topology = self.topology;
+        let wholes = topology.processes().filter(|process| topology.whole(*process) == *process);
+        let known: Vec<&str> = wholes.map(|process| topology.name(process)).collect();
+        let problem = Problem::new(format!("there is no process `{}`", name.text)).at(name.span, "no such process");
+        self.problems.push(problem.help(nearest_or_all(&name.text, "processes", &known)));
+        false
+    }
+
+    /// The channels that may have been meant: the other way round, or what the sender sends.
+    fn other_channels(&self, source: &str, target: &str) -> String {
+        if self.topology.find_channel(target, source).is_some() {
+            return format!("did you mean `({target}, {source}, …)`? The sender comes first");
+        }
+        let receivers = self.topology.channels().map(|channel| self.topology.ends(channel));
+        let receivers: Vec<&str> =
+            receivers.filter(|(from, to)| *from == source && *to != source).map(|(_, to)| to).collect();
+        if receivers.is_empty() {
+            format!("{source} sends nothing")
+        } else {
+            format!("{source} sends to {}", receivers.join(", "))
+        }
+    }
+}

@@ -1,0 +1,49 @@
+//! The bound of a `time_until`, in ticks.
+
+use channels::Relation;
+
+use super::Resolver;
+use crate::problem::Problem;
+use crate::syntax::{Literal, Operand};
+
+impl Resolver<'_> {
+    /// The relation and the number of ticks; nothing after noting what is wrong.
+    ///
+    /// A duration d is turned into ticks of period p: an event n ticks away is n·p away, so n·p < d means n < ⌈d/p⌉.
+    pub(super) fn ticks(&mut self, relation: Relation, bound: &Operand) -> Option<(Relation, u64)> {
+        let literal = match bound {
+            Operand::Literal(literal, _) => literal.clone(),
+            Operand::Constant(name) => self.constant(name)?.clone(),
+        };
+        let problem = match literal {
+            Literal::Int(ticks) if ticks >= 0 => return Some((relation, ticks.unsigned_abs())),
+            Literal::Int(_) => Problem::new("a bound is not negative").at(bound.span(), "negative"),
+            Literal::Duration { nanos, .. } => match self.round(relation, nanos) {
+                Ok(ticks) => return Some((relation, ticks)),
+                Err(problem) => problem.at(bound.span(), "not a whole number of ticks"),
+            },
+            Literal::Real(_) => Problem::new("a bound without a unit counts ticks, and ticks come whole")
+                .at(bound.span(), "not a whole number")
+                .help("durations have a unit: `2.5 s`"),
+            _ => Problem::new("expected a number of ticks or a duration")
+                .at(bound.span(), "no duration")
+                .help("`10`, `10 ticks` or `30 s`"),
+        };
+        self.problems.push(problem);
+        None
+    }
+
+    fn round(&self, relation: Relation, nanos: u64) -> Result<u64, Problem> {
+        let period = u64::try_from(self.tick_period.as_nanos()).unwrap_or(u64::MAX).max(1);
+        match relation {
+            Relation::Less | Relation::GreaterOrEqual => Ok(nanos.div_ceil(period)),
+            Relation::LessOrEqual | Relation::Greater => Ok(nanos / period),
+            Relation::Equal | Relation::NotEqual if nanos.is_multiple_of(period) => Ok(nanos / period),
+            Relation::Equal | Relation::NotEqual => {
+                let problem =
+                    Problem::new(format!("no tick falls on this duration: there is one every {:?}", self.tick_period));
+                Err(problem.help("with `=` and `!=` a duration must be a whole number of ticks"))
+            }
+        }
+    }
+}

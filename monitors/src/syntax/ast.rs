@@ -1,0 +1,293 @@
+//! The tree of a property file.
+
+use std::ops::Range;
+
+use channels::Relation;
+
+/// Bytes of a file.
+///
+/// All spans are equal to each other, so that two trees are equal if they say the same, wherever it stands.
+#[derive(Clone, Copy, Debug, Default, Eq)]
+pub struct Span {
+    /// The first byte.
+    pub start: usize,
+    /// The byte after the last.
+    pub end: usize,
+}
+
+impl PartialEq for Span {
+    fn eq(&self, _other: &Self) -> bool {
+        true
+    }
+}
+
+impl Span {
+    /// The bytes from the start of this span to the end of the other.
+    #[must_use]
+    pub fn to(self, end: Self) -> Self {
+        Self { start: self.start, end: end.end.max(self.end) }
+    }
+}
+
+impl From<Span> for Range<usize> {
+    fn from(span: Span) -> Self {
+        span.start..span.end
+    }
+}
+
+/// A property file.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct File {
+    /// Its constants and properties, in order.
+    pub items: Vec<Item>,
+}
+
+/// A constant or a property.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Item {
+    /// `const theta := 10`
+    Constant(Constant),
+    /// `property phi1 := …`
+    Property(Box<PropertyItem>),
+}
+
+/// A named constant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Constant {
+    /// Its name.
+    pub name: Name,
+    /// Its value.
+    pub value: Literal,
+    /// Where the value stands.
+    pub value_span: Span,
+}
+
+/// A named property.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PropertyItem {
+    /// Its name.
+    pub name: Name,
+    /// What it asks for.
+    pub constraint: Constraint,
+}
+
+/// A name with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Name {
+    /// The name.
+    pub text: String,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A constraint of the paper's grammar, with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Constraint {
+    /// What it is.
+    pub kind: ConstraintKind,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// The forms of a constraint.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ConstraintKind {
+    /// `true`
+    True,
+    /// `false`
+    False,
+    /// `(source, dest, condition)`
+    Event(Event),
+    /// `time_until (event) ⋈ bound`
+    TimeUntil {
+        /// What is waited for.
+        event: Event,
+        /// ⋈
+        relation: Relation,
+        /// How many ticks, or how long.
+        bound: Operand,
+    },
+    /// `not α`
+    Not(Box<Constraint>),
+    /// `next α`
+    Next(Box<Constraint>),
+    /// `always α`
+    Always(Box<Constraint>),
+    /// `eventually α`
+    Eventually(Box<Constraint>),
+    /// `α until β`
+    Until(Box<Constraint>, Box<Constraint>),
+    /// `α and β and …`, two or more
+    And(Vec<Constraint>),
+    /// `α or β or …`, two or more
+    Or(Vec<Constraint>),
+    /// `α implies β`
+    Implies(Box<Constraint>, Box<Constraint>),
+    /// What was here could not be read; a problem says so.
+    Unreadable,
+}
+
+/// An event: a message from `source` to `target` that satisfies a condition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    /// The process that sends.
+    pub source: Name,
+    /// The process that receives.
+    pub target: Name,
+    /// What the message satisfies.
+    pub condition: Condition,
+    /// Where the event stands, parentheses included.
+    pub span: Span,
+}
+
+/// A condition on a message, with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Condition {
+    /// What it is.
+    pub kind: ConditionKind,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// The forms of a condition.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ConditionKind {
+    /// `true`: any message.
+    True,
+    /// `false`: no message.
+    False,
+    /// `m[k] ⋈ constant`
+    Compare {
+        /// The field of the message.
+        field: Field,
+        /// ⋈
+        relation: Relation,
+        /// What it is compared with.
+        value: Operand,
+    },
+    /// `not c`
+    Not(Box<Condition>),
+    /// `c and d and …`, two or more
+    And(Vec<Condition>),
+    /// `c or d or …`, two or more
+    Or(Vec<Condition>),
+    /// `c implies d`
+    Implies(Box<Condition>, Box<Condition>),
+    /// What was here could not be read; a problem says so.
+    Unreadable,
+}
+
+/// A field of the message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// Which one.
+    pub name: FieldName,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// How a field is named.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FieldName {
+    /// `m[2]`, counted from 1.
+    Number(usize),
+    /// `m.level`, or `level` alone.
+    Named(String),
+}
+
+/// What stands on the right of a relation, with its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Operand {
+    /// A literal.
+    Literal(Literal, Span),
+    /// The name of a constant.
+    Constant(Name),
+}
+
+impl Operand {
+    /// Where it stands.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        match self {
+            Self::Literal(_, span) => *span,
+            Self::Constant(name) => name.span,
+        }
+    }
+}
+
+/// A literal. Two reals are equal if they have the same bits.
+#[derive(Clone, Debug)]
+pub enum Literal {
+    /// `<ok>`
+    Symbol(String),
+    /// `true` or `false`
+    Bool(bool),
+    /// `20`
+    Int(i64),
+    /// `20.5`
+    Real(f64),
+    /// `"text"`
+    Text(String),
+    /// `30 s`
+    Duration {
+        /// How long, in nanoseconds.
+        nanos: u64,
+        /// The unit it is written in.
+        unit: Unit,
+    },
+}
+
+impl PartialEq for Literal {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Symbol(a), Self::Symbol(b)) | (Self::Text(a), Self::Text(b)) => a == b,
+            (Self::Bool(a), Self::Bool(b)) => a == b,
+            (Self::Int(a), Self::Int(b)) => a == b,
+            (Self::Real(a), Self::Real(b)) => a.to_bits() == b.to_bits(),
+            (Self::Duration { nanos: a, unit: u }, Self::Duration { nanos: b, unit: v }) => (a, u) == (b, v),
+            _ => false,
+        }
+    }
+}
+
+impl Eq for Literal {}
+
+/// A unit of time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// `ms`
+    Milliseconds,
+    /// `s`
+    Seconds,
+    /// `min`
+    Minutes,
+    /// `h`
+    Hours,
+}
+
+impl Unit {
+    /// All units.
+    pub const ALL: [Self; 4] = [Self::Milliseconds, Self::Seconds, Self::Minutes, Self::Hours];
+
+    /// As files write it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Milliseconds => "ms",
+            Self::Seconds => "s",
+            Self::Minutes => "min",
+            Self::Hours => "h",
+        }
+    }
+
+    /// How many nanoseconds one of it has.
+    #[must_use]
+    pub fn nanos(self) -> u64 {
+        match self {
+            Self::Milliseconds => 1_000_000,
+            Self::Seconds => 1_000_000_000,
+            Self::Minutes => 60_000_000_000,
+            Self::Hours => 3_600_000_000_000,
+        }
+    }
+}

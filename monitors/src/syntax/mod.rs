@@ -1,0 +1,13 @@
+//! The text of property files: its tokens, its tree, and back to text.
+
+mod ast;
+mod parse;
+mod parse_condition;
+pub(crate) mod print;
+mod token;
+
+pub use ast::{
+    Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item, Literal, Name,
+    Operand, PropertyItem, Span, Unit,
+};
+pub use parse::{Parsed, parse_file};

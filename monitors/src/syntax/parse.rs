@@ -1,0 +1,532 @@
+//! From text to the tree of a property file, with all that is wrong with it.
+//!
+//! ```text
+//! file       = { "const" name ":=" literal [";"] | "property" name ":=" constraint [";"] }
+//! constraint = disjunction [ "implies" constraint ]
+//! disjunction = conjunction { "or" conjunction }          conjunction = chain { "and" chain }
+//! chain      = prefixed [ "until" chain ]
+//! prefixed   = ( "not" | "next" | "always" | "eventually" ) prefixed | primary
+//! primary    = "true" | "false" | "(" constraint ")" | event
+//!            | "time_until" ( "(" event ")" | event ) relation bound
+//! event      = "(" name "," name "," condition ")"
+//! ```
+
+use channels::Relation;
+
+use super::ast::{
+    Constant, Constraint, ConstraintKind, Event, File, Item, Literal, Name, Operand, PropertyItem, Span, Unit,
+};
+use super::token::{Keyword, Token, TokenKind, tokens};
+use crate::problem::Problem;
+use crate::suggest::nearest;
+
+/// A tree deeper than this is refused, so that no text can exhaust the stack.
+const MAX_DEPTH: usize = 100;
+
+/// The words that a constraint can begin with.
+const PREFIXES: [&str; 7] = ["not", "next", "always", "eventually", "true", "false", "time_until"];
+
+/// A text that has been read.
+#[derive(Clone, Debug)]
+pub struct Parsed {
+    /// Its tree; what could not be read is [`ConstraintKind::Unreadable`] there.
+    pub file: File,
+    /// Everything that is wrong with the text, and what looks wrong, in its order.
+    pub problems: Vec<Problem>,
+}
+
+/// Reads the text of a property file. It always comes to an end, and notes all problems on the way.
+#[must_use]
+pub fn parse_file(text: &str) -> Parsed {
+    let mut problems = Vec::new();
+    let tokens = tokens(text, &mut problems);
+    let mut parser = Parser { tokens, at: 0, problems, depth: 0, closed_for_you: false };
+    let items = parser.items();
+    let mut problems = parser.problems;
+    problems.sort_by_key(Problem::offset);
+    Parsed { file: File { items }, problems }
+}
+
+pub(super) struct Parser {
+    tokens: Vec<Token>,
+    at: usize,
+    pub(super) problems: Vec<Problem>,
+    depth: usize,
+    /// Whether a parenthesis of this property was closed at its end, as the paper's φ2 needs it.
+    closed_for_you: bool,
+}
+
+/// Something that a problem was noted for; what is around it goes on.
+pub(super) struct Stumbled;
+
+pub(super) type Reading<T> = Result<T, Stumbled>;
+
+impl Parser {
+    pub(super) fn peek(&self) -> &TokenKind {
+        &self.tokens[self.at].kind
+    }
+
+    fn peek_second(&self) -> &TokenKind {
+        &self.tokens[(self.at + 1).min(self.tokens.len() - 1)].kind
+    }
+
+    pub(super) fn span(&self) -> Span {
+        self.tokens[self.at].span
+    }
+
+    /// Where the last token that was taken stands.
+    pub(super) fn last_span(&self) -> Span {
+        self.tokens[self.at.saturating_sub(1)].span
+    }
+
+    pub(super) fn advance(&mut self) {
+        self.at = (self.at + 1).min(self.tokens.len() - 1);
+    }
+
+    pub(super) fn take(&mut self, kind: &TokenKind) -> bool {
+        let found = self.peek() == kind;
+        if found {
+            self.advance();
+        }
+        found
+    }
+
+    pub(super) fn take_keyword(&mut self, keyword: Keyword) -> bool {
+        self.take(&TokenKind::Keyword(keyword))
+    }
+
+    /// Notes that something else was expected here.
+    pub(super) fn expected(&mut self, what: &str) -> Stumbled {
+        let problem = Problem::new(format!("expected {what}, found {}", self.peek().describe()));
+        self.problems.push(problem.at(self.span(), format!("expected {what}")));
+        Stumbled
+    }
+
+    /// Whether nothing more of this item can follow.
+    fn at_item_end(&self) -> bool {
+        matches!(
+            self.peek(),
+            TokenKind::End | TokenKind::Semicolon | TokenKind::Keyword(Keyword::Const | Keyword::Property)
+        )
+    }
+
+    /// Goes one level deeper into the tree.
+    pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Reading<T>) -> Reading<T> {
+        if self.depth >= MAX_DEPTH {
+            let problem = Problem::new("this is nested too deeply").at(self.span(), "deeper than 100 levels");
+            self.problems.push(problem.help("give its parts names as properties of their own"));
+            return Err(Stumbled);
+        }
+        self.depth += 1;
+        let result = read(self);
+        self.depth -= 1;
+        result
+    }
+
+    fn items(&mut self) -> Vec<Item> {
+        let mut items = Vec::new();
+        while *self.peek() != TokenKind::End {
+            let keyword = match self.peek() {
+                TokenKind::Keyword(keyword @ (Keyword::Const | Keyword::Property)) => Some(*keyword),
+                TokenKind::Semicolon => {
+                    self.advance();
+                    continue;
+                }
+                _ => self.misspelt_item(),
+            };
+            self.closed_for_you = false;
+            match keyword {
+                Some(keyword) => {
+                    self.advance();
+                    if let Ok(item) = self.item(keyword) {
+                        items.push(item);
+                    }
+                }
+                None => {
+                    self.expected("`const` or `property`");
+                    self.advance();
+                }
+            }
+            self.skip_to_item_end();
+        }
+        items
+    }
+
+    /// `propery phi1 := …`: notes the misspelling and goes on as if it were spelt well.
+    fn misspelt_item(&mut self) -> Option<Keyword> {
+        let TokenKind::Name(name) = self.peek() else { return None };
+        let is_definition = matches!(self.peek_second(), TokenKind::Name(_));
+        let word = nearest(name, ["const", "property"]).filter(|_| is_definition)?;
+        let problem = Problem::new(format!("expected `const` or `property`, found `{name}`"));
+        let problem = problem.at(self.span(), "expected `const` or `property`");
+        self.problems.push(problem.help(format!("did you mean `{word}`?")));
+        Some(if word == "const" { Keyword::Const } else { Keyword::Property })
+    }
+
+    fn item(&mut self, keyword: Keyword) -> Reading<Item> {
+        let what = if keyword == Keyword::Const { "the name of a constant" } else { "the name of a property" };
+        let name = self.name(what)?;
+        self.define()?;
+        let item = if keyword == Keyword::Const {
+            let start = self.span();
+            let value = self.literal()?;
+            Item::Constant(Constant { name, value, value_span: start.to(self.last_span()) })
+        } else {
+            let constraint = self.constraint()?;
+            Item::Property(Box::new(PropertyItem { name, constraint }))
+        };
+        self.end_of_item();
+        Ok(item)
+    }
+
+    fn define(&mut self) -> Reading<()> {
+        if self.take(&TokenKind::Define) {
+            return Ok(());
+        }
+        if *self.peek() == TokenKind::Relation(Relation::Equal) {
+            let problem = Problem::new("expected `:=`, found `=`").at(self.span(), "expected `:=`");
+            self.problems.push(problem.help("a name is given with `:=`; `=` compares"));
+            self.advance();
+            return Ok(());
+        }
+        Err(self.expected("`:=`"))
+    }
+
+    fn end_of_item(&mut self) {
+        if self.at_item_end() {
+            return;
+        }
+        if *self.peek() == TokenKind::Close {
+            self.problems.push(Problem::new("this parenthesis closes nothing").at(self.span(), "nothing is open here"));
+        } else if self.misspelt_item().is_none() {
+            self.expected("an operator, or the next `const` or `property`");
+        } else {
+            // The next item's own reading would note the misspelling again.
+            self.problems.pop();
+        }
+    }
+
+    fn skip_to_item_end(&mut self) {
+        let is_misspelt = |parser: &mut Self| {
+            let noted = parser.problems.len();
+            let misspelt = parser.misspelt_item().is_some()
+                && parser.tokens.get(parser.at + 2).map(|token| &token.kind) == Some(&TokenKind::Define);
+            parser.problems.truncate(noted);
+            misspelt
+        };
+        while !self.at_item_end() && !is_misspelt(self) {
+            self.advance();
+        }
+    }
+
+    pub(super) fn name(&mut self, what: &str) -> Reading<Name> {
+        let (TokenKind::Name(text) | TokenKind::Text(text)) = self.peek() else {
+            let keyword = matches!(self.peek(), TokenKind::Keyword(_));
+            let stumbled = self.expected(what);
+            if keyword && let Some(problem) = self.problems.pop() {
+                self.problems.push(problem.help("this word belongs to the language; in quotes it can be a name"));
+            }
+            return Err(stumbled);
+        };
+        let name = Name { text: text.clone(), span: self.span() };
+        self.advance();
+        Ok(name)
+    }
+
+    /// A literal: number, duration, symbol, truth value or text.
+    pub(super) fn literal(&mut self) -> Reading<Literal> {
+        let literal = match self.peek() {
+            TokenKind::Symbol(symbol) => Literal::Symbol(symbol.clone()),
+            TokenKind::Text(text) => Literal::Text(text.clone()),
+            TokenKind::Keyword(Keyword::True) => Literal::Bool(true),
+            TokenKind::Keyword(Keyword::False) => Literal::Bool(false),
+            TokenKind::Number(number) => {
+                let number = number.clone();
+                return self.number(&number);
+            }
+            _ => return Err(self.expected("a number, a symbol, a text, `true` or `false`")),
+        };
+        self.advance();
+        Ok(literal)
+    }
+
+    fn number(&mut self, number: &str) -> Reading<Literal> {
+        let span = self.span();
+        self.advance();
+        // Two names in a row begin a misspelt item: the first is no unit.
+        let is_unit = !matches!(self.peek_second(), TokenKind::Name(_) | TokenKind::Define);
+        if let TokenKind::Name(unit) = self.peek()
+            && is_unit
+        {
+            let unit = unit.clone();
+            let unit_span = self.span();
+            self.advance();
+            return self.quantity(number, span, &unit, unit_span);
+        }
+        let literal = if number.contains(['.', 'e', 'E']) {
+            number.parse().ok().filter(|real: &f64| real.is_finite()).map(Literal::Real)
+        } else {
+            number.parse().ok().map(Literal::Int)
+        };
+        literal.ok_or_else(|| {
+            self.problems.push(Problem::new("this number is too large").at(span, "does not fit"));
+            Stumbled
+        })
+    }
+
+    fn quantity(&mut self, number: &str, span: Span, unit: &str, unit_span: Span) -> Reading<Literal> {
+        if matches!(unit, "tick" | "ticks") {
+            return number.parse().map(Literal::Int).map_err(|_| {
+                let problem = Problem::new("ticks come whole").at(span, "not a whole number");
+                self.problems.push(problem);
+                Stumbled
+            });
+        }
+        let Some(known) = Unit::ALL.into_iter().find(|known| known.name() == unit) else {
+            let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "no unit of time");
+            self.problems.push(problem.help("durations are given in ticks, ms, s, min or h"));
+            return Err(Stumbled);
+        };
+        let nanos = nanos(number, known).ok_or_else(|| {
+            let problem = Problem::new("this is no duration").at(span.to(unit_span), "negative, too long or too fine");
+            self.problems.push(problem.help("a duration is a whole number of nanoseconds, at most 500 years"));
+            Stumbled
+        })?;
+        Ok(Literal::Duration { nanos, unit: known })
+    }
+
+    /// `α implies β`, to the right.
+    pub(super) fn constraint(&mut self) -> Reading<Constraint> {
+        let left = self.joined(Keyword::Or)?;
+        if !self.take_keyword(Keyword::Implies) {
+            return Ok(left);
+        }
+        let right = self.deeper(Self::constraint)?;
+        let span = left.span.to(right.span);
+        Ok(Constraint { kind: ConstraintKind::Implies(Box::new(left), Box::new(right)), span })
+    }
+
+    /// Operands joined by `or`, or by `and`.
+    fn joined(&mut self, word: Keyword) -> Reading<Constraint> {
+        let operand = |parser: &mut Self| match word {
+            Keyword::Or => parser.joined(Keyword::And),
+            _ => parser.chain(),
+        };
+        let first = operand(self)?;
+        let mut operands = vec![first];
+        while self.take_keyword(word) {
+            operands.push(operand(self)?);
+        }
+        let span = operands[0].span.to(self.last_span());
+        Ok(match (operands.len(), word) {
+            (1, _) => operands.remove(0),
+            (_, Keyword::Or) => Constraint { kind: ConstraintKind::Or(operands), span },
+            _ => Constraint { kind: ConstraintKind::And(operands), span },
+        })
+    }
+
+    /// `α until β`, to the right.
+    fn chain(&mut self) -> Reading<Constraint> {
+        let left = self.prefixed()?;
+        if !self.take_keyword(Keyword::Until) {
+            return Ok(left);
+        }
+        let right = self.deeper(Self::chain)?;
+        let span = left.span.to(right.span);
+        Ok(Constraint { kind: ConstraintKind::Until(Box::new(left), Box::new(right)), span })
+    }
+
+    fn prefixed(&mut self) -> Reading<Constraint> {
+        let start = self.span();
+        let wrap: fn(Box<Constraint>) -> ConstraintKind = match self.peek() {
+            TokenKind::Keyword(Keyword::Not) => ConstraintKind::Not,
+            TokenKind::Keyword(Keyword::Next) => ConstraintKind::Next,
+            TokenKind::Keyword(Keyword::Always) => ConstraintKind::Always,
+            TokenKind::Keyword(Keyword::Eventually) => ConstraintKind::Eventually,
+            _ => return self.primary(),
+        };
+        self.advance();
+        let operand = self.deeper(Self::prefixed)?;
+        let span = start.to(operand.span);
+        Ok(Constraint { kind: wrap(Box::new(operand)), span })
+    }
+
+    fn primary(&mut self) -> Reading<Constraint> {
+        let start = self.span();
+        let kind = match self.peek().clone() {
+            TokenKind::Keyword(Keyword::True) => ConstraintKind::True,
+            TokenKind::Keyword(Keyword::False) => ConstraintKind::False,
+            TokenKind::Keyword(Keyword::TimeUntil) => return self.time_until(),
+            TokenKind::Open => {
+                if !self.at_event() {
+                    return self.parenthesised();
+                }
+                let kind = self.event().map_or(ConstraintKind::Unreadable, ConstraintKind::Event);
+                return Ok(Constraint { kind, span: start.to(self.last_span()) });
+            }
+            TokenKind::Name(name) => return self.stray_name(&name),
+            _ => return Err(self.expected("a constraint")),
+        };
+        self.advance();
+        Ok(Constraint { kind, span: start })
+    }
+
+    /// Whether the parenthesis here opens an event: a name follows that is no misspelt operator.
+    fn at_event(&self) -> bool {
+        match self.peek_second() {
+            TokenKind::Text(_) => true,
+            TokenKind::Name(name) => {
+                let third = self.tokens.get(self.at + 2).map(|token| &token.kind);
+                third == Some(&TokenKind::Comma) || nearest(name, PREFIXES).is_none()
+            }
+            _ => false,
+        }
+    }
+
+    /// A name where a constraint should be: perhaps a misspelt operator.
+    fn stray_name(&mut self, name: &str) -> Reading<Constraint> {
+        let stumbled = self.expected("a constraint");
+        let problem = self.problems.pop().unwrap_or_else(|| Problem::new("expected a constraint"));
+        let Some(word) = nearest(name, PREFIXES) else {
+            self.problems.push(problem.help("an event is written `(source, destination, condition)`"));
+            return Err(stumbled);
+        };
+        self.problems.push(problem.help(format!("did you mean `{word}`?")));
+        let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == word);
+        self.tokens[self.at].kind = TokenKind::Keyword(keyword.unwrap_or(Keyword::True));
+        self.deeper(Self::prefixed)
+    }
+
+    fn parenthesised(&mut self) -> Reading<Constraint> {
+        let open = self.span();
+        let after_prefix = self.at > 0
+            && matches!(
+                self.tokens[self.at - 1].kind,
+                TokenKind::Keyword(Keyword::Always | Keyword::Eventually | Keyword::Next | Keyword::Not)
+            );
+        self.advance();
+        let inside = match self.deeper(Self::constraint) {
+            Ok(inside) => inside,
+            Err(Stumbled) => {
+                self.recover(open);
+                return Ok(Constraint { kind: ConstraintKind::Unreadable, span: open.to(self.last_span()) });
+            }
+        };
+        if self.at_item_end() && after_prefix && !self.closed_for_you {
+            self.closed_for_you = true;
+            let problem = Problem::new("this parenthesis is never closed").at(open, "opened here").warning();
+            self.problems.push(problem.help("it is read as closed at the end of the property; write the `)` there"));
+        } else {
+            self.close(open);
+        }
+        Ok(Constraint { kind: inside.kind, span: open.to(self.last_span()) })
+    }
+
+    /// Takes the parenthesis that closes the one at `open`, or notes that it is missing and looks for it.
+    pub(super) fn close(&mut self, open: Span) {
+        if self.take(&TokenKind::Close) {
+            return;
+        }
+        if self.at_item_end() {
+            let problem = Problem::new("this parenthesis is never closed").at(open, "opened here");
+            self.problems.push(problem.help("the property ends before the `)`"));
+        } else {
+            self.expected("an operator or `)`");
+            self.recover(open);
+        }
+    }
+
+    /// After a problem inside parentheses: skips to the one that closes them, and takes it.
+    pub(super) fn recover(&mut self, open: Span) {
+        let opened = self.tokens.iter().position(|token| token.span.start == open.start).unwrap_or(self.at);
+        let mut depth = 0_usize;
+        for token in &self.tokens[opened..self.at] {
+            match token.kind {
+                TokenKind::Open => depth += 1,
+                TokenKind::Close => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+        }
+        while depth > 0 && !self.at_item_end() {
+            match self.peek() {
+                TokenKind::Open => depth += 1,
+                TokenKind::Close => depth -= 1,
+                _ => {}
+            }
+            self.advance();
+        }
+    }
+
+    /// `(source, destination, condition)`; what follows a problem inside it is skipped.
+    fn event(&mut self) -> Reading<Event> {
+        let open = self.span();
+        let event = self.event_parts(open);
+        if event.is_err() {
+            self.recover(open);
+        }
+        event
+    }
+
+    fn event_parts(&mut self, open: Span) -> Reading<Event> {
+        self.advance();
+        let source = self.name("the process that sends")?;
+        self.comma("`,` and the process that receives")?;
+        let target = self.name("the process that receives")?;
+        self.comma("`,` and a condition on the message")?;
+        let condition = self.condition()?;
+        self.close(open);
+        Ok(Event { source, target, condition, span: open.to(self.last_span()) })
+    }
+
+    fn comma(&mut self, what: &str) -> Reading<()> {
+        if self.take(&TokenKind::Comma) { Ok(()) } else { Err(self.expected(what)) }
+    }
+
+    fn time_until(&mut self) -> Reading<Constraint> {
+        let start = self.span();
+        self.advance();
+        let open = self.span();
+        if *self.peek() != TokenKind::Open {
+            return Err(self.expected("`(` and an event"));
+        }
+        let event = if *self.peek_second() == TokenKind::Open {
+            self.advance();
+            let event = self.event();
+            self.close(open);
+            event
+        } else {
+            self.event()
+        };
+        let TokenKind::Relation(relation) = *self.peek() else {
+            return Err(self.expected("`<`, `<=`, `=`, `!=`, `>=` or `>` and a number of ticks"));
+        };
+        self.advance();
+        let bound = self.operand()?;
+        let span = start.to(self.last_span());
+        let kind =
+            event.map_or(ConstraintKind::Unreadable, |event| ConstraintKind::TimeUntil { event, relation, bound });
+        Ok(Constraint { kind, span })
+    }
+
+    /// A literal or the name of a constant.
+    pub(super) fn operand(&mut self) -> Reading<Operand> {
+        if let TokenKind::Name(text) = self.peek() {
+            let name = Name { text: text.clone(), span: self.span() };
+            self.advance();
+            return Ok(Operand::Constant(name));
+        }
+        let start = self.span();
+        let literal = self.literal()?;
+        Ok(Operand::Literal(literal, start.to(self.last_span())))
+    }
+}
+
+/// A decimal number of units in nanoseconds, if it is a whole number of them.
+fn nanos(number: &str, unit: Unit) -> Option<u64> {
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let fraction = fraction.trim_end_matches('0');
+    let scale = 10_u128.checked_pow(u32::try_from(fraction.len()).ok()?)?;
+    let digits: u128 = format!("{whole}{fraction}").parse().ok()?;
+    let scaled = digits.checked_mul(u128::from(unit.nanos()))?;
+    (scaled % scale == 0).then_some(scaled / scale)?.try_into().ok()
+}

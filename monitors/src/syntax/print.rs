@@ -1,0 +1,219 @@
+//! From the tree back to text, as ASCII: reading the text again gives the same tree.
+
+use std::fmt::{self, Display, Formatter};
+
+use channels::Relation;
+
+use super::ast::{
+    Condition, ConditionKind, Constraint, ConstraintKind, Event, Field, FieldName, File, Item, Literal, Name, Operand,
+    Unit,
+};
+use super::token::is_plain_name;
+
+impl Display for File {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.items.iter().try_for_each(|item| writeln!(f, "{item}"))
+    }
+}
+
+impl Display for Item {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Constant(constant) => write!(f, "const {} := {}", constant.name, constant.value),
+            Self::Property(property) => write!(f, "property {} := {}", property.name, property.constraint),
+        }
+    }
+}
+
+impl Display for Name {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        if is_plain_name(&self.text) { f.write_str(&self.text) } else { write_text(f, &self.text) }
+    }
+}
+
+/// How tightly a form binds; a part that binds less than its place demands stands in parentheses.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Binding {
+    Implies,
+    Or,
+    And,
+    Until,
+    Prefix,
+}
+
+impl ConstraintKind {
+    fn binding(&self) -> Binding {
+        match self {
+            Self::Implies(..) => Binding::Implies,
+            Self::Or(_) => Binding::Or,
+            Self::And(_) => Binding::And,
+            Self::Until(..) => Binding::Until,
+            _ => Binding::Prefix,
+        }
+    }
+}
+
+/// A part of a constraint where at least this binding is demanded.
+struct Part<'a>(&'a Constraint, Binding);
+
+impl Display for Part<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self(constraint, demanded) = self;
+        if constraint.kind.binding() < *demanded { write!(f, "({constraint})") } else { constraint.fmt(f) }
+    }
+}
+
+impl Display for Constraint {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            ConstraintKind::True | ConstraintKind::Unreadable => f.write_str("true"),
+            ConstraintKind::False => f.write_str("false"),
+            ConstraintKind::Event(event) => event.fmt(f),
+            ConstraintKind::TimeUntil { event, relation, bound } => {
+                write!(f, "time_until {event} {} {bound}", ascii(*relation))
+            }
+            ConstraintKind::Not(part) => write!(f, "not {}", Part(part, Binding::Prefix)),
+            ConstraintKind::Next(part) => write!(f, "next {}", Part(part, Binding::Prefix)),
+            ConstraintKind::Always(part) => write!(f, "always {}", Part(part, Binding::Prefix)),
+            ConstraintKind::Eventually(part) => write!(f, "eventually {}", Part(part, Binding::Prefix)),
+            ConstraintKind::Until(left, right) => {
+                write!(f, "{} until {}", Part(left, Binding::Prefix), Part(right, Binding::Until))
+            }
+            ConstraintKind::And(parts) => join(f, parts.iter().map(|part| Part(part, Binding::Until)), " and "),
+            ConstraintKind::Or(parts) => join(f, parts.iter().map(|part| Part(part, Binding::And)), " or "),
+            ConstraintKind::Implies(left, right) => {
+                write!(f, "{} implies {}", Part(left, Binding::Or), Part(right, Binding::Implies))
+            }
+        }
+    }
+}
+
+impl Display for Event {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "({}, {}, {})", self.source, self.target, self.condition)
+    }
+}
+
+impl ConditionKind {
+    fn binding(&self) -> Binding {
+        match self {
+            Self::Implies(..) => Binding::Implies,
+            Self::Or(_) => Binding::Or,
+            Self::And(_) => Binding::And,
+            _ => Binding::Prefix,
+        }
+    }
+}
+
+/// A part of a condition where at least this binding is demanded.
+struct ConditionPart<'a>(&'a Condition, Binding);
+
+impl Display for ConditionPart<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self(condition, demanded) = self;
+        if condition.kind.binding() < *demanded { write!(f, "({condition})") } else { condition.fmt(f) }
+    }
+}
+
+impl Display for Condition {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.kind {
+            ConditionKind::True | ConditionKind::Unreadable => f.write_str("true"),
+            ConditionKind::False => f.write_str("false"),
+            ConditionKind::Compare { field, relation, value } => write!(f, "{field} {} {value}", ascii(*relation)),
+            ConditionKind::Not(part) => write!(f, "not {}", ConditionPart(part, Binding::Prefix)),
+            ConditionKind::And(parts) => join(f, parts.iter().map(|part| ConditionPart(part, Binding::Until)), " and "),
+            ConditionKind::Or(parts) => join(f, parts.iter().map(|part| ConditionPart(part, Binding::And)), " or "),
+            ConditionKind::Implies(left, right) => {
+                write!(f, "{} implies {}", ConditionPart(left, Binding::Or), ConditionPart(right, Binding::Implies))
+            }
+        }
+    }
+}
+
+impl Display for Field {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.name {
+            FieldName::Number(number) => write!(f, "m[{number}]"),
+            FieldName::Named(name) if is_plain_name(name) => write!(f, "m.{name}"),
+            FieldName::Named(name) => {
+                f.write_str("m.")?;
+                write_text(f, name)
+            }
+        }
+    }
+}
+
+impl Display for Operand {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Literal(literal, _) => literal.fmt(f),
+            Self::Constant(name) => name.fmt(f),
+        }
+    }
+}
+
+impl Display for Literal {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Symbol(symbol) => write!(f, "<{symbol}>"),
+            Self::Bool(truth) => write!(f, "{truth}"),
+            Self::Int(number) => write!(f, "{number}"),
+            Self::Real(number) => write!(f, "{number:?}"),
+            Self::Text(text) => write_text(f, text),
+            Self::Duration { nanos, unit } => write_duration(f, *nanos, *unit),
+        }
+    }
+}
+
+/// `1.5 min`, with at most 20 digits after the point: what was read from a file has fewer.
+fn write_duration(f: &mut Formatter<'_>, nanos: u64, unit: Unit) -> fmt::Result {
+    let whole = u128::from(unit.nanos());
+    let mut rest = u128::from(nanos) % whole;
+    write!(f, "{}", u128::from(nanos) / whole)?;
+    for digit in 0..20 {
+        if rest == 0 {
+            break;
+        }
+        rest *= 10;
+        write!(f, "{}{}", if digit == 0 { "." } else { "" }, rest / whole)?;
+        rest %= whole;
+    }
+    write!(f, " {}", unit.name())
+}
+
+/// The relation as every keyboard has it.
+pub(crate) fn ascii(relation: Relation) -> &'static str {
+    match relation {
+        Relation::Equal => "=",
+        Relation::NotEqual => "!=",
+        Relation::Less => "<",
+        Relation::LessOrEqual => "<=",
+        Relation::Greater => ">",
+        Relation::GreaterOrEqual => ">=",
+    }
+}
+
+fn join<T: Display>(f: &mut Formatter<'_>, parts: impl Iterator<Item = T>, word: &str) -> fmt::Result {
+    for (index, part) in parts.enumerate() {
+        if index > 0 {
+            f.write_str(word)?;
+        }
+        part.fmt(f)?;
+    }
+    Ok(())
+}
+
+fn write_text(f: &mut Formatter<'_>, text: &str) -> fmt::Result {
+    f.write_str("\"")?;
+    for char in text.chars() {
+        match char {
+            '"' => f.write_str("\\\"")?,
+            '\\' => f.write_str("\\\\")?,
+            '\n' => f.write_str("\\n")?,
+            '\t' => f.write_str("\\t")?,
+            other => write!(f, "{other}")?,
+        }
+    }
+    f.write_str("\"")
+}

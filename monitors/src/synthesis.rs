@@ -1,0 +1,179 @@
+//! From a formula to the machine that monitors it.
+
+use std::sync::Arc;
+
+use channels::Topology;
+
+use crate::clause::{Form, Vocabulary, clauses};
+use crate::engine::{
+    Alphabet, Automaton, AutomatonRun, Compact, CompactRun, Letter, MAX_AUTOMATON_STATES, MAX_EVENTS, Operators,
+    Progression,
+};
+use crate::formula::Formula;
+use crate::oracle::FormulaTooLarge;
+
+/// Which kind of machine monitors a formula.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// A program graph with a number or none for each clause: safety and bounded response. Time and memory do not
+    /// depend on θ, and verdicts come as early as they can.
+    Graph,
+    /// As [`Method::Graph`] for several clauses with deadlines whose automaton would be too large: late where two of
+    /// them contradict each other.
+    Graphs,
+    /// An explicit automaton: verdicts come as early as they can.
+    Automaton {
+        /// How many states it has.
+        states: usize,
+    },
+    /// Progression of the formula: never wrong, late where two obligations contradict each other.
+    Progression,
+}
+
+/// Which machines may be chosen from. They agree, but for how early they are; that can be tried out with this.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Choice {
+    /// The one that suits the formula.
+    #[default]
+    Best,
+    /// An automaton, or progression where it would be too large.
+    Automaton,
+    /// Progression.
+    Progression,
+}
+
+impl Method {
+    /// Whether each verdict comes at the first state at which no continuation can change it.
+    #[must_use]
+    pub fn anticipates(self) -> bool {
+        matches!(self, Self::Graph | Self::Automaton { .. })
+    }
+}
+
+/// Everything that is worked out about a formula before a run.
+#[derive(Clone, Debug)]
+pub(crate) struct Synthesis {
+    pub(crate) form: Form,
+    pub(crate) vocabulary: Vocabulary,
+    pub(crate) alphabet: Alphabet,
+    pub(crate) operators: Arc<Operators>,
+    machine: Machine,
+}
+
+#[derive(Clone, Debug)]
+enum Machine {
+    Compact(Arc<Compact>),
+    Automaton(Arc<Automaton>),
+    Progression,
+}
+
+impl Synthesis {
+    /// A machine of that choice for a formula.
+    pub(crate) fn new(formula: &Formula, topology: &Topology, choice: Choice) -> Result<Self, FormulaTooLarge> {
+        let vocabulary = Vocabulary::of(formula);
+        if vocabulary.len() > MAX_EVENTS {
+            return Err(FormulaTooLarge);
+        }
+        let form = clauses(formula, &vocabulary)?;
+        let alphabet = Alphabet::new(&vocabulary, topology);
+        let operators = Operators::new(&form, &vocabulary, &alphabet);
+        let machine = choice.machine(&form, &vocabulary, &alphabet, &operators);
+        Ok(Self { form, vocabulary, alphabet, operators: Arc::new(operators), machine })
+    }
+
+    pub(crate) fn method(&self) -> Method {
+        match &self.machine {
+            Machine::Compact(compact) if compact.is_exact() => Method::Graph,
+            Machine::Compact(_) => Method::Graphs,
+            Machine::Automaton(automaton) => Method::Automaton { states: automaton.len() },
+            Machine::Progression => Method::Progression,
+        }
+    }
+
+    pub(crate) fn compact(&self) -> Option<&Compact> {
+        match &self.machine {
+            Machine::Compact(compact) => Some(compact),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn automaton(&self) -> Option<&Automaton> {
+        match &self.machine {
+            Machine::Automaton(automaton) => Some(automaton),
+            _ => None,
+        }
+    }
+
+    /// The machine at the start of a run.
+    pub(crate) fn start(&self) -> Run {
+        match &self.machine {
+            Machine::Compact(compact) => Run::Compact(CompactRun::new(Arc::clone(compact))),
+            Machine::Automaton(automaton) => {
+                Run::Automaton(AutomatonRun::new(Arc::clone(automaton), Arc::clone(&self.operators)))
+            }
+            Machine::Progression => Run::Progression(Progression::new(Arc::clone(&self.operators))),
+        }
+    }
+}
+
+impl Choice {
+    fn machine(self, form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, operators: &Operators) -> Machine {
+        let compact = if self == Self::Best { Compact::new(form, vocabulary, alphabet) } else { None };
+        if let Some(compact) = compact.clone().filter(Compact::is_exact) {
+            return Machine::Compact(Arc::new(compact));
+        }
+        if self == Self::Progression {
+            return Machine::Progression;
+        }
+        match (Automaton::new(operators, alphabet, MAX_AUTOMATON_STATES), compact) {
+            (Ok(automaton), _) => Machine::Automaton(Arc::new(automaton)),
+            (Err(_), Some(compact)) => Machine::Compact(Arc::new(compact)),
+            (Err(_), None) => Machine::Progression,
+        }
+    }
+}
+
+/// A machine at work.
+#[derive(Clone, Debug)]
+pub(crate) enum Run {
+    Compact(CompactRun),
+    Automaton(AutomatonRun),
+    Progression(Progression),
+}
+
+impl Run {
+    /// τ, counted from the first state, has become `now`.
+    pub(crate) fn advance(&mut self, now: u64) {
+        match self {
+            Self::Compact(run) => run.advance(now),
+            Self::Automaton(run) => run.advance(now),
+            Self::Progression(run) => run.advance(now),
+        }
+    }
+
+    /// A state with that letter.
+    pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
+        match self {
+            Self::Compact(run) => run.read(alphabet.symbol(letter)),
+            Self::Automaton(run) => run.read(letter, alphabet),
+            Self::Progression(run) => run.read(letter),
+        }
+    }
+
+    pub(crate) fn verdict(&self) -> channels::Verdict {
+        match self {
+            Self::Compact(run) => run.verdict(),
+            Self::Automaton(run) => run.verdict(),
+            Self::Progression(run) => run.verdict(),
+        }
+    }
+
+    /// Whether the formula holds on the run as it stands.
+    pub(crate) fn holds(&self) -> bool {
+        match self {
+            Self::Compact(run) => run.holds(),
+            Self::Automaton(run) => run.holds(),
+            Self::Progression(run) => run.holds(),
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! The language, its semantics and its monitors, from outside.
+
+mod agreement;
+mod support;

@@ -1,0 +1,305 @@
+//! Random formulas and sequences, and what is to hold of them: shared by the tests and by the example `agree`.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value,
+    Verdict,
+};
+use monitors::{Choice, Formula, MessageCondition, ScopeMonitor, holds};
+
+/// Numbers that look random and are the same everywhere (SplitMix64).
+pub(crate) struct Dice(pub(crate) u64);
+
+impl Dice {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    /// A number below `sides`.
+    pub(crate) fn roll(&mut self, sides: u64) -> u64 {
+        self.next() % sides
+    }
+
+    /// One of the things.
+    pub(crate) fn pick<'a, T>(&mut self, things: &'a [T]) -> &'a T {
+        &things[self.roll(things.len() as u64) as usize]
+    }
+}
+
+/// Four channels with small domains.
+pub(crate) fn topology() -> Arc<Topology> {
+    let mut topology = Topology::default();
+    let ends = ["A", "B", "C", "D"].map(|name| topology.process(name).expect("a new process"));
+    let shapes = [
+        Shape::new([("head", FieldKind::symbols(["x", "y", "z"]))]),
+        Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]),
+        Shape::new([("on", FieldKind::Bool)]),
+        Shape::new([("number", FieldKind::Int)]),
+    ];
+    for (index, shape) in shapes.into_iter().enumerate() {
+        let target = ends[(index + 1) % 4];
+        topology.channel(ends[index], target, Capacity::One, Domain::new([shape])).expect("a new channel");
+    }
+    Arc::new(topology)
+}
+
+/// An event on one of the channels.
+pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::Event {
+    let channels: Vec<ChannelId> = topology.channels().collect();
+    let index = dice.roll(4) as usize;
+    let compare = |field, relation, value: Value| MessageCondition::Compare { field, relation, value };
+    let relations = [
+        Relation::Equal,
+        Relation::NotEqual,
+        Relation::Less,
+        Relation::LessOrEqual,
+        Relation::Greater,
+        Relation::GreaterOrEqual,
+    ];
+    let condition = match index {
+        0 => compare(1, *dice.pick(&relations[..2]), Value::symbol(["x", "y"][dice.roll(2) as usize])),
+        1 => {
+            let ok = compare(1, Relation::Equal, Value::symbol("ok"));
+            let level = compare(2, *dice.pick(&relations), Value::Real(*dice.pick(&[20.0, 30.0])));
+            match dice.roll(3) {
+                0 => level,
+                1 => MessageCondition::And(vec![ok, level]),
+                _ => MessageCondition::Implies(Box::new(ok), Box::new(level)),
+            }
+        }
+        2 => compare(1, Relation::Equal, Value::Bool(dice.roll(2) == 0)),
+        _ => compare(1, *dice.pick(&relations), Value::Int(dice.roll(2) as i64)),
+    };
+    monitors::Event { channel: channels[index], condition }
+}
+
+/// A formula of that depth at most, over a few events.
+pub(crate) fn random_formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
+    let events: Vec<monitors::Event> = (0..3).map(|_| random_event(dice, topology)).collect();
+    formula(dice, &events, depth)
+}
+
+fn formula(dice: &mut Dice, events: &[monitors::Event], depth: u32) -> Formula {
+    let sides = if depth == 0 { 7 } else { 20 };
+    let part = |dice: &mut Dice| Box::new(formula(dice, events, depth.saturating_sub(1)));
+    match dice.roll(sides) {
+        0..=3 => Formula::Event(dice.pick(events).clone()),
+        4 | 5 => {
+            let relations = [
+                Relation::Less,
+                Relation::Less,
+                Relation::LessOrEqual,
+                Relation::Equal,
+                Relation::NotEqual,
+                Relation::Greater,
+                Relation::GreaterOrEqual,
+            ];
+            Formula::TimeUntil {
+                event: dice.pick(events).clone(),
+                relation: *dice.pick(&relations),
+                ticks: dice.roll(4),
+            }
+        }
+        6 => {
+            if dice.roll(2) == 0 {
+                Formula::True
+            } else {
+                Formula::False
+            }
+        }
+        7 | 8 => Formula::Not(part(dice)),
+        9 | 10 => Formula::And(vec![*part(dice), *part(dice)]),
+        11 | 12 => Formula::Or(vec![*part(dice), *part(dice)]),
+        13 => Formula::Implies(part(dice), part(dice)),
+        14 => Formula::Next(part(dice)),
+        15 | 16 => Formula::Always(part(dice)),
+        17 => Formula::Eventually(part(dice)),
+        _ => Formula::Until(part(dice), part(dice)),
+    }
+}
+
+/// A message on one of the channels.
+pub(crate) fn random_message(dice: &mut Dice, topology: &Topology) -> EventKind {
+    let channels: Vec<ChannelId> = topology.channels().collect();
+    let index = dice.roll(4) as usize;
+    let message = match index {
+        0 => Message::symbols([["x", "y", "z"][dice.roll(3) as usize]]),
+        1 => Message::new([Value::symbol("ok"), Value::Real(*dice.pick(&[10.0, 20.0, 25.0, 30.0, 40.0]))]),
+        2 => Message::new([Value::Bool(dice.roll(2) == 0)]),
+        _ => Message::new([Value::Int(dice.roll(3) as i64 - 1)]),
+    };
+    EventKind::Received { channel: channels[index], message }
+}
+
+/// A sequence of that many states. The first tick is number 0 as a rule, and may come after messages; now and then a
+/// tick is missing.
+pub(crate) fn random_sequence(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
+    let mut ticked = false;
+    let mut tick = if dice.roll(10) == 0 { 7 } else { 0 };
+    let first_is_tick = dice.roll(3) > 0;
+    let mut events = Vec::new();
+    for index in 0..length {
+        let is_tick = (index == 0 && first_is_tick) || dice.roll(3) == 0;
+        if is_tick && ticked {
+            tick += if dice.roll(20) == 0 { 2 } else { 1 };
+        }
+        ticked |= is_tick;
+        let kind = if is_tick { EventKind::Tick } else { random_message(dice, topology) };
+        events.push(event(index as u64, tick, kind));
+    }
+    events
+}
+
+pub(crate) fn event(step: u64, tick: u64, kind: EventKind) -> Event {
+    Event { step, tick, time: Duration::from_millis(tick * 1000 + step), kind }
+}
+
+/// The sequence and a continuation: states with their distance in ticks from the one before.
+pub(crate) fn continued(sequence: &[Event], continuation: &[(u64, EventKind)]) -> Vec<Event> {
+    let mut events = sequence.to_vec();
+    for (ticks, kind) in continuation {
+        let tick = events.last().map_or(0, |last| last.tick) + ticks;
+        events.push(event(events.len() as u64, tick, kind.clone()));
+    }
+    events
+}
+
+/// Whether all continuations of up to `depth` states give that outcome.
+pub(crate) fn all_continuations(
+    formula: &Formula,
+    sequence: &[Event],
+    alphabet: &[EventKind],
+    depth: u32,
+    outcome: bool,
+) -> bool {
+    if holds(formula, sequence).expect("small") != outcome {
+        return false;
+    }
+    depth == 0
+        || alphabet
+            .iter()
+            .flat_map(|kind| [(0, kind), (1, kind)])
+            .filter(|(ticks, kind)| *ticks == 0 || **kind == EventKind::Tick)
+            .all(|(ticks, kind)| {
+                let longer = continued(sequence, &[(ticks, kind.clone())]);
+                all_continuations(formula, &longer, alphabet, depth - 1, outcome)
+            })
+}
+
+/// What was found about one pair of a formula and a sequence.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Tally {
+    /// Prefixes looked at.
+    pub(crate) prefixes: u64,
+    /// Verdicts that fell.
+    pub(crate) settled: u64,
+    /// Pairs monitored by program graphs, automata and progression alone.
+    pub(crate) graphs: u64,
+    pub(crate) automata: u64,
+    pub(crate) progressions: u64,
+    /// Verdicts that progression gave later than an automaton.
+    pub(crate) late: u64,
+}
+
+/// Holds all machines for a formula against the oracle at every prefix of a sequence.
+///
+/// # Errors
+/// What is wrong.
+pub(crate) fn check(
+    formula: &Formula,
+    sequence: &[Event],
+    topology: &Arc<Topology>,
+    tally: &mut Tally,
+) -> Result<(), String> {
+    let make =
+        |choice| ScopeMonitor::with("random", formula.clone(), topology, choice).map_err(|error| error.to_string());
+    let mut best = make(Choice::Best)?;
+    let mut automaton = make(Choice::Automaton)?;
+    let mut progression = make(Choice::Progression)?;
+    let mut graph = best.to_graph_monitor();
+    let mut alphabet: Vec<EventKind> = automaton.samples().collect();
+    alphabet.push(EventKind::Tick);
+    match best.method() {
+        monitors::Method::Graph | monitors::Method::Graphs => tally.graphs += 1,
+        monitors::Method::Automaton { .. } => tally.automata += 1,
+        monitors::Method::Progression => tally.progressions += 1,
+    }
+    let mut before = [Verdict::Inconclusive; 3];
+    for length in 0..=sequence.len() {
+        let prefix = &sequence[..length];
+        if let Some(event) = prefix.last() {
+            for monitor in [&mut best as &mut dyn Monitor, &mut automaton, &mut progression] {
+                monitor.observe(event);
+            }
+            if let Some(graph) = &mut graph {
+                graph.observe(event);
+            }
+        }
+        tally.prefixes += 1;
+        let now = [best.verdict(), automaton.verdict(), progression.verdict()];
+        let place = |what: &str| Err(format!("{what} after {length} states: {now:?}"));
+        if before.iter().zip(&now).any(|(before, now)| *before != Verdict::Inconclusive && before != now) {
+            return place("a verdict changed");
+        }
+        let truth = holds(formula, prefix).map_err(|error| error.to_string())?;
+        for monitor in [&best, &automaton, &progression] {
+            let settled = monitor.verdict() != Verdict::Inconclusive;
+            let says = if settled { monitor.verdict() == Verdict::True } else { monitor.holds_so_far() };
+            if says != truth {
+                return place(&format!("{:?} says {says} of the run so far, the oracle {truth}", monitor.method()));
+            }
+        }
+        if best.method().anticipates() && automaton.method().anticipates() && now[0] != now[1] {
+            return place("graph and automaton differ");
+        }
+        if now[2] != Verdict::Inconclusive && automaton.method().anticipates() && now[2] != now[1] {
+            return place("progression and automaton differ");
+        }
+        tally.late += u64::from(now[2] == Verdict::Inconclusive && now[1] != Verdict::Inconclusive);
+        if let Some(graph) = &graph {
+            // A graph cannot know that a message of the first kind can never come any more.
+            let same =
+                graph.verdict() == now[0] || (now[0] == Verdict::True && graph.verdict() == Verdict::Inconclusive);
+            let open = graph.is_open() == best.is_open();
+            let numbered_from_zero = sequence.first().is_some_and(|first| first.tick == 0);
+            if numbered_from_zero && (!same || !open) {
+                return place(&format!("the program graph says {:?}, open: {}", graph.verdict(), graph.is_open()));
+            }
+        }
+        check_verdict(formula, prefix, &automaton, before[1], &alphabet, tally).or_else(|what| place(&what))?;
+        before = now;
+    }
+    Ok(())
+}
+
+/// A new verdict must hold on all continuations; without one there must be a continuation for either outcome.
+fn check_verdict(
+    formula: &Formula,
+    prefix: &[Event],
+    automaton: &ScopeMonitor,
+    before: Verdict,
+    alphabet: &[EventKind],
+    tally: &mut Tally,
+) -> Result<(), String> {
+    let verdict = automaton.verdict();
+    if verdict == Verdict::Inconclusive {
+        for outcome in [true, false].into_iter().filter(|_| automaton.method().anticipates()) {
+            let continuation = automaton.continuation(outcome).ok_or("no continuation, and yet no verdict")?;
+            if holds(formula, &continued(prefix, &continuation)).map_err(|error| error.to_string())? != outcome {
+                return Err(format!("the continuation {continuation:?} does not lead to {outcome}"));
+            }
+        }
+    } else if before == Verdict::Inconclusive {
+        tally.settled += 1;
+        let outcome = verdict == Verdict::True;
+        if !all_continuations(formula, prefix, alphabet, 2, outcome) {
+            return Err(format!("a continuation does not give {outcome}"));
+        }
+    }
+    Ok(())
+}
