@@ -15,6 +15,9 @@ use standing::{Ground, nearest_cell};
 /// From how far away a robot that stands too near to an obstacle looks for a way out, in metres.
 const ESCAPE_M: f64 = 1.0;
 
+/// How far from a goal where the robot just fits there may be a cell in all of which it does, in cells.
+const BESIDE_CELLS: f64 = 1.5;
+
 /// How far from the centroid of an area a goal is sought inside of it, in metres.
 const WITHIN_AREA_M: f64 = 10.0;
 
@@ -47,18 +50,29 @@ pub enum PlanError {
     NoPath,
 }
 
-/// A path from `start` to within `tolerance_m` of `goal`, all in the `map` frame, in metres.
+/// A path from `start` to `goal`, in the `map` frame.
 ///
-/// The path begins at `start` and ends at `goal`, or at the cell nearest to it in which the robot can be. A start that is too
-/// near to an obstacle is left by the shortest way. The path never leads through unknown cells (but out of them, if it starts there), nor
-/// where the robot would touch an obstacle.
+/// The path begins at `start`. It ends at `goal` if the robot fits there, else at the nearest place where it does, at most
+/// `tolerance_m` away. A start that is too near to an obstacle is left by the shortest way. The path never leads through unknown cells
+/// (but out of them, if it starts there), nor where the robot would touch an obstacle.
 ///
 /// # Errors
 /// Says why there is no path.
 pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) -> Result<Vec<Point>, PlanError> {
-    let goal_cell = goal_cell(costmap, goal, tolerance_m)?;
-    let end = if costmap.frame.offset_at(goal) == Some(goal_cell) { *goal } else { costmap.frame.center(goal_cell) };
-    plan_between(costmap, start, goal_cell, &end)
+    let offset = costmap.frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
+    if Ground::new(costmap).can_stand(offset) {
+        return plan_between(costmap, start, offset, goal);
+    }
+    let fits = costmap.cost_at(offset) < crate::INSCRIBED_COST;
+    let within_m = if fits { tolerance_m.max(BESIDE_CELLS * costmap.frame.resolution_m) } else { tolerance_m };
+    let near = |cell| Ground::new(costmap).can_stand(cell) && (costmap.frame.center(cell) - goal).norm() <= within_m;
+    let searched_m = within_m + costmap.frame.resolution_m;
+    let beside = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(costmap, offset))?;
+    let mut path = plan_between(costmap, start, beside, &costmap.frame.center(beside))?;
+    if fits {
+        path.push(*goal);
+    }
+    Ok(path)
 }
 
 /// A path from `start` to the centroid of an area, or to the place nearest to it, still inside, in which the robot can be.
@@ -93,18 +107,6 @@ fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point)
     let mut way_out = smoothing::straight(start, &path[0]);
     way_out.extend(&path[1..]);
     Ok(way_out)
-}
-
-/// The cell to go to: that of the goal, or the nearest within the tolerance in which the robot can be.
-fn goal_cell(costmap: &Costmap, goal: &Point, tolerance_m: f64) -> Result<usize, PlanError> {
-    let offset = costmap.frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
-    let ground = Ground::new(costmap);
-    let near = |cell| ground.can_stand(cell) && (costmap.frame.center(cell) - goal).norm() <= tolerance_m;
-    if ground.can_stand(offset) {
-        return Ok(offset);
-    }
-    let within_m = tolerance_m + costmap.frame.resolution_m;
-    nearest_cell(costmap, offset, within_m, near).ok_or_else(|| bad_goal(costmap, offset))
 }
 
 fn bad_goal(costmap: &Costmap, offset: usize) -> PlanError {
@@ -195,6 +197,21 @@ mod tests {
         let path = plan(&costmap(&map), &at(&map, 1.5, 1.5), &at(&map, 6.5, 1.5), 0.05).unwrap();
         let sharpest = path.windows(3).map(|p| (p[1] - p[0]).angle(&(p[2] - p[1]))).fold(0.0, f64::max);
         assert!(sharpest < 0.5, "a corner of {sharpest} rad");
+    }
+
+    #[test]
+    fn a_goal_where_the_robot_just_fits_is_the_end_and_one_where_it_does_not_is_approached() {
+        let map = hall(&[]);
+        let costmap = costmap(&map);
+        // The wall's face is 0.1 m from the corner.
+        let end = |x_m: f64, tolerance_m| {
+            let goal = at(&map, x_m, 3.02);
+            plan(&costmap, &at(&map, 6.0, 3.0), &goal, tolerance_m).map(|path| (path[path.len() - 1] - goal).norm())
+        };
+        assert!(end(0.41, 0.05).unwrap() < 1e-9);
+        let missed_m = end(0.35, 0.1).unwrap();
+        assert!(missed_m > 0.01 && missed_m <= 0.1, "{missed_m}");
+        assert!(matches!(end(0.35, 0.02), Err(PlanError::GoalInObstacle { .. })));
     }
 
     #[test]

@@ -12,8 +12,9 @@ use super::parameters::LocalizationParameters;
 use super::particle::Particle;
 use super::surface_field::{SurfaceField, cell};
 
-/// The coarsest cell of the field, in metres, where memory allows.
-const FINEST_M: f64 = 0.0125;
+/// No cell of the field is larger than this, in metres, as far as memory allows. Finer ones do not make the estimate better: it is
+/// matched to the map's surfaces after all.
+const LARGEST_M: f64 = 0.025;
 
 /// The most cells of a field: 16 MB.
 const MOST_CELLS: usize = 1 << 24;
@@ -76,7 +77,7 @@ impl LikelihoodField {
         range_max_m: f64,
     ) -> Self {
         let (columns, rows, column, row) = surfaces.window();
-        let wanted = (map.resolution_m() / FINEST_M - 1e-6).ceil().max(1.0) as usize;
+        let wanted = (map.resolution_m() / LARGEST_M - 1e-6).ceil().max(1.0) as usize;
         let fine = (1..=wanted).rev().find(|fine| columns * rows * fine * fine <= MOST_CELLS).unwrap_or(1);
         let hit = HitLikelihood::new(parameters, range_max_m);
         let worst = -libm::log(hit.at(surfaces.farthest_m(), false));

@@ -10,8 +10,8 @@ use crate::{Error, error::check};
 pub struct LocalizationParameters {
     /// Fewest particles kept. Default 500: what tracking needs, since all of them then lie within one or two bins.
     pub min_particles: usize,
-    /// Most particles kept. Default 10 000 (Nav2: 2000): an update of so many takes about 2 ms, and only a global
-    /// localization or a recovery needs them.
+    /// Most particles kept. Default 10 000 (Nav2: 2000): only a global localization needs so many,
+    /// and an update of them takes about 7 ms.
     pub max_particles: usize,
     /// KLD sampling: the largest divergence allowed between the sampled and the true distribution. Default 0.05.
     pub pf_err: f64,

@@ -31,6 +31,9 @@ const SEE_AGAIN: Duration = Duration::from_millis(300);
 /// How often all marks are forgotten on one trip because there is no way.
 const FORGET_TIMES: u32 = 3;
 
+/// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
+const SHARE_OF_PLAN: f64 = 0.6;
+
 /// Nearer by this much is progress, in metres.
 const PROGRESS_M: f64 = 0.1;
 
@@ -74,7 +77,8 @@ impl Navigator {
 
     fn find_path(&self, trip: &Trip, now: &Now<'_>) -> Result<Vec<Point>, PlanError> {
         let goal = &trip.goal;
-        let path = plan(&self.costmap, &now.position(), &goal.position, goal.position_tolerance_m);
+        let tolerance_m = SHARE_OF_PLAN * goal.position_tolerance_m;
+        let path = plan(&self.costmap, &now.position(), &goal.position, tolerance_m);
         match (&goal.area, path) {
             (Some(area), Err(_)) => plan_into(&self.costmap, &now.position(), area),
             (_, path) => path,
@@ -82,9 +86,12 @@ impl Navigator {
     }
 
     fn take_path(&mut self, trip: &mut Trip, path: Vec<Point>, now: &Now<'_>) {
+        // An end beside the goal leaves less to miss it by; in an area any end will do.
+        let beside_m = path.last().map_or(0.0, |end| (end - trip.goal.position).norm());
+        let missed_m = if trip.goal.area.is_some() { 0.0 } else { beside_m };
         let arrival = Arrival {
             heading_rad: trip.goal.heading_rad,
-            position_tolerance_m: trip.goal.position_tolerance_m,
+            position_tolerance_m: trip.goal.position_tolerance_m - missed_m,
             heading_tolerance_rad: trip.goal.heading_tolerance_rad,
         };
         let command = trip.follower.as_ref().map_or(VelocityCommand::STOP, Follower::command);
