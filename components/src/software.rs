@@ -164,10 +164,14 @@ impl Software {
         self.localization.particles().map(|(pose, _)| pose)
     }
 
-    /// The path that is being followed, in the `map` frame; empty while there is none.
+    /// What is left of the path that is being followed, in the `map` frame; empty while there is none.
     #[must_use]
     pub fn path(&self) -> &[Point] {
-        self.navigator.path()
+        let path = self.navigator.path();
+        let here = Point::from(self.estimate.pose.translation.vector);
+        let squared = |point: &Point| (point - here).norm_squared();
+        let nearest = (0..path.len()).min_by(|&a, &b| squared(&path[a]).total_cmp(&squared(&path[b])));
+        &path[nearest.unwrap_or(0)..]
     }
 
     /// What navigation is doing.

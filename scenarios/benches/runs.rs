@@ -1,0 +1,66 @@
+//! Whole runs, in simulated seconds a second ("items"): one core, pictures off, every scan computed.
+//!
+//! `nominal` is the whole scenario, most of which the robot spends at the charging station; `driving` is its first 45 s,
+//! during which the robot is under way.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use divan::Bencher;
+use divan::counter::ItemsCount;
+use steward::live::{Live, News};
+use steward::scenario::{Scenario, find};
+
+fn main() {
+    divan::main();
+}
+
+fn nominal_scenario() -> Arc<Scenario> {
+    let found = find::find("nominal").expect("the scenario comes with the program");
+    Arc::new(Scenario::load(&found, &[]).expect("the scenario is in order"))
+}
+
+fn start(scenario: &Arc<Scenario>) -> Live {
+    Live::new(Arc::clone(scenario), 1, true).expect("the scenario is in order")
+}
+
+/// Runs until the robot has come to rest at that place or the time is over; returns the time.
+fn run(mut live: Live, place: &str, limit: Duration) -> Duration {
+    let arrived = |news: &News| matches!(news, News::Arrival(at) if at == place);
+    while live.time() < limit {
+        let news = live.step(None).expect("the processes go on");
+        if news.iter().any(arrived) {
+            break;
+        }
+    }
+    live.time()
+}
+
+const HOUR: Duration = Duration::from_secs(3600);
+
+#[divan::bench(sample_count = 10, sample_size = 1)]
+fn nominal(bencher: Bencher) {
+    let scenario = nominal_scenario();
+    let simulated = run(start(&scenario), "Destination", HOUR);
+    bencher
+        .with_inputs(|| start(&scenario))
+        .input_counter(move |_| ItemsCount::new(simulated.as_secs()))
+        .bench_local_values(|live| run(live, "Destination", HOUR));
+}
+
+#[divan::bench(sample_count = 20, sample_size = 1)]
+fn driving(bencher: Bencher) {
+    let scenario = nominal_scenario();
+    let limit = Duration::from_secs(45);
+    bencher
+        .with_inputs(|| start(&scenario))
+        .input_counter(move |_| ItemsCount::new(limit.as_secs()))
+        .bench_local_values(|live| run(live, "nowhere", limit));
+}
+
+/// Setting up a run of a scenario that has been loaded.
+#[divan::bench]
+fn set_up(bencher: Bencher) {
+    let scenario = nominal_scenario();
+    bencher.bench_local(|| start(&scenario));
+}
