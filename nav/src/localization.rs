@@ -1,9 +1,10 @@
 //! Where the robot is: adaptive Monte Carlo localization.
 //!
 //! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
-//! [resampling], [KLD sampling](kld), [recovery], [clusters] and [scan matching](scan_matching); the
+//! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters] and [scan matching](scan_matching); the
 //! [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
 
+mod challengers;
 mod clusters;
 mod filter;
 mod free_space;
@@ -79,7 +80,7 @@ impl InitialPose {
 /// Adaptive Monte Carlo localization on an occupancy grid.
 ///
 /// A particle filter with a likelihood-field sensor model, an odometry motion model, an adaptive number of particles
-/// (KLD sampling), selective systematic resampling and recovery from a lost pose (augmented MCL). The estimate is the mean of the heaviest
+/// (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of the heaviest
 /// cluster of particles, matched to the scan, and carried on by odometry between updates.
 ///
 /// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough, as soon
@@ -232,7 +233,13 @@ impl Localization {
         self.filter.weigh(&self.weighed);
         let mean = self.filter.estimate();
         self.belief = scan_matching::matched(&mean, &self.matched, &self.surfaces);
-        self.filter.resample_if_needed(&self.weighed, &self.surfaces, &self.belief);
+        match self.filter.challenge(&self.belief, &anchor.inv_mul(&now), &self.weighed, &self.surfaces) {
+            None => self.filter.resample_if_needed(&self.belief),
+            Some(found) => {
+                self.filter.place_around(&found);
+                self.belief = found;
+            }
+        }
         self.anchor = Some(now);
         self.updates += 1;
     }

@@ -1,11 +1,12 @@
 //! The particle filter: predict, weigh, resample.
 
-use maps::OccupancyGrid;
+use maps::{OccupancyGrid, Pose};
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::normal;
 
+use super::challengers::{Challengers, Trial};
 use super::clusters::Clusters;
 use super::free_space::FreeSpace;
 use super::kld::particles_needed;
@@ -15,29 +16,20 @@ use super::parameters::LocalizationParameters;
 use super::particle::{Gaussian, Particle};
 use super::recovery::Recovery;
 use super::resampling::{effective_number, systematic};
-use super::scan_matching;
 use super::surface_field::SurfaceField;
 use crate::Error;
-
-/// A random particle is the likeliest of so many drawn anywhere, by a part of the beams, and then matched to them: so a few find a
-/// lost robot (sensor resetting).
-const CANDIDATES: usize = 64;
 
 /// Every how many particles one is put where the scan was matched.
 const MATCHED_EVERY: usize = 20;
 
-/// Weight of a random particle, as a multiple of that of one that was drawn: being carried away is rare. A lost robot's scans make up for
-/// it many times, but a place that looks just like the one where the robot is does not win by and by.
-const RANDOM_WEIGHT: f64 = 1e-3;
-
-/// Most random particles that are tried in an update: each takes about 5 µs.
-const MOST_TRIES: usize = 50;
+/// A pose that may challenge the particles is the likeliest of so many drawn anywhere.
+const CANDIDATES: usize = 64;
 
 /// Every how many beams choose among them.
 const CANDIDATE_STRIDE: usize = 4;
 
-/// How far from its best match a candidate may be (standard deviations, in metres and radians).
-const CANDIDATE_DEVIATION: f64 = 0.2;
+/// Most challengers that are sought in an update: each takes about 10 µs.
+const MOST_SOUGHT: usize = 10;
 
 /// However many beams there are, they tell no more than so many that are independent of one another: what is not on the map
 /// misleads many neighbouring beams at once.
@@ -57,6 +49,7 @@ pub(crate) struct ParticleFilter {
     drawn: Vec<u32>,
     is_drawn: Vec<bool>,
     sparse: Endpoints,
+    challengers: Challengers,
     clusters: Clusters,
     recovery: Recovery,
     field: LikelihoodField,
@@ -80,6 +73,7 @@ impl ParticleFilter {
             drawn: Vec::new(),
             is_drawn: Vec::new(),
             sparse: Endpoints::default(),
+            challengers: Challengers::default(),
             clusters: Clusters::default(),
             recovery: Recovery::new(parameters.recovery_alpha_slow, parameters.recovery_alpha_fast),
             field: LikelihoodField::new(map, surfaces, &parameters, range_max_m),
@@ -127,6 +121,7 @@ impl ParticleFilter {
         let weight = 1.0 / self.particles.len() as f64;
         self.particles.iter_mut().for_each(|particle| particle.weight = weight);
         self.recovery.reset();
+        self.challengers.clear();
     }
 
     /// Moves all particles as the odometry says, with its noise.
@@ -169,32 +164,51 @@ impl ParticleFilter {
         self.clusters.heaviest(&self.particles)
     }
 
-    /// Draws a new generation if the weights have become too unequal or the pose seems to be lost; if so, some of it are
-    /// particles that fit the beams, wherever they are. Relies on the clusters of the last [`estimate`](Self::estimate).
+    /// Draws a new generation if the weights have become too unequal. Relies on the clusters of the last
+    /// [`estimate`](Self::estimate).
     ///
     /// A few particles are put where the scan was `matched`: the best guess there is, even if no particle was near.
-    pub(crate) fn resample_if_needed(&mut self, ends: &Endpoints, surfaces: &SurfaceField, matched: &Gaussian) {
+    pub(crate) fn resample_if_needed(&mut self, matched: &Gaussian) {
         let count = self.particles.len();
         let effective = effective_number(self.particles.iter().map(|particle| particle.weight));
-        let random_share = self.recovery.random_share();
-        if effective >= self.parameters.resample_threshold * count as f64 && random_share * (count as f64) < 1.0 {
+        if effective >= self.parameters.resample_threshold * count as f64 {
             return;
         }
         let bins = self.bins_after_resampling();
         let needed = self.needed(bins);
+        let weight = 1.0 / needed as f64;
         self.spare.clear();
-        self.add_likely_anywhere(random_share, ends, surfaces);
-        let random = self.spare.len();
-        let weight = 1.0 / ((needed - random) as f64 + random as f64 * RANDOM_WEIGHT);
-        self.spare.iter_mut().for_each(|particle| particle.weight = weight * RANDOM_WEIGHT);
         let weights = self.particles.iter().map(|particle| particle.weight);
         let offset = self.rng.random();
-        systematic(weights, needed - random, offset, |index| {
-            self.spare.push(Particle { weight, ..self.particles[index] });
-        });
+        systematic(weights, needed, offset, |index| self.spare.push(Particle { weight, ..self.particles[index] }));
         let matched = Particle { weight, ..Particle::new(matched.x_m, matched.y_m, matched.heading_rad) };
-        self.spare[random..].iter_mut().step_by(MATCHED_EVERY).for_each(|particle| *particle = matched);
+        self.spare.iter_mut().step_by(MATCHED_EVERY).for_each(|particle| *particle = matched);
         std::mem::swap(&mut self.particles, &mut self.spare);
+    }
+
+    /// Judges the poses that challenge the particles' `belief` after a motion, and seeks more of them, as many as the fall of the scans'
+    /// likelihood suggests. Returns the pose of one that has proved itself: the robot was lost and is there.
+    pub(crate) fn challenge(
+        &mut self,
+        belief: &Gaussian,
+        moved: &Pose,
+        ends: &Endpoints,
+        surfaces: &SurfaceField,
+    ) -> Option<Gaussian> {
+        let usual_nats = self.recovery.usual_nats()?;
+        if ends.len() < FEWEST_BEAMS {
+            return None;
+        }
+        let beams = (ends.len() as f64).min(INDEPENDENT_BEAMS);
+        let mut challengers = std::mem::take(&mut self.challengers);
+        self.sparse.copy_every(CANDIDATE_STRIDE, ends);
+        let sought = (self.recovery.random_share() * self.particles.len() as f64) as usize;
+        let sought: Vec<Particle> = (0..sought.min(MOST_SOUGHT)).map(|_| self.likeliest_anywhere()).collect();
+        let trial = Trial { ends, field: &self.field, surfaces, usual_nats, incumbent: belief, beams };
+        let winner = challengers.judge(moved, &trial);
+        sought.iter().for_each(|candidate| challengers.add(candidate, &trial));
+        self.challengers = challengers;
+        winner
     }
 
     /// The bins that would still be occupied if as many particles were drawn again.
@@ -216,22 +230,6 @@ impl ParticleFilter {
             .clamp(self.parameters.min_particles, self.parameters.max_particles)
     }
 
-    /// Looks for places anywhere from which the beams are about as likely as usual, so often as the share of all particles says, and
-    /// adds particles there to the new generation. What stands about without being on the map makes beams unlikely everywhere, and
-    /// adds none.
-    fn add_likely_anywhere(&mut self, share: f64, ends: &Endpoints, surfaces: &SurfaceField) {
-        let tries = ((share * self.particles.len() as f64) as usize).min(MOST_TRIES);
-        self.sparse.copy_every(CANDIDATE_STRIDE, ends);
-        for _ in 0..tries {
-            let candidate = self.likeliest_anywhere();
-            let particle = matched_particle(&candidate, ends, surfaces);
-            let penalty = f64::from(self.field.penalty(&particle, ends)) / ends.len() as f64;
-            if self.recovery.is_usual(libm::exp(-penalty * self.field.nats_per_unit())) {
-                self.spare.push(particle);
-            }
-        }
-    }
-
     fn likeliest_anywhere(&mut self) -> Particle {
         let mut best = self.free.draw(&mut self.rng);
         let mut least = self.field.penalty(&best, &self.sparse);
@@ -244,14 +242,6 @@ impl ParticleFilter {
         }
         best
     }
-}
-
-/// A particle moved to where the beams match nearby, if they do.
-fn matched_particle(particle: &Particle, ends: &Endpoints, surfaces: &SurfaceField) -> Particle {
-    let covariance = Matrix3::identity() * (CANDIDATE_DEVIATION * CANDIDATE_DEVIATION);
-    let guess = Gaussian { x_m: particle.x_m, y_m: particle.y_m, heading_rad: particle.heading_rad, covariance };
-    let found = scan_matching::matched(&guess, ends, surfaces);
-    Particle::new(found.x_m, found.y_m, found.heading_rad)
 }
 
 /// A matrix that turns independent standard normal numbers into ones of that covariance. A covariance that is none

@@ -1,10 +1,10 @@
-//! Augmented Monte Carlo localization: notices a lost pose and says how many random particles to add.
+//! Augmented Monte Carlo localization: notices that the pose may be lost, and how hard to look for it elsewhere.
 //!
 //! Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, table 8.3. The likelihood that is
 //! averaged here is the geometric mean over a scan's beams, so that it compares between scans of different lengths.
 
 /// Down to this share of the usual likelihood nothing is wrong.
-const USUAL: f64 = 0.9;
+const USUAL: f64 = 0.95;
 
 /// The short- and the long-term average of the scans' likelihood.
 #[derive(Clone, Debug)]
@@ -26,8 +26,8 @@ impl Recovery {
         self.averages = Some((follow(slow, self.alpha_slow), follow(fast, self.alpha_fast)));
     }
 
-    /// The share of particles to be drawn anew, anywhere: how far the scans have of late been less likely than usual. None if they
-    /// are but a little less likely: something always stands about that is not on the map.
+    /// How hard to look elsewhere, as a share of the particles: how far the scans have of late been less likely than usual. Not at
+    /// all if they are but a little less likely: something always stands about that is not on the map.
     pub(crate) fn random_share(&self) -> f64 {
         match self.averages {
             Some((slow, fast)) if fast < USUAL * slow => (1.0 - fast / slow).clamp(0.0, 1.0),
@@ -35,9 +35,9 @@ impl Recovery {
         }
     }
 
-    /// Whether a scan of that likelihood is rather as usual than as of late.
-    pub(crate) fn is_usual(&self, likelihood: f64) -> bool {
-        self.averages.is_some_and(|(slow, fast)| likelihood * likelihood > slow * fast)
+    /// The logarithm of a likelihood that is as usual, if only just.
+    pub(crate) fn usual_nats(&self) -> Option<f64> {
+        self.averages.map(|(slow, _)| libm::log(USUAL * slow))
     }
 
     /// Forgets what was usual, after the particles have been placed anew.
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_sudden_fall_of_the_likelihood_asks_for_random_particles_until_it_is_over() {
+    fn a_sudden_fall_of_the_likelihood_asks_to_look_elsewhere_until_it_is_over() {
         let mut recovery = Recovery::new(0.005, 0.1);
         (0..100).for_each(|_| recovery.observe(0.8));
         assert!(recovery.random_share() < 1e-9);

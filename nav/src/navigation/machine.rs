@@ -29,7 +29,7 @@ const TRY_AGAIN: Duration = Duration::from_secs(2);
 const SEE_AGAIN: Duration = Duration::from_millis(300);
 
 /// How often all marks are forgotten on one trip because there is no way.
-const FORGET_TIMES: u32 = 3;
+const FORGET_TIMES: u32 = 2;
 
 /// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
 const SHARE_OF_PLAN: f64 = 0.6;

@@ -1,0 +1,144 @@
+//! Poses elsewhere that the scans may fit better: how a lost robot is found.
+//!
+//! Augmented Monte Carlo localization mixes random particles into the cloud. Where much stands about that is not on the map, one of them sooner or
+//! later fits a single scan better than the truth does, and takes the cloud away. So here a random pose is on
+//! probation: it moves along with the odometry and takes the place of all particles only when it has fitted a number of scans that it was not
+//! chosen for, and much better than the particles do.
+
+use maps::{Pose, heading, pose, wrap_angle};
+use nalgebra::Matrix3;
+
+use super::likelihood_field::{Endpoints, LikelihoodField};
+use super::particle::{Gaussian, Particle};
+use super::scan_matching;
+use super::surface_field::SurfaceField;
+
+/// Most challengers at a time.
+const MOST: usize = 8;
+
+/// The fewest scans on probation, and the shortest way: from one place a wrong pose may fit one scan after the other.
+const PROBATION_SCANS: u32 = 10;
+const PROBATION_M: f64 = 1.5;
+
+/// How much likelier than the particles, in nats, a challenger must have made the scans.
+const WINS_NATS: f64 = 30.0;
+
+/// How much less likely than usual, in nats, it may have made them.
+const LOSES_NATS: f64 = -5.0;
+
+/// Two poses nearer to one another than this are the same guess.
+const SAME_M: f64 = 0.5;
+const SAME_RAD: f64 = 0.3;
+
+/// How far a challenger may be from its best match (standard deviation, in metres and radians).
+const DEVIATION: f64 = 0.2;
+
+/// The challengers, in the grid's frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Challengers {
+    kept: Vec<Challenger>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Challenger {
+    at: Gaussian,
+    /// How much likelier it has made the scans on probation than is usual, and than the incumbent has.
+    against_usual_nats: f64,
+    against_incumbent_nats: f64,
+    scans: u32,
+    way_m: f64,
+}
+
+/// What challengers are judged by. Likelihoods are logarithms of the geometric mean over a scan's beams.
+pub(crate) struct Trial<'a> {
+    /// The ends of the scan's beams.
+    pub(crate) ends: &'a Endpoints,
+    pub(crate) field: &'a LikelihoodField,
+    pub(crate) surfaces: &'a SurfaceField,
+    /// How likely scans usually are.
+    pub(crate) usual_nats: f64,
+    /// Where the particles are.
+    pub(crate) incumbent: &'a Gaussian,
+    /// As how many independent beams the scan counts.
+    pub(crate) beams: f64,
+}
+
+impl Trial<'_> {
+    fn matched(&self, at: &Gaussian) -> Gaussian {
+        let covariance = Matrix3::identity() * (DEVIATION * DEVIATION);
+        scan_matching::matched(&Gaussian { covariance, ..*at }, self.ends, self.surfaces)
+    }
+}
+
+/// The logarithm of the geometric mean of the beams' likelihoods, in nats; zero at best.
+pub(crate) fn log_likelihood(field: &LikelihoodField, at: &Gaussian, ends: &Endpoints) -> f64 {
+    let particle = Particle::new(at.x_m, at.y_m, at.heading_rad);
+    -f64::from(field.penalty(&particle, ends)) * field.nats_per_unit() / ends.len() as f64
+}
+
+impl Challengers {
+    pub(crate) fn clear(&mut self) {
+        self.kept.clear();
+    }
+
+    /// Moves all challengers, judges them by a new scan, lets go of those that lose or have come to where the incumbent is, and returns the
+    /// first that wins.
+    pub(crate) fn judge(&mut self, moved: &Pose, trial: &Trial<'_>) -> Option<Gaussian> {
+        if self.kept.is_empty() {
+            return None;
+        }
+        let incumbent_nats = log_likelihood(trial.field, trial.incumbent, trial.ends);
+        for challenger in &mut self.kept {
+            challenger.at = trial.matched(&driven(&challenger.at, moved));
+            let nats = log_likelihood(trial.field, &challenger.at, trial.ends);
+            challenger.against_usual_nats += (nats - trial.usual_nats) * trial.beams;
+            challenger.against_incumbent_nats += (nats - incumbent_nats) * trial.beams;
+            challenger.scans += 1;
+            challenger.way_m += moved.translation.vector.norm();
+        }
+        self.kept.retain(|challenger| {
+            challenger.against_usual_nats > LOSES_NATS && !are_same(&challenger.at, trial.incumbent)
+        });
+        self.kept.iter().find(|challenger| challenger.has_won()).map(|challenger| challenger.at)
+    }
+
+    /// Adds a pose if the scan is as likely as usual from where it matches best, and it is not yet among those here. When there are
+    /// many, the weakest of them goes.
+    pub(crate) fn add(&mut self, candidate: &Particle, trial: &Trial<'_>) {
+        let Particle { x_m, y_m, heading_rad, .. } = *candidate;
+        let at = trial.matched(&Gaussian { x_m, y_m, heading_rad, covariance: Matrix3::zeros() });
+        let is_known = are_same(&at, trial.incumbent) || self.kept.iter().any(|other| are_same(&at, &other.at));
+        if is_known || log_likelihood(trial.field, &at, trial.ends) <= trial.usual_nats {
+            return;
+        }
+        if self.kept.len() == MOST {
+            let evidence = |index: &usize| self.kept[*index].against_usual_nats;
+            let weakest = (0..MOST).min_by(|a, b| evidence(a).total_cmp(&evidence(b)));
+            if let Some(weakest) = weakest {
+                self.kept.remove(weakest);
+            }
+        }
+        // The scan that it was chosen for says nothing for it.
+        self.kept.push(Challenger { at, against_usual_nats: 0.0, against_incumbent_nats: 0.0, scans: 0, way_m: 0.0 });
+    }
+}
+
+impl Challenger {
+    fn has_won(&self) -> bool {
+        self.scans >= PROBATION_SCANS
+            && self.way_m >= PROBATION_M
+            && self.against_usual_nats >= 0.0
+            && self.against_incumbent_nats >= WINS_NATS
+    }
+}
+
+/// A guess after a motion.
+fn driven(from: &Gaussian, moved: &Pose) -> Gaussian {
+    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
+    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), ..*from }
+}
+
+fn are_same(a: &Gaussian, b: &Gaussian) -> bool {
+    let (x, y) = (a.x_m - b.x_m, a.y_m - b.y_m);
+    x * x + y * y < SAME_M * SAME_M && wrap_angle(a.heading_rad - b.heading_rad).abs() < SAME_RAD
+}
