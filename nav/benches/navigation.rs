@@ -134,7 +134,8 @@ fn step_of_control(bencher: Bencher) {
     bencher.bench_local(|| navigator.update(robot.time, &now, &odometry));
 }
 
-/// All of navigation for ten simulated seconds of driving: 500 steps and 200 scans. The robot and its lasers are not timed.
+/// All of navigation for ten simulated seconds of driving: 500 steps and 200 scans. The robot and its lasers are not
+/// timed.
 #[divan::bench(sample_count = 20)]
 fn ten_seconds_of_driving(bencher: Bencher) {
     let (mut navigator, mut robot) = set_up(floor::office(), pose(3.0, 9.3, 0.0));

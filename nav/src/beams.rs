@@ -25,8 +25,8 @@ impl Beams {
         robot * self.spec.mount
     }
 
-    /// The ends of the beams shorter than `farthest_m`, lengthened by `behind_m`, in the frame of `eye`. A hit too near to
-    /// be measured counts as one at the shortest range; beams that failed or do not exist are left out.
+    /// The ends of the beams shorter than `farthest_m`, lengthened by `behind_m`, in the frame of `eye`. A hit too
+    /// near to be measured counts as one at the shortest range; beams that failed or do not exist are left out.
     pub(crate) fn ends(
         &self,
         scan: &LaserScan,

@@ -1,8 +1,8 @@
 //! The costmap: how near each cell is to an obstacle, of the map or seen by the lasers.
 //!
-//! Rather than costs it stores clearances, from which costs follow by a table: the planner reads costs, the follower distances.
-//! What the lasers see is kept as a list of marked cells. A mark changes the layer only around it, and a scan
-//! that shows nothing but the map changes nothing.
+//! Rather than costs it stores clearances, from which costs follow by a table: the planner reads costs, the follower
+//! distances. What the lasers see is kept as a list of marked cells. A mark changes the layer only around it, and a
+//! scan that shows nothing but the map changes nothing.
 
 pub(crate) mod clearance;
 mod lasers;
@@ -95,8 +95,9 @@ impl Costmap {
         self.frame.offset_at(point).map_or(UNKNOWN_COST, |offset| self.cost_at(offset))
     }
 
-    /// How far the surface of the nearest obstacle is from the cell that holds a point of the `map` frame, in metres: exact to a quarter of a
-    /// cell, obstacles that lasers have seen only up to the inflation radius. Zero in an obstacle, in the unknown, outside.
+    /// How far the surface of the nearest obstacle is from the cell that holds a point of the `map` frame, in metres:
+    /// exact to a quarter of a cell, obstacles that lasers have seen only up to the inflation radius. Zero in an
+    /// obstacle, in the unknown, outside.
     #[must_use]
     pub fn clearance_m(&self, point: &Point) -> f64 {
         self.frame.offset_at(point).map_or(0.0, |offset| self.clearance_at_m(offset))
@@ -153,7 +154,8 @@ impl Costmap {
         self.fixed[offset] == OBSTACLE
     }
 
-    /// Whether the robot cannot be at a point of the `map` frame because of what lasers have seen, though the map would let it.
+    /// Whether the robot cannot be at a point of the `map` frame because of what lasers have seen, though the map
+    /// would let it.
     pub(crate) fn is_blocked_by_marks(&self, point: &Point) -> bool {
         let inscribed = |clearance: u8| self.costs[usize::from(clearance)] >= INSCRIBED_COST;
         let blocked = |offset: usize| inscribed(self.clearances[offset]) && !inscribed(self.fixed[offset]);

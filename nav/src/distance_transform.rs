@@ -3,7 +3,8 @@
 //! Distances run from cell centre to cell centre and are squared integers, so nothing is rounded. Columns first, by two
 //! sweeps; then each row as the lower envelope of parabolas, in time linear in the number of cells.
 //!
-//! Source: P. Felzenszwalb and D. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8, 2012.
+//! Source: P. Felzenszwalb and D. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8,
+//! 2012.
 
 /// The distance where a grid has no target at all.
 pub(crate) const NO_TARGET: u32 = u32::MAX;

@@ -1,8 +1,8 @@
 //! Following a path: regulated pure pursuit, with a way of its own to come to rest at the goal.
 //!
-//! Far from the goal the robot steers for a point ahead on the path, on an arc that the lasers see to be free, slower in curves,
-//! near obstacles and before the end. Near the goal it drives straight at it, slows to a stop in it and turns to the
-//! heading asked for; what it misses, it aims at again from where it stands. So it never orbits.
+//! Far from the goal the robot steers for a point ahead on the path, on an arc that the lasers see to be free, slower
+//! in curves, near obstacles and before the end. Near the goal it drives straight at it, slows to a stop in it and
+//! turns to the heading asked for; what it misses, it aims at again from where it stands. So it never orbits.
 //!
 //! Source of the pursuit: S. Macenski, S. Singh, F. Martín, J. Ginés, "Regulated Pure Pursuit for Robot Path Tracking",
 //! Autonomous Robots 47, 2023.

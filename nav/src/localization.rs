@@ -80,12 +80,12 @@ impl InitialPose {
 /// Adaptive Monte Carlo localization on an occupancy grid.
 ///
 /// A particle filter with a likelihood-field sensor model, an odometry motion model, an adaptive number of particles
-/// (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of the heaviest
-/// cluster of particles, matched to the scan, and carried on by odometry between updates.
+/// (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of the
+/// heaviest cluster of particles, matched to the scan, and carried on by odometry between updates.
 ///
-/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough, as soon
-/// as each laser that is not silent has delivered one. A robot at rest costs nothing, and its estimate stays as it is. In steady state no
-/// memory is allocated.
+/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough,
+/// as soon as each laser that is not silent has delivered one. A robot at rest costs nothing, and its estimate stays
+/// as it is. In steady state no memory is allocated.
 ///
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
 #[derive(Clone, Debug)]
@@ -170,8 +170,8 @@ impl Localization {
     /// Takes in a scan, after the odometry of its time if there is any, and updates the estimate if the robot has
     /// moved far enough. Returns whether it did.
     ///
-    /// Scans before the first odometry and scans of lasers that the model does not have are ignored; so are beams that are
-    /// not finite, not within the laser's range, or more than the laser has.
+    /// Scans before the first odometry and scans of lasers that the model does not have are ignored; so are beams
+    /// that are not finite, not within the laser's range, or more than the laser has.
     pub fn scan(&mut self, scan: &LaserScan) -> bool {
         let (Some(now), Some(anchor)) = (self.odometry.pose_at(scan.time), self.anchor) else { return false };
         let Some(laser) = self.lasers.get_mut(scan.laser) else { return false };

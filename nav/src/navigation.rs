@@ -35,9 +35,9 @@ const LONGEST_STEP_S: f64 = 0.1;
 
 /// Drives a robot to goals.
 ///
-/// Feed it scans with [`scan`](Self::scan) and call [`update`](Self::update) at every step of control; it answers with the
-/// velocity to drive at. It sees nothing but the map, scans, odometry and the estimate of the pose. It reads no clock and
-/// draws no random numbers.
+/// Feed it scans with [`scan`](Self::scan) and call [`update`](Self::update) at every step of control; it answers
+/// with the velocity to drive at. It sees nothing but the map, scans, odometry and the estimate of the pose. It reads
+/// no clock and draws no random numbers.
 #[derive(Clone, Debug)]
 pub struct Navigator {
     parameters: NavigationParameters,
@@ -172,7 +172,8 @@ impl Navigator {
         self.last_scan = Some(scan.time);
     }
 
-    /// One step of control at time `now`: goes on with what it is doing and returns the velocity to drive at until the next.
+    /// One step of control at time `now`: goes on with what it is doing and returns the velocity to drive at until
+    /// the next.
     pub fn update(&mut self, now: Duration, estimate: &PoseEstimate, odometry: &Odometry) -> VelocityCommand {
         let dt_s = self.last_update.map_or(0.0, |last| now.saturating_sub(last).as_secs_f64().min(LONGEST_STEP_S));
         self.last_update = Some(now);

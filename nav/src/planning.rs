@@ -1,7 +1,7 @@
 //! From here to there: a path that keeps clear of obstacles.
 //!
-//! [A*](astar) over the cells, then [shortening and smoothing](smoothing) of what it finds. A path is a list of points, 0.1 m or
-//! less apart, in the `map` frame.
+//! [A*](astar) over the cells, then [shortening and smoothing](smoothing) of what it finds. A path is a list of
+//! points, 0.1 m or less apart, in the `map` frame.
 
 mod astar;
 mod smoothing;
@@ -52,9 +52,9 @@ pub enum PlanError {
 
 /// A path from `start` to `goal`, in the `map` frame.
 ///
-/// The path begins at `start`. It ends at `goal` if the robot fits there, else at the nearest place where it does, at most
-/// `tolerance_m` away. A start that is too near to an obstacle is left by the shortest way. The path never leads through unknown cells
-/// (but out of them, if it starts there), nor where the robot would touch an obstacle.
+/// The path begins at `start`. It ends at `goal` if the robot fits there, else at the nearest place where it does, at
+/// most `tolerance_m` away. A start that is too near to an obstacle is left by the shortest way. The path never leads
+/// through unknown cells (but out of them, if it starts there), nor where the robot would touch an obstacle.
 ///
 /// # Errors
 /// Says why there is no path.
@@ -75,7 +75,8 @@ pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) ->
     Ok(path)
 }
 
-/// A path from `start` to the centroid of an area, or to the place nearest to it, still inside, in which the robot can be.
+/// A path from `start` to the centroid of an area, or to the place nearest to it, still inside, in which the robot
+/// can be.
 ///
 /// # Errors
 /// As [`plan`].

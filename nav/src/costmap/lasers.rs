@@ -16,8 +16,8 @@ use crate::grid_frame::GridFrame;
 const BEHIND_CELLS: f64 = 0.25;
 
 impl Costmap {
-    /// Takes in a scan of a laser on a robot that was at `robot` in the `map` frame: marks what the map does not explain and
-    /// clears marks that beams pass.
+    /// Takes in a scan of a laser on a robot that was at `robot` in the `map` frame: marks what the map does not
+    /// explain and clears marks that beams pass.
     pub(crate) fn take_in(&mut self, scan: &LaserScan, beams: &Beams, robot: &Pose) {
         let eye = beams.eye(&self.frame.pose_in_grid(robot));
         if !self.marks.is_empty() {
@@ -95,7 +95,8 @@ mod tests {
         Costmap::new(&map, CostmapParameters::default()).unwrap()
     }
 
-    /// A front laser at (2, 2) that looks along x, in whose every beam something stands at `x_m`, as far as that is in front.
+    /// A front laser at (2, 2) that looks along x, in whose every beam something stands at `x_m`, as far as that is
+    /// in front.
     fn scan(x_m: f64) -> (LaserScan, Beams) {
         let mut spec = RobotModel::default().lasers[0].clone();
         spec.mount = pose(0.0, 0.0, 0.0);

@@ -9,18 +9,18 @@ use crate::{Error, error::check};
 pub struct CostmapParameters {
     /// Radius of the robot's body, in metres. Default 0.30.
     pub robot_radius: f64,
-    /// Up to this distance from an obstacle being there costs something, in metres. Default 0.80 (Nav2: 0.55): with the slower fall
-    /// below, corridors are driven in their middle and doorways in theirs. At most 60 cells count.
+    /// Up to this distance from an obstacle being there costs something, in metres. Default 0.80 (Nav2: 0.55): with
+    /// the slower fall below, corridors are driven in their middle and doorways in theirs. At most 60 cells count.
     pub inflation_radius: f64,
     /// How fast the cost falls with the distance from the robot's radius, per metre. Default 5.0 (Nav2: 10.0).
     pub cost_scaling_factor: f64,
-    /// Lasers mark obstacles up to this range, in metres. Default 3.0 (Nav2: 2.5): beyond, a degree of heading puts a wall
-    /// into a cell that is free.
+    /// Lasers mark obstacles up to this range, in metres. Default 3.0 (Nav2: 2.5): beyond, a degree of heading puts a
+    /// wall into a cell that is free.
     pub obstacle_max_range: f64,
     /// Lasers clear what they see through up to this range, in metres. Default 3.5 (Nav2: 3.0).
     pub raytrace_max_range: f64,
-    /// A hit this near to an obstacle of the map is that obstacle, in metres. Default 0.12: what pose and range are off by.
-    /// (Nav2 has no such parameter: it draws walls twice, a little apart.)
+    /// A hit this near to an obstacle of the map is that obstacle, in metres. Default 0.12: what pose and range are
+    /// off by. Nav2 has no such parameter.
     pub map_tolerance: f64,
 }
 

@@ -9,7 +9,8 @@ use crate::{Error, error::check};
 pub struct FollowingParameters {
     /// Speed where nothing asks for less, in m/s; never more than the robot can. Default 0.45.
     pub desired_linear_vel: f64,
-    /// Look ahead as far as the robot drives in this time, in seconds, within the two bounds below. Default 1.2 (Nav2: 1.5).
+    /// Look ahead as far as the robot drives in this time, in seconds, within the two bounds below. Default 1.2
+    /// (Nav2: 1.5).
     pub lookahead_time: f64,
     /// Nearest point to steer for, in metres. Default 0.25 (Nav2: 0.3).
     pub min_lookahead_dist: f64,
@@ -24,8 +25,8 @@ pub struct FollowingParameters {
     pub regulated_linear_scaling_min_speed: f64,
     /// Slow down where an obstacle is nearer to the body than this, in proportion, in metres. Default 0.25.
     pub cost_scaling_dist: f64,
-    /// Share of the robot's accelerations that is used to slow down in time. Default 0.7: the rest is for the delay between a
-    /// command and its effect.
+    /// Share of the robot's accelerations that is used to slow down in time. Default 0.7: the rest is for the delay
+    /// between a command and its effect.
     pub braking_share: f64,
     /// Distance to keep from what the lasers see, beside the radius, in metres. Default 0.015.
     pub collision_margin: f64,

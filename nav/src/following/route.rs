@@ -2,8 +2,8 @@
 
 use maps::Point;
 
-/// How far ahead of the last projection the next is sought, in metres: enough for a robot that was pushed, too little to jump to
-/// where the path comes by again.
+/// How far ahead of the last projection the next is sought, in metres: enough for a robot that was pushed, too little
+/// to jump to where the path comes by again.
 const SEARCH_M: f64 = 1.0;
 
 /// A path of at least two points with the robot's place on it.

@@ -46,8 +46,8 @@ impl Surroundings {
         hits.extend(beams.ends(scan, beams.eye(robot), FARTHEST_M, 0.0));
     }
 
-    /// How far a disc of radius `needed_m` at `from` can drive along an arc of that curvature (1/m, positive to the left), at
-    /// most `horizon_m`, without coming near a hit, or nearer than it is.
+    /// How far a disc of radius `needed_m` at `from` can drive along an arc of that curvature (1/m, positive to the
+    /// left), at most `horizon_m`, without coming near a hit, or nearer than it is.
     pub(crate) fn free_way(&self, from: &Pose, curvature: f64, horizon_m: f64, needed_m: f64) -> FreeWay {
         let now_m = self.nearest(&from.translation.vector.into()).map_or(f64::INFINITY, |(_, distance_m)| distance_m);
         let needed_m = needed_m.min(now_m - NEARER_M);

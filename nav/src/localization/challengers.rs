@@ -1,9 +1,9 @@
 //! Poses elsewhere that the scans may fit better: how a lost robot is found.
 //!
-//! Augmented Monte Carlo localization mixes random particles into the cloud. Where much stands about that is not on the map, one of them sooner or
-//! later fits a single scan better than the truth does, and takes the cloud away. So here a random pose is on
-//! probation: it moves along with the odometry and takes the place of all particles only when it has fitted a number of scans that it was not
-//! chosen for, and much better than the particles do.
+//! Augmented Monte Carlo localization mixes random particles into the cloud. Where much stands about that is not on
+//! the map, one of them sooner or later fits a single scan better than the truth does, and takes the cloud away. So
+//! here a random pose is on probation: it moves along with the odometry and takes the place of all particles only
+//! when it has fitted a number of scans that it was not chosen for, and much better than the particles do.
 
 use maps::{Pose, heading, pose, wrap_angle};
 use nalgebra::Matrix3;
@@ -81,8 +81,8 @@ impl Challengers {
         self.kept.clear();
     }
 
-    /// Moves all challengers, judges them by a new scan, lets go of those that lose or have come to where the incumbent is, and returns the
-    /// first that wins.
+    /// Moves all challengers, judges them by a new scan, lets go of those that lose or have come to where the
+    /// incumbent is, and returns the first that wins.
     pub(crate) fn judge(&mut self, moved: &Pose, trial: &Trial<'_>) -> Option<Gaussian> {
         if self.kept.is_empty() {
             return None;
@@ -102,8 +102,8 @@ impl Challengers {
         self.kept.iter().find(|challenger| challenger.has_won()).map(|challenger| challenger.at)
     }
 
-    /// Adds a pose if the scan is as likely as usual from where it matches best, and it is not yet among those here. When there are
-    /// many, the weakest of them goes.
+    /// Adds a pose if the scan is as likely as usual from where it matches best, and it is not yet among those here.
+    /// When there are many, the weakest of them goes.
     pub(crate) fn add(&mut self, candidate: &Particle, trial: &Trial<'_>) {
         let Particle { x_m, y_m, heading_rad, .. } = *candidate;
         let at = trial.matched(&Gaussian { x_m, y_m, heading_rad, covariance: Matrix3::zeros() });

@@ -31,8 +31,8 @@ const CANDIDATE_STRIDE: usize = 4;
 /// Most challengers that are sought in an update: each takes about 10 µs.
 const MOST_SOUGHT: usize = 10;
 
-/// However many beams there are, they tell no more than so many that are independent of one another: what is not on the map
-/// misleads many neighbouring beams at once.
+/// However many beams there are, they tell no more than so many that are independent of one another: what is not on
+/// the map misleads many neighbouring beams at once.
 const INDEPENDENT_BEAMS: f64 = 60.0;
 
 /// Fewer beams than this say nothing of the pose.
@@ -186,8 +186,9 @@ impl ParticleFilter {
         std::mem::swap(&mut self.particles, &mut self.spare);
     }
 
-    /// Judges the poses that challenge the particles' `belief` after a motion, and seeks more of them, as many as the fall of the scans'
-    /// likelihood suggests. Returns the pose of one that has proved itself: the robot was lost and is there.
+    /// Judges the poses that challenge the particles' `belief` after a motion, and seeks more of them, as many as the
+    /// fall of the scans' likelihood suggests. Returns the pose of one that has proved itself: the robot was lost and
+    /// is there.
     pub(crate) fn challenge(
         &mut self,
         belief: &Gaussian,

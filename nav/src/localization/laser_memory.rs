@@ -56,9 +56,9 @@ impl LaserMemory {
         self.is_used = false;
     }
 
-    /// Whether a scan should come in any moment, so that an update at `time` had better wait for it: the latest is more than
-    /// half a period old, but not so old that the laser seems to be silent. A laser that has not been heard since the first
-    /// scan of any, at `first`, is given a period.
+    /// Whether a scan should come in any moment, so that an update at `time` had better wait for it: the latest is
+    /// more than half a period old, but not so old that the laser seems to be silent. A laser that has not been heard
+    /// since the first scan of any, at `first`, is given a period.
     pub(crate) fn is_due(&self, time: Duration, first: Duration) -> bool {
         let heard = self.taken.map_or(first.saturating_sub(self.period), |taken| taken.time);
         let age = time.saturating_sub(heard);

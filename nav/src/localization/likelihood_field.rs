@@ -12,8 +12,8 @@ use super::parameters::LocalizationParameters;
 use super::particle::Particle;
 use super::surface_field::{SurfaceField, cell};
 
-/// No cell of the field is larger than this, in metres, as far as memory allows. Finer ones do not make the estimate better: it is
-/// matched to the map's surfaces after all.
+/// No cell of the field is larger than this, in metres, as far as memory allows. Finer ones do not make the estimate
+/// better: it is matched to the map's surfaces after all.
 const LARGEST_M: f64 = 0.025;
 
 /// The most cells of a field: 16 MB.

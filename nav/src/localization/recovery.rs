@@ -26,8 +26,8 @@ impl Recovery {
         self.averages = Some((follow(slow, self.alpha_slow), follow(fast, self.alpha_fast)));
     }
 
-    /// How hard to look elsewhere, as a share of the particles: how far the scans have of late been less likely than usual. Not at
-    /// all if they are but a little less likely: something always stands about that is not on the map.
+    /// How hard to look elsewhere, as a share of the particles: how far the scans have of late been less likely than
+    /// usual. Not at all if they are but a little less likely: something always stands about that is not on the map.
     pub(crate) fn random_share(&self) -> f64 {
         match self.averages {
             Some((slow, fast)) if fast < USUAL * slow => (1.0 - fast / slow).clamp(0.0, 1.0),

@@ -29,8 +29,8 @@ const FARTHEST_DEVIATIONS: f64 = 5.0;
 /// must not forbid a correction.
 const LEAST_VARIANCE: [f64; 3] = [6.25e-4, 6.25e-4, 6.25e-4];
 
-/// The guess moved to where the beams match, with the covariance that is left. Without a match nearby the guess stays, a
-/// little less sure of itself.
+/// The guess moved to where the beams match, with the covariance that is left. Without a match nearby the guess
+/// stays, a little less sure of itself.
 pub(crate) fn matched(guess: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Gaussian {
     let covariance = guess.covariance + Matrix3::from_diagonal(&Vector3::from(LEAST_VARIANCE));
     let prior = Gaussian { covariance, ..*guess };

@@ -6,8 +6,8 @@ use crate::distance_transform::{NO_TARGET, squared_distances};
 
 /// For each cell centre near an obstacle, how far it is to the obstacle's surface, negative inside.
 ///
-/// Between cell centres it is interpolated, so that it is zero on the faces of cells, where lasers end. The field covers
-/// the map's obstacles with a margin; beyond that everything is far away.
+/// Between cell centres it is interpolated, so that it is zero on the faces of cells, where lasers end. The field
+/// covers the map's obstacles with a margin; beyond that everything is far away.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceField {
     /// Grid coordinates of the field's first cell; it may lie outside of the map.

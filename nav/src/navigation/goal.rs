@@ -2,8 +2,8 @@
 
 use maps::{Place, Point};
 
-/// How near to a goal counts as there, in metres and radians, unless the goal says otherwise: 0.05 m and 0.6°, as in the original
-/// system.
+/// How near to a goal counts as there, in metres and radians, unless the goal says otherwise: 0.05 m and 0.6°, as in
+/// the original system.
 const POSITION_TOLERANCE_M: f64 = 0.05;
 const HEADING_TOLERANCE_RAD: f64 = 0.6 * std::f64::consts::PI / 180.0;
 
@@ -18,8 +18,8 @@ pub struct Goal {
     pub position_tolerance_m: f64,
     /// How far from the heading still counts as there, in radians, positive.
     pub heading_tolerance_rad: f64,
-    /// The area whose centroid the position is, if it is one: should the robot find no way to the centroid, any other point inside
-    /// will do.
+    /// The area whose centroid the position is, if it is one: should the robot find no way to the centroid, any other
+    /// point inside will do.
     pub area: Option<Place>,
 }
 
@@ -36,8 +36,8 @@ impl Goal {
         }
     }
 
-    /// A place, within 0.05 m and 0.6°: its pose, or the centroid of its area. The place's own tolerances say what counts as being
-    /// there when somebody asks; driving is held to more.
+    /// A place, within 0.05 m and 0.6°: its pose, or the centroid of its area. The place's own tolerances say what
+    /// counts as being there when somebody asks; driving is held to more.
     #[must_use]
     pub fn to(place: &Place) -> Self {
         let area = matches!(place, Place::Area { .. }).then(|| place.clone());

@@ -268,7 +268,8 @@ impl Navigator {
         VelocityCommand::STOP
     }
 
-    /// Forgets what the lasers have seen, for they may have seen it long ago, and tries again when they have looked anew.
+    /// Forgets what the lasers have seen, for they may have seen it long ago, and tries again when they have looked
+    /// anew.
     fn forget_marks(&mut self, trip: &mut Trip, now: &Now<'_>) {
         if trip.forgotten < FORGET_TIMES {
             trip.forgotten += 1;

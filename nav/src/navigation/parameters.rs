@@ -13,15 +13,16 @@ pub struct NavigationParameters {
     pub costmap: CostmapParameters,
     /// How paths are followed.
     pub following: FollowingParameters,
-    /// How long to wait for something in the way to go away before looking for another way. Default 4 s: a person who walks by
-    /// takes less.
+    /// How long to wait for something in the way to go away before looking for another way. Default 4 s: a person who
+    /// walks by takes less.
     pub obstacle_patience: Duration,
-    /// A way around that is at most so much longer than the rest of the path is taken without waiting, in metres. Default 2.
+    /// A way around that is at most so much longer than the rest of the path is taken without waiting, in metres.
+    /// Default 2.
     pub detour_m: f64,
     /// Shortest time between two looks for a way around. Default 1 s.
     pub planning_period: Duration,
-    /// How long to try again when there is no way, while something that the lasers have seen may be the reason. Default 15 s. If
-    /// the map alone is the reason, trying again is pointless and left out.
+    /// How long to try again when there is no way, while something that the lasers have seen may be the reason.
+    /// Default 15 s. If the map alone is the reason, trying again is pointless and left out.
     pub failing_patience: Duration,
     /// How long the robot may come no nearer to its goal before the path is planned anew; after as many times as
     /// `stalls` it gives up. Default 10 s.

@@ -26,7 +26,8 @@ pub enum NavigationStatus {
     Paused,
     /// Looking for a path.
     Thinking,
-    /// Cannot navigate at all; [`Navigator::reason`](crate::Navigator::reason) says why. Stays until the next start or stop.
+    /// Cannot navigate at all; [`Navigator::reason`](crate::Navigator::reason) says why. Stays until the next start
+    /// or stop.
     Error,
 }
 

@@ -1,7 +1,7 @@
 //! A* on eight neighbours.
 //!
-//! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it enters. Corners
-//! are not cut: a diagonal step needs both cells beside it.
+//! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it
+//! enters. Corners are not cut: a diagonal step needs both cells beside it.
 
 use super::standing::Ground;
 

@@ -19,7 +19,8 @@ const HOLD: f64 = 0.08;
 /// Lines are looked at so often, in points a cell.
 const LOOKS_PER_CELL: f64 = 2.0;
 
-/// A path in the `map` frame along cells, from `start` (or the first cell's centre) to `end`, which lies in the last cell.
+/// A path in the `map` frame along cells, from `start` (or the first cell's centre) to `end`, which lies in the last
+/// cell.
 pub(crate) fn smoothed(ground: &Ground<'_>, cells: &[usize], start: Option<&Point>, end: &Point) -> Vec<Point> {
     let frame = &ground.costmap.frame;
     let mut points: Vec<Point> = cells.iter().map(|cell| frame.in_grid(&frame.center(*cell))).collect();
@@ -105,8 +106,8 @@ fn spaced(points: &[Point], spacing: f64) -> Vec<Point> {
     path
 }
 
-/// Pulls every point but the ends towards the middle between its neighbours, unless it would get where the robot cannot be
-/// or dearer by more than a little.
+/// Pulls every point but the ends towards the middle between its neighbours, unless it would get where the robot
+/// cannot be or dearer by more than a little.
 fn round_off(ground: &Ground<'_>, path: &mut [Point]) {
     let held = path.to_vec();
     for _ in 0..ROUNDS {

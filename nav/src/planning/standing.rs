@@ -5,7 +5,8 @@ use maps::Point;
 use crate::Costmap;
 use crate::costmap::clearance;
 
-/// Cost of a cell in the open; near obstacles a cell costs up to five times as much. Small numbers leave room for long paths.
+/// Cost of a cell in the open; near obstacles a cell costs up to five times as much. Small numbers leave room for
+/// long paths.
 const OPEN_COST: u32 = 10;
 
 /// What the cost of 252 adds to a cell's cost, as a multiple of the open cost.
