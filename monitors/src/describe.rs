@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use channels::{ChannelId, Topology, Value};
+use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::clause::{EventId, Literal, Part, Vocabulary};
 use crate::formula::{Event, MessageCondition};
@@ -20,7 +20,7 @@ pub(crate) fn condition(condition: &MessageCondition) -> String {
         MessageCondition::True => "true".to_owned(),
         MessageCondition::False => "false".to_owned(),
         MessageCondition::Compare { field, relation, value } => {
-            format!("m[{field}] {} {}", ascii(*relation), constant(value))
+            format!("m[{field}] {} {value}", ascii(*relation))
         }
         MessageCondition::Not(part) => format!("not {}", inside(part)),
         MessageCondition::And(parts) => parts.iter().map(inside).collect::<Vec<_>>().join(" and "),
@@ -36,10 +36,6 @@ fn inside(part: &MessageCondition) -> String {
         }
         _ => condition(part),
     }
-}
-
-fn constant(value: &Value) -> String {
-    value.to_string()
 }
 
 /// The antecedent of a clause: what it denies, all of which must hold before it asks for anything.
@@ -108,8 +104,8 @@ fn literal(literal: &Literal, vocabulary: &Vocabulary, topology: &Topology) -> S
             let not = if *holds { "" } else { "not " };
             let bound = match (window.first, window.last) {
                 (first, u64::MAX) => format!(">= {first}"),
-                (first, last) if first == last => format!("= {first}"),
-                (_, last) => format!("<= {last}"),
+                (first, last) if first == last && first > 0 => format!("= {first}"),
+                (_, last) => format!("< {}", last + 1),
             };
             let _ = write!(text, "{not}time_until {} {bound}", event(vocabulary.get(*id), topology));
         }
@@ -124,24 +120,74 @@ fn literal(literal: &Literal, vocabulary: &Vocabulary, topology: &Topology) -> S
     text
 }
 
-/// What makes a clause ask for something, by its conditions alone: what it denies holds, and what it wants now does not.
-pub(crate) fn clause_antecedent(clause: &Part, vocabulary: &Vocabulary) -> String {
-    let parts = clause.iter().filter_map(|literal| match literal {
-        Literal::Event { event, holds: false } => Some(condition(&vocabulary.get(*event).condition)),
-        Literal::Event { event, holds: true } => {
-            Some(format!("not ({})", condition(&vocabulary.get(*event).condition)))
+/// A condition in as few words as a picture has room for: `running`, `≤ 30`. That a message is `<ok>` goes without
+/// saying where something else is said of it.
+pub(crate) fn brief(condition: &MessageCondition) -> String {
+    let list = |parts: &[MessageCondition], word: &str| {
+        let telling: Vec<&MessageCondition> = parts.iter().filter(|part| !is_ok(part)).collect();
+        let telling = if telling.is_empty() { parts.iter().collect() } else { telling };
+        telling.into_iter().map(brief).collect::<Vec<_>>().join(word)
+    };
+    match condition {
+        MessageCondition::Compare { relation: Relation::Equal, value: Value::Symbol(symbol), .. } => {
+            symbol.name().to_owned()
         }
+        MessageCondition::Compare { relation, value, .. } => format!("{relation} {value}"),
+        MessageCondition::Not(part) => brief_not(part),
+        MessageCondition::And(parts) => list(parts, " and "),
+        MessageCondition::Or(parts) => parts.iter().map(brief).collect::<Vec<_>>().join(" or "),
+        MessageCondition::Implies(a, b) if is_ok(a) => brief(b),
+        MessageCondition::Implies(a, b) => format!("{} implies {}", brief(a), brief(b)),
+        MessageCondition::True => "any message".to_owned(),
+        MessageCondition::False => "no message".to_owned(),
+    }
+}
+
+/// Not a condition, in few words.
+pub(crate) fn brief_not(condition: &MessageCondition) -> String {
+    match condition {
+        MessageCondition::Implies(a, b) if is_ok(a) => brief_not(b),
+        MessageCondition::Compare { field, relation, value } if value.as_number().is_some() => {
+            let relation = match relation {
+                Relation::Equal => Relation::NotEqual,
+                Relation::NotEqual => Relation::Equal,
+                Relation::Less => Relation::GreaterOrEqual,
+                Relation::LessOrEqual => Relation::Greater,
+                Relation::Greater => Relation::LessOrEqual,
+                Relation::GreaterOrEqual => Relation::Less,
+            };
+            brief(&MessageCondition::Compare { field: *field, relation, value: value.clone() })
+        }
+        other => format!("not {}", brief_inside(other)),
+    }
+}
+
+fn brief_inside(condition: &MessageCondition) -> String {
+    let text = brief(condition);
+    if text.contains(' ') { format!("({text})") } else { text }
+}
+
+fn is_ok(condition: &MessageCondition) -> bool {
+    matches!(condition, MessageCondition::Compare { field: 1, relation: Relation::Equal, value } if value.is_symbol("ok"))
+}
+
+/// What makes a clause ask for something, in few words: what it denies holds, and what it wants now does not.
+pub(crate) fn brief_antecedent(clause: &Part, vocabulary: &Vocabulary) -> String {
+    let parts = clause.iter().filter_map(|literal| match literal {
+        Literal::Event { event, holds: false } => Some(brief(&vocabulary.get(*event).condition)),
+        Literal::Event { event, holds: true } => Some(brief_not(&vocabulary.get(*event).condition)),
         _ => None,
     });
     let parts: Vec<String> = parts.collect();
     if parts.is_empty() { "true".to_owned() } else { parts.join(" and ") }
 }
 
-/// A clause by its conditions alone, where only one channel matters; else in full.
-pub(crate) fn clause_in_short(part: &Part, vocabulary: &Vocabulary, topology: &Topology) -> String {
+/// That a clause of the present holds, in few words.
+pub(crate) fn brief_clause(part: &Part, vocabulary: &Vocabulary) -> String {
     match part.iter().collect::<Vec<_>>()[..] {
-        [Literal::Event { event, holds: true }] => condition(&vocabulary.get(*event).condition),
-        _ => clause(part, vocabulary, topology),
+        [Literal::Event { event, holds: true }] => brief(&vocabulary.get(*event).condition),
+        [Literal::Event { event, holds: false }] => brief_not(&vocabulary.get(*event).condition),
+        _ => format!("not ({})", brief_antecedent(part, vocabulary)),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Formulas in plain, patterned English.
 
-use channels::{ChannelId, Relation, Topology, Value};
+use channels::{ChannelId, FieldKind, Relation, Topology, Value};
 
 use crate::formula::{Event, Formula, MessageCondition};
 
@@ -96,7 +96,7 @@ impl Explainer<'_> {
             MessageCondition::True => "anything at all".to_owned(),
             MessageCondition::False => "the impossible is so".to_owned(),
             MessageCondition::Compare { field, relation, value } => {
-                format!("{} {} {}", self.field(*field, channel), verb(*relation), plain(value))
+                format!("{} {} {}", self.field(*field, value, channel), verb(*relation), plain(value))
             }
             MessageCondition::Not(inside) => format!("it is not so that {}", self.condition(inside, channel)),
             MessageCondition::And(parts) => join(parts, " and "),
@@ -107,11 +107,17 @@ impl Explainer<'_> {
         }
     }
 
-    /// A field by the name that all shapes give it, or by its number.
-    fn field(&self, field: usize, channel: ChannelId) -> String {
+    /// A field by its name in the shapes whose field could have that value, or by its number.
+    fn field(&self, field: usize, value: &Value, channel: ChannelId) -> String {
+        let fits = |kind: &FieldKind| match kind {
+            FieldKind::Symbol(symbols) => matches!(value, Value::Symbol(symbol) if symbols.contains(symbol)),
+            FieldKind::Bool => matches!(value, Value::Bool(_)),
+            FieldKind::Int | FieldKind::Real => value.as_number().is_some(),
+            FieldKind::Text => matches!(value, Value::Text(_)),
+        };
         let shapes = self.topology.get(channel).domain.shapes().iter();
-        let mut names: Vec<&str> =
-            shapes.filter_map(|shape| shape.fields().get(field - 1)).map(|(name, _)| name.as_str()).collect();
+        let fields = shapes.filter_map(|shape| shape.fields().get(field - 1)).filter(|(_, kind)| fits(kind));
+        let mut names: Vec<&str> = fields.map(|(name, _)| name.as_str()).collect();
         names.dedup();
         match names[..] {
             [name] => format!("its {name}"),

@@ -1,8 +1,98 @@
-//! Runtime monitors over the channels of a system.
+//! Runtime monitors over the channels of a system, made from properties in the SCOPE language.
 //!
-//! A [`Property`] is a requirement with the monitor that watches it. The two properties of the paper are built here by
-//! hand, as the program graphs of its monitor figure: [`phi1`], a safety property, and [`phi2`], a response property
-//! with a deadline in ticks.
+//! A property file is text:
+//!
+//! ```text
+//! const theta := 10
+//! property phi1 := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 20)
+//! ```
+//!
+//! [`load`] reads it, says everything that is wrong with it at once, and makes a [`ScopeMonitor`] of each property. A
+//! monitor is shown what happens, event by event, by the channel system that it is attached to, or from a recorded log
+//! by [`verify`]. Its verdicts are three-valued and final; [`Outcome`] is what a run that has ended says. The two
+//! properties of the paper also exist built by hand, as the program graphs of its monitor figure: [`phi1`] and
+//! [`phi2`], against which the synthesised ones are held.
+//!
+//! # The language
+//!
+//! The grammar is the one of the paper's figure, in full in the comment on top of `syntax/parse.rs`:
+//!
+//! ```text
+//! constraint = atom | not constraint | constraint or constraint | constraint and constraint
+//!            | next constraint | constraint until constraint | ( constraint )
+//! atom       = true | event | time_until ( event ) relop const
+//! event      = ( source , dest , condition )
+//! condition  = message relop const | not condition | condition or condition | condition and condition
+//! ```
+//!
+//! with the abbreviations `false`, `implies`, `eventually α` (`true until α`) and `always α` (`not eventually not α`).
+//! `not`, `next`, `always` and `eventually` bind tightest, then `until`, `and`, `or` and `implies`; `until` and
+//! `implies` group to the right. Operators may be signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, … or
+//! the names that the channel's domain gives them, `m.level` or just `level`. A bound is a number of ticks or a
+//! duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis that opens right behind `always`,
+//! `eventually`, `next` or `not` and is never closed counts as closed at the property's end, with a warning: the
+//! paper prints φ2 so.
+//!
+//! # The semantics
+//!
+//! The paper gives SCOPE the meaning of TPTL on timed state sequences and leaves open what matters in a system of
+//! channels, where two channels never carry a message at the same step. This is how it is settled.
+//!
+//! *States.* There is one state for each message received between processes, and one for each tick *generated*, taken
+//! or not. τi is the number of the last tick generated at state i; the tick's own state already has it. A formula sees
+//! the ticks and the messages on the channels that it mentions; i = 0 is the first of those states.
+//!
+//! *Atoms.* An event (p, q, c) holds at i if the **last** message that q received from p, up to and including i,
+//! satisfies c. Before the first message it is false, whatever c. In c, a field that is absent or of another type makes
+//! `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers.
+//!
+//! *Timed events.* `time_until (e) ⋈ θ` holds at i if a message that satisfies e **passes** at some j ≥ i with
+//! τj − τi ⋈ θ. It speaks of some e, not of the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in TPTL.
+//!
+//! *Clause form.* `not` is pushed to the atoms. The operand of `always` and the left of `until` are written as clauses
+//! (an `and` of `or`s), the operand of `eventually` and the right of `until` as products (an `or` of `and`s); a part
+//! that another part contains is dropped. A part's *own* atoms are its events that are not inside a further temporal
+//! operator or `time_until`; its own channels are theirs.
+//!
+//! *When a part is asked.* At states where one of its own channels carries a message; a part without own atoms at every
+//! tick. Then, at state i:
+//!
+//! | formula | holds at i if |
+//! |---|---|
+//! | `next α` | α holds at the first j > i at which one of α's own channels carries a message (at which a tick is generated, if α has no own atoms) |
+//! | `always α` | each clause of α holds at every j ≥ i at which it is asked |
+//! | `eventually α` | some product of α is asked and holds at some j ≥ i |
+//! | `α until β` | some product of β is asked and holds at some j ≥ i, and each clause of α holds at every k with i ≤ k < j at which it is asked |
+//!
+//! A property holds on a sequence if it holds at 0. An event outside every temporal operator would be asked at a state
+//! where nothing has been said yet, and is refused.
+//!
+//! *Laws.* The connectives are those of Boolean logic: De Morgan's laws, distribution, absorption, currying and the rest
+//! rewrite a formula under any operator without changing a verdict; `always` and `eventually` are each other's duals,
+//! and idempotent; `always (f and g)` is `always f and always g`, as long as no clause of one subsumes a clause of the
+//! other. (`always ((a or b) and a)` is `always a` by absorption. `always (a or b)` alone is also asked when b's channel
+//! speaks and a's has never spoken, and can fail there.)
+//!
+//! *The end of a run.* A finite sequence is judged as it stands: a `next` for which nothing comes any more, an
+//! `until` or `eventually` not reached and a `time_until` whose message has not passed are false, their negations true.
+//! [`holds`] is this definition, written out; it is slow, plain, and the oracle for everything else here.
+//!
+//! *Verdicts.* After a prefix of a run a monitor says *false* if the formula is false on the prefix and on every
+//! continuation of it as they stand, *true* if it is true on all of them, and else that it depends. At the end of the
+//! run the property is *violated* if the verdict is false, else *satisfied* if it holds on the run as it stands, else
+//! *inconclusive*: something is still owed ([`ScopeMonitor::open_obligations`]).
+//!
+//! # The monitors
+//!
+//! Formulas that are `always` of clauses of the present, or of one clause with a deadline, become program graphs of the
+//! shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become
+//! automata over the letters that messages can be, as far as a formula can tell them apart, with at most
+//! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as it can be given. What is
+//! too large is carried along as a formula ([`Method::Progression`]): never wrong, but late where it takes two
+//! obligations to see that they contradict each other.
+//!
+//! The paper's response monitor arms its timer with θ and fails on the tick that finds it at 0, one tick later than
+//! `< θ` says. The formula is the requirement, and the synthesised monitor keeps to it.
 
 mod clause;
 mod describe;
@@ -11,6 +101,7 @@ mod explain;
 mod export;
 mod formula;
 mod load;
+mod log;
 mod monitor;
 mod oracle;
 mod outcome;
@@ -27,6 +118,7 @@ pub use explain::explain;
 pub use export::Format;
 pub use formula::{Event, Formula, MessageCondition};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
+pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
 pub use monitor::{MAX_AUTOMATON_STATES, Moment, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness};
 pub use oracle::{FormulaTooLarge, holds};
 pub use outcome::Outcome;

@@ -1,4 +1,11 @@
 //! The language, its semantics and its monitors, from outside.
 
 mod agreement;
+mod diagnostics;
+mod language;
+mod laws;
+mod logs;
+mod paper_monitors;
+mod reports;
+mod robot;
 mod support;

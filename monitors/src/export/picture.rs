@@ -108,14 +108,17 @@ impl<'a> Draft<'a> {
         for (channel, get) in channels.into_iter().zip(gets) {
             let variable = self.variable(channel);
             self.graph.receive(idle, channel, variable, get).caption = self.topology.describe(channel);
-            let asked = compact.rules().iter().filter(|rule| own_channels(&rule.clause, self.words).contains(&channel));
-            let clauses: Vec<Condition> = asked.clone().map(|rule| self.kept(rule)).collect();
-            let caption: Vec<String> =
-                asked.map(|rule| describe::clause_in_short(&rule.clause, self.words, self.topology)).collect();
-            let caption = caption.join(" and ");
-            let kept = all(clauses);
-            self.graph.internal(get, kept.clone(), [], idle).caption.clone_from(&caption);
-            self.graph.internal(get, kept.negated(), [], failure).caption = format!("not ({caption})");
+            let asked: Vec<&Rule> = compact
+                .rules()
+                .iter()
+                .filter(|rule| own_channels(&rule.clause, self.words).contains(&channel))
+                .collect();
+            let kept = all(asked.iter().map(|rule| self.kept(rule)).collect());
+            let list = |captions: Vec<String>, word: &str| captions.join(word);
+            let holds = asked.iter().map(|rule| describe::brief_clause(&rule.clause, self.words)).collect();
+            let fails = asked.iter().map(|rule| describe::brief_antecedent(&rule.clause, self.words)).collect();
+            self.graph.internal(get, kept.clone(), [], idle).caption = list(holds, " and ");
+            self.graph.internal(get, kept.negated(), [], failure).caption = list(fails, " or ");
         }
         let graph = self.graph.initial(idle).build().ok()?;
         Some(Picture { graph: Arc::new(graph), rest: idle, waiting: None, answered: false, failures: vec![failure] })
@@ -175,7 +178,7 @@ impl<'a> Draft<'a> {
     /// At rest, a message on one of the clause's own channels: does the antecedent hold now? The message may be the
     /// answer itself, where `events` says which would be.
     fn antecedent(&mut self, rule: &Rule, channel: ChannelId, events: Option<u64>, places: &Places) {
-        let caption = describe::clause_antecedent(&rule.clause, self.words);
+        let caption = describe::brief_antecedent(&rule.clause, self.words);
         let check = match events {
             Some(_) => self.graph.location(&format!("C1 {}", self.topology.ends(channel).0)),
             None => places.check,
@@ -207,7 +210,7 @@ impl<'a> Draft<'a> {
         }
         let again = self.graph.location(&format!("K {}", self.topology.ends(channel).0));
         self.graph.receive(places.waiting, channel, variable, again).caption = name;
-        let (kept, caption) = (self.kept(rule), describe::clause_antecedent(&rule.clause, self.words));
+        let (kept, caption) = (self.kept(rule), describe::brief_antecedent(&rule.clause, self.words));
         self.graph.internal(again, kept.clone(), [], places.waiting).caption = format!("not ({caption})");
         self.graph.internal(again, kept.negated(), [], places.start).caption = caption;
     }
@@ -224,37 +227,39 @@ impl<'a> Draft<'a> {
         if own && !places.answered {
             let kept = self.kept(rule);
             self.graph.internal(check, kept.negated(), [], places.start).caption =
-                describe::clause_antecedent(&rule.clause, self.words);
+                describe::brief_antecedent(&rule.clause, self.words);
         }
         self.graph.internal(check, passed.negated(), [], places.waiting).caption = format!("not ({caption})");
     }
 
     /// That one of a rule's literals holds.
     fn kept(&self, rule: &Rule) -> Condition {
+        let spoken = own_channels(&rule.clause, self.words).len() == 1;
         let literals = rule.clause.iter().filter_map(|literal| match literal {
             Literal::Event { event, holds } => {
-                let condition = self.event(*event);
+                let condition = self.event(*event, spoken);
                 Some(if *holds { condition } else { condition.negated() })
             }
             _ => None,
         });
-        Condition::Or(literals.collect())
+        any(literals.collect())
     }
 
     /// That one of these events passes with a message on that channel.
     fn passed(&self, events: u64, channel: ChannelId) -> Condition {
         let on_channel = bits(self.words, events).filter(|event| self.words.get(*event).channel == channel);
-        Condition::Or(on_channel.map(|event| self.event(event)).collect())
+        any(on_channel.map(|event| self.event(event, true)).collect())
     }
 
-    /// An event atom over the variable of its channel: false while the variable is empty.
-    fn event(&self, event: EventId) -> Condition {
+    /// An event atom over the variable of its channel: false while the variable is empty, unless it is known that the
+    /// channel has just spoken.
+    fn event(&self, event: EventId, spoken: bool) -> Condition {
         let event = self.words.get(event);
         let variable = self.variable(event.channel);
         let condition = translate(&event.condition, variable);
         // Only a message equals itself: an empty variable does not.
         let is_there = || variable.term().compare(Relation::Equal, variable.term());
-        if event.condition.holds(&Message::new([])) { is_there().and(condition) } else { condition }
+        if !spoken && event.condition.holds(&Message::new([])) { is_there().and(condition) } else { condition }
     }
 
     fn channels_of(&self, events: u64) -> Vec<ChannelId> {
@@ -266,7 +271,7 @@ impl<'a> Draft<'a> {
 
     fn short(&self, events: u64) -> String {
         let texts: Vec<String> =
-            bits(self.words, events).map(|event| describe::condition(&self.words.get(event).condition)).collect();
+            bits(self.words, events).map(|event| describe::brief(&self.words.get(event).condition)).collect();
         texts.join(" or ")
     }
 }
@@ -302,6 +307,10 @@ fn channels_of(rules: &[Rule], words: &Vocabulary) -> Vec<ChannelId> {
     channels.sort_unstable();
     channels.dedup();
     channels
+}
+
+fn any(mut conditions: Vec<Condition>) -> Condition {
+    if conditions.len() == 1 { conditions.remove(0) } else { Condition::Or(conditions) }
 }
 
 fn all(mut conditions: Vec<Condition>) -> Condition {

@@ -136,7 +136,8 @@ impl Record {
             since: since.map(Moment::of),
             messages: sightings(&messages),
             deadline_tick: window.filter(|(_, holds)| *holds).and_then(|(last, _)| due(last)),
-            missing: (!missing.is_empty()).then(|| missing.join(" or ")),
+            // What a clause of one literal misses is the clause.
+            missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
             settled: Moment::of(event),
         }
     }

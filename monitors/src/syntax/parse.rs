@@ -95,10 +95,16 @@ impl Parser {
         self.take(&TokenKind::Keyword(keyword))
     }
 
-    /// Notes that something else was expected here.
+    /// Notes that something else was expected here; at the end of an item, right behind its last token.
     pub(super) fn expected(&mut self, what: &str) -> Stumbled {
-        let problem = Problem::new(format!("expected {what}, found {}", self.peek().describe()));
-        self.problems.push(problem.at(self.span(), format!("expected {what}")));
+        let (found, span) = if self.at > 0 && self.at_item_end() {
+            let end = self.last_span().end;
+            ("the end".to_owned(), Span { start: end, end })
+        } else {
+            (self.peek().describe(), self.span())
+        };
+        let problem = Problem::new(format!("expected {what}, found {found}"));
+        self.problems.push(problem.at(span, format!("expected {what}")));
         Stumbled
     }
 

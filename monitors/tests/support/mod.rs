@@ -81,12 +81,13 @@ pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::Ev
 /// A formula of that depth at most, over a few events.
 pub(crate) fn random_formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
     let events: Vec<monitors::Event> = (0..3).map(|_| random_event(dice, topology)).collect();
-    formula(dice, &events, depth)
+    formula_over(dice, &events, depth)
 }
 
-fn formula(dice: &mut Dice, events: &[monitors::Event], depth: u32) -> Formula {
+/// A formula of that depth at most over these events.
+pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::Event], depth: u32) -> Formula {
     let sides = if depth == 0 { 7 } else { 20 };
-    let part = |dice: &mut Dice| Box::new(formula(dice, events, depth.saturating_sub(1)));
+    let part = |dice: &mut Dice| Box::new(formula_over(dice, events, depth.saturating_sub(1)));
     match dice.roll(sides) {
         0..=3 => Formula::Event(dice.pick(events).clone()),
         4 | 5 => {

@@ -1,0 +1,325 @@
+//! Recorded event logs: JSON Lines, one communication or tick a line, read as a stream.
+//!
+//! The first line describes the run. `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel",
+//! "message":[{"sym":"ok"},83.2]}` is a message that was received, `{"step":9,"tick":67,"time_s":67.0,"generated":
+//! "tick"}` a tick. Lines of other kinds are skipped.
+
+mod scan;
+
+use std::io::BufRead;
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelId, Event, EventKind, Message, Monitor, Symbol, Topology, Value};
+
+use crate::monitor::Moment;
+use scan::{Scanner, Token, Unreadable};
+
+/// Why an event log cannot be read any further.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum LogError {
+    /// The system could not read on.
+    #[error("the log cannot be read: {0}")]
+    Read(#[from] std::io::Error),
+    /// A line is not what a log has.
+    #[error("line {line} of the log, byte {column}: {problem}")]
+    Line {
+        /// The number of the line, counted from 1.
+        line: u64,
+        /// The number of the byte in the line, counted from 1.
+        column: usize,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// A message between processes that have no such channel.
+    #[error("line {line} of the log: there is no channel from {from} to {to}")]
+    UnknownChannel {
+        /// The number of the line, counted from 1.
+        line: u64,
+        /// The process that sent it.
+        from: String,
+        /// The process that received it.
+        to: String,
+    },
+}
+
+/// What of a log is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Channels {
+    /// A message on a channel that the topology does not have is an error.
+    #[default]
+    All,
+    /// Messages on channels that the topology does not have are skipped.
+    Known,
+}
+
+/// Reads the events of a log one after the other, in constant memory.
+///
+/// ```
+/// use channels::{Capacity, Domain, Topology};
+/// use monitors::{Channels, EventLog};
+///
+/// let mut topology = Topology::default();
+/// let [reader, skill] = [topology.process("BatteryReader")?, topology.process("BatteryLevel")?];
+/// topology.channel(reader, skill, Capacity::One, Domain::new([]))?;
+/// let text = r#"{"scenario":"nominal"}
+/// {"step":0,"tick":0,"time_s":0.0,"generated":"tick"}
+/// {"step":1,"tick":0,"time_s":0.5,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},83.2]}
+/// "#;
+/// let mut log = EventLog::new(text.as_bytes(), &topology, Channels::All);
+/// assert_eq!(log.next_event()?.map(|event| event.tick), Some(0));
+/// assert_eq!(log.next_event()?.map(|event| event.step), Some(1));
+/// assert!(log.next_event()?.is_none());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct EventLog<R> {
+    input: R,
+    line: Vec<u8>,
+    number: u64,
+    /// The channels by the names of their ends.
+    channels: Vec<(String, String, ChannelId)>,
+    which: Channels,
+    /// The channel that the last message came on: the next one often does too.
+    recent: usize,
+    symbols: Vec<Symbol>,
+    fields: Vec<Value>,
+}
+
+/// No line of a log is longer.
+const MAX_LINE: usize = 1 << 20;
+
+impl<R: BufRead> EventLog<R> {
+    /// A log over the channels of a topology.
+    pub fn new(input: R, topology: &Topology, which: Channels) -> Self {
+        let outer = topology.channels().filter(|channel| !topology.is_internal(*channel));
+        let channels = outer.map(|channel| {
+            let (from, to) = topology.ends(channel);
+            (from.to_owned(), to.to_owned(), channel)
+        });
+        Self {
+            input,
+            line: Vec::new(),
+            number: 0,
+            channels: channels.collect(),
+            which,
+            recent: 0,
+            symbols: Vec::new(),
+            fields: Vec::new(),
+        }
+    }
+
+    /// The next event; `None` at the end of the log.
+    ///
+    /// # Errors
+    /// [`LogError`] where the log cannot be read, or a line is none.
+    pub fn next_event(&mut self) -> Result<Option<Event>, LogError> {
+        loop {
+            self.line.clear();
+            let mut limited = std::io::Read::take(&mut self.input, MAX_LINE as u64);
+            if limited.read_until(b'\n', &mut self.line)? == 0 {
+                return Ok(None);
+            }
+            self.number += 1;
+            if self.line.len() >= MAX_LINE {
+                return Err(self.complaint(MAX_LINE, "this line is longer than a megabyte"));
+            }
+            let line = std::mem::take(&mut self.line);
+            let event = self.event(&line);
+            self.line = line;
+            if let Some(event) = event? {
+                return Ok(Some(event));
+            }
+        }
+    }
+
+    fn complaint(&self, at: usize, problem: &str) -> LogError {
+        LogError::Line { line: self.number, column: at + 1, problem: problem.to_owned() }
+    }
+
+    /// The event of a line, if it is one.
+    fn event(&mut self, line: &[u8]) -> Result<Option<Event>, LogError> {
+        let number = self.number;
+        let unreadable =
+            |Unreadable { at, problem }| LogError::Line { line: number, column: at + 1, problem: problem.to_owned() };
+        let mut scanner = Scanner::new(line);
+        if scanner.at_end() {
+            return Ok(None);
+        }
+        let found = self.object(&mut scanner).map_err(unreadable)?;
+        let (Some(step), Some(tick), Some(time)) = (found.step, found.tick, found.time) else { return Ok(None) };
+        if found.generated {
+            return Ok(Some(Event { step, tick, time, kind: EventKind::Tick }));
+        }
+        let (Some(from), Some(to), Some(message)) = (found.from, found.to, found.message) else { return Ok(None) };
+        let Some(channel) = self.channel(from, to) else {
+            return match self.which {
+                Channels::Known => Ok(None),
+                Channels::All => {
+                    let [from, to] = [from, to].map(|name| String::from_utf8_lossy(name).into_owned());
+                    Err(LogError::UnknownChannel { line: number, from, to })
+                }
+            };
+        };
+        Ok(Some(Event { step, tick, time, kind: EventKind::Received { channel, message } }))
+    }
+
+    fn object<'a>(&mut self, scanner: &mut Scanner<'a>) -> Result<Found<'a>, Unreadable> {
+        let mut found = Found::default();
+        scanner.expect(b'{')?;
+        if scanner.take(b'}') {
+            return Ok(found);
+        }
+        loop {
+            let key = scanner.string()?;
+            scanner.expect(b':')?;
+            match key {
+                b"step" => found.step = Some(scanner.whole()?),
+                b"tick" => found.tick = Some(scanner.whole()?),
+                b"time_s" => found.time = Some(scanner.seconds()?),
+                b"from" => found.from = Some(scanner.string()?),
+                b"to" => found.to = Some(scanner.string()?),
+                b"generated" => found.generated = scanner.string()? == b"tick",
+                b"message" => found.message = Some(self.message(scanner)?),
+                _ => scanner.skip()?,
+            }
+            if !scanner.take(b',') {
+                break;
+            }
+        }
+        scanner.expect(b'}')?;
+        if scanner.at_end() { Ok(found) } else { Err(scanner.unreadable("expected the end of the line")) }
+    }
+
+    fn message(&mut self, scanner: &mut Scanner<'_>) -> Result<Message, Unreadable> {
+        scanner.expect(b'[')?;
+        self.fields.clear();
+        if !scanner.take(b']') {
+            loop {
+                let value = self.value(scanner)?;
+                self.fields.push(value);
+                if !scanner.take(b',') {
+                    break;
+                }
+            }
+            scanner.expect(b']')?;
+        }
+        Ok(Message::new(self.fields.drain(..)))
+    }
+
+    fn value(&mut self, scanner: &mut Scanner<'_>) -> Result<Value, Unreadable> {
+        Ok(match scanner.token()? {
+            Token::Bool(truth) => Value::Bool(truth),
+            Token::Int(number) => Value::Int(number),
+            Token::Real(number) => Value::Real(number),
+            Token::Text(text) => Value::Text(text.into()),
+            Token::Open => {
+                if scanner.string()? != b"sym" {
+                    return Err(scanner.unreadable("a value is a number, a text, true, false or {\"sym\": …}"));
+                }
+                scanner.expect(b':')?;
+                let name = scanner.string()?;
+                let symbol = self.symbol(name).ok_or_else(|| scanner.unreadable("this is no UTF-8"))?;
+                scanner.expect(b'}')?;
+                Value::Symbol(symbol)
+            }
+        })
+    }
+
+    /// The symbol of that name: one allocation for all its occurrences, as long as there are not too many.
+    fn symbol(&mut self, name: &[u8]) -> Option<Symbol> {
+        if let Some(known) = self.symbols.iter().find(|symbol| symbol.name().as_bytes() == name) {
+            return Some(known.clone());
+        }
+        let symbol = Symbol::new(std::str::from_utf8(name).ok()?);
+        if self.symbols.len() < 256 {
+            self.symbols.push(symbol.clone());
+        }
+        Some(symbol)
+    }
+
+    fn channel(&mut self, from: &[u8], to: &[u8]) -> Option<ChannelId> {
+        let is =
+            |(source, target, _): &(String, String, ChannelId)| source.as_bytes() == from && target.as_bytes() == to;
+        if !self.channels.get(self.recent).is_some_and(is) {
+            self.recent = self.channels.iter().position(is)?;
+        }
+        Some(self.channels[self.recent].2)
+    }
+}
+
+/// What a line says.
+#[derive(Default)]
+struct Found<'a> {
+    step: Option<u64>,
+    tick: Option<u64>,
+    time: Option<Duration>,
+    from: Option<&'a [u8]>,
+    to: Option<&'a [u8]>,
+    generated: bool,
+    message: Option<Message>,
+}
+
+/// The processes and channels that a log speaks of, with any messages: for logs whose system is not at hand.
+///
+/// Reads the whole log once.
+///
+/// # Errors
+/// [`LogError`] where the log cannot be read.
+pub fn topology_of_log<R: BufRead>(input: R) -> Result<Arc<Topology>, LogError> {
+    let mut log = EventLog::new(input, &Topology::default(), Channels::All);
+    let mut topology = Topology::default();
+    loop {
+        match log.next_event() {
+            Ok(None) => return Ok(Arc::new(topology)),
+            Ok(Some(_)) => {}
+            Err(LogError::UnknownChannel { line, from, to }) => {
+                let complaint = |problem: String| LogError::Line { line, column: 1, problem };
+                let mut process = |name: &str| match topology.find_process(name) {
+                    Some(process) => Ok(process),
+                    None => topology.process(name).map_err(|error| complaint(error.to_string())),
+                };
+                let (source, target) = (process(&from)?, process(&to)?);
+                let domain = channels::Domain::new([]);
+                let channel = topology
+                    .channel(source, target, channels::Capacity::One, domain)
+                    .map_err(|error| complaint(error.to_string()))?;
+                log.channels.push((from, to, channel));
+            }
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// How far a log went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub struct LogEnd {
+    /// How many messages were read.
+    pub messages: u64,
+    /// How many ticks were generated.
+    pub ticks: u64,
+    /// When the last event happened.
+    pub last: Option<Moment>,
+}
+
+/// Shows a log to monitors, event by event, to its end.
+///
+/// # Errors
+/// [`LogError`] where the log cannot be read.
+pub fn verify<'a, R: BufRead>(
+    log: &mut EventLog<R>,
+    monitors: impl IntoIterator<Item = &'a mut dyn Monitor>,
+) -> Result<LogEnd, LogError> {
+    let mut monitors: Vec<&mut dyn Monitor> = monitors.into_iter().collect();
+    let mut end = LogEnd::default();
+    while let Some(event) = log.next_event()? {
+        match event.kind {
+            EventKind::Tick => end.ticks += 1,
+            EventKind::Received { .. } => end.messages += 1,
+        }
+        end.last = Some(Moment::of(&event));
+        monitors.iter_mut().for_each(|monitor| monitor.observe(&event));
+    }
+    Ok(end)
+}

@@ -1,0 +1,280 @@
+//! The JSON of a log's line, read without building a tree.
+
+use std::borrow::Cow;
+use std::time::Duration;
+
+/// What is wrong, and at which byte.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unreadable {
+    pub(super) at: usize,
+    pub(super) problem: &'static str,
+}
+
+/// A value, or the brace that opens one.
+#[derive(Debug, PartialEq)]
+pub(super) enum Token<'a> {
+    Bool(bool),
+    Int(i64),
+    Real(f64),
+    Text(Cow<'a, str>),
+    Open,
+}
+
+/// Goes through the bytes of a line.
+#[derive(Debug)]
+pub(super) struct Scanner<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+/// Nested values that are skipped may be this deep.
+const MAX_DEPTH: usize = 64;
+
+impl<'a> Scanner<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
+        Self { bytes, at: 0 }
+    }
+
+    pub(super) fn unreadable(&self, problem: &'static str) -> Unreadable {
+        Unreadable { at: self.at.min(self.bytes.len()), problem }
+    }
+
+    fn skip_blank(&mut self) {
+        while matches!(self.bytes.get(self.at), Some(b' ' | b'\t' | b'\r' | b'\n')) {
+            self.at += 1;
+        }
+    }
+
+    /// Whether only white space is left.
+    pub(super) fn at_end(&mut self) -> bool {
+        self.skip_blank();
+        self.at >= self.bytes.len()
+    }
+
+    pub(super) fn take(&mut self, byte: u8) -> bool {
+        self.skip_blank();
+        let found = self.bytes.get(self.at) == Some(&byte);
+        self.at += usize::from(found);
+        found
+    }
+
+    pub(super) fn expect(&mut self, byte: u8) -> Result<(), Unreadable> {
+        if self.take(byte) {
+            return Ok(());
+        }
+        Err(self.unreadable(match byte {
+            b'{' => "expected `{`",
+            b'}' => "expected `,` or `}`",
+            b'[' => "expected `[`",
+            b']' => "expected `,` or `]`",
+            _ => "expected `:`",
+        }))
+    }
+
+    /// A string as it is written, escapes and all; names have none.
+    pub(super) fn string(&mut self) -> Result<&'a [u8], Unreadable> {
+        self.skip_blank();
+        if self.bytes.get(self.at) != Some(&b'"') {
+            return Err(self.unreadable("expected a string"));
+        }
+        let start = self.at + 1;
+        let mut end = start;
+        loop {
+            match self.bytes.get(end) {
+                None | Some(b'\n') => return Err(self.unreadable("this string has no end")),
+                Some(b'"') => break,
+                Some(b'\\') => end += 2,
+                Some(_) => end += 1,
+            }
+        }
+        self.at = end + 1;
+        Ok(&self.bytes[start..end])
+    }
+
+    /// The bytes of a number.
+    fn number(&mut self) -> Result<&'a str, Unreadable> {
+        self.skip_blank();
+        let rest = &self.bytes[self.at.min(self.bytes.len())..];
+        let is_part = |byte: &u8| byte.is_ascii_digit() || matches!(byte, b'-' | b'+' | b'.' | b'e' | b'E');
+        let length = rest.iter().take_while(|byte| is_part(byte)).count();
+        let text = std::str::from_utf8(&rest[..length]).ok().filter(|text| !text.is_empty());
+        let text = text.ok_or_else(|| self.unreadable("expected a number"))?;
+        self.at += length;
+        Ok(text)
+    }
+
+    pub(super) fn whole(&mut self) -> Result<u64, Unreadable> {
+        let text = self.number()?;
+        text.parse().map_err(|_| self.unreadable("expected a whole number"))
+    }
+
+    /// A time in seconds, to the nanosecond.
+    pub(super) fn seconds(&mut self) -> Result<Duration, Unreadable> {
+        let text = self.number()?;
+        let seconds = || text.parse().ok().and_then(|seconds: f64| Duration::try_from_secs_f64(seconds).ok());
+        decimal_seconds(text).or_else(seconds).ok_or_else(|| self.unreadable("expected a time in seconds"))
+    }
+
+    /// The value that begins here.
+    pub(super) fn token(&mut self) -> Result<Token<'a>, Unreadable> {
+        self.skip_blank();
+        match self.bytes.get(self.at) {
+            Some(b'{') => {
+                self.at += 1;
+                Ok(Token::Open)
+            }
+            Some(b'"') => {
+                let raw = self.string()?;
+                let text = unescaped(raw).ok_or_else(|| self.unreadable("this string is no text"))?;
+                Ok(Token::Text(text))
+            }
+            Some(b't') => self.word("true").map(|()| Token::Bool(true)),
+            Some(b'f') => self.word("false").map(|()| Token::Bool(false)),
+            _ => {
+                let text = self.number()?;
+                let number = if text.contains(['.', 'e', 'E']) {
+                    text.parse().ok().filter(|number: &f64| number.is_finite()).map(Token::Real)
+                } else {
+                    text.parse().ok().map(Token::Int)
+                };
+                number.ok_or_else(|| self.unreadable("this is no number"))
+            }
+        }
+    }
+
+    fn word(&mut self, word: &'static str) -> Result<(), Unreadable> {
+        if self.bytes[self.at..].starts_with(word.as_bytes()) {
+            self.at += word.len();
+            return Ok(());
+        }
+        Err(self.unreadable("expected a value"))
+    }
+
+    /// Skips a value of any kind.
+    pub(super) fn skip(&mut self) -> Result<(), Unreadable> {
+        let mut depth = 0_usize;
+        loop {
+            self.skip_blank();
+            match self.bytes.get(self.at) {
+                Some(b'"') => {
+                    self.string()?;
+                }
+                Some(b'{' | b'[') => {
+                    depth += 1;
+                    self.at += 1;
+                    if depth > MAX_DEPTH {
+                        return Err(self.unreadable("nested too deeply"));
+                    }
+                    continue;
+                }
+                Some(b'}' | b']') if depth > 0 => {
+                    depth -= 1;
+                    self.at += 1;
+                }
+                Some(b',' | b':') if depth > 0 => {
+                    self.at += 1;
+                    continue;
+                }
+                Some(byte) if byte.is_ascii_alphanumeric() || *byte == b'-' => {
+                    let is_part = |byte: &&u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'+' | b'.');
+                    self.at += self.bytes[self.at..].iter().take_while(is_part).count();
+                }
+                _ => return Err(self.unreadable("expected a value")),
+            }
+            if depth == 0 {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// `67.02` as exactly that many nanoseconds, if it has at most nine digits after the point and no exponent.
+fn decimal_seconds(text: &str) -> Option<Duration> {
+    let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
+    if fraction.len() > 9 || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
+        return None;
+    }
+    let nanos: u32 = fraction.parse().ok()?;
+    Some(Duration::new(whole.parse().ok()?, nanos * 10_u32.pow(9 - fraction.len() as u32)))
+}
+
+/// The text of a JSON string.
+fn unescaped(raw: &[u8]) -> Option<Cow<'_, str>> {
+    let text = std::str::from_utf8(raw).ok()?;
+    if !text.contains('\\') {
+        return Some(Cow::Borrowed(text));
+    }
+    let mut plain = String::new();
+    let mut chars = text.chars();
+    while let Some(char) = chars.next() {
+        if char != '\\' {
+            plain.push(char);
+            continue;
+        }
+        plain.push(match chars.next()? {
+            'n' => '\n',
+            't' => '\t',
+            'r' => '\r',
+            'b' => '\u{8}',
+            'f' => '\u{c}',
+            'u' => unicode(&mut chars)?,
+            other @ ('"' | '\\' | '/') => other,
+            _ => return None,
+        });
+    }
+    Some(Cow::Owned(plain))
+}
+
+/// The character of `\u0041`, or of a pair of surrogates.
+fn unicode(chars: &mut std::str::Chars<'_>) -> Option<char> {
+    let mut four = || u32::from_str_radix(&chars.by_ref().take(4).collect::<String>(), 16).ok();
+    let first = four()?;
+    if !(0xD800..0xDC00).contains(&first) {
+        return char::from_u32(first);
+    }
+    let escape: String = chars.by_ref().take(2).collect();
+    let second = u32::from_str_radix(&chars.by_ref().take(4).collect::<String>(), 16).ok()?;
+    let low = second.checked_sub(0xDC00).filter(|low| *low < 0x400 && escape == "\\u")?;
+    char::from_u32(0x10000 + ((first - 0xD800) << 10) + low)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_read_to_the_nanosecond() {
+        let read = |text: &str| Scanner::new(text.as_bytes()).seconds().ok();
+        assert_eq!(read("67.02"), Some(Duration::new(67, 20_000_000)));
+        assert_eq!(read("0.000000001"), Some(Duration::new(0, 1)));
+        assert_eq!(read("3"), Some(Duration::from_secs(3)));
+        assert_eq!(read("1e1"), Some(Duration::from_secs(10)));
+        assert_eq!(read("-1.0"), None);
+    }
+
+    #[test]
+    fn values_are_what_json_says() {
+        let token = |text: &'static str| Scanner::new(text.as_bytes()).token().ok();
+        assert_eq!(token("-12"), Some(Token::Int(-12)));
+        assert_eq!(token("8.5e1"), Some(Token::Real(85.0)));
+        assert_eq!(token("false"), Some(Token::Bool(false)));
+        assert_eq!(token(r#""a\"\u00e9\ud83d\ude00\n""#), Some(Token::Text("a\"é😀\n".into())));
+        for wrong in ["", "nul", "\"open", r#""\q""#, r#""\ud83d""#, "1e999", "tru"] {
+            assert_eq!(token(wrong), None, "{wrong}");
+        }
+    }
+
+    #[test]
+    fn skipping_ends_where_the_value_does() {
+        for (text, rest) in [(r#"{"a":[1,{"b":null}],"c":"}"},7"#, ",7"), ("-1.5e3]", "]"), ("null}", "}"), ("[]", "")]
+        {
+            let mut scanner = Scanner::new(text.as_bytes());
+            scanner.skip().unwrap();
+            assert_eq!(&text[scanner.at..], rest);
+        }
+        for wrong in ["", "]", ",", "[1", "{\"a\""] {
+            assert!(Scanner::new(wrong.as_bytes()).skip().is_err(), "{wrong}");
+        }
+        assert!(Scanner::new("[".repeat(100).as_bytes()).skip().is_err());
+    }
+}

@@ -1,0 +1,93 @@
+//! What is said of wrong files: snapshots of the rendered text.
+
+use std::time::Duration;
+
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+
+use crate::robot::topology;
+
+fn render(diagnostic: &dyn Diagnostic) -> String {
+    let handler = GraphicalReportHandler::new_themed(GraphicalTheme::unicode_nocolor()).with_width(120);
+    let mut text = String::new();
+    handler.render_report(&mut text, diagnostic).expect("writing to a string");
+    text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
+}
+
+/// What is said of a file, be it refused or only warned of.
+fn said_of(text: &str) -> (usize, String) {
+    match monitors::load("wrong.scope", text, &topology(), Duration::from_secs(1)) {
+        Ok(file) => (0, if file.warnings.is_empty() { String::new() } else { render(&file.warnings) }),
+        Err(error) => (error.problems().iter().filter(|problem| problem.is_error()).count(), render(&error)),
+    }
+}
+
+#[test]
+fn ten_mistakes_give_ten_diagnostics_each_at_its_place() {
+    let text = r#"// Ten mistakes.
+const limit := 20
+propery p1 := always (BatteryReader, BatteryLevel, m[2] >= limit)
+property p2 := alway (BatteryReader, BatteryLevel, m[2] >= limit)
+property p3 := always (BateryReader, BatteryLevel, m[2] >= limit)
+property p4 := always (BatteryLevel, Navigation, m[1] = <ok>)
+property p5 := always (BatteryReader, BatteryLevel, m.charge >= 20)
+property p6 := always (Navigation, GoToDestination, m[2] = <runing>)
+property p7 := always (BatteryReader, BatteryLevel, m[1] >= 20)
+property p8 := (BatteryReader, BatteryLevel, m[2] >= 20)
+property p9 := always (BatteryReader, BatteryLevel, m[2] >= limt)
+property p10 := time_until (BatteryReader, BatteryLevel, m[2] >= 20) = 2.5 s
+"#;
+    let (errors, said) = said_of(text);
+    insta::assert_snapshot!(said);
+    assert_eq!(errors, 10);
+}
+
+#[test]
+fn what_cannot_be_read_is_named_with_what_was_expected() {
+    let text = r#"const a := 5 parsecs
+const b := "without an end
+const a = 3
+property p := always ((BatteryReader, BatteryLevel, m[0] >= 20)
+property q := always (BatteryReader BatteryLevel, m[1] = <ok>)
+property r := always (BatteryReader, BatteryLevel, m[1] == <ok> && m[2] > 3)
+property s := always (BatteryReader, BatteryLevel, always m[1] = <ok>)
+property t := always not
+property u := always (BatteryReader, BatteryLevel, m[1] = <ok>) always
+property v := always (BatteryReader, BatteryLevel, m[1] = <ok>))
+property w := always ((always (BatteryReader, BatteryLevel, m[1] = <ok>)
+property x := time_until (BatteryReader, BatteryLevel, m[1] = <ok>)
+# property y
+"#;
+    insta::assert_snapshot!(said_of(text).1);
+}
+
+#[test]
+fn conditions_are_checked_against_the_channel() {
+    let text = r#"const time := 30 s
+property a := always (BatteryReader, BatteryLevel, m[3] = 5)
+property b := always (BatteryReader, BatteryLevel, m[2] = true)
+property c := always (BatteryReader, BatteryLevel, m[1] < <ok>)
+property d := always (BatteryLevel, BatteryReader, m[2] < time)
+property e := always time_until (BatteryReader, BatteryLevel, m[2] < time) < -3
+property f := always time_until (BatteryReader, BatteryLevel, m[2] < 3) < 2.5
+property g := always time_until (BatteryReader, BatteryLevel, m[2] < 3) < <soon>
+property h := always (Navigation, BatteryReader, true)
+property i := always (AtRechargingStation, Navigation, true)
+property j := always (GoToDestination, Navigation, m[1] = <start>)
+property j := always (GoToDestination, Navigation, always = <start>)
+"#;
+    insta::assert_snapshot!(said_of(text).1);
+}
+
+#[test]
+fn what_can_never_fail_or_never_hold_is_warned_of() {
+    let text = r#"property valid := always ((BatteryReader, BatteryLevel, m[2] < 20) or not (BatteryReader, BatteryLevel, m[2] < 20))
+property never := eventually false
+property always_false := always false
+property contradictory := always (BatteryReader, BatteryLevel, m[2] < 20 and m[2] > 30)
+property large := always ((BatteryReader, BatteryLevel, m[2] < 20) implies
+    time_until (BatteryReader, BatteryLevel, m[2] > 30) = 40 and
+    time_until (Navigation, GoToDestination, m[2] = <running>) = 40)
+property fine := always (BatteryReader, BatteryLevel, m[2] < 20)
+"#;
+    insta::assert_snapshot!(said_of(text).1);
+}

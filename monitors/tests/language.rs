@@ -1,0 +1,275 @@
+//! The language: what is printed reads back as the same tree, and the paper's formulas read as printed there.
+
+use std::time::Duration;
+
+use channels::{Message, Relation, Value};
+use monitors::syntax::{
+    Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item, Literal, Name,
+    Operand, PropertyItem, Span, Unit, parse_file,
+};
+use monitors::{Formula, MessageCondition};
+use proptest::prelude::*;
+
+use crate::robot::topology;
+
+fn name() -> impl Strategy<Value = Name> {
+    let text = prop_oneof![4 => "[A-Za-zθ_][A-Za-z0-9_é]{0,6}", 1 => "[ -~]{0,6}", 1 => Just("always".to_owned())];
+    text.prop_map(|text| Name { text, span: Span::default() })
+}
+
+fn plain_name() -> impl Strategy<Value = Name> {
+    "n_[A-Za-z0-9_]{0,5}".prop_map(|text| Name { text, span: Span::default() })
+}
+
+fn literal() -> impl Strategy<Value = Literal> {
+    let unit = prop_oneof![Just(Unit::Milliseconds), Just(Unit::Seconds), Just(Unit::Minutes), Just(Unit::Hours)];
+    prop_oneof![
+        "[a-zA-Z_][a-zA-Z0-9_-]{0,8}".prop_map(Literal::Symbol),
+        any::<bool>().prop_map(Literal::Bool),
+        any::<i64>().prop_map(Literal::Int),
+        any::<f64>().prop_filter("finite", |real| real.is_finite()).prop_map(Literal::Real),
+        "[ -~\n\t\\\\\"é]{0,8}".prop_map(Literal::Text),
+        (unit, 0_u64..1_000_000).prop_map(|(unit, n)| Literal::Duration { nanos: n * (unit.nanos() / 1000), unit }),
+    ]
+}
+
+fn operand() -> impl Strategy<Value = Operand> {
+    prop_oneof![
+        literal().prop_map(|literal| Operand::Literal(literal, Span::default())),
+        plain_name().prop_map(Operand::Constant)
+    ]
+}
+
+fn relation() -> impl Strategy<Value = Relation> {
+    use Relation::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
+    proptest::sample::select(vec![Equal, NotEqual, Less, LessOrEqual, Greater, GreaterOrEqual])
+}
+
+fn condition() -> impl Strategy<Value = Condition> {
+    let of = |kind| Condition { kind, span: Span::default() };
+    let field =
+        prop_oneof![(1_usize..99).prop_map(FieldName::Number), name().prop_map(|name| FieldName::Named(name.text)),];
+    let compare = (field, relation(), operand()).prop_map(|(name, relation, value)| ConditionKind::Compare {
+        field: Field { name, span: Span::default() },
+        relation,
+        value,
+    });
+    let leaf = prop_oneof![8 => compare, 1 => Just(ConditionKind::True), 1 => Just(ConditionKind::False)].prop_map(of);
+    leaf.prop_recursive(4, 16, 3, move |part| {
+        let parts = || proptest::collection::vec(part.clone(), 2..4);
+        prop_oneof![
+            part.clone().prop_map(move |a| of(ConditionKind::Not(Box::new(a)))),
+            parts().prop_map(move |parts| of(ConditionKind::And(parts))),
+            parts().prop_map(move |parts| of(ConditionKind::Or(parts))),
+            (part.clone(), part.clone()).prop_map(move |(a, b)| of(ConditionKind::Implies(Box::new(a), Box::new(b)))),
+        ]
+    })
+}
+
+fn event() -> impl Strategy<Value = Event> {
+    (name(), name(), condition()).prop_map(|(source, target, condition)| Event {
+        source,
+        target,
+        condition,
+        span: Span::default(),
+    })
+}
+
+fn constraint() -> impl Strategy<Value = Constraint> {
+    let of = |kind| Constraint { kind, span: Span::default() };
+    let timed = (event(), relation(), operand()).prop_map(|(event, relation, bound)| ConstraintKind::TimeUntil {
+        event,
+        relation,
+        bound,
+    });
+    let leaf = prop_oneof![
+        4 => event().prop_map(ConstraintKind::Event),
+        3 => timed,
+        1 => Just(ConstraintKind::True),
+        1 => Just(ConstraintKind::False)
+    ];
+    leaf.prop_map(of).prop_recursive(5, 24, 3, move |part| {
+        let parts = || proptest::collection::vec(part.clone(), 2..4);
+        let two = || (part.clone(), part.clone()).prop_map(|(a, b)| (Box::new(a), Box::new(b)));
+        prop_oneof![
+            part.clone().prop_map(move |a| of(ConstraintKind::Not(Box::new(a)))),
+            part.clone().prop_map(move |a| of(ConstraintKind::Next(Box::new(a)))),
+            part.clone().prop_map(move |a| of(ConstraintKind::Always(Box::new(a)))),
+            part.clone().prop_map(move |a| of(ConstraintKind::Eventually(Box::new(a)))),
+            two().prop_map(move |(a, b)| of(ConstraintKind::Until(a, b))),
+            two().prop_map(move |(a, b)| of(ConstraintKind::Implies(a, b))),
+            parts().prop_map(move |parts| of(ConstraintKind::And(parts))),
+            parts().prop_map(move |parts| of(ConstraintKind::Or(parts))),
+        ]
+    })
+}
+
+fn file() -> impl Strategy<Value = File> {
+    let constant = (plain_name(), literal())
+        .prop_map(|(name, value)| Item::Constant(Constant { name, value, value_span: Span::default() }));
+    let property = (name(), constraint())
+        .prop_map(|(name, constraint)| Item::Property(Box::new(PropertyItem { name, constraint })));
+    proptest::collection::vec(prop_oneof![constant, property], 0..4).prop_map(|items| File { items })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn what_is_printed_reads_back_as_the_same_tree(file in file()) {
+        let text = file.to_string();
+        let parsed = parse_file(&text);
+        prop_assert!(parsed.problems.is_empty(), "{text}\n{:?}", parsed.problems);
+        prop_assert_eq!(&parsed.file, &file, "{}", text);
+    }
+
+    #[test]
+    fn any_text_is_read_to_its_end(text in "[ -~θ≤∧\n]{0,200}") {
+        let _ = parse_file(&text);
+    }
+
+    #[test]
+    fn any_words_of_the_language_are_read_to_their_end(words in proptest::collection::vec(proptest::sample::select(vec![
+        "property", "const", ":=", "always", "(", ")", "[", "]", ",", "m", "1", "and", "or", "not", "until", "=", "<",
+        "<ok>", "a", "B", "time_until", "implies", "next", "5 s", "\"x\"", "true", ";", ".",
+    ]), 0..60)) {
+        let _ = parse_file(&words.join(" "));
+    }
+}
+
+fn formula(text: &str) -> Formula {
+    let file = format!("const θ := 10\nproperty p := {text}");
+    let formulas = monitors::formulas("test.scope", &file, &topology(), Duration::from_secs(1));
+    formulas.unwrap_or_else(|error| panic!("{:?}", error.problems())).remove(0).1
+}
+
+fn same(a: &str, b: &str) {
+    assert_eq!(formula(a), formula(b), "{a}\n{b}");
+}
+
+const E: &str = "(Navigation, GoToDestination, m[1] = <ok>)";
+
+#[test]
+fn phi1_reads_as_the_paper_prints_it() {
+    let phi1 = formula("always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 20)");
+    let Formula::Always(body) = phi1 else { panic!("{phi1:?}") };
+    let Formula::Event(event) = *body else { panic!("{body:?}") };
+    let read = |level: f64| event.condition.holds(&Message::new([Value::symbol("ok"), Value::Real(level)]));
+    assert_eq!([read(20.0), read(19.9)], [true, false]);
+    assert!(event.condition.holds(&Message::new([Value::symbol("error"), "no sensor".into()])));
+}
+
+#[test]
+fn phi2_reads_as_the_paper_prints_it_even_without_its_last_parenthesis() {
+    let printed = "always ( (Navigation, GoToDestination,
+          m[1] = <ok> and m[2] = <running>) and
+        (BatteryReader, BatteryLevel,
+          m[1] = <ok> and m[2] <= 30)
+        implies time_until (
+           GotoRechargingStation, Navigation,
+           m[1] = <start_navigation> and
+           m[2] = <RechargingStation>) < θ";
+    let closed = format!("{printed})");
+    same(printed, &closed);
+    let text = format!("const θ := 10\nproperty phi2 := {printed}");
+    let file = monitors::load("phi2.scope", &text, &topology(), Duration::from_secs(1)).expect("only a warning");
+    assert_eq!(file.warnings.problems().len(), 1);
+    let Formula::Always(body) = formula(&closed) else { panic!("always") };
+    assert!(matches!(*body, Formula::Implies(..)), "antecedent and consequence are both inside");
+}
+
+#[test]
+fn operators_bind_as_the_design_says() {
+    let [a, b, c] = ["<x>", "<y>", "<z>"].map(|_| format!("always {E}"));
+    same(&format!("{a} and {b} or {c}"), &format!("({a} and {b}) or {c}"));
+    same(&format!("{a} or {b} implies {c} implies {a}"), &format!("({a} or {b}) implies ({c} implies {a})"));
+    same(&format!("not {a} until {b} and {c}"), &format!("((not {a}) until {b}) and {c}"));
+    same(&format!("always {E} until {E}"), &format!("(always {E}) until {E}"));
+    same(&format!("next not {E} until {E} until {E}"), &format!("(next (not {E})) until ({E} until {E})"));
+}
+
+#[test]
+fn signs_and_words_are_the_same() {
+    same(&format!("□ (¬ {E} ∨ {E} ∧ {E} → ◇ {E})"), &format!("always (not {E} or {E} and {E} implies eventually {E})"));
+    same(
+        &format!("○ {E} ⇒ always (Navigation, GoToDestination, m[1] ≠ <ok>)"),
+        &format!("next {E} -> always (Navigation, GoToDestination, m[1] != <ok>)"),
+    );
+    let level = |relation: &str| format!("always (BatteryReader, BatteryLevel, m[2] {relation} 3)");
+    same(&level("≤"), &level("<="));
+    same(&level("≥"), &level(">="));
+}
+
+#[test]
+fn a_symbol_needs_no_blanks_around_it() {
+    same("always (Navigation, GoToDestination, m[1]=<ok>)", &format!("always {E}"));
+    same("always (Navigation,GoToDestination,m[1]=< ok >)", &format!("always {E}"));
+    let level = "always (BatteryReader, BatteryLevel, m[2]<5 and m[2]>3)";
+    same(level, "always (BatteryReader, BatteryLevel, m[2] < 5 and m[2] > 3)");
+}
+
+#[test]
+fn fields_have_names_and_numbers() {
+    let numbered = "always (BatteryReader, BatteryLevel, m[2] >= 20)";
+    same("always (BatteryReader, BatteryLevel, m.level >= 20)", numbered);
+    same("always (BatteryReader, BatteryLevel, level >= 20)", numbered);
+}
+
+#[test]
+fn both_ways_to_write_time_until_are_the_same() {
+    let e = "Navigation, GoToDestination, m[1] = <ok>";
+    same(&format!("time_until(({e})) < 10"), &format!("time_until({e}) < θ"));
+    same(&format!("time_until ({e}) < 10 ticks"), &format!("time_until ({e}) < 10"));
+}
+
+#[test]
+fn durations_become_ticks_of_the_period() {
+    let e = "(Navigation, GoToDestination, m[1] = <ok>)";
+    let ticks = |bound: &str, period_ms: u64| {
+        let text = format!("property p := time_until {e} {bound}");
+        let formulas = monitors::formulas("t", &text, &topology(), Duration::from_millis(period_ms));
+        match formulas.map(|mut formulas| formulas.remove(0).1) {
+            Ok(Formula::TimeUntil { ticks, .. }) => Some(ticks),
+            _ => None,
+        }
+    };
+    assert_eq!(ticks("< 30 s", 1000), Some(30));
+    assert_eq!(ticks("< 2.5 s", 1000), Some(3));
+    assert_eq!(ticks(">= 2.5 s", 1000), Some(3));
+    assert_eq!(ticks("<= 2.5 s", 1000), Some(2));
+    assert_eq!(ticks("> 2.5 s", 1000), Some(2));
+    assert_eq!(ticks("= 2.5 s", 1000), None);
+    assert_eq!(ticks("!= 2.5 s", 1000), None);
+    assert_eq!(ticks("= 2.5 s", 500), Some(5));
+    assert_eq!(ticks("!= 1 min", 500), Some(120));
+    assert_eq!(ticks("< 100 ms", 20), Some(5));
+    assert_eq!(ticks("< 1.5 h", 1000), Some(5400));
+}
+
+#[test]
+fn a_comparison_needs_a_field_of_its_type() {
+    let compare = |relation, value| MessageCondition::Compare { field: 2, relation, value };
+    let message = Message::new([Value::symbol("error"), "no sensor".into()]);
+    use Relation::{Equal, Greater, GreaterOrEqual, Less, LessOrEqual, NotEqual};
+    for relation in [Equal, Less, LessOrEqual, Greater, GreaterOrEqual] {
+        assert!(!compare(relation, Value::Int(20)).holds(&message), "{relation}");
+        assert!(!compare(relation, Value::Int(20)).holds(&Message::symbols(["ok"])), "{relation}");
+    }
+    assert!(compare(NotEqual, Value::Int(20)).holds(&message));
+    assert!(compare(NotEqual, Value::Int(20)).holds(&Message::symbols(["ok"])));
+    assert!(!compare(NotEqual, Value::Int(20)).holds(&Message::new([Value::symbol("ok"), Value::Real(20.0)])));
+    assert!(compare(LessOrEqual, Value::Int(20)).holds(&Message::new([Value::symbol("ok"), Value::Real(20.0)])));
+}
+
+#[test]
+fn the_shipped_files_load() {
+    for (name, text) in monitors::SHIPPED {
+        let file = monitors::load(name, text, &topology(), Duration::from_secs(1));
+        let file = file.unwrap_or_else(|error| panic!("{:?}", error.problems()));
+        assert!(file.warnings.is_empty(), "{:?}", file.warnings.problems());
+        assert_eq!(file.properties.len(), 1);
+        assert_eq!(file.properties[0].name, name);
+        let printed = format!("property again := {}", file.properties[0].formula).replace("theta", "10");
+        assert!(monitors::load(name, &printed, &topology(), Duration::from_secs(1)).is_ok(), "{printed}");
+    }
+}

@@ -1,0 +1,103 @@
+//! Recorded logs.
+
+use channels::{EventKind, Monitor};
+use monitors::{Channels, EventLog, LogError, SHIPPED, ScopeMonitor, topology_of_log, verify};
+
+use crate::robot::topology;
+
+const LOG: &str = r#"{"scenario":"battery_fault","seed":1,"channels":[["a","b"],{"c":null}]}
+{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}
+{"step":1,"tick":0,"time_s":0.0,"from":"TickGenerator","to":"BT","message":[{"sym":"tick"},0]}
+{"tick":0,"time_s":0.0,"tree":[{"node":"a \"quoted\" name","status":"running"}]}
+{"step":2,"tick":0,"time_s":0.02,"from":"Navigation","to":"GoToDestination","message":[{"sym":"ok"},{"sym":"running"}]}
+{ "message" : [ {"sym":"ok"} , 25.5 ] , "to":"BatteryLevel", "from":"BatteryReader", "time_s":0.040000001, "tick":0, "step":3 }
+
+{"step":4,"tick":11,"time_s":11.0,"generated":"tick"}
+{"step":5,"tick":11,"time_s":11.02,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"error"},"no \u0073ensor"]}
+"#;
+
+#[test]
+fn a_log_is_verified_as_a_run_would_be() {
+    let topology = topology();
+    let text: String = SHIPPED.into_iter().take(2).map(|(_, text)| text).collect();
+    let mut properties =
+        monitors::load("both", &text, &topology, std::time::Duration::from_secs(1)).unwrap().properties;
+    let mut log = EventLog::new(LOG.as_bytes(), &topology, Channels::All);
+    let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
+    let end = verify(&mut log, monitors).unwrap();
+    assert_eq!((end.messages, end.ticks, end.last.map(|last| last.step)), (4, 2, Some(5)));
+    let outcomes: Vec<_> = properties.iter().map(|property| monitors::Outcome::of(property.monitor.as_ref())).collect();
+    assert_eq!(outcomes, [monitors::Outcome::Satisfied, monitors::Outcome::Violated]);
+}
+
+#[test]
+fn events_are_read_to_the_nanosecond_and_texts_without_escapes() {
+    let mut log = EventLog::new(LOG.as_bytes(), &topology(), Channels::All);
+    let mut events = Vec::new();
+    while let Some(event) = log.next_event().unwrap() {
+        events.push(event);
+    }
+    assert_eq!(events[3].time.as_nanos(), 40_000_001);
+    let EventKind::Received { message, .. } = &events[5].kind else { panic!("a message") };
+    assert_eq!(message.to_string(), r#"[<error>, "no sensor"]"#);
+    let EventKind::Received { message, .. } = &events[3].kind else { panic!("a message") };
+    assert_eq!(message.to_string(), "[<ok>, 25.5]");
+}
+
+#[test]
+fn channels_that_are_not_known_are_errors_or_skipped() {
+    let mut empty = channels::Topology::default();
+    let error = EventLog::new(LOG.as_bytes(), &empty, Channels::All).next_event();
+    assert!(matches!(error, Ok(Some(_))), "a tick needs no channel");
+    let count = |which, topology: &channels::Topology| {
+        let mut log = EventLog::new(LOG.as_bytes(), topology, which);
+        std::iter::from_fn(|| log.next_event().transpose()).collect::<Result<Vec<_>, _>>().map(|events| events.len())
+    };
+    assert!(matches!(count(Channels::Known, &empty), Ok(2)));
+    let error = count(Channels::All, &empty).unwrap_err();
+    assert_eq!(error.to_string(), "line 3 of the log: there is no channel from TickGenerator to BT");
+    empty.process("Navigation").unwrap();
+    let topology = topology_of_log(LOG.as_bytes()).unwrap();
+    assert_eq!(topology.channels().count(), 3);
+    assert!(matches!(count(Channels::All, &topology), Ok(6)));
+}
+
+#[test]
+fn a_line_that_is_none_is_named_with_its_place() {
+    let read = |line: &str| {
+        let mut log = EventLog::new(line.as_bytes(), &topology(), Channels::All);
+        match log.next_event() {
+            Err(LogError::Line { line, column, problem }) => format!("{line}:{column} {problem}"),
+            other => format!("{other:?}"),
+        }
+    };
+    assert_eq!(read("{\"a\":1}\nno\n"), "2:1 expected `{`");
+    assert_eq!(read("{\"step\":x}"), "1:9 expected a number");
+    assert_eq!(read("{\"step\":1.5}"), "1:12 expected a whole number");
+    assert_eq!(read("{\"step\":1 \"tick\":2}"), "1:11 expected `,` or `}`");
+    assert_eq!(read("{\"step\":1} x"), "1:12 expected the end of the line");
+    assert_eq!(read("{\"message\":[{\"symbol\":1}]}"), "1:22 a value is a number, a text, true, false or {\"sym\": …}");
+    assert_eq!(
+        read(&format!("{{\"a\":\"{}\"}}", "x".repeat(1 << 20))),
+        "1:1048577 this line is longer than a megabyte"
+    );
+}
+
+/// Monitors take messages that their channels' domains do not have as what they are.
+#[test]
+fn a_message_outside_its_domain_is_monitored_all_the_same() {
+    let topology = topology();
+    let text = "property p := always (BatteryReader, BatteryLevel, m[2] > 3)
+        or always (BatteryReader, BatteryLevel, m[1] = <error>)";
+    let file = monitors::load("p", text, &topology, std::time::Duration::from_secs(1)).unwrap();
+    let mut property = file.properties.into_iter().next().unwrap();
+    // An error with a number, or a level that is not ok, is outside the domain.
+    let log = r#"{"step":1,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"error"},7.0,true]}
+{"step":2,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"other"},8.0]}
+{"step":3,"tick":0,"time_s":0,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"other"},2.0]}
+"#;
+    let mut log = EventLog::new(log.as_bytes(), &topology, Channels::All);
+    verify(&mut log, [property.monitor.as_mut() as &mut dyn Monitor]).unwrap();
+    let monitor: &ScopeMonitor = property.scope_monitor().unwrap();
+    assert_eq!(monitor.verdict(), channels::Verdict::False);
+}

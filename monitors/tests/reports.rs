@@ -1,0 +1,220 @@
+//! What monitors tell: witnesses, open obligations, vacuity, plain English, and graphs written out.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Event, EventKind, Message, Topology, Value, Verdict};
+use monitors::{Format, Formula, Outcome, Property, SHIPPED, ScopeMonitor, explain, scope_monitor};
+
+use crate::robot::topology;
+
+/// A property over the robot's channels, and what it has been shown.
+struct Watch {
+    topology: Arc<Topology>,
+    property: Property,
+    step: u64,
+    tick: u64,
+}
+
+impl Watch {
+    fn new(formula: &str) -> Self {
+        let topology = topology();
+        let text = format!("property p := {formula}");
+        let file = monitors::load("p.scope", &text, &topology, Duration::from_secs(1));
+        let property = file.unwrap_or_else(|error| panic!("{:?}", error.problems())).properties.remove(0);
+        Self { topology, property, step: 0, tick: 0 }
+    }
+
+    fn shipped(name: &str) -> Self {
+        let topology = topology();
+        let (_, text) = SHIPPED.into_iter().find(|(known, _)| *known == name).expect("shipped");
+        let file = monitors::load(name, text, &topology, Duration::from_secs(1)).expect("it loads");
+        let property = file.properties.into_iter().next().expect("one property");
+        Self { topology, property, step: 0, tick: 0 }
+    }
+
+    fn monitor(&self) -> &ScopeMonitor {
+        scope_monitor(self.property.monitor.as_ref()).expect("made from text")
+    }
+
+    fn show(&mut self, kind: EventKind) -> Verdict {
+        let time = Duration::from_millis(self.tick * 1000 + self.step);
+        self.property.monitor.observe(&Event { step: self.step, tick: self.tick, time, kind });
+        self.property.monitor.verdict()
+    }
+
+    fn tick(&mut self) -> Verdict {
+        self.tick += 1;
+        self.show(EventKind::Tick)
+    }
+
+    fn see(&mut self, source: &str, target: &str, message: Message) -> Verdict {
+        self.step += 1;
+        let channel = self.topology.find_channel(source, target).expect("a channel of the robot");
+        self.show(EventKind::Received { channel, message })
+    }
+
+    fn level(&mut self, level: f64) -> Verdict {
+        self.see("BatteryReader", "BatteryLevel", Message::new([Value::symbol("ok"), level.into()]))
+    }
+
+    fn running(&mut self) -> Verdict {
+        self.see("Navigation", "GoToDestination", Message::symbols(["ok", "running"]))
+    }
+
+    fn start(&mut self) -> Verdict {
+        let message = Message::symbols(["start_navigation", "RechargingStation"]);
+        self.see("GotoRechargingStation", "Navigation", message)
+    }
+}
+
+#[test]
+fn a_safety_violation_names_the_message() {
+    let mut watch = Watch::shipped("phi1");
+    watch.tick();
+    assert_eq!(watch.level(20.0), Verdict::Inconclusive);
+    assert_eq!(watch.property.monitor.location(), "idle");
+    assert_eq!(watch.level(19.0), Verdict::False);
+    assert_eq!(watch.property.monitor.location(), "failure");
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+}
+
+#[test]
+fn a_missed_deadline_names_the_antecedent_and_what_was_missing() {
+    let mut watch = Watch::shipped("phi2");
+    watch.tick();
+    watch.running();
+    watch.level(30.0);
+    assert_eq!(watch.property.monitor.location(), "C2");
+    watch.tick();
+    // Only the oldest obligation matters.
+    watch.level(25.0);
+    assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
+    let open = watch.monitor().open_obligations();
+    assert_eq!((open.len(), open[0].since.map(|since| since.step), open[0].until_tick), (1, Some(2), Some(10)));
+    insta::assert_snapshot!(open[0]);
+    for _ in 3..=10 {
+        assert_eq!(watch.tick(), Verdict::Inconclusive);
+    }
+    assert_eq!(watch.tick(), Verdict::False);
+    assert_eq!(watch.property.monitor.location(), "Err");
+    let witness = watch.monitor().witness().unwrap();
+    assert_eq!((witness.settled.tick, witness.deadline_tick, witness.messages.len()), (11, Some(10), 2));
+    insta::assert_snapshot!(witness);
+    // Nothing changes a verdict.
+    assert_eq!(watch.start(), Verdict::False);
+}
+
+#[test]
+fn an_answer_in_time_ends_what_was_owed() {
+    let mut watch = Watch::shipped("phi2");
+    watch.tick();
+    watch.running();
+    watch.level(12.0);
+    for _ in 1..10 {
+        watch.tick();
+    }
+    assert_eq!(watch.start(), Verdict::Inconclusive);
+    assert_eq!(watch.monitor().outcome(), Outcome::Satisfied);
+    assert!(watch.monitor().open_obligations().is_empty() && watch.monitor().witness().is_none());
+    for _ in 0..30 {
+        assert_eq!(watch.tick(), Verdict::Inconclusive);
+    }
+    // A message on a channel of the antecedent asks again: the last messages still stand.
+    watch.level(11.0);
+    assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
+}
+
+#[test]
+fn being_at_the_station_answers_the_variant() {
+    let mut watch = Watch::shipped("phi2_or_there");
+    watch.running();
+    watch.level(12.0);
+    assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
+    watch.see("Localization", "AtRechargingStation", Message::new([Value::symbol("ok"), true.into()]));
+    assert_eq!(watch.monitor().outcome(), Outcome::Satisfied);
+}
+
+#[test]
+fn a_ban_is_violated_by_what_it_bans() {
+    let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
+    let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
+    let mut watch = Watch::new(&format!("always ({low} implies not time_until {start} < 3)"));
+    watch.level(10.0);
+    watch.tick();
+    watch.tick();
+    watch.tick();
+    assert_eq!(watch.start(), Verdict::Inconclusive);
+    watch.level(10.0);
+    watch.tick();
+    assert_eq!(watch.start(), Verdict::False);
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+}
+
+#[test]
+fn formulas_of_other_kinds_have_witnesses_too() {
+    let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
+    let running = "(Navigation, GoToDestination, m[2] = <running>)";
+    let mut watch = Watch::new(&format!("always ({low} implies not {running} until {low} and eventually {running})"));
+    watch.level(10.0);
+    assert_eq!(watch.running(), Verdict::Inconclusive);
+    let mut watch = Watch::new(&format!("{running} until {low}"));
+    assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
+    watch.running();
+    assert_eq!(watch.monitor().open_obligations().len(), 1);
+    insta::assert_snapshot!(watch.monitor().open_obligations()[0]);
+    assert_eq!(watch.see("Navigation", "GoToDestination", Message::symbols(["ok", "idle"])), Verdict::False);
+    insta::assert_snapshot!(watch.monitor().witness().unwrap());
+}
+
+#[test]
+fn an_antecedent_that_never_held_is_reported_clause_by_clause() {
+    let mut watch = Watch::shipped("phi2");
+    watch.level(80.0);
+    watch.running();
+    let vacuous = watch.monitor().vacuous();
+    assert_eq!((vacuous.len(), vacuous[0].asked), (1, 2));
+    assert!(vacuous[0].antecedent.contains("m[2] <= 30"), "{}", vacuous[0].antecedent);
+    watch.level(10.0);
+    assert!(watch.monitor().vacuous().is_empty());
+
+    let mut watch = Watch::shipped("phi1");
+    watch.see("BatteryReader", "BatteryLevel", Message::new([Value::symbol("error"), "no sensor".into()]));
+    assert_eq!(watch.monitor().vacuous()[0].antecedent, "(BatteryReader, BatteryLevel, m[1] = <ok>)");
+    watch.level(80.0);
+    assert!(watch.monitor().vacuous().is_empty());
+}
+
+#[test]
+fn properties_read_as_english() {
+    let formulas = [
+        ("phi1", Watch::shipped("phi1")),
+        ("phi2", Watch::shipped("phi2")),
+        (
+            "ban",
+            Watch::new(
+                "always ((BatteryReader, BatteryLevel, level < 20) implies not time_until (GoToDestination, Navigation, true) <= 3)",
+            ),
+        ),
+        (
+            "other",
+            Watch::new(
+                "next (BatteryReader, BatteryLevel, level != 3) until eventually not (Navigation, GoToDestination, m[2] = <running> or m[1] = <error>)",
+            ),
+        ),
+    ];
+    let said: Vec<String> =
+        formulas.iter().map(|(name, watch)| format!("{name}: {}", watch.property.summary)).collect();
+    insta::assert_snapshot!(said.join("\n"));
+    assert_eq!(explain(&Formula::True, &topology()), "Nothing is asked.");
+}
+
+#[test]
+fn graphs_are_written_out() {
+    for (name, _) in SHIPPED.into_iter().take(2) {
+        let watch = Watch::shipped(name);
+        for (format, ending) in [(Format::Text, "txt"), (Format::Dot, "dot"), (Format::Scxml, "scxml")] {
+            insta::assert_snapshot!(format!("{name}.{ending}"), watch.monitor().export(format).unwrap());
+        }
+    }
+}
