@@ -90,12 +90,22 @@ impl Automaton {
         self.meanings.len()
     }
 
+    pub(crate) fn verdict(&self, state: usize) -> Verdict {
+        self.verdicts[state]
+    }
+
+    /// Whether the formula holds on a run that ends in the state.
+    pub(crate) fn holds(&self, state: usize) -> bool {
+        self.holds[state]
+    }
+
     /// Where the symbols lead from a state that lead anywhere.
     pub(crate) fn successors(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
         (0..self.symbols).map(Symbol).filter_map(move |symbol| Some((symbol, self.successor(state, symbol)?)))
     }
 
-    fn successor(&self, state: usize, symbol: Symbol) -> Option<usize> {
+    /// Where a symbol leads from a state; `None` for messages outside the domains.
+    pub(crate) fn successor(&self, state: usize, symbol: Symbol) -> Option<usize> {
         let next = self.table[state << self.width | usize::from(symbol.0)];
         (next != NOWHERE).then_some(usize::from(next))
     }

@@ -1,5 +1,6 @@
 //! Monitors as program graphs, and those as text, Graphviz and SCXML.
 
+mod automaton_graph;
 mod dot;
 mod picture;
 mod scxml;
@@ -22,10 +23,13 @@ pub enum Format {
 }
 
 impl ScopeMonitor {
-    /// The monitor's program graph in a format; `None` where it has none: see [`ScopeMonitor::program_graph`].
+    /// The monitor's program graph in a format; `None` where it has none: it is monitored by progression.
+    ///
+    /// An automaton as a graph takes a tick with number 0 for the first of the run, and any other for one that follows
+    /// another tick: it is right on runs whose ticks are numbered from 0 without gaps.
     #[must_use]
     pub fn export(&self, format: Format) -> Option<String> {
-        let picture = self.picture()?;
+        let picture = self.picture_of_any_size()?;
         let (graph, failures) = (&picture.graph, &picture.failures);
         Some(match format {
             Format::Text => text::text(graph, failures, self.topology()),

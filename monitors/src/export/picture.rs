@@ -10,6 +10,7 @@ use channels::{
 use crate::clause::{EventId, Literal, Vocabulary, own_channels};
 use crate::describe;
 use crate::engine::{Compact, CompactRun, Rule, Timing};
+use crate::export::automaton_graph;
 use crate::formula::MessageCondition;
 use crate::synthesis::{Run, Synthesis};
 
@@ -21,36 +22,67 @@ pub(crate) struct Picture {
     rest: LocationId,
     /// Something is owed, or banned, here.
     waiting: Option<LocationId>,
-    /// Whether what is waited for is an answer.
-    answered: bool,
+    /// The location of each state of an automaton.
+    states: Vec<LocationId>,
+    /// Where an answer is owed.
+    owing: Vec<LocationId>,
     /// The locations that mean that the property is violated.
     pub(crate) failures: Vec<LocationId>,
 }
 
+/// An automaton with more open states than this is no picture; it can be written out all the same.
+const MAX_DRAWN_STATES: usize = 12;
+
 impl Picture {
-    /// The graph of a monitor that has that form.
+    /// The graph of a monitor that has that form, small enough to be looked at.
     pub(crate) fn of(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
+        Self::with_limit(name, synthesis, topology, MAX_DRAWN_STATES)
+    }
+
+    /// The graph of a monitor that has that form, however large.
+    pub(crate) fn of_any_size(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
+        Self::with_limit(name, synthesis, topology, usize::MAX)
+    }
+
+    fn with_limit(name: &str, synthesis: &Synthesis, topology: &Topology, limit: usize) -> Option<Self> {
+        let words = &synthesis.vocabulary;
+        if let Some(automaton) = synthesis.automaton() {
+            return automaton_graph::picture(name, automaton, (words, &synthesis.alphabet), topology, limit);
+        }
         let compact = synthesis.compact().filter(|compact| compact.is_exact() && !compact.rules().is_empty())?;
-        let draft = Draft::new(name, &synthesis.vocabulary, topology);
+        let draft = Draft::new(name, words, topology);
         match compact.rules() {
             [rule] if rule.timing != Timing::Never => draft.timed(rule),
             _ => draft.safety(compact),
         }
     }
 
+    /// The graph of an automaton, given the location of each of its states.
+    pub(super) fn of_states(
+        graph: Arc<ProgramGraph>,
+        states: Vec<LocationId>,
+        owing: Vec<LocationId>,
+        violated: Option<LocationId>,
+    ) -> Self {
+        Self { graph, rest: states[0], waiting: None, states, owing, failures: violated.into_iter().collect() }
+    }
+
     /// Where the monitor stands after a state, its internal moves done.
     pub(crate) fn location(&self, run: &Run, verdict: Verdict) -> LocationId {
         let waits = |run: &CompactRun| run.is_armed(0);
-        match (verdict, run, self.waiting) {
-            (Verdict::False, ..) => self.failures[0],
-            (_, Run::Compact(run), Some(waiting)) if waits(run) => waiting,
+        match (verdict, run, self.waiting, self.failures.first()) {
+            (Verdict::False, .., Some(failure)) => *failure,
+            (_, Run::Compact(run), Some(waiting), _) if waits(run) => waiting,
+            (_, Run::Automaton(run), ..) => {
+                run.state().and_then(|state| self.states.get(state)).copied().unwrap_or(self.rest)
+            }
             _ => self.rest,
         }
     }
 
     /// The locations in which an answer is owed.
     pub(crate) fn owing(&self) -> impl Iterator<Item = LocationId> {
-        self.waiting.filter(|_| self.answered).into_iter()
+        self.owing.iter().copied()
     }
 }
 
@@ -121,7 +153,9 @@ impl<'a> Draft<'a> {
             self.graph.internal(get, kept.negated(), [], failure).caption = list(fails, " or ");
         }
         let graph = self.graph.initial(idle).build().ok()?;
-        Some(Picture { graph: Arc::new(graph), rest: idle, waiting: None, answered: false, failures: vec![failure] })
+        let graph = Arc::new(graph);
+        let (states, owing) = (Vec::new(), Vec::new());
+        Some(Picture { graph, rest: idle, waiting: None, states, owing, failures: vec![failure] })
     }
 
     /// Response: `I`; a check of the antecedent, `C1`; `S`, where the clock starts; `C2`, where it runs; a check of the
@@ -149,7 +183,9 @@ impl<'a> Draft<'a> {
         }
         let Places { rest, waiting, failure, .. } = places;
         let graph = self.graph.initial(rest).build().ok()?;
-        Some(Picture { graph: Arc::new(graph), rest, waiting: Some(waiting), answered, failures: vec![failure] })
+        let owing = if answered { vec![waiting] } else { Vec::new() };
+        let (graph, failures) = (Arc::new(graph), vec![failure]);
+        Some(Picture { graph, rest, waiting: Some(waiting), states: Vec::new(), owing, failures })
     }
 
     /// Ticks: the clock starts in `S`, and `T` compares it with the bound.
@@ -309,7 +345,7 @@ fn channels_of(rules: &[Rule], words: &Vocabulary) -> Vec<ChannelId> {
     channels
 }
 
-fn any(mut conditions: Vec<Condition>) -> Condition {
+pub(super) fn any(mut conditions: Vec<Condition>) -> Condition {
     if conditions.len() == 1 { conditions.remove(0) } else { Condition::Or(conditions) }
 }
 
@@ -318,7 +354,7 @@ fn all(mut conditions: Vec<Condition>) -> Condition {
 }
 
 /// A condition on a message as one on the variable that holds it.
-fn translate(condition: &MessageCondition, variable: VariableId) -> Condition {
+pub(super) fn translate(condition: &MessageCondition, variable: VariableId) -> Condition {
     let part = |part: &MessageCondition| translate(part, variable);
     match condition {
         MessageCondition::True => Condition::True,

@@ -243,7 +243,7 @@ impl ScopeMonitor {
         Some(continuation)
     }
 
-    /// The monitor as a program graph, where it has that form.
+    /// The monitor as a program graph, where it has that form and is small enough to be looked at.
     #[must_use]
     pub fn program_graph(&self) -> Option<&ProgramGraph> {
         self.picture.as_ref().map(|picture| &*picture.graph)
@@ -253,13 +253,13 @@ impl ScopeMonitor {
     /// reasons, and is slower.
     #[must_use]
     pub fn to_graph_monitor(&self) -> Option<GraphMonitor> {
-        let picture = self.picture()?;
+        let picture = self.picture_of_any_size()?;
         let graph = GraphMonitor::new(Arc::clone(&picture.graph), picture.failures.iter().copied());
         Some(graph.with_open(picture.owing()))
     }
 
-    pub(crate) fn picture(&self) -> Option<&Picture> {
-        self.picture.as_deref()
+    pub(crate) fn picture_of_any_size(&self) -> Option<Picture> {
+        Picture::of_any_size(&self.name, &self.synthesis, &self.topology)
     }
 
     fn read(&mut self, event: &Event, letter: Letter) {
