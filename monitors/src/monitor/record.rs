@@ -98,44 +98,51 @@ impl Record {
     }
 
     fn explain(&self, event: &Event, run: &Run, synthesis: &Synthesis, topology: &Topology, start: u64) -> Witness {
-        let broken = match run {
-            Run::Compact(run) => run.broken().map(|rule| (rule, &run.compact().rules()[rule])),
-            _ => None,
-        };
-        let sightings = |events: &[Event]| events.iter().filter_map(|event| Sighting::of(event, topology)).collect();
-        let Some((rule, broken)) = broken else {
-            let cause = self.causes[0].clone().unwrap_or_default();
-            let all = self.everything(event);
-            return Witness {
+        match run {
+            Run::Compact(run) if run.broken().is_some() => {
+                let rule = run.broken().unwrap_or_default();
+                self.blame(rule, &run.compact().rules()[rule].clause, event, synthesis, topology, start)
+            }
+            _ => Witness {
                 clause: describe::form(&synthesis.form, &synthesis.vocabulary, topology),
-                since: cause.last().map(Moment::of),
-                messages: sightings(&all),
+                since: self.causes[0].as_ref().and_then(|cause| cause.last()).map(Moment::of),
+                messages: sightings(&self.everything(event), topology),
                 deadline_tick: None,
                 missing: None,
                 settled: Moment::of(event),
-            };
-        };
-        let clause = &broken.clause;
-        let cause = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, synthesis, event));
+            },
+        }
+    }
+
+    /// Why a clause is violated.
+    fn blame(
+        &self,
+        rule: usize,
+        clause: &Part,
+        event: &Event,
+        synthesis: &Synthesis,
+        topology: &Topology,
+        start: u64,
+    ) -> Witness {
+        let words = &synthesis.vocabulary;
+        let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, synthesis, event));
+        let since = messages.last().cloned();
         let window = clause.iter().find_map(|literal| match literal {
             Literal::Time { window, holds, .. } => Some((window.last, *holds)),
             _ => None,
         });
-        let since = cause.iter().max_by_key(|event| event.step).or(cause.last());
-        let due = |last: u64| since.map(|event| event.tick.max(start).saturating_add(last));
-        let late = window.is_some_and(|(_, holds)| holds);
-        let mut messages: Vec<Event> = cause.clone();
-        if channel(event).is_some() && !late && !messages.contains(event) {
+        let due = |last: u64| since.as_ref().map(|event| event.tick.max(start).saturating_add(last));
+        let awaited = window.filter(|(_, holds)| *holds);
+        if channel(event).is_some() && awaited.is_none() && !messages.contains(event) {
             messages.push(event.clone());
         }
-        let missing: Vec<String> = describe::answers(clause)
-            .map(|answer| describe::event(synthesis.vocabulary.get(answer), topology))
-            .collect();
+        let missing: Vec<String> =
+            describe::answers(clause).map(|answer| describe::event(words.get(answer), topology)).collect();
         Witness {
-            clause: describe::clause(clause, &synthesis.vocabulary, topology),
-            since: since.map(Moment::of),
-            messages: sightings(&messages),
-            deadline_tick: window.filter(|(_, holds)| *holds).and_then(|(last, _)| due(last)),
+            clause: describe::clause(clause, words, topology),
+            since: since.as_ref().map(Moment::of),
+            messages: sightings(&messages, topology),
+            deadline_tick: awaited.and_then(|(last, _)| due(last)),
             // What a clause of one literal misses is the clause.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
             settled: Moment::of(event),
@@ -147,6 +154,10 @@ impl Record {
         let since = self.causes.get(rule).and_then(Option::as_ref).and_then(|cause| cause.last()).map(Moment::of);
         OpenObligation { what, since, until_tick }
     }
+}
+
+fn sightings(events: &[Event], topology: &Topology) -> Vec<Sighting> {
+    events.iter().filter_map(|event| Sighting::of(event, topology)).collect()
 }
 
 fn channel(event: &Event) -> Option<channels::ChannelId> {

@@ -3,6 +3,7 @@
 mod ast;
 mod parse;
 mod parse_condition;
+mod parse_constraint;
 pub(crate) mod print;
 mod token;
 

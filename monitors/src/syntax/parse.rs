@@ -13,18 +13,13 @@
 
 use channels::Relation;
 
-use super::ast::{
-    Constant, Constraint, ConstraintKind, Event, File, Item, Literal, Name, Operand, PropertyItem, Span, Unit,
-};
+use super::ast::{Constant, File, Item, Literal, Name, Operand, PropertyItem, Span, Unit};
 use super::token::{Keyword, Token, TokenKind, tokens};
 use crate::problem::Problem;
 use crate::suggest::nearest;
 
 /// A tree deeper than this is refused, so that no text can exhaust the stack.
 const MAX_DEPTH: usize = 100;
-
-/// The words that a constraint can begin with.
-const PREFIXES: [&str; 7] = ["not", "next", "always", "eventually", "true", "false", "time_until"];
 
 /// A text that has been read.
 #[derive(Clone, Debug)]
@@ -48,12 +43,12 @@ pub fn parse_file(text: &str) -> Parsed {
 }
 
 pub(super) struct Parser {
-    tokens: Vec<Token>,
-    at: usize,
+    pub(super) tokens: Vec<Token>,
+    pub(super) at: usize,
     pub(super) problems: Vec<Problem>,
     depth: usize,
     /// Whether a parenthesis of this property was closed at its end, as the paper's φ2 needs it.
-    closed_for_you: bool,
+    pub(super) closed_for_you: bool,
 }
 
 /// Something that a problem was noted for; what is around it goes on.
@@ -66,7 +61,7 @@ impl Parser {
         &self.tokens[self.at].kind
     }
 
-    fn peek_second(&self) -> &TokenKind {
+    pub(super) fn peek_second(&self) -> &TokenKind {
         &self.tokens[(self.at + 1).min(self.tokens.len() - 1)].kind
     }
 
@@ -109,7 +104,7 @@ impl Parser {
     }
 
     /// Whether nothing more of this item can follow.
-    fn at_item_end(&self) -> bool {
+    pub(super) fn at_item_end(&self) -> bool {
         matches!(
             self.peek(),
             TokenKind::End | TokenKind::Semicolon | TokenKind::Keyword(Keyword::Const | Keyword::Property)
@@ -301,133 +296,6 @@ impl Parser {
         Ok(Literal::Duration { nanos, unit: known })
     }
 
-    /// `α implies β`, to the right.
-    pub(super) fn constraint(&mut self) -> Reading<Constraint> {
-        let left = self.joined(Keyword::Or)?;
-        if !self.take_keyword(Keyword::Implies) {
-            return Ok(left);
-        }
-        let right = self.deeper(Self::constraint)?;
-        let span = left.span.to(right.span);
-        Ok(Constraint { kind: ConstraintKind::Implies(Box::new(left), Box::new(right)), span })
-    }
-
-    /// Operands joined by `or`, or by `and`.
-    fn joined(&mut self, word: Keyword) -> Reading<Constraint> {
-        let operand = |parser: &mut Self| match word {
-            Keyword::Or => parser.joined(Keyword::And),
-            _ => parser.chain(),
-        };
-        let first = operand(self)?;
-        let mut operands = vec![first];
-        while self.take_keyword(word) {
-            operands.push(operand(self)?);
-        }
-        let span = operands[0].span.to(self.last_span());
-        Ok(match (operands.len(), word) {
-            (1, _) => operands.remove(0),
-            (_, Keyword::Or) => Constraint { kind: ConstraintKind::Or(operands), span },
-            _ => Constraint { kind: ConstraintKind::And(operands), span },
-        })
-    }
-
-    /// `α until β`, to the right.
-    fn chain(&mut self) -> Reading<Constraint> {
-        let left = self.prefixed()?;
-        if !self.take_keyword(Keyword::Until) {
-            return Ok(left);
-        }
-        let right = self.deeper(Self::chain)?;
-        let span = left.span.to(right.span);
-        Ok(Constraint { kind: ConstraintKind::Until(Box::new(left), Box::new(right)), span })
-    }
-
-    fn prefixed(&mut self) -> Reading<Constraint> {
-        let start = self.span();
-        let wrap: fn(Box<Constraint>) -> ConstraintKind = match self.peek() {
-            TokenKind::Keyword(Keyword::Not) => ConstraintKind::Not,
-            TokenKind::Keyword(Keyword::Next) => ConstraintKind::Next,
-            TokenKind::Keyword(Keyword::Always) => ConstraintKind::Always,
-            TokenKind::Keyword(Keyword::Eventually) => ConstraintKind::Eventually,
-            _ => return self.primary(),
-        };
-        self.advance();
-        let operand = self.deeper(Self::prefixed)?;
-        let span = start.to(operand.span);
-        Ok(Constraint { kind: wrap(Box::new(operand)), span })
-    }
-
-    fn primary(&mut self) -> Reading<Constraint> {
-        let start = self.span();
-        let kind = match self.peek().clone() {
-            TokenKind::Keyword(Keyword::True) => ConstraintKind::True,
-            TokenKind::Keyword(Keyword::False) => ConstraintKind::False,
-            TokenKind::Keyword(Keyword::TimeUntil) => return self.time_until(),
-            TokenKind::Open => {
-                if !self.at_event() {
-                    return self.parenthesised();
-                }
-                let kind = self.event().map_or(ConstraintKind::Unreadable, ConstraintKind::Event);
-                return Ok(Constraint { kind, span: start.to(self.last_span()) });
-            }
-            TokenKind::Name(name) => return self.stray_name(&name),
-            _ => return Err(self.expected("a constraint")),
-        };
-        self.advance();
-        Ok(Constraint { kind, span: start })
-    }
-
-    /// Whether the parenthesis here opens an event: a name follows that is no misspelt operator.
-    fn at_event(&self) -> bool {
-        match self.peek_second() {
-            TokenKind::Text(_) => true,
-            TokenKind::Name(name) => {
-                let third = self.tokens.get(self.at + 2).map(|token| &token.kind);
-                third == Some(&TokenKind::Comma) || nearest(name, PREFIXES).is_none()
-            }
-            _ => false,
-        }
-    }
-
-    /// A name where a constraint should be: perhaps a misspelt operator.
-    fn stray_name(&mut self, name: &str) -> Reading<Constraint> {
-        let stumbled = self.expected("a constraint");
-        let problem = self.problems.pop().unwrap_or_else(|| Problem::new("expected a constraint"));
-        let Some(word) = nearest(name, PREFIXES) else {
-            self.problems.push(problem.help("an event is written `(source, destination, condition)`"));
-            return Err(stumbled);
-        };
-        self.problems.push(problem.help(format!("did you mean `{word}`?")));
-        let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == word);
-        self.tokens[self.at].kind = TokenKind::Keyword(keyword.unwrap_or(Keyword::True));
-        self.deeper(Self::prefixed)
-    }
-
-    fn parenthesised(&mut self) -> Reading<Constraint> {
-        let open = self.span();
-        let after_prefix = self.at > 0
-            && matches!(
-                self.tokens[self.at - 1].kind,
-                TokenKind::Keyword(Keyword::Always | Keyword::Eventually | Keyword::Next | Keyword::Not)
-            );
-        self.advance();
-        let inside = match self.deeper(Self::constraint) {
-            Ok(inside) => inside,
-            Err(Stumbled) => {
-                self.recover(open);
-                return Ok(Constraint { kind: ConstraintKind::Unreadable, span: open.to(self.last_span()) });
-            }
-        };
-        if self.at_item_end() && after_prefix && !self.closed_for_you {
-            self.closed_for_you = true;
-            let problem = Problem::new("this parenthesis is never closed").at(open, "opened here").warning();
-            self.problems.push(problem.help("it is read as closed at the end of the property; write the `)` there"));
-        } else {
-            self.close(open);
-        }
-        Ok(Constraint { kind: inside.kind, span: open.to(self.last_span()) })
-    }
-
     /// Takes the parenthesis that closes the one at `open`, or notes that it is missing and looks for it.
     pub(super) fn close(&mut self, open: Span) {
         if self.take(&TokenKind::Close) {
@@ -461,57 +329,6 @@ impl Parser {
             }
             self.advance();
         }
-    }
-
-    /// `(source, destination, condition)`; what follows a problem inside it is skipped.
-    fn event(&mut self) -> Reading<Event> {
-        let open = self.span();
-        let event = self.event_parts(open);
-        if event.is_err() {
-            self.recover(open);
-        }
-        event
-    }
-
-    fn event_parts(&mut self, open: Span) -> Reading<Event> {
-        self.advance();
-        let source = self.name("the process that sends")?;
-        self.comma("`,` and the process that receives")?;
-        let target = self.name("the process that receives")?;
-        self.comma("`,` and a condition on the message")?;
-        let condition = self.condition()?;
-        self.close(open);
-        Ok(Event { source, target, condition, span: open.to(self.last_span()) })
-    }
-
-    fn comma(&mut self, what: &str) -> Reading<()> {
-        if self.take(&TokenKind::Comma) { Ok(()) } else { Err(self.expected(what)) }
-    }
-
-    fn time_until(&mut self) -> Reading<Constraint> {
-        let start = self.span();
-        self.advance();
-        let open = self.span();
-        if *self.peek() != TokenKind::Open {
-            return Err(self.expected("`(` and an event"));
-        }
-        let event = if *self.peek_second() == TokenKind::Open {
-            self.advance();
-            let event = self.event();
-            self.close(open);
-            event
-        } else {
-            self.event()
-        };
-        let TokenKind::Relation(relation) = *self.peek() else {
-            return Err(self.expected("`<`, `<=`, `=`, `!=`, `>=` or `>` and a number of ticks"));
-        };
-        self.advance();
-        let bound = self.operand()?;
-        let span = start.to(self.last_span());
-        let kind =
-            event.map_or(ConstraintKind::Unreadable, |event| ConstraintKind::TimeUntil { event, relation, bound });
-        Ok(Constraint { kind, span })
     }
 
     /// A literal or the name of a constant.
