@@ -83,7 +83,8 @@ fn a_destination_that_cannot_be_reached_is_a_run_in_which_the_action_fails() {
     let places = out.path().join("scenario/maps/house.places.toml");
     let text = std::fs::read_to_string(&places).unwrap();
     // Far outside the house, where the map knows nothing.
-    let far = text.replace("[Destination]", "[Elsewhere]") + "\n[Destination]\ncorners_m = [[90, 90], [91, 90], [91, 91]]\n";
+    let far =
+        text.replace("[Destination]", "[Elsewhere]") + "\n[Destination]\ncorners_m = [[90, 90], [91, 90], [91, 91]]\n";
     std::fs::write(&places, far).unwrap();
     let log = out.path().join("log.jsonl");
     let arguments = [

@@ -22,6 +22,9 @@ const TICK_GENERATOR: &str = "TickGenerator";
 /// The name of the tree's process.
 const TREE: &str = "BT";
 
+/// A process with its place in the topology.
+type Player = (ProcessId, Box<dyn Process>);
+
 /// A wired system, with the processes that the run has to know.
 #[derive(Debug)]
 pub(crate) struct Wired {
@@ -127,11 +130,7 @@ fn replies(operations: &[&Operation]) -> Vec<Shape> {
     shapes
 }
 
-fn tree_processes(
-    scenario: &Scenario,
-    topology: &mut Topology,
-    tree: ProcessId,
-) -> Result<Vec<(ProcessId, Box<dyn Process>)>, WiringError> {
+fn tree_processes(scenario: &Scenario, topology: &mut Topology, tree: ProcessId) -> Result<Vec<Player>, WiringError> {
     match scenario.file.execution.tree {
         TreeForm::Whole => {
             let process = TreeProcess::new(Arc::clone(&scenario.tree), topology, TREE, TICK_GENERATOR)?;
@@ -141,7 +140,7 @@ fn tree_processes(
     }
 }
 
-fn components(topology: &Topology, ids: &Ids) -> Result<[(ProcessId, Box<dyn Process>); 3], WiringError> {
+fn components(topology: &Topology, ids: &Ids) -> Result<[Player; 3], WiringError> {
     Ok([
         (ids.battery_reader, Box::new(BatteryReader::new(topology, ids.battery_reader)?)),
         (ids.localization, Box::new(Localization::new(topology, ids.localization)?)),

@@ -225,7 +225,7 @@ fn read_sites(table: Table<'_>) -> Option<Sites> {
 fn read_sim(root: Table<'_>) -> SimConfig {
     let mut sim = SimConfig::default();
     if let Some(battery) = root.table("battery").optional() {
-        let defaults = sim.battery.clone();
+        let defaults = sim.battery;
         let rate = |key, default| battery.number(key).within(0.0..=100.0).or(default);
         sim.battery.initial_pct = rate("initial_pct", defaults.initial_pct);
         sim.battery.drain_pct_per_s = rate("drain_pct_per_s", defaults.drain_pct_per_s);
