@@ -218,3 +218,65 @@ pub(crate) fn own_channels(part: &Part, vocabulary: &Vocabulary) -> BTreeSet<Cha
 pub(crate) fn own_channels_of_all(form: &Form, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
     form.iter().flat_map(|part| own_channels(part, vocabulary)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formula::MessageCondition;
+
+    fn event(channel: usize, field: usize) -> Formula {
+        let mut topology = channels::Topology::default();
+        let ends: Vec<_> = (0..5).map(|n| topology.process(&n.to_string()).unwrap()).collect();
+        for pair in ends.windows(2) {
+            topology.channel(pair[0], pair[1], channels::Capacity::One, channels::Domain::new([])).unwrap();
+        }
+        let channel = topology.channels().nth(channel).unwrap();
+        let condition = MessageCondition::Compare { field, relation: Relation::Equal, value: true.into() };
+        Formula::Event(Event { channel, condition })
+    }
+
+    #[test]
+    fn a_clause_form_drops_what_is_subsumed() {
+        let [a, b, c] = [event(0, 1), event(1, 1), event(2, 1)];
+        let formula = Formula::And(vec![
+            Formula::Or(vec![a.clone(), b.clone()]),
+            a.clone(),
+            Formula::Or(vec![b.clone(), Formula::And(vec![b, c.clone()])]),
+            Formula::Or(vec![a, c]),
+        ]);
+        let words = Vocabulary::of(&formula);
+        let parts: Vec<usize> = clauses(&formula, &words).unwrap().iter().map(Part::len).collect();
+        assert_eq!(parts, [1, 1]);
+    }
+
+    #[test]
+    fn windows_are_what_relations_say() {
+        let windows = |relation| -> Vec<(u64, u64)> {
+            Window::of(relation, 3).into_iter().map(|window| (window.first, window.last)).collect()
+        };
+        assert_eq!(windows(Relation::Less), [(0, 2)]);
+        assert_eq!(windows(Relation::LessOrEqual), [(0, 3)]);
+        assert_eq!(windows(Relation::Equal), [(3, 3)]);
+        assert_eq!(windows(Relation::NotEqual), [(0, 2), (4, u64::MAX)]);
+        assert_eq!(windows(Relation::GreaterOrEqual), [(3, u64::MAX)]);
+        assert_eq!(windows(Relation::Greater), [(4, u64::MAX)]);
+        assert!(Window::of(Relation::Less, 0).is_empty() && Window::of(Relation::Greater, u64::MAX).is_empty());
+    }
+
+    #[test]
+    fn events_of_one_channel_stand_beside_each_other() {
+        let formula = Formula::Or(vec![event(2, 1), event(0, 1), event(2, 2), event(0, 2), event(2, 1)]);
+        let words = Vocabulary::of(&formula);
+        let channels: Vec<usize> = words.ids().map(|id| words.get(id).channel.index()).collect();
+        assert_eq!(channels, [2, 2, 0, 0]);
+        assert_eq!((words.len(), words.channels().len()), (4, 2));
+    }
+
+    #[test]
+    fn a_form_that_grows_without_bounds_is_refused() {
+        let pair = |n| Formula::And(vec![event(0, n), event(1, n)]);
+        let grown = |n| Formula::Or((1..=n).map(pair).collect());
+        assert_eq!(clauses(&grown(8), &Vocabulary::of(&grown(8))).unwrap().len(), 256);
+        assert_eq!(clauses(&grown(12), &Vocabulary::of(&grown(12))), Err(TooManyParts));
+    }
+}

@@ -252,3 +252,86 @@ fn reals(numbers: &[f64]) -> Vec<f64> {
     let between = numbers.windows(2).map(|pair| pair[0] + (pair[1] - pair[0]) / 2.0);
     numbers.iter().copied().chain(between).chain([beyond(*least, -1.0), beyond(*greatest, 1.0)]).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use channels::{Capacity, Domain, Relation, Shape};
+
+    use super::*;
+    use crate::formula::{Event, Formula};
+
+    fn compare(field: usize, relation: Relation, value: impl Into<Value>) -> MessageCondition {
+        MessageCondition::Compare { field, relation, value: value.into() }
+    }
+
+    /// How many different letters messages of the domain can be, seen through these conditions.
+    fn letters(domain: Domain, conditions: &[MessageCondition]) -> Vec<u64> {
+        let mut topology = Topology::default();
+        let [a, b] = ["a", "b"].map(|name| topology.process(name).unwrap());
+        let channel = topology.channel(a, b, Capacity::One, domain).unwrap();
+        let event = |condition: &MessageCondition| Formula::Event(Event { channel, condition: condition.clone() });
+        let vocabulary = Vocabulary::of(&Formula::Or(conditions.iter().map(event).collect()));
+        let alphabet = Alphabet::new(&vocabulary, &topology);
+        for (letter, channel, message) in alphabet.letters() {
+            assert_eq!(alphabet.read(channel, message), Some(letter));
+            assert_eq!(alphabet.letter(alphabet.symbol(letter)), letter);
+        }
+        alphabet.letters().map(|(letter, ..)| letter.satisfied).collect()
+    }
+
+    fn of(kind: FieldKind) -> Domain {
+        Domain::new([Shape::new([("field", kind)])])
+    }
+
+    #[test]
+    fn conditions_on_a_number_are_told_apart_between_their_constants() {
+        let conditions =
+            [compare(1, Relation::Less, 20), compare(1, Relation::Greater, 30), compare(1, Relation::Equal, 25)];
+        assert_eq!(letters(of(FieldKind::Real), &conditions), [0, 1, 2, 4]);
+        assert_eq!(letters(of(FieldKind::Int), &conditions), [0, 1, 2, 4]);
+        let between = [compare(1, Relation::Greater, 2), compare(1, Relation::Less, 3)];
+        assert_eq!(letters(of(FieldKind::Real), &between), [1, 2, 3]);
+        assert_eq!(letters(of(FieldKind::Int), &between), [1, 2]);
+        let halves = [compare(1, Relation::Greater, 2.5), compare(1, Relation::Less, 3.5)];
+        assert_eq!(letters(of(FieldKind::Int), &halves), [1, 2, 3]);
+        let tenths = [compare(1, Relation::GreaterOrEqual, -0.1), compare(1, Relation::LessOrEqual, -0.1)];
+        assert_eq!(letters(of(FieldKind::Real), &tenths), [1, 2, 3]);
+    }
+
+    #[test]
+    fn only_what_the_domain_has_is_a_letter() {
+        let symbols = [
+            compare(1, Relation::Equal, channels::Symbol::new("x")),
+            compare(1, Relation::Equal, channels::Symbol::new("y")),
+        ];
+        assert_eq!(letters(of(FieldKind::symbols(["x", "z"])), &symbols), [0, 1]);
+        assert_eq!(letters(of(FieldKind::symbols(["x", "y"])), &symbols), [1, 2]);
+        assert_eq!(letters(of(FieldKind::Bool), &[compare(1, Relation::Equal, true)]), [0, 1]);
+        assert_eq!(letters(of(FieldKind::Bool), &[compare(2, Relation::NotEqual, true)]), [1]);
+        let texts = [compare(1, Relation::Equal, "a"), compare(1, Relation::Equal, "b")];
+        assert_eq!(letters(of(FieldKind::Text), &texts), [0, 1, 2]);
+        // Without shapes anything may come.
+        assert_eq!(letters(Domain::new([]), &symbols), [0, 1, 2]);
+        assert_eq!(letters(Domain::new([]), &[compare(2, Relation::Less, 3)]), [0, 1]);
+    }
+
+    #[test]
+    fn fields_of_one_message_go_together() {
+        let ok = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+        let error = Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
+        let conditions = [compare(1, Relation::Equal, channels::Symbol::new("ok")), compare(2, Relation::Less, 20)];
+        assert_eq!(letters(Domain::new([ok, error]), &conditions), [0, 1, 3]);
+    }
+
+    #[test]
+    fn too_many_events_on_a_channel_have_no_symbols() {
+        let conditions: Vec<MessageCondition> = (0..11).map(|n| compare(1, Relation::Equal, n)).collect();
+        let mut topology = Topology::default();
+        let [a, b] = ["a", "b"].map(|name| topology.process(name).unwrap());
+        let channel = topology.channel(a, b, Capacity::One, of(FieldKind::Int)).unwrap();
+        let event = |condition: &MessageCondition| Formula::Event(Event { channel, condition: condition.clone() });
+        let vocabulary = |n: usize| Vocabulary::of(&Formula::Or(conditions[..n].iter().map(event).collect()));
+        assert_eq!(Alphabet::new(&vocabulary(9), &topology).symbols(), Some(3 + 512));
+        assert_eq!(Alphabet::new(&vocabulary(11), &topology).symbols(), None);
+    }
+}

@@ -19,6 +19,9 @@ const NOWHERE: StateNumber = StateNumber::MAX;
 /// An automaton may have this many states.
 pub(crate) const MAX_STATES: usize = 10_000;
 
+/// Obligations of more clauses are not worked out: there would be many of them.
+const MAX_CLAUSES: usize = 500;
+
 /// The automaton of a formula would have more than ten thousand states.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooManyStates;
@@ -184,6 +187,9 @@ impl Explorer<'_> {
     }
 
     fn number(&mut self, (owed, last): Meaning) -> Result<StateNumber, TooManyStates> {
+        if owed.as_ref().is_some_and(|owed| owed.clauses().len() > MAX_CLAUSES) {
+            return Err(TooManyStates);
+        }
         let settled = owed.as_ref().is_some_and(|owed| owed.is_met() || owed.is_broken());
         let meaning = (owed, if settled { 0 } else { last });
         if let Some(number) = self.known.get(&meaning) {
