@@ -2,13 +2,17 @@
 
 use std::fmt::Write;
 use std::sync::Arc;
+use std::time::Duration;
 
-use bt::{Execution, Leaves, NodeId, RECHARGE, Status, Tree};
+use bt::{Execution, Leaf, Leaves, RECHARGE, Status, Tree};
 use divan::{AllocProfiler, Bencher, black_box};
 
 /// Shows allocations beside the times: a tick has none.
 #[global_allocator]
 static ALLOCATOR: AllocProfiler = AllocProfiler::system();
+
+/// No node of these trees looks at the time.
+const NOW: Duration = Duration::ZERO;
 
 fn main() {
     divan::main();
@@ -18,11 +22,11 @@ fn main() {
 struct Trivial(Vec<Status>);
 
 impl Leaves for Trivial {
-    fn tick(&mut self, leaf: NodeId) -> Status {
-        self.0[leaf.index()]
+    fn tick(&mut self, leaf: Leaf<'_>) -> Status {
+        self.0[leaf.id().index()]
     }
 
-    fn halt(&mut self, _: NodeId) {}
+    fn halt(&mut self, _: Leaf<'_>) {}
 }
 
 fn trivial(tree: &Tree, answer: impl Fn(&str) -> Status) -> Trivial {
@@ -39,7 +43,7 @@ fn recharge_driving(bencher: Bencher) {
         _ => Status::Failure,
     });
     let mut execution = Execution::new(tree);
-    bencher.bench_local(|| execution.tick(black_box(&mut leaves)));
+    bencher.bench_local(|| execution.tick(NOW, black_box(&mut leaves)));
 }
 
 /// The paper's tree with a battery that is low at every other tick: at each tick an action is halted.
@@ -55,7 +59,7 @@ fn recharge_changing_its_mind(bencher: Bencher) {
     let mut execution = Execution::new(tree);
     bencher.bench_local(|| {
         leaves.0[level] = if leaves.0[level] == Status::Success { Status::Failure } else { Status::Success };
-        execution.tick(black_box(&mut leaves))
+        execution.tick(NOW, black_box(&mut leaves))
     });
 }
 
@@ -95,7 +99,7 @@ fn thousand_leaves(bencher: Bencher, shape: &str) {
     assert_eq!(tree.leaves().count(), 1000);
     let mut leaves = trivial(&tree, |_| Status::Success);
     let mut execution = Execution::new(tree);
-    bencher.bench_local(|| execution.tick(black_box(&mut leaves)));
+    bencher.bench_local(|| execution.tick(NOW, black_box(&mut leaves)));
 }
 
 /// The paper's tree from its XML.

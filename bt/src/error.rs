@@ -2,28 +2,58 @@
 
 use std::sync::Arc;
 
-use miette::{Diagnostic, NamedSource, SourceSpan};
+use miette::{Diagnostic, NamedSource, SourceCode, SourceSpan};
 
-/// Everything that is wrong with a tree file: the file, and its problems in the order of their places.
-#[derive(Clone, Debug, thiserror::Error, Diagnostic)]
+/// Everything that is wrong with a tree file: the file, and its problems in the order of their places. Problems of files
+/// that it includes come with those files.
+#[derive(Clone, Debug, thiserror::Error)]
 #[error("{} cannot be used as a behavior tree", source_code.name())]
 pub struct TreeError {
-    #[source_code]
     source_code: NamedSource<Arc<str>>,
-    #[related]
     problems: Vec<Problem>,
+    included: Vec<TreeError>,
 }
 
 impl TreeError {
     pub(crate) fn new(source_code: NamedSource<Arc<str>>, mut problems: Vec<Problem>) -> Self {
         problems.sort_by_key(Problem::offset);
-        Self { source_code, problems }
+        Self { source_code, problems, included: Vec::new() }
     }
 
-    /// The problems, in the order of their places in the file.
+    /// The error of a file and of those that it includes.
+    pub(crate) fn with_included(mut self, included: Vec<Self>) -> Self {
+        self.included = included;
+        self
+    }
+
+    /// The problems of the file itself, in the order of their places in it.
     #[must_use]
     pub fn problems(&self) -> &[Problem] {
         &self.problems
+    }
+
+    /// What is wrong with the files that it includes.
+    #[must_use]
+    pub fn included(&self) -> &[Self] {
+        &self.included
+    }
+
+    /// The name of the file.
+    #[must_use]
+    pub fn file(&self) -> &str {
+        self.source_code.name()
+    }
+}
+
+impl Diagnostic for TreeError {
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        Some(&self.source_code)
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        let problems = self.problems.iter().map(|problem| problem as &dyn Diagnostic);
+        let included = self.included.iter().map(|error| error as &dyn Diagnostic);
+        Some(Box::new(problems.chain(included)))
     }
 }
 
@@ -164,13 +194,13 @@ pub enum Problem {
         #[help]
         help: Option<String>,
     },
-    /// BehaviorTree.CPP knows it; this crate does not yet.
-    #[error("{what} is part of BehaviorTree.CPP, but not supported yet")]
+    /// BehaviorTree.CPP knows or knew it; this crate does not.
+    #[error("{what} is not supported")]
     NotSupported {
         /// The node or attribute.
         what: String,
         /// Where.
-        #[label("not supported yet")]
+        #[label("not supported")]
         span: SourceSpan,
         /// What can be done about it.
         #[help]
@@ -265,6 +295,97 @@ pub enum Problem {
         #[label("closes the circle")]
         span: SourceSpan,
     },
+    /// A file that is included cannot be read.
+    #[error("`{path}` cannot be included: {message}")]
+    Include {
+        /// The path, as it is written.
+        path: String,
+        /// Why not.
+        message: String,
+        /// Where it is included.
+        #[label("included here")]
+        span: SourceSpan,
+    },
+    /// The file itself cannot be read.
+    #[error("the file cannot be read: {message}")]
+    Unreadable {
+        /// Why not.
+        message: String,
+    },
+    /// A port that a node can't do without is not there.
+    #[error("{node} needs the port `{port}`")]
+    MissingPort {
+        /// The node.
+        node: String,
+        /// The port.
+        port: String,
+        /// Where the node is.
+        #[label("needs {port}=\"…\"")]
+        span: SourceSpan,
+        /// What was perhaps meant to be it.
+        #[help]
+        help: Option<String>,
+    },
+    /// An attribute that is nearly called like a port.
+    #[error("{node} has no port `{port}`")]
+    UnknownPort {
+        /// The node.
+        node: String,
+        /// The attribute.
+        port: String,
+        /// Where it is.
+        #[label("no such port")]
+        span: SourceSpan,
+        /// What was probably meant.
+        #[help]
+        help: Option<String>,
+    },
+    /// A port's value is not of its type, or cannot be right.
+    #[error("the port `{port}`: {message}")]
+    PortValue {
+        /// The port.
+        port: String,
+        /// What is wrong with it.
+        message: String,
+        /// Where the value is.
+        #[label("not accepted here")]
+        span: SourceSpan,
+        /// What would be accepted.
+        #[help]
+        help: Option<String>,
+    },
+    /// A port in a `<TreeNodesModel>` has no name, or one that no port can have.
+    #[error("this port has no name")]
+    PortName {
+        /// Where.
+        #[label("needs name=\"…\"")]
+        span: SourceSpan,
+        /// What a name is like.
+        #[help]
+        help: Option<String>,
+    },
+    /// Ports of different types use one entry of the blackboard.
+    #[error("the entry `{key}` is of the type {is} already, and cannot be used as {used_as}")]
+    EntryType {
+        /// The key.
+        key: String,
+        /// The type that a port has given it before.
+        is: String,
+        /// The type of this port.
+        used_as: String,
+        /// Where.
+        #[label("used as {used_as} here")]
+        span: SourceSpan,
+    },
+    /// A script that is none.
+    #[error("this script cannot be read: {message}")]
+    Script {
+        /// What is wrong with it.
+        message: String,
+        /// Where: in the script, or the whole of it.
+        #[label("here")]
+        span: SourceSpan,
+    },
     /// Something that only the surroundings of the tree know is wrong with a node: see
     /// [`Tree::problem_at`](crate::Tree::problem_at).
     #[error("{message}")]
@@ -279,6 +400,8 @@ pub enum Problem {
         /// What can be done about it.
         #[help]
         help: Option<String>,
+        /// Which of the tree's files it is in: the main file is 0.
+        file: usize,
     },
 }
 

@@ -1,10 +1,11 @@
 //! A tree at work: ticks and halts, in one go or from leaf call to leaf call.
 
 use std::sync::Arc;
+use std::time::Duration;
 
-use crate::engine::{Later, Next, Now, State};
+use crate::engine::{Context, Later, Now, State};
 use crate::shared::Shared;
-use crate::{NodeId, NodeState, Status, Tree};
+use crate::{Blackboard, Leaf, Leaves, NodeId, NodeState, Status, Tree};
 
 /// What a tree asks of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -44,13 +45,14 @@ pub enum Step {
     Halted,
 }
 
-/// The leaves of a tree, when they can answer at once.
-pub trait Leaves {
-    /// The leaf goes on, and says how it stands.
-    fn tick(&mut self, leaf: NodeId) -> Status;
-
-    /// The leaf, which was running, stops.
-    fn halt(&mut self, leaf: NodeId);
+/// Something that went wrong in a node while it was ticked: a script that could not be evaluated, a port without a value.
+/// Where BehaviorTree.CPP throws an exception, the node fails here, its children are reset, and the fault is kept.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Fault {
+    /// The node.
+    pub node: NodeId,
+    /// What went wrong, in words.
+    pub message: String,
 }
 
 /// A tree at work: the tree and the status of each of its nodes.
@@ -61,6 +63,7 @@ pub trait Leaves {
 ///
 /// ```
 /// use std::sync::Arc;
+/// use std::time::Duration;
 /// use bt::{Execution, Reply, Request, Status, Step, Tree};
 ///
 /// let tree = Tree::from_xml("greet.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
@@ -68,16 +71,17 @@ pub trait Leaves {
 /// </BehaviorTree> </root>"#)?;
 /// let mut execution = Execution::new(Arc::new(tree));
 ///
-/// let Some(Step::Call(call)) = execution.start_tick() else { unreachable!() };
+/// let now = Duration::ZERO;
+/// let Some(Step::Call(call)) = execution.start_tick(now) else { unreachable!() };
 /// assert_eq!(execution.tree().node(call.leaf).label(), "SomebodyThere");
-/// let Some(Step::Call(call)) = execution.resume(Reply::Status(Status::Success)) else { unreachable!() };
+/// let Some(Step::Call(call)) = execution.resume(now, Reply::Status(Status::Success)) else { unreachable!() };
 /// assert_eq!(execution.tree().node(call.leaf).label(), "SayHello");
-/// assert_eq!(execution.resume(Reply::Status(Status::Running)), Some(Step::Done(Status::Running)));
+/// assert_eq!(execution.resume(now, Reply::Status(Status::Running)), Some(Step::Done(Status::Running)));
 ///
 /// // The greeting is still going on: halting the tree tells the action.
-/// let Some(Step::Call(call)) = execution.start_halt() else { unreachable!() };
+/// let Some(Step::Call(call)) = execution.start_halt(now) else { unreachable!() };
 /// assert_eq!((execution.tree().node(call.leaf).label(), call.request), ("SayHello", Request::Halt));
-/// assert_eq!(execution.resume(Reply::Halted), Some(Step::Halted));
+/// assert_eq!(execution.resume(now, Reply::Halted), Some(Step::Halted));
 /// # Ok::<(), bt::TreeError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -90,7 +94,7 @@ impl Execution {
     /// The tree before its first tick.
     #[must_use]
     pub fn new(tree: Arc<Tree>) -> Self {
-        let state = State::new(tree.nodes().len());
+        let state = State::new(&tree.program);
         Self { tree: tree.into(), state }
     }
 
@@ -115,39 +119,72 @@ impl Execution {
     /// How all nodes stand, in document order.
     #[must_use]
     pub fn states(&self) -> Vec<NodeState> {
-        self.state.states(&self.tree.ops)
+        self.state.states(&self.tree.program.ops)
     }
 
-    /// Begins a tick. None, and nothing happens, while a call is pending.
-    pub fn start_tick(&mut self) -> Option<Step> {
+    /// What went wrong in the last tick, and in halts since.
+    #[must_use]
+    pub fn faults(&self) -> &[Fault] {
+        self.state.faults()
+    }
+
+    /// The blackboard.
+    #[must_use]
+    pub fn blackboard(&self) -> &Blackboard {
+        &self.state.board
+    }
+
+    /// The blackboard, to be written to between ticks.
+    pub fn blackboard_mut(&mut self) -> &mut Blackboard {
+        &mut self.state.board
+    }
+
+    /// The leaf of a pending call, with its ports. `now` is what the leaf takes for the time.
+    ///
+    /// # Panics
+    /// If it is no leaf of this tree.
+    pub fn leaf(&mut self, id: NodeId, now: Duration) -> Leaf<'_> {
+        assert!(self.tree.node(id).kind().is_leaf(), "only leaves are called");
+        Leaf { id, tree: &self.tree, board: &mut self.state.board, now }
+    }
+
+    /// Begins a tick at that time of the run. None, and nothing happens, while a call is pending.
+    pub fn start_tick(&mut self, now: Duration) -> Option<Step> {
         self.pending().is_none().then(|| {
             let tick = self.state.new_tick();
-            self.state.run(&self.tree.ops, tick, &mut Later)
+            self.state.run(&mut Context::new(&self.tree, now, Later), tick)
         })
     }
 
     /// Begins to halt the whole tree, the root too: every action that is running is told to stop, in document order,
-    /// and all nodes become idle. None, and nothing happens, while a call is pending.
-    pub fn start_halt(&mut self) -> Option<Step> {
-        let idle = self.pending().is_none();
-        idle.then(|| self.state.run(&self.tree.ops, Next::reset_all(&self.tree.ops), &mut Later))
+    /// and all nodes become idle. As BehaviorTree.CPP does it, every node is halted once more afterwards, whether it was
+    /// running or not, which shows in `_onHalted` scripts. None, and nothing happens, while a call is pending.
+    pub fn start_halt(&mut self, now: Duration) -> Option<Step> {
+        self.pending().is_none().then(|| {
+            let mut context = Context::new(&self.tree, now, Later);
+            let halt = context.halt_all();
+            self.state.run(&mut context, halt)
+        })
     }
 
     /// Goes on with the answer to the pending call. None, and nothing happens, if there is no call pending or that is
     /// no answer to it.
-    pub fn resume(&mut self, reply: Reply) -> Option<Step> {
-        let next = self.state.replied(reply)?;
-        Some(self.state.run(&self.tree.ops, next, &mut Later))
+    pub fn resume(&mut self, now: Duration, reply: Reply) -> Option<Step> {
+        let mut context = Context::new(&self.tree, now, Later);
+        let next = self.state.replied(&mut context, reply)?;
+        Some(self.state.run(&mut context, next))
     }
 
-    /// Runs a tick with leaves that answer at once. Allocates nothing.
+    /// Runs a tick at that time of the run, with leaves that answer at once. Allocates nothing, unless a script joins
+    /// texts or something goes wrong.
     ///
     /// If a call is pending, its leaf is asked again first, and it is that tick that is run to its end.
-    pub fn tick(&mut self, leaves: &mut impl Leaves) -> Status {
-        let mut next = self.state.pending_again();
+    pub fn tick(&mut self, now: Duration, leaves: &mut impl Leaves) -> Status {
+        let mut context = Context::new(&self.tree, now, Now(leaves));
+        let mut next = self.state.pending_again(&mut context);
         loop {
             let next = next.take().unwrap_or_else(|| self.state.new_tick());
-            if let Step::Done(status) = self.state.run(&self.tree.ops, next, &mut Now(leaves)) {
+            if let Step::Done(status) = self.state.run(&mut context, next) {
                 return status;
             }
         }
@@ -155,10 +192,12 @@ impl Execution {
 
     /// Halts the whole tree, as [`start_halt`](Self::start_halt) does, with leaves that answer at once. A tick whose
     /// call is pending is run to its end first.
-    pub fn halt(&mut self, leaves: &mut impl Leaves) {
-        if let Some(next) = self.state.pending_again() {
-            self.state.run(&self.tree.ops, next, &mut Now(leaves));
+    pub fn halt(&mut self, now: Duration, leaves: &mut impl Leaves) {
+        let mut context = Context::new(&self.tree, now, Now(leaves));
+        if let Some(next) = self.state.pending_again(&mut context) {
+            self.state.run(&mut context, next);
         }
-        self.state.run(&self.tree.ops, Next::reset_all(&self.tree.ops), &mut Now(leaves));
+        let halt = context.halt_all();
+        self.state.run(&mut context, halt);
     }
 }

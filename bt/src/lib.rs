@@ -18,25 +18,26 @@
 //!
 //! ```
 //! use std::sync::Arc;
-//! use bt::{Execution, Leaves, NodeId, Outcome, Status, Tree};
+//! use std::time::Duration;
+//! use bt::{Execution, Leaf, Leaves, Outcome, Status, Tree};
 //!
-//! struct LowBattery<'a>(&'a Tree);
+//! struct LowBattery;
 //!
-//! impl Leaves for LowBattery<'_> {
-//!     fn tick(&mut self, leaf: NodeId) -> Status {
-//!         match self.0.node(leaf).type_id() {
+//! impl Leaves for LowBattery {
+//!     fn tick(&mut self, leaf: Leaf<'_>) -> Status {
+//!         match leaf.node().type_id() {
 //!             "GotoRechargingStation" | "GoToDestination" | "WaitForUser" => Status::Running,
 //!             "BatteryNotCharging" => Status::Success,
 //!             _ => Status::Failure, // the level is not above 30 %, and the robot is at neither place
 //!         }
 //!     }
 //!
-//!     fn halt(&mut self, _: NodeId) {}
+//!     fn halt(&mut self, _: Leaf<'_>) {}
 //! }
 //!
 //! let tree = Arc::new(Tree::from_xml("recharge.xml", bt::RECHARGE)?);
 //! let mut execution = Execution::new(tree.clone());
-//! assert_eq!(execution.tick(&mut LowBattery(&tree)), Status::Running);
+//! assert_eq!(execution.tick(Duration::ZERO, &mut LowBattery), Status::Running);
 //!
 //! let reached: Vec<String> = tree
 //!     .leaves()
@@ -47,23 +48,30 @@
 //! # Ok::<(), bt::TreeError>(())
 //! ```
 
+mod blackboard;
 mod engine;
 mod error;
 mod execution;
 mod kind;
+mod leaf;
 mod process;
-mod reaction;
+mod program;
+mod script;
+mod semantics;
+mod settings;
 mod shared;
 mod status;
 mod tree;
 mod xml;
 
+pub use blackboard::{Blackboard, Type, Value, ValueError};
 pub use error::{Problem, TreeError};
-pub use execution::{Call, Execution, Leaves, Reply, Request, Step};
-pub use kind::{Category, Kind};
+pub use execution::{Call, Execution, Fault, Reply, Request, Step};
+pub use kind::{Category, Item, Kind};
+pub use leaf::{Direction, Leaf, Leaves, PortError};
 pub use process::{
-    LeafProcess, NodeProcess, TreeProcess, WiredProcess, declare_channels, node_processes, reply_domain,
-    request_domain, states_in, tick_domain,
+    BlackboardProcess, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in, declare_channels,
+    node_processes, reply_domain, request_domain, states_in, tick_domain,
 };
 pub use status::{NodeState, Outcome, Status};
 pub use tree::{Node, NodeId, Tree};

@@ -6,13 +6,15 @@
 //! on (X, BT). There is one request under way at a time. Requests are numbered from 1 on; a reply with another number,
 //! or one that does not answer the request, is received and dropped.
 
+mod board;
 mod composed;
 mod leaf;
 mod node;
 mod protocol;
 mod whole;
 
-pub use composed::{WiredProcess, node_processes, states_in};
+pub use board::BlackboardProcess;
+pub use composed::{WiredProcess, blackboard_in, node_processes, states_in};
 pub use leaf::LeafProcess;
 pub use node::NodeProcess;
 pub use protocol::{declare_channels, reply_domain, request_domain, tick_domain};

@@ -11,6 +11,8 @@ pub enum Status {
     Success,
     /// It could not do what it is for.
     Failure,
+    /// It was not to be asked at all: those above go on as if it were not there.
+    Skipped,
 }
 
 impl Status {
@@ -21,15 +23,22 @@ impl Status {
             Self::Running => "running",
             Self::Success => "success",
             Self::Failure => "failure",
+            Self::Skipped => "skipped",
         }
+    }
+
+    /// Whether it is over: success or failure.
+    #[must_use]
+    pub fn is_completed(self) -> bool {
+        matches!(self, Self::Success | Self::Failure)
     }
 
     /// Success for failure and failure for success.
     pub(crate) fn inverted(self) -> Self {
         match self {
-            Self::Running => Self::Running,
             Self::Success => Self::Failure,
             Self::Failure => Self::Success,
+            status => status,
         }
     }
 }
@@ -50,7 +59,7 @@ pub enum Outcome {
 }
 
 impl Outcome {
-    /// The outcome in lower case: `running`, `success`, `failure` or `halted`.
+    /// The outcome in lower case: `running`, `success`, `failure`, `skipped` or `halted`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -83,8 +92,10 @@ pub(crate) enum Mark {
     /// `IDLE`.
     #[default]
     Idle,
-    /// Being ticked, and was idle before: still `RUNNING` to the outside.
+    /// Being ticked, and was idle before; is idle again if it is skipped.
     Started,
+    /// Being ticked, and was idle before; counts as running from now on, even if it is skipped.
+    Begun,
     /// `RUNNING`.
     Running,
     /// `SUCCESS`.
@@ -97,29 +108,45 @@ impl Mark {
     /// The mark of a node that is ticked now and stood so before. A leaf that is asked a second time, because its answer
     /// to this very tick is still missing, stands as before.
     pub(crate) fn entered(self) -> Self {
-        if matches!(self, Self::Idle | Self::Started) { Self::Started } else { Self::Running }
+        if self.was_idle() { Self::Started } else { Self::Running }
+    }
+
+    /// The mark of a node that is being ticked and has begun to tick its children.
+    pub(crate) fn begun(self) -> Self {
+        if self == Self::Started { Self::Begun } else { self }
+    }
+
+    /// The mark of a node that has answered.
+    pub(crate) fn answered(self, status: Status) -> Self {
+        match (status, self) {
+            (Status::Running, _) => Self::Running,
+            (Status::Success, _) => Self::Success,
+            (Status::Failure, _) => Self::Failure,
+            (Status::Skipped, Self::Started) => Self::Idle,
+            (Status::Skipped, Self::Begun) => Self::Running,
+            (Status::Skipped, mark) => mark,
+        }
+    }
+
+    /// Whether the node was idle when its tick began.
+    pub(crate) fn was_idle(self) -> bool {
+        matches!(self, Self::Idle | Self::Started | Self::Begun)
     }
 
     pub(crate) fn is_running(self) -> bool {
-        matches!(self, Self::Running | Self::Started)
+        matches!(self, Self::Running | Self::Started | Self::Begun)
+    }
+
+    pub(crate) fn is_completed(self) -> bool {
+        matches!(self, Self::Success | Self::Failure)
     }
 
     pub(crate) fn status(self) -> Option<Status> {
         match self {
             Self::Idle => None,
-            Self::Started | Self::Running => Some(Status::Running),
+            Self::Started | Self::Begun | Self::Running => Some(Status::Running),
             Self::Success => Some(Status::Success),
             Self::Failure => Some(Status::Failure),
-        }
-    }
-}
-
-impl From<Status> for Mark {
-    fn from(status: Status) -> Self {
-        match status {
-            Status::Running => Self::Running,
-            Status::Success => Self::Success,
-            Status::Failure => Self::Failure,
         }
     }
 }

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use miette::{NamedSource, SourceSpan};
 
-use crate::xml::Loader;
+use crate::program::Program;
+use crate::xml::{Library, Loader};
 use crate::{Kind, Problem, TreeError};
 
 /// A node of a tree: its place in document order (depth first, the root is 0).
@@ -38,6 +39,7 @@ pub struct Node {
     pub(crate) type_id: String,
     pub(crate) attributes: Vec<(String, String)>,
     pub(crate) span: SourceSpan,
+    pub(crate) file: usize,
     pub(crate) parent: Option<NodeId>,
     pub(crate) depth: usize,
     pub(crate) subtree_end: u32,
@@ -87,10 +89,16 @@ impl Node {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    /// Where the node's start tag stands in the file, in bytes.
+    /// Where the node's start tag stands in its file, in bytes.
     #[must_use]
     pub fn span(&self) -> SourceSpan {
         self.span
+    }
+
+    /// Which file that is: 0 is the main file, and those that it includes come after it.
+    #[must_use]
+    pub fn file(&self) -> usize {
+        self.file
     }
 
     /// The node above; none for the root.
@@ -104,15 +112,6 @@ impl Node {
     pub fn depth(&self) -> usize {
         self.depth
     }
-}
-
-/// What the engine needs of a node.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Op {
-    pub(crate) kind: Kind,
-    pub(crate) parent: u32,
-    /// The first node in document order that is not below this one: its next sibling, if it has one.
-    pub(crate) end: u32,
 }
 
 /// A behavior tree, checked and ready to run: the main tree of a file with its subtrees in their places.
@@ -130,12 +129,17 @@ pub(crate) struct Op {
 /// assert_eq!(tree.to_string(), "?* open the door\n  IsOpen\n  Push\n");
 /// # Ok::<(), bt::TreeError>(())
 /// ```
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Tree {
     pub(crate) name: String,
     pub(crate) nodes: Vec<Node>,
-    pub(crate) ops: Vec<Op>,
-    pub(crate) source: NamedSource<Arc<str>>,
+    pub(crate) program: Program,
+    /// The main file, and those that it includes.
+    pub(crate) sources: Vec<NamedSource<Arc<str>>>,
+    /// All that the files say, to be written back.
+    pub(crate) library: Arc<Library>,
+    /// The place of the main tree among the definitions.
+    pub(crate) main: usize,
 }
 
 impl Tree {
@@ -183,10 +187,25 @@ impl Tree {
         self.nodes.iter().filter(|node| node.kind.is_leaf())
     }
 
-    /// The file that the tree was loaded from, whole.
+    /// Opens a file and loads the main tree from it, with all files that it includes. See [`Loader`] for choices.
+    ///
+    /// # Errors
+    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself cannot
+    /// be read.
+    pub fn from_file(file: impl AsRef<Path>) -> Result<Self, TreeError> {
+        Loader::default().load_file(file)
+    }
+
+    /// The main file that the tree was loaded from, whole.
     #[must_use]
     pub fn source(&self) -> &NamedSource<Arc<str>> {
-        &self.source
+        &self.sources[0]
+    }
+
+    /// All files that the tree was loaded from: the main file, and those that it includes.
+    #[must_use]
+    pub fn sources(&self) -> &[NamedSource<Arc<str>>] {
+        &self.sources
     }
 
     /// A problem with a node that only the surroundings know of (there is no skill for a leaf), with its place.
@@ -199,21 +218,28 @@ impl Tree {
         label: impl Into<String>,
         help: impl Into<String>,
     ) -> Problem {
-        let span = self.node(node).span;
-        Problem::Surroundings { message: message.into(), label: label.into(), span, help: Some(help.into()) }
+        let &Node { span, file, .. } = self.node(node);
+        Problem::Surroundings { message: message.into(), label: label.into(), span, help: Some(help.into()), file }
     }
 
-    /// The diagnostic of these problems, with the file that they are in.
+    /// The diagnostic of these problems, with the files that they are in.
     #[must_use]
     pub fn error(&self, problems: Vec<Problem>) -> TreeError {
-        TreeError::new(self.source.clone(), problems)
+        let mut by_file: Vec<Vec<Problem>> = self.sources.iter().map(|_| Vec::new()).collect();
+        for problem in problems {
+            let file = if let Problem::Surroundings { file, .. } = problem { file } else { 0 };
+            by_file[file].push(problem);
+        }
+        let mut errors = self.sources.iter().zip(by_file).map(|(source, own)| TreeError::new(source.clone(), own));
+        let main = errors.next().expect("the main file is there");
+        main.with_included(errors.filter(|error| !error.problems().is_empty()).collect())
     }
 }
 
 /// Nodes alike and in the same places; the files may differ.
 impl PartialEq for Tree {
     fn eq(&self, other: &Self) -> bool {
-        self.name == other.name && self.nodes == other.nodes
+        self.name == other.name && self.nodes == other.nodes && self.program == other.program
     }
 }
 
@@ -230,7 +256,11 @@ impl fmt::Display for Tree {
                     Some(name) => writeln!(f, "{symbol} {name}")?,
                     None => writeln!(f, "{symbol}")?,
                 },
-                (None, _) => writeln!(f, "{}", node.label())?,
+                (None, Kind::Condition | Kind::Action) => writeln!(f, "{}", node.label())?,
+                (None, kind) => match node.name() {
+                    Some(name) => writeln!(f, "{kind} {name}")?,
+                    None => writeln!(f, "{kind}")?,
+                },
             }
         }
         Ok(())

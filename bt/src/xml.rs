@@ -1,33 +1,41 @@
-//! Loading BehaviorTree.CPP's XML, formats 3 and 4.
+//! Loading BehaviorTree.CPP's XML, formats 3 and 4, and writing format 4.
 //!
-//! A file is read in three steps, each of which goes on after a problem and reports them all: the document is parsed
-//! ([`document`]), every tree in it is scanned into a flat list of nodes ([`scan`]), and the main tree is put together
-//! with its subtrees ([`assemble`]).
+//! A file is read in three steps, each of which goes on after a problem and reports them all: the document is parsed,
+//! with all that it includes ([`document`]), every tree in it is scanned into a flat list of nodes ([`scan`]), and the
+//! main tree is put together with its subtrees ([`assemble`]).
 
 mod assemble;
+mod compile;
 mod document;
+mod model;
+mod ports;
 mod scan;
 mod vocabulary;
+mod write;
 
 use std::collections::BTreeSet;
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::{NamedSource, SourceSpan};
+use miette::SourceSpan;
 
+pub(crate) use document::Library;
+
+use crate::settings::Constants;
 use crate::{Problem, Tree, TreeError};
 
 /// Reads tree files.
 ///
 /// Both spellings of nodes are read: `<Action ID="GoTo"/>` and `<GoTo/>`, `<Control ID="Sequence">` and `<Sequence>`.
 /// The short spelling of a leaf needs to be told what the leaf is: by the file's `<TreeNodesModel>`, or by
-/// [`leaves`](Self::leaves). Attributes that mean nothing here (ports, a layout) are kept and ignored; those that would
-/// change what a node does and are not supported (`_skipIf`, `_onSuccess` and their like) are refused.
+/// [`leaves`](Self::leaves). Attributes that mean nothing here (a layout, a description) are kept.
 ///
 /// All trees of a file are checked, also those that the main tree does not use.
 #[derive(Clone, Debug)]
 pub struct Loader {
     leaves: BTreeSet<String>,
+    constants: Arc<Constants>,
     main_tree: Option<String>,
     max_depth: usize,
     max_nodes: usize,
@@ -35,7 +43,8 @@ pub struct Loader {
 
 impl Default for Loader {
     fn default() -> Self {
-        Self { leaves: BTreeSet::new(), main_tree: None, max_depth: 256, max_nodes: 100_000 }
+        let (leaves, constants) = (BTreeSet::new(), Arc::default());
+        Self { leaves, constants, main_tree: None, max_depth: 256, max_nodes: 100_000 }
     }
 }
 
@@ -44,6 +53,15 @@ impl Loader {
     #[must_use]
     pub fn leaves(mut self, ids: impl IntoIterator<Item: Into<String>>) -> Self {
         self.leaves.extend(ids.into_iter().map(Into::into));
+        self
+    }
+
+    /// Knows these names for numbers in scripts and switches, as BehaviorTree.CPP knows the enumerators that a program
+    /// registers.
+    #[must_use]
+    pub fn constants(mut self, constants: impl IntoIterator<Item = (impl Into<String>, i64)>) -> Self {
+        let constants = constants.into_iter().map(|(name, number)| (name.into(), number));
+        Arc::make_mut(&mut self.constants).extend(constants);
         self
     }
 
@@ -68,18 +86,60 @@ impl Loader {
         self
     }
 
-    /// Loads the main tree from the text of a file. The file's name serves diagnostics only; nothing is opened.
+    /// Loads the main tree from the text of a file. The file's name serves diagnostics only; nothing is opened, and a
+    /// file that includes others is refused.
     ///
     /// # Errors
     /// A [`TreeError`] with everything that is wrong with the file, each with its place.
     pub fn load(&self, file: impl AsRef<Path>, text: &str) -> Result<Tree, TreeError> {
-        let name = file.as_ref().display().to_string();
-        let source = NamedSource::new(name, Arc::from(text)).with_language("xml");
-        let mut problems = Vec::new();
-        let tree = document::read(self, &source, text, &mut problems);
-        match tree {
-            Some(tree) if problems.is_empty() => Ok(tree),
-            _ => Err(TreeError::new(source, problems)),
+        let refuse = |_: &Path| Err(io::Error::other("no other file is opened here"));
+        self.load_with(file, text, refuse)
+    }
+
+    /// Loads the main tree from the text of a file, and gets the text of each file that it includes from `read`: by its
+    /// path, which is that of the including file with the `path` of the `<include>` at its end.
+    ///
+    /// Where trees of several files have the same ID, that of the including file counts.
+    ///
+    /// # Errors
+    /// A [`TreeError`] with everything that is wrong with the files, each with its place.
+    pub fn load_with(
+        &self,
+        file: impl AsRef<Path>,
+        text: &str,
+        read: impl Fn(&Path) -> io::Result<String>,
+    ) -> Result<Tree, TreeError> {
+        document::load(self, file.as_ref(), text, &read)
+    }
+
+    /// Opens a file and loads the main tree from it, with all files that it includes.
+    ///
+    /// # Errors
+    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself cannot
+    /// be read.
+    pub fn load_file(&self, file: impl AsRef<Path>) -> Result<Tree, TreeError> {
+        let file = file.as_ref();
+        match std::fs::read_to_string(file) {
+            Ok(text) => self.load_with(file, &text, |path| std::fs::read_to_string(path)),
+            Err(error) => Err(document::unreadable(file, &error)),
+        }
+    }
+}
+
+/// Where the value of an attribute stands, without its quotes.
+fn value_span(element: roxmltree::Node<'_, '_>, attribute: &str) -> Option<SourceSpan> {
+    element.attribute_node(attribute).map(|attribute| span(attribute.range_value()))
+}
+
+/// The ID of an element that must have one.
+fn required_id(element: roxmltree::Node<'_, '_>, meaning: &str, problems: &mut Problems) -> Option<String> {
+    match element.attribute("ID").map(str::trim) {
+        Some(id) if !id.is_empty() => Some(id.to_owned()),
+        _ => {
+            let help = Some(format!("the ID says {meaning}"));
+            let element_name = element.tag_name().name().to_owned();
+            problems.push(Problem::MissingId { element: element_name, span: tag_span(element), help });
+            None
         }
     }
 }

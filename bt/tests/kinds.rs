@@ -6,7 +6,9 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use bt::{Execution, Leaves, NodeId, Status, Tree};
+use bt::{Execution, Leaf, Leaves, NodeId, Status, Tree};
+
+use crate::NOW;
 
 fn tree(body: &str) -> Arc<Tree> {
     let text = format!(r#"<root BTCPP_format="4"><BehaviorTree ID="T">{body}</BehaviorTree></root>"#);
@@ -30,12 +32,12 @@ impl<'a> Script<'a> {
 }
 
 impl Leaves for Script<'_> {
-    fn tick(&mut self, leaf: NodeId) -> Status {
-        status(self.next(leaf))
+    fn tick(&mut self, leaf: Leaf<'_>) -> Status {
+        status(self.next(leaf.id()))
     }
 
-    fn halt(&mut self, leaf: NodeId) {
-        assert_eq!(self.next(leaf), "halt");
+    fn halt(&mut self, leaf: Leaf<'_>) {
+        assert_eq!(self.next(leaf.id()), "halt");
     }
 }
 
@@ -59,8 +61,8 @@ fn play(body: &str, lines: &[&str]) {
         };
         let mut script = Script { tree: tree.clone(), calls: calls.split_whitespace().collect() };
         match expected {
-            Some(expected) => assert_eq!(execution.tick(&mut script), status(expected), "{line}"),
-            None => execution.halt(&mut script),
+            Some(expected) => assert_eq!(execution.tick(NOW, &mut script), status(expected), "{line}"),
+            None => execution.halt(NOW, &mut script),
         }
         assert!(script.calls.is_empty(), "{line}: not called: {:?}", script.calls);
     }
@@ -187,7 +189,7 @@ fn a_subtree_is_ticked_and_halted_as_part_of_the_tree() {
     let mut execution = Execution::new(tree.clone());
     let mut tick = |line: &'static str| {
         let mut script = Script { tree: tree.clone(), calls: line.split_whitespace().collect() };
-        let status = execution.tick(&mut script);
+        let status = execution.tick(NOW, &mut script);
         assert!(script.calls.is_empty());
         status
     };
@@ -202,7 +204,7 @@ fn the_states_say_what_the_last_tick_did() {
     let tree = tree(&with_abc("ReactiveFallback"));
     let mut execution = Execution::new(tree.clone());
     let mut tick = |line: &'static str| {
-        execution.tick(&mut Script { tree: tree.clone(), calls: line.split_whitespace().collect() });
+        execution.tick(NOW, &mut Script { tree: tree.clone(), calls: line.split_whitespace().collect() });
         execution
             .states()
             .into_iter()

@@ -123,7 +123,7 @@ fn the_only_tree_needs_no_id() {
 fn subtrees_are_read_into_their_places() {
     let text = r#"<root main_tree_to_execute="A">
         <BehaviorTree ID="C"><Action ID="c"/></BehaviorTree>
-        <BehaviorTree ID="B"><Fallback><SubTree ID="C"/><SubTree ID="C" name="again" goal="{x}" _autoremap="true"/></Fallback></BehaviorTree>
+        <BehaviorTree ID="B"><Fallback><SubTree ID="C" goal="home"/><SubTree ID="C" name="again" goal="{x}" _autoremap="true"/></Fallback></BehaviorTree>
         <BehaviorTree ID="A"><Sequence><SubTree ID="B"/><Action ID="a"/></Sequence></BehaviorTree>
         <TreeNodesModel><SubTree ID="C"><input_port name="goal"/></SubTree></TreeNodesModel>
     </root>"#;

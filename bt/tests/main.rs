@@ -8,3 +8,8 @@ mod kinds;
 mod loading;
 mod oracle;
 mod processes;
+
+use std::time::Duration;
+
+/// The time of a tick in tests where it does not matter.
+const NOW: Duration = Duration::ZERO;

@@ -1,10 +1,13 @@
 //! The engine against an oracle that shares nothing with it: one object a node, with the methods that BehaviorTree.CPP
 //! documents (`executeTick`, `haltNode`, `resetStatus`), calling each other recursively.
 
-use bt::{Execution, Kind, NodeState, Reply, Request, Status, Step};
+use bt::{Execution, Kind, Leaves, NodeState, Reply, Request, Status, Step};
+use std::time::Duration;
+
 use proptest::prelude::*;
 
-use crate::forest::{Actors, Cast, Spec, script, spec};
+use crate::NOW;
+use crate::forest::{Actors, Cast, Spec, script, spec, wild_tree};
 
 /// A node. Its status is none while it is idle.
 struct Object {
@@ -83,6 +86,7 @@ impl Object {
                     }
                     return Status::Failure;
                 }
+                Status::Skipped => unreachable!("nothing is skipped in these trees"),
                 Status::Success => {
                     self.current += 1;
                     if was_idle && self.current < self.children.len() {
@@ -222,9 +226,9 @@ proptest! {
         let mut execution = Execution::new(tree);
         for order in orders {
             match order {
-                Order::Tick => prop_assert_eq!(execution.tick(&mut cast), oracle.tick_once()),
+                Order::Tick => prop_assert_eq!(execution.tick(NOW, &mut cast), oracle.tick_once()),
                 Order::HaltTree => {
-                    execution.halt(&mut cast);
+                    execution.halt(NOW, &mut cast);
                     oracle.halt_tree();
                 }
             }
@@ -240,34 +244,73 @@ proptest! {
         let (mut whole, mut split) = (Execution::new(tree.clone()), Execution::new(tree));
         for order in orders {
             let mut step = match order {
-                Order::Tick => split.start_tick(),
-                Order::HaltTree => split.start_halt(),
+                Order::Tick => split.start_tick(NOW),
+                Order::HaltTree => split.start_halt(NOW),
             };
             while let Some(Step::Call(call)) = step {
-                prop_assert_eq!(split.start_tick(), None);
+                prop_assert_eq!(split.start_tick(NOW), None);
                 let (wrong, reply) = match call.request {
-                    Request::Tick => (Reply::Halted, Reply::Status(bt::Leaves::tick(&mut others, call.leaf))),
+                    Request::Tick => (Reply::Halted, Reply::Status(others.tick(split.leaf(call.leaf, NOW)))),
                     Request::Halt => {
-                        bt::Leaves::halt(&mut others, call.leaf);
+                        others.halt(split.leaf(call.leaf, NOW));
                         (Reply::Status(Status::Success), Reply::Halted)
                     }
                 };
-                prop_assert_eq!(split.resume(wrong), None);
+                prop_assert_eq!(split.resume(NOW, wrong), None);
                 // A copy taken here goes on alone, and as the original does.
                 let mut copy = split.clone();
                 prop_assert_eq!(&copy, &split);
-                step = split.resume(reply);
-                prop_assert_eq!(copy.resume(reply), step);
+                step = split.resume(NOW, reply);
+                prop_assert_eq!(copy.resume(NOW, reply), step);
                 prop_assert_eq!(&copy, &split);
             }
             let done = match order {
-                Order::Tick => Step::Done(whole.tick(&mut cast)),
+                Order::Tick => Step::Done(whole.tick(NOW, &mut cast)),
                 Order::HaltTree => {
-                    whole.halt(&mut cast);
+                    whole.halt(NOW, &mut cast);
                     Step::Halted
                 }
             };
             prop_assert_eq!(step, Some(done));
+            prop_assert_eq!(&whole, &split);
+            prop_assert_eq!(cast.calls(), others.calls());
+        }
+    }
+
+    #[test]
+    fn a_wild_tree_does_the_same_from_call_to_call(
+        tree in wild_tree(), script in script(), orders in orders(),
+    ) {
+        let (mut cast, mut others) = (Cast::new(&tree, &script), Cast::new(&tree, &script));
+        let mut whole = Execution::new(tree.clone());
+        let mut split = Execution::new(tree);
+        for (count, order) in (0..).zip(orders) {
+            let now = Duration::from_millis(100 * count);
+            let mut step = match order {
+                Order::Tick => split.start_tick(now),
+                Order::HaltTree => split.start_halt(now),
+            };
+            while let Some(Step::Call(call)) = step {
+                prop_assert_eq!(split.pending(), Some(call));
+                let reply = match call.request {
+                    Request::Tick => Reply::Status(others.tick(split.leaf(call.leaf, now))),
+                    Request::Halt => {
+                        others.halt(split.leaf(call.leaf, now));
+                        Reply::Halted
+                    }
+                };
+                let mut copy = split.clone();
+                step = split.resume(now, reply);
+                prop_assert_eq!(copy.resume(now, reply), step);
+                prop_assert_eq!(&copy, &split);
+            }
+            match order {
+                Order::Tick => prop_assert_eq!(step, Some(Step::Done(whole.tick(now, &mut cast)))),
+                Order::HaltTree => {
+                    whole.halt(now, &mut cast);
+                    prop_assert_eq!(step, Some(Step::Halted));
+                }
+            }
             prop_assert_eq!(&whole, &split);
             prop_assert_eq!(cast.calls(), others.calls());
         }
@@ -281,22 +324,22 @@ proptest! {
         for _ in 0..4 {
             let mut expected = execution.clone();
             let mut expected_cast = cast.understudy();
-            let status = expected.tick(&mut expected_cast);
+            let status = expected.tick(NOW, &mut expected_cast);
 
-            let mut step = execution.start_tick();
+            let mut step = execution.start_tick(NOW);
             for _ in 0..stop {
                 let Some(Step::Call(call)) = step else { break };
                 let reply = match call.request {
-                    Request::Tick => Reply::Status(bt::Leaves::tick(&mut cast, call.leaf)),
+                    Request::Tick => Reply::Status(cast.tick(execution.leaf(call.leaf, NOW))),
                     Request::Halt => {
-                        bt::Leaves::halt(&mut cast, call.leaf);
+                        cast.halt(execution.leaf(call.leaf, NOW));
                         Reply::Halted
                     }
                 };
-                step = execution.resume(reply);
+                step = execution.resume(NOW, reply);
             }
             if let Some(Step::Call(_)) = step {
-                prop_assert_eq!(execution.tick(&mut cast), status);
+                prop_assert_eq!(execution.tick(NOW, &mut cast), status);
             }
             prop_assert_eq!(cast.calls(), expected_cast.calls());
             prop_assert_eq!(&execution, &expected);

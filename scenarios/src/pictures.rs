@@ -154,7 +154,9 @@ fn tree(live: &Live) -> Vec<draw::TreeNode> {
                 Some(bt::Outcome::Answered(bt::Status::Success)) => draw::NodeStatus::Success,
                 Some(bt::Outcome::Answered(bt::Status::Failure)) => draw::NodeStatus::Failure,
                 Some(bt::Outcome::Answered(bt::Status::Running)) => draw::NodeStatus::Running,
-                Some(bt::Outcome::Halted) | None => draw::NodeStatus::NotTicked,
+                Some(bt::Outcome::Halted | bt::Outcome::Answered(bt::Status::Skipped)) | None => {
+                    draw::NodeStatus::NotTicked
+                }
             },
         })
         .collect()

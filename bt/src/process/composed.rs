@@ -1,13 +1,18 @@
 //! A tree as a process for every node.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use channels::{Capacity, ChannelSystem, Domain, FieldKind, Process, ProcessId, Shape, Topology, WiringError};
+use channels::{Capacity, ChannelSystem, Process, ProcessId, Topology, WiringError};
 
+use super::board::{BlackboardProcess, asked_domain, told_domain};
 use super::leaf::LeafProcess;
-use super::node::{Child, NodeProcess, Role};
-use super::protocol::{LeafIds, Line, find_channel};
+use super::node::{self, Child, NodeProcess, Role};
+use super::protocol::{LeafIds, Line, find_channel, question_domain, said_domain};
 use super::whole::TreeProcess;
+use crate::blackboard::Blackboard;
+use crate::program::Flags;
+use crate::semantics::Reading;
 use crate::{Kind, Node, NodeId, NodeState, Tree};
 
 /// A process and its place in the topology, as a channel system takes them.
@@ -16,17 +21,18 @@ pub type WiredProcess = (ProcessId, Box<dyn Process>);
 /// The processes of a tree whose nodes are processes, which are the paper's semantics: "the BT is a subsystem whose
 /// nodes interact in a synchronous way".
 ///
-/// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; one for all leaves of the same ID),
-/// and handshake channels between them. The channels between the tree and the others are declared already (see
-/// [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its members. To
-/// everybody else they do what a [`TreeProcess`] does, message for message and number for number.
+/// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; one for all leaves of the same ID;
+/// one more for a leaf that has scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses
+/// its blackboard, that is a member, too ("BT/blackboard"). The channels between the tree and the others are declared
+/// already (see [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its
+/// members. To everybody else they do what a [`TreeProcess`] does, message for message and number for number.
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if a channel between the tree and the others is missing,
 /// [`WiringError::MissingProcess`] if there is no process `bt`, [`WiringError::DuplicateProcess`] if a member is there
 /// already.
 pub fn node_processes(
-    tree: &Tree,
+    tree: &Arc<Tree>,
     topology: &mut Topology,
     bt: &str,
     tick_generator: &str,
@@ -35,20 +41,30 @@ pub fn node_processes(
     let whole = topology.find_process(bt).ok_or_else(missing)?;
     let ticks = find_channel(topology, bt, tick_generator, bt)?;
     let leaf_ids = LeafIds::of(tree);
-    let mut composition = Composition { tree, topology, leaf_ids, members: Vec::new(), lines: BTreeMap::new() };
-    let above_root = composition.topology.member(whole, &format!("{bt}/root"))?;
+    let above_root = topology.member(whole, &format!("{bt}/root"))?;
+    let mut composition = Composition {
+        tree,
+        topology,
+        leaf_ids,
+        above_root,
+        members: Vec::new(),
+        leaves: BTreeMap::new(),
+        lines: BTreeMap::new(),
+        board: None,
+    };
     composition.declare_members(whole, bt)?;
-    composition.declare_lines(above_root)?;
+    composition.declare_lines()?;
 
     let root = NodeProcess::new(Role::Root(ticks), vec![composition.child(above_root, tree.node(NodeId::ROOT))]);
     let mut processes: Vec<WiredProcess> = vec![(above_root, Box::new(root))];
-    for node in tree.nodes().iter().filter(|node| !node.kind().is_leaf()) {
-        processes.push((composition.member(node), Box::new(composition.inner_node(above_root, node))));
+    for node in tree.nodes().iter().filter(|node| composition.has_process(node)) {
+        processes.push((composition.member(node), Box::new(composition.inner_node(node))));
     }
     for (place, id) in composition.leaf_ids.ids().enumerate() {
         let line = Line::find(composition.topology, bt, id)?;
         processes.push(composition.leaf(place, id, line));
     }
+    processes.extend(composition.board_process());
     Ok(processes)
 }
 
@@ -70,44 +86,91 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
+/// The blackboard of a tree that is the process `bt` of a system, in either form. None where the tree's nodes are
+/// processes and make no use of it.
+#[must_use]
+pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboard> {
+    if let Some(process) = system.process::<TreeProcess>(bt) {
+        return Some(process.execution().blackboard());
+    }
+    let topology = system.topology();
+    let mut members = topology.processes().filter(|member| topology.whole(*member) == bt);
+    members.find_map(|member| system.process::<BlackboardProcess>(member)).map(BlackboardProcess::blackboard)
+}
+
 struct Composition<'a> {
-    tree: &'a Tree,
+    tree: &'a Arc<Tree>,
     topology: &'a mut Topology,
     leaf_ids: LeafIds,
-    /// The process of each node; leaves of one ID have the same.
+    above_root: ProcessId,
+    /// What a node's parent asks: the node's process, or that of all leaves of its ID.
     members: Vec<ProcessId>,
-    /// The channels from a parent to a child and back. A parent has one pair for all its leaves of one ID.
+    /// By place of the leaf ID.
+    leaves: BTreeMap<usize, ProcessId>,
+    /// The channels from one that asks to one that answers, and back. A parent has one pair for all its leaves of one ID.
     lines: BTreeMap<(ProcessId, ProcessId), Line>,
+    board: Option<ProcessId>,
 }
 
 impl Composition<'_> {
+    /// Whether a node has a process of its own: all do but leaves without scripts.
+    fn has_process(&self, node: &Node) -> bool {
+        !node.kind().is_leaf() || self.flags(node) != Flags::default()
+    }
+
+    fn flags(&self, node: &Node) -> Flags {
+        self.tree.program.ops[node.id().index()].flags
+    }
+
     fn declare_members(&mut self, whole: ProcessId, bt: &str) -> Result<(), WiringError> {
-        let mut leaves: BTreeMap<usize, ProcessId> = BTreeMap::new();
         for node in self.tree.nodes() {
+            let name = if node.kind() == Kind::SubTree { node.kind().name() } else { node.type_id() };
             let place = self.leaf_ids.place(node.id().index());
-            let member = match place.and_then(|place| leaves.get(&place)) {
-                Some(member) => *member,
-                None => {
-                    let name = if node.kind() == Kind::SubTree { node.kind().name() } else { node.type_id() };
-                    self.topology.member(whole, &format!("{bt}/{} {name}", node.id()))?
-                }
+            let leaf = match place.and_then(|place| self.leaves.get(&place)) {
+                Some(leaf) => Some(*leaf),
+                None if place.is_some() => Some(self.topology.member(whole, &format!("{bt}/{} {name}", node.id()))?),
+                None => None,
             };
-            leaves.extend(place.map(|place| (place, member)));
+            self.leaves.extend(place.zip(leaf));
+            let member = match leaf {
+                Some(leaf) if !self.has_process(node) => leaf,
+                Some(_) => self.topology.member(whole, &format!("{bt}/{} scripts of {name}", node.id()))?,
+                None => self.topology.member(whole, &format!("{bt}/{} {name}", node.id()))?,
+            };
             self.members.push(member);
+        }
+        if self.tree.program.uses_blackboard() {
+            self.board = Some(self.topology.member(whole, &format!("{bt}/blackboard"))?);
         }
         Ok(())
     }
 
-    fn declare_lines(&mut self, above_root: ProcessId) -> Result<(), WiringError> {
+    fn declare_lines(&mut self) -> Result<(), WiringError> {
         for node in self.tree.nodes() {
-            let ends @ (parent, child) = (self.parent(above_root, node), self.member(node));
-            if self.lines.contains_key(&ends) {
-                continue;
+            let own = self.member(node);
+            self.declare_line(self.parent(node), own, false)?;
+            if self.has_process(node) {
+                if let Some(leaf) = self.leaf_of(node) {
+                    self.declare_line(own, leaf, false)?;
+                }
+                if let Some(board) = self.board.filter(|_| self.flags(node) != Flags::default()) {
+                    self.declare_line(own, board, true)?;
+                }
             }
-            let requests = self.topology.channel(parent, child, Capacity::Zero, question_domain())?;
-            let replies = self.topology.channel(child, parent, Capacity::Zero, said_domain())?;
-            self.lines.insert(ends, Line { requests, replies });
         }
+        Ok(())
+    }
+
+    fn declare_line(&mut self, asking: ProcessId, answering: ProcessId, is_board: bool) -> Result<(), WiringError> {
+        let ends = (asking, answering);
+        if self.lines.contains_key(&ends) {
+            return Ok(());
+        }
+        let (questions, answers) =
+            if is_board { (asked_domain(), told_domain()) } else { (question_domain(), said_domain()) };
+        let requests = self.topology.channel(asking, answering, Capacity::Zero, questions)?;
+        let replies = self.topology.channel(answering, asking, Capacity::Zero, answers)?;
+        self.lines.insert(ends, Line { requests, replies });
         Ok(())
     }
 
@@ -115,36 +178,55 @@ impl Composition<'_> {
         self.members[node.id().index()]
     }
 
-    fn parent(&self, above_root: ProcessId, node: &Node) -> ProcessId {
-        node.parent().map_or(above_root, |parent| self.members[parent.index()])
+    /// The process that all leaves of a leaf's ID share.
+    fn leaf_of(&self, node: &Node) -> Option<ProcessId> {
+        self.leaves.get(&self.leaf_ids.place(node.id().index())?).copied()
+    }
+
+    fn parent(&self, node: &Node) -> ProcessId {
+        node.parent().map_or(self.above_root, |parent| self.members[parent.index()])
     }
 
     fn child(&self, parent: ProcessId, node: &Node) -> Child {
-        Child { node: node.id(), kind: node.kind(), line: self.lines[&(parent, self.member(node))] }
+        let is_guarded = node.kind().is_leaf() && self.has_process(node);
+        Child { node: node.id(), kind: node.kind(), is_guarded, line: self.lines[&(parent, self.member(node))] }
     }
 
-    fn inner_node(&self, above_root: ProcessId, node: &Node) -> NodeProcess {
+    fn inner_node(&self, node: &Node) -> NodeProcess {
         let own = self.member(node);
-        let line = self.lines[&(self.parent(above_root, node), own)];
-        let children = self.tree.children(node.id()).map(|child| self.child(own, child)).collect();
-        NodeProcess::new(Role::Node(node.kind(), line), children)
+        let children = match self.leaf_of(node) {
+            Some(leaf) => {
+                let line = self.lines[&(own, leaf)];
+                vec![Child { node: node.id(), kind: node.kind(), is_guarded: false, line }]
+            }
+            None => self.tree.children(node.id()).map(|child| self.child(own, child)).collect(),
+        };
+        let reading = if node.kind().is_leaf() {
+            Reading::Nothing
+        } else {
+            self.tree.program.setting(node.id().0).constant().unwrap_or(Reading::Nothing)
+        };
+        let node = node::Node {
+            id: node.id(),
+            kind: node.kind(),
+            flags: self.flags(node),
+            reading,
+            parent: self.lines[&(self.parent(node), own)],
+            board: self.board.and_then(|board| self.lines.get(&(own, board)).copied()),
+        };
+        NodeProcess::new(Role::Node(node), children)
     }
 
     fn leaf(&self, place: usize, id: &str, skill: Line) -> WiredProcess {
-        let nodes = || self.tree.leaves().filter(|leaf| self.leaf_ids.place(leaf.id().index()) == Some(place));
-        let member = self.member(nodes().next().expect("every leaf ID is that of a leaf"));
+        let member = self.leaves[&place];
         let parents = self.lines.iter().filter(|((_, child), _)| *child == member).map(|(_, line)| *line).collect();
         (member, Box::new(LeafProcess::new(id.to_owned(), skill, self.leaf_ids.halts(place), parents)))
     }
-}
 
-/// What a node asks another: `[<tick>, n]` or `[<halt>, n]`, n being the number of the tree's tick.
-fn question_domain() -> Domain {
-    Domain::new([Shape::new([("request", FieldKind::symbols(["tick", "halt"])), ("tick", FieldKind::Int)])])
-}
-
-/// What a node answers another.
-fn said_domain() -> Domain {
-    let said = FieldKind::symbols(["running", "again", "success", "failure", "halted"]);
-    Domain::new([Shape::new([("reply", said)])])
+    fn board_process(&self) -> Option<WiredProcess> {
+        let board = self.board?;
+        let lines =
+            self.lines.iter().filter(|((_, answering), _)| *answering == board).map(|(_, line)| *line).collect();
+        Some((board, Box::new(BlackboardProcess::new(Arc::clone(self.tree), lines))))
+    }
 }

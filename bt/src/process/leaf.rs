@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use channels::{Action, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use};
 
-use super::protocol::{Line, answers, reply_of, request_message};
+use super::protocol::{Line, Said, answers, reply_of, request_message, said_message};
 use crate::shared::Shared;
 use crate::{Reply, Request};
 
@@ -87,7 +87,9 @@ impl Process for LeafProcess {
             })),
             Stage::Asking(_, request) => offers.push(send(skill.requests, request_message(request))),
             Stage::Waiting(..) => {}
-            Stage::Answering(parent, reply) => offers.push(send(parents[parent].replies, reply_message(reply))),
+            Stage::Answering(parent, reply) => {
+                offers.push(send(parents[parent].replies, said_message(said_by_leaf(reply))))
+            }
         }
         offers.push(Offer { transition: RECEIVE, action: Action::Receive(skill.replies, Pattern::Any) });
     }
@@ -124,10 +126,10 @@ impl Process for LeafProcess {
     }
 }
 
-/// The message that a reply is.
-fn reply_message(reply: Reply) -> Message {
-    Message::symbols([match reply {
-        Reply::Status(status) => status.name(),
-        Reply::Halted => "halted",
-    }])
+/// What a leaf says to its parent.
+fn said_by_leaf(reply: Reply) -> Said {
+    match reply {
+        Reply::Status(status) => Said { status: Some(status), stands: Some(status), again: false },
+        Reply::Halted => Said { status: None, stands: None, again: false },
+    }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use channels::{
-    Capacity, ChannelId, Domain, FieldKind, Message, ProcessId, Shape, TickGenerator, Topology, Use, WiringError,
+    Capacity, ChannelId, Domain, FieldKind, Message, ProcessId, Shape, TickGenerator, Topology, Use, Value, WiringError,
 };
 
 use crate::{Kind, Reply, Request, Status, Tree};
@@ -125,6 +125,77 @@ pub(super) fn find_channel(
     let missing =
         || WiringError::MissingChannel { process: user.to_owned(), channel: format!("{source} → {target}") };
     topology.find_channel(source, target).ok_or_else(missing)
+}
+
+/// What a node says to its parent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Said {
+    /// What it answers to a tick; none if it has been halted.
+    pub(super) status: Option<Status>,
+    /// How it stands now; none is idle.
+    pub(super) stands: Option<Status>,
+    /// The whole tree is to be ticked again at once.
+    pub(super) again: bool,
+}
+
+/// What a node asks another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, n being the number of the tree's tick,
+/// and the last how the node that is asked stands.
+pub(super) fn question_domain() -> Domain {
+    Domain::new([Shape::new([
+        ("request", FieldKind::symbols(["tick", "halt"])),
+        ("tick", FieldKind::Int),
+        ("stands", FieldKind::symbols(["idle", "running", "success", "failure"])),
+    ])])
+}
+
+/// What a node answers another.
+pub(super) fn said_domain() -> Domain {
+    Domain::new([Shape::new([
+        ("reply", FieldKind::symbols(["running", "success", "failure", "skipped", "halted"])),
+        ("stands", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
+        ("again", FieldKind::Bool),
+    ])])
+}
+
+pub(super) fn said_message(said: Said) -> Message {
+    let reply = said.status.map_or("halted", Status::name);
+    Message::new([Value::symbol(reply), Value::symbol(stands_name(said.stands)), Value::Bool(said.again)])
+}
+
+pub(super) fn said_of(message: &Message) -> Said {
+    Said {
+        status: message.head().and_then(status_of),
+        stands: symbol(message, 2).and_then(status_of),
+        again: message.field(3) == Some(&Value::Bool(true)),
+    }
+}
+
+/// How a node stands, in a word.
+pub(super) fn stands_name(status: Option<Status>) -> &'static str {
+    status.map_or("idle", Status::name)
+}
+
+/// The status of that name.
+pub(super) fn status_of(name: &str) -> Option<Status> {
+    [Status::Running, Status::Success, Status::Failure, Status::Skipped]
+        .into_iter()
+        .find(|status| status.name() == name)
+}
+
+/// The symbol in a field of a message.
+pub(super) fn symbol(message: &Message, field: usize) -> Option<&str> {
+    match message.field(field) {
+        Some(Value::Symbol(symbol)) => Some(symbol.name()),
+        _ => None,
+    }
+}
+
+/// The number in a field of a message.
+pub(super) fn number(message: &Message, field: usize) -> Option<i64> {
+    match message.field(field) {
+        Some(Value::Int(number)) => Some(*number),
+        _ => None,
+    }
 }
 
 /// The message that makes a request.

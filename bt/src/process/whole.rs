@@ -126,14 +126,14 @@ impl TreeProcess {
         }
     }
 
-    fn receive_reply(&mut self, place: usize, envelope: &Envelope) {
+    fn receive_reply(&mut self, place: usize, envelope: &Envelope, now: Duration) {
         let asked = self.execution.pending().and_then(|call| self.wiring.leaf_ids.place(call.leaf.index()));
         if !self.is_sent || asked != Some(place) || envelope.request != self.request {
             return;
         }
         // A reply that is no answer to the request leaves the execution where it is.
         let reply: Option<Reply> = reply_of(&envelope.message);
-        let step = reply.and_then(|reply| self.execution.resume(reply));
+        let step = reply.and_then(|reply| self.execution.resume(now, reply));
         self.go_on(step);
     }
 }
@@ -153,15 +153,17 @@ impl Process for TreeProcess {
         }));
     }
 
-    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
         match (transition, received) {
             (SEND, _) => self.is_sent = true,
             (TICK, Some(envelope)) => {
                 self.tick = tick_number(&envelope.message);
-                let step = self.execution.start_tick();
+                let step = self.execution.start_tick(now);
                 self.go_on(step);
             }
-            (TransitionId(number), Some(envelope)) => self.receive_reply((number - FIRST_REPLY) as usize, &envelope),
+            (TransitionId(number), Some(envelope)) => {
+                self.receive_reply((number - FIRST_REPLY) as usize, &envelope, now)
+            }
             (_, None) => {}
         }
     }

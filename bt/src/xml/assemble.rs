@@ -6,10 +6,17 @@ use std::sync::Arc;
 
 use miette::{NamedSource, SourceSpan};
 
+use super::compile::{Compiler, Surroundings};
+use super::document::{Library, SourceFile};
+use super::ports::is_port_name;
 use super::scan::{Definition, Scanned};
-use super::{Loader, Problems, hint};
-use crate::tree::{Node, Op};
-use crate::{Kind, NodeId, Problem, Tree};
+use super::{Loader, hint};
+use crate::blackboard::{Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
+use crate::program::{Flags, Op, Program};
+use crate::script::Names;
+use crate::settings::Constants;
+use crate::tree::Node;
+use crate::{Category, Kind, NodeId, Problem, Tree};
 
 /// The trees of a file by their IDs; of two with the same, the first.
 pub(super) struct Index<'a>(BTreeMap<&'a str, usize>);
@@ -30,7 +37,7 @@ impl<'a> Index<'a> {
 }
 
 /// Every subtree exists, and no tree contains itself.
-pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, problems: &mut Problems) {
+pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, files: &mut [SourceFile]) {
     let mut references: Vec<Vec<(usize, SourceSpan)>> = Vec::new();
     for definition in definitions {
         let mut found = Vec::new();
@@ -39,6 +46,7 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, pr
             match index.find(id) {
                 Some(target) => found.push((target, node.span)),
                 None => {
+                    let problems = files[definition.file].problems();
                     let help = hint(id, index.ids(), problems.len());
                     problems.push(Problem::NoSubTree { id: id.clone(), span: node.span, help });
                 }
@@ -47,7 +55,7 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, pr
         references.push(found);
     }
     let done = vec![false; definitions.len()];
-    let mut search = CycleSearch { definitions, references, problems, path: Vec::new(), done };
+    let mut search = CycleSearch { definitions, references, files, path: Vec::new(), done };
     for start in 0..definitions.len() {
         search.visit(start);
     }
@@ -58,7 +66,7 @@ struct CycleSearch<'a> {
     definitions: &'a [Definition],
     /// By tree: the trees that it asks for, and where.
     references: Vec<Vec<(usize, SourceSpan)>>,
-    problems: &'a mut Problems,
+    files: &'a mut [SourceFile],
     /// The trees from the start of the search to where it is, with the number of references followed in each.
     path: Vec<(usize, usize)>,
     done: Vec<bool>,
@@ -85,7 +93,7 @@ impl CycleSearch<'_> {
                 Some(first) => {
                     let circle = self.path[first..].iter().map(|(above, _)| *above).chain([target]);
                     let cycle = circle.filter_map(|tree| self.definitions[tree].id.clone()).collect();
-                    self.problems.push(Problem::Recursion { cycle, span });
+                    self.files[self.definitions[tree].file].problems().push(Problem::Recursion { cycle, span });
                 }
             }
         }
@@ -95,31 +103,52 @@ impl CycleSearch<'_> {
 /// Puts the main tree together. All subtrees exist and none contains itself.
 pub(super) fn assemble(
     loader: &Loader,
-    source: &NamedSource<Arc<str>>,
-    definitions: &[Definition],
-    index: &Index<'_>,
+    sources: Vec<NamedSource<Arc<str>>>,
+    library: &Arc<Library>,
     main: usize,
-) -> Result<Tree, Problem> {
-    let mut assembly = Assembly { loader, definitions, index, nodes: Vec::new() };
-    assembly.place(main)?;
-    let mut nodes = assembly.nodes;
+    files: &mut [SourceFile],
+) -> Option<Tree> {
+    let definitions = &library.definitions;
+    let index = &Index::new(definitions);
+    let names = Directory {
+        scopes: Scopes::default(),
+        declared: Declared::default(),
+        scope: Scopes::ROOT,
+        loops: 0,
+        constants: Arc::clone(&loader.constants),
+    };
+    let (nodes, program) = (Vec::new(), Program::default());
+    let mut assembly = Assembly { loader, library, index, nodes, program, names, files };
+    if let Err((file, problem)) = assembly.place(main) {
+        files[file].problems().push(problem);
+        return None;
+    }
+    let Assembly { mut nodes, mut program, names, .. } = assembly;
     for index in (1..nodes.len()).rev() {
         let end = nodes[index].subtree_end;
         let parent = nodes[index].parent.expect("only the root has no parent");
         let parent_end = &mut nodes[parent.index()].subtree_end;
         *parent_end = end.max(*parent_end);
     }
-    let op = |node: &Node| Op { kind: node.kind, parent: node.parent.map_or(0, |id| id.0), end: node.subtree_end };
-    let file_stem = || Path::new(source.name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    for (op, node) in program.ops.iter_mut().zip(&nodes) {
+        op.end = node.subtree_end;
+    }
+    program.entries = names.declared.entries;
+    program.scopes = Arc::new(names.scopes);
+    program.loops = names.loops;
+    let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
-    Ok(Tree { name, ops: nodes.iter().map(op).collect(), nodes, source: source.clone() })
+    Some(Tree { name, nodes, program, sources, library: Arc::clone(library), main })
 }
 
 struct Assembly<'a> {
     loader: &'a Loader,
-    definitions: &'a [Definition],
+    library: &'a Library,
     index: &'a Index<'a>,
     nodes: Vec<Node>,
+    program: Program,
+    names: Directory,
+    files: &'a mut [SourceFile],
 }
 
 /// A tree that is being placed: where its nodes have come to stand, and how many there are so far.
@@ -128,29 +157,36 @@ struct Placing {
     /// The node that stands for the tree, if it is a subtree.
     under: Option<NodeId>,
     places: Vec<NodeId>,
+    scope: ScopeId,
 }
 
 impl Assembly<'_> {
-    /// Places a tree and, depth first, all its subtrees.
-    fn place(&mut self, main: usize) -> Result<(), Problem> {
-        let mut stack = vec![Placing { definition: main, under: None, places: Vec::new() }];
+    /// Places a tree and, depth first, all its subtrees. A tree that becomes too large is a problem of a file.
+    fn place(&mut self, main: usize) -> Result<(), (usize, Problem)> {
+        let scope = self.names.scopes.push(Scope::default());
+        let mut stack = vec![Placing { definition: main, under: None, places: Vec::new(), scope }];
+        let library = self.library;
         while let Some(placing) = stack.last_mut() {
-            let Some(scanned) = self.definitions[placing.definition].nodes.get(placing.places.len()) else {
+            let definition = &library.definitions[placing.definition];
+            let Some(scanned) = definition.nodes.get(placing.places.len()) else {
                 stack.pop();
                 continue;
             };
             let parent = scanned.parent.map(|place| placing.places[place]).or(placing.under);
-            let id = self.push(scanned, parent)?;
+            self.names.scope = placing.scope;
+            let file = definition.file;
+            let id = self.push(scanned, parent, file).map_err(|problem| (file, problem))?;
             placing.places.push(id);
             if scanned.kind == Kind::SubTree {
+                let scope = self.subtree_scope(scanned, placing.scope);
                 let definition = self.index.find(&scanned.type_id).expect("all subtrees have been found before");
-                stack.push(Placing { definition, under: Some(id), places: Vec::new() });
+                stack.push(Placing { definition, under: Some(id), places: Vec::new(), scope });
             }
         }
         Ok(())
     }
 
-    fn push(&mut self, scanned: &Scanned, parent: Option<NodeId>) -> Result<NodeId, Problem> {
+    fn push(&mut self, scanned: &Scanned, parent: Option<NodeId>, file: usize) -> Result<NodeId, Problem> {
         let &Scanned { kind, span, .. } = scanned;
         let depth = parent.map_or(0, |parent| self.nodes[parent.index()].depth + 1);
         if depth >= self.loader.max_depth {
@@ -158,9 +194,106 @@ impl Assembly<'_> {
         }
         let id = u32::try_from(self.nodes.len()).ok().filter(|_| self.nodes.len() < self.loader.max_nodes);
         let Some(id) = id else { return Err(Problem::TooLarge { limit: self.loader.max_nodes, span }) };
-        let (type_id, attributes) = (scanned.type_id.clone(), scanned.attributes.clone());
-        let subtree_end = id + 1;
-        self.nodes.push(Node { number: NodeId(id), kind, type_id, attributes, span, parent, depth, subtree_end });
+        self.compile(scanned, id, parent, file);
+        let attributes = scanned.attributes.iter().map(|kept| (kept.name.clone(), kept.value.clone())).collect();
+        let (type_id, number, subtree_end) = (scanned.type_id.clone(), NodeId(id), id + 1);
+        self.nodes.push(Node { number, kind, type_id, attributes, span, file, parent, depth, subtree_end });
         Ok(NodeId(id))
+    }
+
+    /// What the engine needs of a node.
+    fn compile(&mut self, scanned: &Scanned, id: u32, parent: Option<NodeId>, file: usize) {
+        let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
+        let problems = self.files[file].problems();
+        let mut compiler = Compiler { kind, name: type_id, attributes, span, names: &mut self.names, problems };
+        let mut flags = Flags::default();
+        if let Some(hooks) = compiler.hooks() {
+            flags.add(Flags::ENTRANCE, hooks.has_entrance());
+            flags.add(Flags::EXIT, hooks.has_exit());
+            flags.add(Flags::HALTED, hooks.on_halted.is_some());
+            self.program.hooks.insert(id, hooks);
+        }
+        let place = if kind.is_leaf() {
+            self.program.leaves.push(compiler.leaf_ports(self.library.model(type_id)));
+            self.program.leaves.len()
+        } else {
+            let setting = compiler.setting();
+            flags.add(Flags::READS, !setting.is_constant());
+            self.program.settings.push(setting);
+            self.program.settings.len()
+        };
+        let place = u32::try_from(place - 1).expect("there are no more places than nodes");
+        self.program.ops.push(Op { kind, flags, parent: parent.map_or(0, |id| id.0), end: id + 1, place });
+    }
+
+    /// The names of a subtree: what its attributes remap, and what they set to a value.
+    fn subtree_scope(&mut self, scanned: &Scanned, parent: ScopeId) -> ScopeId {
+        let autoremap =
+            scanned.attribute("_autoremap").is_some_and(|value| matches!(value, "1" | "true" | "True" | "TRUE"));
+        let mut scope = Scope { parent: Some(parent), autoremap, ..Scope::default() };
+        let given = scanned.attributes.iter().map(|attribute| (attribute.name.as_str(), attribute.value.as_str()));
+        let given: BTreeMap<&str, &str> = given.filter(|(name, _)| is_port_name(name)).collect();
+        let model = self.library.model(&scanned.type_id).filter(|model| model.category == Category::SubTree);
+        let declared =
+            model.iter().flat_map(|model| &model.ports).filter(|port| !autoremap && !given.contains_key(&*port.name));
+        let defaults = declared.filter_map(|port| Some((port.name.as_str(), port.default.as_deref()?)));
+        let mut constants = Vec::new();
+        for (name, value) in given.iter().map(|(name, value)| (*name, *value)).chain(defaults) {
+            match pointed_key(name, value) {
+                Some(key) => {
+                    scope.remapped.insert(name.to_owned(), key.to_owned());
+                }
+                None => {
+                    scope.constants.insert(name.to_owned(), ());
+                    constants.push((name, value));
+                }
+            }
+        }
+        let scope = self.names.scopes.push(scope);
+        for (name, value) in constants {
+            let slot = self.names.scopes.slot(scope, name);
+            self.names.declared.constant(slot, value);
+        }
+        scope
+    }
+}
+
+/// The names of the tree as far as it has been put together.
+struct Directory {
+    scopes: Scopes,
+    declared: Declared,
+    /// That of the node at hand.
+    scope: ScopeId,
+    loops: usize,
+    constants: Arc<Constants>,
+}
+
+impl Names for Directory {
+    fn constant(&self, name: &str) -> Option<i64> {
+        self.constants.get(name).copied()
+    }
+
+    fn slot(&mut self, name: &str) -> Slot {
+        self.scopes.slot(self.scope, name)
+    }
+}
+
+impl Surroundings for Directory {
+    fn scope(&self) -> ScopeId {
+        self.scope
+    }
+
+    fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type> {
+        let slot = self.scopes.slot(self.scope, key);
+        self.declared.port(slot, of).map(|()| slot)
+    }
+
+    fn next_loop(&mut self) -> usize {
+        self.loops += 1;
+        self.loops - 1
+    }
+
+    fn constants(&self) -> Arc<Constants> {
+        Arc::clone(&self.constants)
     }
 }

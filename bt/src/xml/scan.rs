@@ -1,108 +1,91 @@
 //! The elements of a document: which nodes they are, and all that can be said of them one by one.
 
-use std::collections::BTreeMap;
+use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
+use super::compile::{Attribute, Compiler, Nowhere};
+use super::model::{Model, Models, misplaced};
+use super::ports::{is_port_name, ports};
 use super::vocabulary::{self, Builtin};
-use super::{Loader, Problems, nearest, span, tag_span};
+use super::{Loader, Problems, nearest, required_id, span, tag_span};
 use crate::{Category, Kind, Problem};
 
 /// A `<BehaviorTree>`.
-pub(super) struct Definition {
-    pub(super) id: Option<String>,
+#[derive(Debug)]
+pub(crate) struct Definition {
+    pub(crate) id: Option<String>,
     pub(super) span: SourceSpan,
+    /// In which of the files.
+    pub(super) file: usize,
     /// In document order, the root first; none where it has no root.
-    pub(super) nodes: Vec<Scanned>,
+    pub(crate) nodes: Vec<Scanned>,
 }
 
 /// A node as the file has it.
-pub(super) struct Scanned {
-    pub(super) kind: Kind,
-    pub(super) type_id: String,
-    pub(super) attributes: Vec<(String, String)>,
+#[derive(Debug)]
+pub(crate) struct Scanned {
+    pub(crate) kind: Kind,
+    pub(crate) type_id: String,
+    pub(super) attributes: Vec<Attribute>,
     pub(super) span: SourceSpan,
     /// Its place in the list of its tree.
-    pub(super) parent: Option<usize>,
+    pub(crate) parent: Option<usize>,
 }
 
-/// What is known of a leaf's ID, and where the file says so.
-#[derive(Clone, Copy)]
-struct Declared {
-    category: Category,
-    span: Option<SourceSpan>,
+impl Scanned {
+    /// The attributes that are kept: all but those that spell out what the node is.
+    pub(crate) fn kept_attributes(&self) -> impl Iterator<Item = (&str, &str)> {
+        let kept = self.attributes.iter().filter(|attribute| attribute.name != "ID");
+        kept.map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
+    }
+
+    pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|attribute| attribute.name == name).map(|attribute| attribute.value.as_str())
+    }
 }
 
 /// The reading of one document.
 pub(super) struct Scan<'a> {
-    loader: &'a Loader,
-    format: u8,
-    problems: &'a mut Problems,
-    declared: BTreeMap<String, Declared>,
-    trees: Vec<String>,
+    pub(super) loader: &'a Loader,
+    pub(super) format: u8,
+    pub(super) file: usize,
+    pub(super) problems: &'a mut Problems,
+    /// What all files declare, and what the nodes read so far have been used as.
+    pub(super) models: &'a mut Models,
+    /// The IDs of all trees.
+    pub(super) trees: &'a BTreeSet<String>,
 }
 
-impl<'a> Scan<'a> {
-    pub(super) fn new(loader: &'a Loader, format: u8, problems: &'a mut Problems) -> Self {
-        Self { loader, format, problems, declared: BTreeMap::new(), trees: Vec::new() }
-    }
-
+impl Scan<'_> {
     /// Reads all that is in the root element.
     pub(super) fn read_root(&mut self, root: Element<'_, '_>) -> Vec<Definition> {
-        let elements = || root.children().filter(Element::is_element);
-        self.trees = elements()
-            .filter(|element| element.has_tag_name("BehaviorTree"))
-            .filter_map(|tree| tree.attribute("ID").map(str::to_owned))
-            .collect();
-        let mut models = elements().filter(|element| element.has_tag_name("TreeNodesModel"));
-        if let Some(model) = models.next() {
-            self.read_model(model);
-        }
-        for element in models {
-            self.misplaced(element, "one <TreeNodesModel> is enough: put all declarations into the first");
-        }
         let mut definitions = Vec::new();
-        for element in elements() {
+        for element in root.children().filter(Element::is_element) {
             match element.tag_name().name() {
                 "BehaviorTree" => definitions.push(self.read_tree(element)),
-                "TreeNodesModel" => {}
-                "include" => self.not_supported(element, "put the trees of the other file into this one"),
+                "TreeNodesModel" | "include" => {}
                 name => {
-                    let near =
-                        nearest(name, ["BehaviorTree", "TreeNodesModel", "include"].into_iter(), self.problems.len());
+                    let known = ["BehaviorTree", "TreeNodesModel", "include"];
+                    let near = nearest(name, known.into_iter(), self.problems.len());
                     let help = near.map_or("<root> holds <BehaviorTree> and <TreeNodesModel>".to_owned(), |near| {
                         format!("did you mean <{near}>?")
                     });
-                    self.misplaced(element, &help);
+                    misplaced(element, &help, self.problems);
                 }
             }
         }
         definitions
     }
 
-    /// Reads what the file declares of its nodes.
-    fn read_model(&mut self, model: Element<'_, '_>) {
-        for element in model.children().filter(Element::is_element) {
-            let Some(category) = vocabulary::explicit(element.tag_name().name()) else {
-                self.misplaced(
-                    element,
-                    "<TreeNodesModel> holds <Action>, <Condition>, <Control>, <Decorator> and <SubTree>",
-                );
-                continue;
-            };
-            if let Some(id) = self.required_id(element, "which node is declared") {
-                self.check_category(&id, category, tag_span(element));
-            }
-        }
-    }
-
     fn read_tree(&mut self, tree: Element<'_, '_>) -> Definition {
         let id = match tree.attribute("ID") {
-            Some(id) if id.trim().is_empty() => self.required_id(tree, "the name of the tree"),
+            Some(id) if id.trim().is_empty() => required_id(tree, "the name of the tree", self.problems),
             id => id.map(str::to_owned),
         };
-        let mut definition = Definition { id, span: tag_span(tree), nodes: Vec::new() };
+        let mut definition = Definition { id, span: tag_span(tree), file: self.file, nodes: Vec::new() };
         let children = tree.children().filter(Element::is_element);
         let found = children.clone().count();
         if found != 1 {
@@ -126,33 +109,56 @@ impl<'a> Scan<'a> {
         let mut place = parent;
         if let Some((kind, type_id)) = self.resolve(element) {
             self.check_children(element, kind);
-            self.check_attributes(element);
+            let attributes = self.read_attributes(element, kind);
+            let scanned = Scanned { kind, type_id, attributes, span: tag_span(element), parent };
+            self.check_ports(element, &scanned);
             place = Some(nodes.len());
-            let attributes = element.attributes().map(|a| (a.name().to_owned(), a.value().to_owned())).collect();
-            nodes.push(Scanned { kind, type_id, attributes, span: tag_span(element), parent });
+            nodes.push(scanned);
         }
         for child in element.children().filter(Element::is_element) {
             self.read_node(child, place, depth + 1, nodes);
         }
     }
 
+    /// The attributes of a node, under the names and with the meaning that they have in format 4.
+    fn read_attributes(&self, element: Element<'_, '_>, kind: Kind) -> Vec<Attribute> {
+        let text = element.document().input_text();
+        let is_old = self.format == 3 && element.tag_name().name() == "SubTree";
+        let read = |attribute: roxmltree::Attribute<'_, '_>| {
+            let mut value = attribute.value().to_owned();
+            if is_old && is_port_name(attribute.name()) && value.parse::<f64>().is_err() && !value.contains('{') {
+                // Version 3 had no values here, but names of entries.
+                value = format!("{{{value}}}");
+            }
+            let is_plain = text.get(attribute.range_value()) == Some(&value);
+            Attribute {
+                name: vocabulary::current_port_name(kind, attribute.name()).to_owned(),
+                value,
+                span: span(attribute.range()),
+                value_span: span(attribute.range_value()),
+                is_plain,
+            }
+        };
+        element.attributes().map(read).collect()
+    }
+
     /// What node an element is, and of which ID.
     fn resolve(&mut self, element: Element<'_, '_>) -> Option<(Kind, String)> {
         let name = element.tag_name().name();
-        if let Some(category) = vocabulary::explicit(name) {
+        let explicit = vocabulary::explicit(name).or_else(|| (name == "SubTreePlus").then_some(Category::SubTree));
+        if let Some(category) = explicit {
             let meaning = match category {
                 Category::SubTree => "the tree that stands in this place",
                 Category::Action | Category::Condition => "the skill that this leaf asks",
                 Category::Control | Category::Decorator => "what kind of node it is",
             };
-            let id = self.required_id(element, meaning)?;
+            let id = required_id(element, meaning, self.problems)?;
             return self.resolve_explicit(element, category, id);
         }
         if let Some(builtin) = vocabulary::builtin(name) {
             return self.known(element, name, builtin).map(|kind| (kind, kind.name().to_owned()));
         }
-        let declared = self.declared.get(name).copied();
-        let kind = match declared.map(|declared| declared.category) {
+        let kind = match self.models.get(name).map(|model| model.category) {
             Some(Category::Action) => Kind::Action,
             Some(Category::Condition) => Kind::Condition,
             Some(category @ (Category::Control | Category::Decorator)) => {
@@ -195,23 +201,27 @@ impl<'a> Scan<'a> {
         Some((kind, id))
     }
 
-    /// The kind of one of BehaviorTree.CPP's own nodes, if we run it.
     fn known(&mut self, element: Element<'_, '_>, name: &str, builtin: Builtin) -> Option<Kind> {
         match builtin {
             Builtin::Known(kind) => Some(kind),
-            Builtin::Later(_) => {
-                let (what, help) = (format!("the node {name}"), None);
+            Builtin::Gone(_, help) => {
+                let (what, help) = (format!("version 3's <{name}>"), Some(help.to_owned()));
                 self.problems.push(Problem::NotSupported { what, span: tag_span(element), help });
                 None
             }
         }
     }
 
-    /// An ID is one thing throughout a file.
+    /// An ID is one thing throughout: what it was declared, or used as first.
     fn check_category(&mut self, id: &str, used_as: Category, span: SourceSpan) {
-        let here = Declared { category: used_as, span: Some(span) };
-        let Declared { category: is, span: declared } = *self.declared.entry(id.to_owned()).or_insert(here);
+        let here = || Model { category: used_as, ports: Vec::new(), declared: Some((self.file, span)) };
+        let model = match self.models.get(id) {
+            Some(model) => model,
+            None => self.models.entry(id.to_owned()).or_insert(here()),
+        };
+        let is = model.category;
         if is != used_as {
+            let declared = model.declared.filter(|(file, _)| *file == self.file).map(|(_, span)| span);
             self.problems.push(Problem::WrongCategory { id: id.to_owned(), is, used_as, span, declared });
         }
     }
@@ -227,38 +237,79 @@ impl<'a> Scan<'a> {
 
     fn check_children(&mut self, element: Element<'_, '_>, kind: Kind) {
         let found = element.children().filter(Element::is_element).count();
-        if let Some(expected) = kind.category().expected_children(found) {
+        if let Some(expected) = kind.expected_children(found) {
             let node = format!("<{}>", element.tag_name().name());
             self.problems.push(Problem::ChildCount { node, expected, found, span: tag_span(element) });
         }
     }
 
-    fn check_attributes(&mut self, element: Element<'_, '_>) {
-        for attribute in element.attributes().filter(|attribute| vocabulary::is_script(attribute.name())) {
-            let (what, span) = (format!("the attribute {}", attribute.name()), span(attribute.range()));
-            let help = Some("without it the node would do something else: remove it to run the tree so".to_owned());
-            self.problems.push(Problem::NotSupported { what, span, help });
+    /// What the attributes say is right, as far as can be seen without knowing where the node will stand.
+    fn check_ports(&mut self, element: Element<'_, '_>, scanned: &Scanned) {
+        let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
+        let model = self.models.get(type_id);
+        let mut nowhere = Nowhere(Arc::clone(&self.loader.constants));
+        let name = element.tag_name().name();
+        let mut compiler = Compiler { kind, name, attributes, span, names: &mut nowhere, problems: self.problems };
+        compiler.hooks();
+        match kind {
+            Kind::SubTree => self.check_subtree_ports(scanned),
+            Kind::Action | Kind::Condition => {
+                compiler.leaf_ports(model);
+                let known: Vec<&str> = model.iter().flat_map(|model| &model.ports).map(|port| &*port.name).collect();
+                compiler.check_unknown(&known);
+            }
+            _ => {
+                compiler.setting();
+                let known: Vec<&str> = ports(kind).iter().map(|port| port.name).collect();
+                compiler.check_unknown(&known);
+                self.check_thresholds(element, scanned);
+            }
         }
     }
 
-    /// The ID of an element that must have one.
-    fn required_id(&mut self, element: Element<'_, '_>, meaning: &str) -> Option<String> {
-        match element.attribute("ID").map(str::trim) {
-            Some(id) if !id.is_empty() => Some(id.to_owned()),
-            _ => {
-                let help = Some(format!("the ID says {meaning}"));
-                let element_name = element.tag_name().name().to_owned();
-                self.problems.push(Problem::MissingId { element: element_name, span: tag_span(element), help });
-                None
+    /// A subtree is given all that its model asks for.
+    fn check_subtree_ports(&mut self, scanned: &Scanned) {
+        if let Some(attribute) = scanned.attributes.iter().find(|attribute| attribute.name == "_autoremap") {
+            match crate::blackboard::Type::Bool.parse(&attribute.value) {
+                Ok(truth) if truth.to_bool() == Ok(true) => return,
+                Ok(_) => {}
+                Err(error) => {
+                    let (port, message) = (attribute.name.clone(), error.to_string());
+                    self.problems.push(Problem::PortValue { port, message, span: attribute.value_span, help: None });
+                }
+            }
+        }
+        let model = self.models.get(&scanned.type_id).filter(|model| model.category == Category::SubTree);
+        for port in model.iter().flat_map(|model| &model.ports) {
+            if port.default.is_none() && scanned.attribute(&port.name).is_none() {
+                let help = Some(format!("write {}=\"…\", or _autoremap=\"true\"", port.name));
+                let (node, port) = (format!("the tree `{}`", scanned.type_id), port.name.clone());
+                self.problems.push(Problem::MissingPort { node, port, span: scanned.span, help });
+            }
+        }
+    }
+
+    /// A parallel node with constant thresholds can succeed and can fail.
+    fn check_thresholds(&mut self, element: Element<'_, '_>, scanned: &Scanned) {
+        if !scanned.kind.passes_over_completed() {
+            return;
+        }
+        let children = element.children().filter(Element::is_element).count();
+        let ports = ["success_count", "failure_count", "max_failures"];
+        for attribute in scanned.attributes.iter().filter(|attribute| ports.contains(&attribute.name.as_str())) {
+            if attribute.value.parse::<usize>().is_ok_and(|limit| limit > children) {
+                let message = format!("there are only {children} children");
+                let (port, span) = (attribute.name.clone(), attribute.value_span);
+                self.problems.push(Problem::PortValue { port, message, span, help: None });
             }
         }
     }
 
     fn unknown(&mut self, element: Element<'_, '_>, name: &str) {
         let known = vocabulary::names()
-            .chain(self.declared.keys().map(String::as_str))
+            .chain(self.models.keys().map(String::as_str))
             .chain(self.loader.leaves.iter().map(String::as_str));
-        let help = if self.trees.iter().any(|tree| tree == name) {
+        let help = if self.trees.contains(name) {
             format!("for the tree of that name, write <SubTree ID=\"{name}\"/>")
         } else if let Some(near) = nearest(name, known, self.problems.len()) {
             format!("did you mean <{near}>?")
@@ -278,15 +329,5 @@ impl<'a> Scan<'a> {
         });
         let (id, span) = (id.to_owned(), tag_span(element));
         self.problems.push(Problem::CustomNode { id, category, span, help: Some(help) });
-    }
-
-    fn misplaced(&mut self, element: Element<'_, '_>, help: &str) {
-        let (name, help) = (element.tag_name().name().to_owned(), Some(help.to_owned()));
-        self.problems.push(Problem::Misplaced { element: name, span: tag_span(element), help });
-    }
-
-    fn not_supported(&mut self, element: Element<'_, '_>, help: &str) {
-        let (what, help) = (format!("<{}>", element.tag_name().name()), Some(help.to_owned()));
-        self.problems.push(Problem::NotSupported { what, span: tag_span(element), help });
     }
 }

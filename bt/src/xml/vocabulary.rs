@@ -7,83 +7,42 @@ use crate::{Category, Kind};
 pub(super) enum Builtin {
     /// A kind that we run.
     Known(Kind),
-    /// A kind that we do not run yet.
-    Later(Category),
+    /// A node of version 3 that version 4 no longer has, and what to write instead.
+    Gone(Category, &'static str),
 }
 
 impl Builtin {
     pub(super) fn category(self) -> Category {
         match self {
             Self::Known(kind) => kind.category(),
-            Self::Later(category) => category,
+            Self::Gone(category, _) => category,
         }
     }
 }
 
-/// The nodes that BehaviorTree.CPP 4.10 and 3.8 register themselves.
-const BUILTINS: &[(&str, Builtin)] = &[
-    ("AlwaysFailure", Builtin::Known(Kind::AlwaysFailure)),
-    ("AlwaysSuccess", Builtin::Known(Kind::AlwaysSuccess)),
-    ("AsyncFallback", Builtin::Later(Category::Control)),
-    ("AsyncSequence", Builtin::Later(Category::Control)),
-    ("BlackboardCheckBool", Builtin::Later(Category::Decorator)),
-    ("BlackboardCheckDouble", Builtin::Later(Category::Decorator)),
-    ("BlackboardCheckInt", Builtin::Later(Category::Decorator)),
-    ("BlackboardCheckString", Builtin::Later(Category::Decorator)),
-    ("Delay", Builtin::Later(Category::Decorator)),
-    ("Fallback", Builtin::Known(Kind::Fallback)),
-    ("ForceFailure", Builtin::Known(Kind::ForceFailure)),
-    ("ForceSuccess", Builtin::Known(Kind::ForceSuccess)),
-    ("IfThenElse", Builtin::Later(Category::Control)),
-    ("Inverter", Builtin::Known(Kind::Inverter)),
-    ("KeepRunningUntilFailure", Builtin::Later(Category::Decorator)),
-    ("LoopBool", Builtin::Later(Category::Decorator)),
-    ("LoopDouble", Builtin::Later(Category::Decorator)),
-    ("LoopInt", Builtin::Later(Category::Decorator)),
-    ("LoopString", Builtin::Later(Category::Decorator)),
-    ("ManualSelector", Builtin::Later(Category::Control)),
-    ("Parallel", Builtin::Later(Category::Control)),
-    ("ParallelAll", Builtin::Later(Category::Control)),
-    ("Precondition", Builtin::Later(Category::Decorator)),
-    ("ReactiveFallback", Builtin::Known(Kind::ReactiveFallback)),
-    ("ReactiveSequence", Builtin::Known(Kind::ReactiveSequence)),
-    ("Repeat", Builtin::Later(Category::Decorator)),
-    ("RetryUntilSuccesful", Builtin::Later(Category::Decorator)),
-    ("RetryUntilSuccessful", Builtin::Later(Category::Decorator)),
-    ("RunOnce", Builtin::Later(Category::Decorator)),
-    ("Script", Builtin::Later(Category::Action)),
-    ("ScriptCondition", Builtin::Later(Category::Condition)),
-    ("Sequence", Builtin::Known(Kind::Sequence)),
-    // Version 3's name of it.
+/// What to write instead of version 3's comparisons.
+const PRECONDITION: &str = "write <Precondition if=\"…\"> with a script, as version 4 has it";
+
+/// Names that are not those of a kind.
+const OTHER_NAMES: [(&str, Builtin); 8] = [
     ("SequenceStar", Builtin::Known(Kind::SequenceWithMemory)),
-    ("SequenceWithMemory", Builtin::Known(Kind::SequenceWithMemory)),
-    ("SetBlackboard", Builtin::Later(Category::Action)),
-    ("SkipUnlessUpdated", Builtin::Later(Category::Decorator)),
-    ("Sleep", Builtin::Later(Category::Action)),
-    ("SubTreePlus", Builtin::Later(Category::SubTree)),
-    ("Switch2", Builtin::Later(Category::Control)),
-    ("Switch3", Builtin::Later(Category::Control)),
-    ("Switch4", Builtin::Later(Category::Control)),
-    ("Switch5", Builtin::Later(Category::Control)),
-    ("Switch6", Builtin::Later(Category::Control)),
-    ("Timeout", Builtin::Later(Category::Decorator)),
-    ("TryCatch", Builtin::Later(Category::Control)),
-    ("UnsetBlackboard", Builtin::Later(Category::Action)),
-    ("WaitValueUpdate", Builtin::Later(Category::Decorator)),
-    ("WasEntryUpdated", Builtin::Later(Category::Action)),
+    ("RetryUntilSuccesful", Builtin::Known(Kind::RetryUntilSuccessful)),
+    ("SubTreePlus", Builtin::Known(Kind::SubTree)),
+    ("BlackboardCheckInt", Builtin::Gone(Category::Decorator, PRECONDITION)),
+    ("BlackboardCheckDouble", Builtin::Gone(Category::Decorator, PRECONDITION)),
+    ("BlackboardCheckString", Builtin::Gone(Category::Decorator, PRECONDITION)),
+    ("BlackboardCheckBool", Builtin::Gone(Category::Decorator, PRECONDITION)),
+    ("ManualSelector", Builtin::Gone(Category::Control, "it asks a person at a terminal; write a <Switch2> instead")),
 ];
 
 /// The elements that spell a category out.
 const EXPLICIT: [Category; 5] =
     [Category::Action, Category::Condition, Category::Control, Category::Decorator, Category::SubTree];
 
-/// Attributes that hold scripts: they say when a node is ticked at all, or what happens when it is done.
-const SCRIPTS: [&str; 8] =
-    ["_skipIf", "_failureIf", "_successIf", "_while", "_onSuccess", "_onFailure", "_onHalted", "_post"];
-
 /// BehaviorTree.CPP's node of that name.
 pub(super) fn builtin(name: &str) -> Option<Builtin> {
-    BUILTINS.iter().find(|(known, _)| *known == name).map(|(_, builtin)| *builtin)
+    let kind = Kind::BUILTIN.into_iter().find(|kind| kind.name() == name).map(Builtin::Known);
+    kind.or_else(|| OTHER_NAMES.iter().find(|(other, _)| *other == name).map(|(_, builtin)| *builtin))
 }
 
 /// The category that an element spells out.
@@ -93,29 +52,22 @@ pub(super) fn explicit(element: &str) -> Option<Category> {
 
 /// All names that an element may have without being declared.
 pub(super) fn names<'a>() -> impl Iterator<Item = &'a str> {
-    BUILTINS.iter().map(|(name, _)| -> &str { name }).chain(EXPLICIT.iter().map(|category| category.element()))
+    let kinds = Kind::BUILTIN.into_iter().map(|kind| -> &'a str { kind.name() });
+    let others = OTHER_NAMES.iter().map(|(name, _)| -> &'a str { name });
+    kinds.chain(others).chain(EXPLICIT.into_iter().map(|category| -> &'a str { category.element() }))
 }
 
 /// The names of BehaviorTree.CPP's nodes of a category.
-pub(super) fn builtins_of<'a>(category: Category) -> impl Iterator<Item = &'a str> {
-    BUILTINS.iter().filter(move |(_, builtin)| builtin.category() == category).map(|(name, _)| -> &str { name })
+pub(super) fn builtins_of(category: Category) -> impl Iterator<Item = &'static str> {
+    Kind::BUILTIN.into_iter().filter(move |kind| kind.category() == category).map(Kind::name)
 }
 
-/// Whether an attribute of that name holds a script.
-pub(super) fn is_script(attribute: &str) -> bool {
-    SCRIPTS.contains(&attribute)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_kind_of_inner_node_is_found_under_its_own_name() {
-        for (name, builtin) in BUILTINS {
-            if let Builtin::Known(kind) = builtin {
-                assert!(kind.name() == *name || *name == "SequenceStar", "{name}");
-            }
-        }
+/// What version 3 called a port of that kind.
+pub(super) fn current_port_name(kind: Kind, name: &str) -> &str {
+    match (kind, name) {
+        (Kind::Parallel, "success_threshold" | "threshold") => "success_count",
+        (Kind::Parallel, "failure_threshold") => "failure_count",
+        (Kind::SubTree, "__autoremap" | "__shared_blackboard") => "_autoremap",
+        _ => name,
     }
 }

@@ -1,0 +1,236 @@
+//! The blackboard: what nodes of a tree leave for one another to read.
+
+mod scopes;
+mod types;
+mod value;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+pub(crate) use scopes::{Scope, ScopeId, Scopes, Slot};
+pub use types::Type;
+pub(crate) use types::status_named;
+pub use value::{Value, ValueError};
+
+use crate::shared::Shared;
+
+/// An entry: its value, its type, and how often it was written.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Entry {
+    /// None before it is written first.
+    value: Option<Value>,
+    of: Type,
+    /// It was declared by a port, or written. A script may not assign to what does not exist.
+    exists: bool,
+    writes: u64,
+}
+
+impl Default for Entry {
+    fn default() -> Self {
+        Self { value: None, of: Type::Any, exists: false, writes: 0 }
+    }
+}
+
+/// The blackboard of a tree at work, subtrees included: entries under their keys.
+///
+/// The keys here are those of the main tree; `@key` is the same as `key`. What a subtree keeps to itself can be seen
+/// with [`entries`](Self::entries) only.
+///
+/// ```
+/// use std::sync::Arc;
+/// use bt::{Execution, Tree, Value};
+///
+/// let tree = Tree::from_xml("count.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Count">
+///     <Script code="count := count + 1"/>
+/// </BehaviorTree> </root>"#)?;
+/// let mut execution = Execution::new(Arc::new(tree));
+/// execution.blackboard_mut().set("count", 41)?;
+/// assert_eq!(execution.blackboard().get("count"), Some(&Value::Int(41)));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Blackboard {
+    scopes: Shared<Scopes>,
+    entries: Vec<Entry>,
+    /// Entries under keys that were made up while the tree ran; they come after those that the file names.
+    extra: Vec<(ScopeId, Arc<str>)>,
+    /// What the loop nodes still have to go through where the blackboard does not keep it, by their numbers.
+    queues: Vec<Option<VecDeque<Value>>>,
+}
+
+impl Blackboard {
+    /// The blackboard that a tree starts with: these entries, and room for so many loops.
+    pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, loops: usize) -> Self {
+        Self { scopes: scopes.into(), entries, extra: Vec::new(), queues: vec![None; loops] }
+    }
+
+    /// What is under that key of the main tree; none if nothing was ever written there.
+    #[must_use]
+    pub fn get(&self, key: &str) -> Option<&Value> {
+        self.value(self.find(Scopes::ROOT, key)?)
+    }
+
+    /// Writes under that key of the main tree.
+    ///
+    /// # Errors
+    /// If the entry has a type, and the value does not fit it.
+    pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result<(), ValueError> {
+        let slot = self.slot(Scopes::ROOT, key);
+        self.write(slot, value.into())
+    }
+
+    /// All entries that exist and have a value, in the order in which the file names them: the number of the tree or
+    /// subtree that keeps it, counted from the main tree, which is 0, the key, and the value.
+    pub fn entries(&self) -> impl Iterator<Item = (usize, &str, &Value)> {
+        let names = self.scopes.names().iter().chain(&self.extra);
+        names.zip(&self.entries).filter_map(|((scope, key), entry)| {
+            Some((scope.0 as usize, &**key, entry.value.as_ref().filter(|_| entry.exists)?))
+        })
+    }
+
+    pub(crate) fn find(&self, scope: ScopeId, key: &str) -> Option<Slot> {
+        self.scopes.find(scope, key).or_else(|| {
+            let (scope, key) = self.scopes.resolve(scope, key);
+            let place = self.extra.iter().position(|name| name.0 == scope && &*name.1 == key)?;
+            u32::try_from(self.scopes.names().len() + place).ok().map(Slot)
+        })
+    }
+
+    /// The entry of a key that may never have been heard of.
+    pub(crate) fn slot(&mut self, scope: ScopeId, key: &str) -> Slot {
+        self.find(scope, key).unwrap_or_else(|| {
+            let (scope, key) = self.scopes.resolve(scope, key);
+            self.extra.push((scope, key.into()));
+            self.entries.push(Entry::default());
+            Slot(u32::try_from(self.entries.len() - 1).expect("fewer entries than there is memory for"))
+        })
+    }
+
+    pub(crate) fn value(&self, slot: Slot) -> Option<&Value> {
+        self.entry(slot).value.as_ref()
+    }
+
+    /// The value, for a loop node that takes things out of it. That is no writing.
+    pub(crate) fn value_mut(&mut self, slot: Slot) -> Option<&mut Value> {
+        self.entries[slot.0 as usize].value.as_mut()
+    }
+
+    pub(crate) fn exists(&self, slot: Slot) -> bool {
+        self.entry(slot).exists
+    }
+
+    /// How often an entry was written; none if it does not exist.
+    pub(crate) fn writes(&self, slot: Slot) -> Option<u64> {
+        let entry = self.entry(slot);
+        entry.exists.then_some(entry.writes)
+    }
+
+    pub(crate) fn type_of(&self, slot: Slot) -> &Type {
+        &self.entry(slot).of
+    }
+
+    /// What a port writes: it fits the entry's type, or the kind of value that is there.
+    pub(crate) fn write(&mut self, slot: Slot, value: Value) -> Result<(), ValueError> {
+        let entry = self.entry(slot);
+        let value = if entry.of.is_strong() { entry.of.convert(&value)? } else { value };
+        self.put(slot, value);
+        Ok(())
+    }
+
+    /// Writes without asking for the type.
+    pub(crate) fn put(&mut self, slot: Slot, value: Value) {
+        let entry = &mut self.entries[slot.0 as usize];
+        entry.value = Some(value);
+        entry.exists = true;
+        entry.writes += 1;
+    }
+
+    /// Makes an entry exist that has no value yet.
+    pub(crate) fn create(&mut self, slot: Slot) {
+        self.entries[slot.0 as usize].exists = true;
+    }
+
+    /// Makes an entry exist that is of that type for ever.
+    pub(crate) fn declare(&mut self, slot: Slot, of: Type) {
+        let entry = &mut self.entries[slot.0 as usize];
+        (entry.exists, entry.of) = (true, of);
+    }
+
+    /// Removes an entry, with its type.
+    pub(crate) fn unset(&mut self, slot: Slot) {
+        self.entries[slot.0 as usize] = Entry::default();
+    }
+
+    /// The keys that this scope does not pass on: those that it can unset.
+    pub(crate) fn is_own(&self, scope: ScopeId, key: &str) -> bool {
+        !key.starts_with('@') && self.scopes.resolve(scope, key).0 == scope
+    }
+
+    pub(crate) fn queue(&mut self, number: usize) -> &mut Option<VecDeque<Value>> {
+        &mut self.queues[number]
+    }
+
+    pub(crate) fn queue_is_empty(&self, number: usize) -> bool {
+        self.queues[number].is_none()
+    }
+
+    fn entry(&self, slot: Slot) -> &Entry {
+        &self.entries[slot.0 as usize]
+    }
+}
+
+/// The entries that a tree starts with, while it is put together.
+#[derive(Debug, Default)]
+pub(crate) struct Declared {
+    pub(crate) entries: Vec<Entry>,
+}
+
+impl Declared {
+    fn entry(&mut self, slot: Slot) -> &mut Entry {
+        let wanted = slot.0 as usize + 1;
+        if self.entries.len() < wanted {
+            self.entries.resize_with(wanted, Entry::default);
+        }
+        &mut self.entries[slot.0 as usize]
+    }
+
+    /// A port of that type uses the entry. The type that it has already, if they don't go together.
+    pub(crate) fn port(&mut self, slot: Slot, of: &Type) -> Result<(), Type> {
+        let entry = self.entry(slot);
+        entry.exists = true;
+        if !entry.of.is_strong() && entry.value.is_none() {
+            entry.of = of.clone();
+        }
+        if entry.of.agrees_with(of) { Ok(()) } else { Err(entry.of.clone()) }
+    }
+
+    /// A value that a subtree is given.
+    pub(crate) fn constant(&mut self, slot: Slot, text: &str) {
+        let (value, of) = typed(text);
+        *self.entry(slot) = Entry { value: Some(value), of, exists: true, writes: 1 };
+    }
+}
+
+/// A constant as it is best understood: as a whole number, as a real one, or as a text, which may become anything.
+fn typed(text: &str) -> (Value, Type) {
+    if let Ok(number) = text.parse::<i64>()
+        && !text.starts_with('+')
+    {
+        return (Value::Int(number), Type::Int { min: i64::MIN, max: i64::MAX });
+    }
+    match text.parse::<f64>() {
+        Ok(number) if text.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '.')) => {
+            (Value::Real(number), Type::Real)
+        }
+        _ => (text.into(), Type::Any),
+    }
+}
+
+/// The key that a port's value points to, if it is no value itself: `{key}`, or `{=}` for the port's own name.
+pub(crate) fn pointed_key<'a>(port: &'a str, value: &'a str) -> Option<&'a str> {
+    if value == "{=}" || value == "=" {
+        return Some(port);
+    }
+    let key = value.trim_matches(' ').strip_prefix('{')?.strip_suffix('}')?;
+    (!key.is_empty()).then_some(key)
+}

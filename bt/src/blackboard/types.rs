@@ -1,0 +1,168 @@
+//! The types that ports declare.
+
+use std::fmt;
+
+use super::value::{Value, ValueError, leading_int, leading_real, parse_bool};
+use crate::Status;
+
+/// The type of a port or of an entry.
+///
+/// BehaviorTree.CPP knows the types of C++. Here all its integers are one type with a range, both its real numbers are
+/// another, and a type that is none of those below is known by its name only, its values being texts.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Type {
+    /// Whatever is written first.
+    Any,
+    /// A truth value.
+    Bool,
+    /// A whole number from `min` to `max`.
+    Int {
+        /// The least.
+        min: i64,
+        /// The greatest.
+        max: i64,
+    },
+    /// A real number.
+    Real,
+    /// A text.
+    Text,
+    /// What a node answers, in capitals: `SUCCESS`.
+    Status,
+    /// A queue or vector of these, written with semicolons: `1;2;3`.
+    List(Box<Type>),
+    /// A type of somebody's own.
+    Other(String),
+}
+
+impl Type {
+    /// C++'s `int`.
+    pub(crate) const INT: Self = Self::Int { min: i32::MIN as i64, max: i32::MAX as i64 };
+    /// C++'s `unsigned`.
+    pub(crate) const UNSIGNED: Self = Self::Int { min: 0, max: u32::MAX as i64 };
+
+    /// The type that a `<TreeNodesModel>` means by this name.
+    #[must_use]
+    pub fn named(name: &str) -> Self {
+        let int = |min, max| Self::Int { min, max };
+        let name = name.trim();
+        let name = name.strip_prefix("BT::").or_else(|| name.strip_prefix("std::")).unwrap_or(name);
+        match name {
+            "" | "AnyTypeAllowed" | "Any" => Self::Any,
+            "bool" => Self::Bool,
+            "int" | "int32_t" => Self::INT,
+            "unsigned int" | "unsigned" | "uint32_t" | "uint" => Self::UNSIGNED,
+            "int8_t" | "char" => int(i8::MIN.into(), i8::MAX.into()),
+            "int16_t" | "short" => int(i16::MIN.into(), i16::MAX.into()),
+            "uint8_t" | "unsigned char" => int(0, u8::MAX.into()),
+            "uint16_t" | "unsigned short" => int(0, u16::MAX.into()),
+            "int64_t" | "long" | "long long" => int(i64::MIN, i64::MAX),
+            "uint64_t" | "unsigned long" | "unsigned long long" | "size_t" => int(0, i64::MAX),
+            "double" | "float" => Self::Real,
+            "string" | "basic_string<char>" => Self::Text,
+            "NodeStatus" => Self::Status,
+            _ => match name.split_once('<').filter(|(list, _)| list.ends_with("vector") || list.ends_with("Queue")) {
+                Some((_, item)) => Self::List(Box::new(Self::named(item.trim_end_matches('>')))),
+                None => Self::Other(name.to_owned()),
+            },
+        }
+    }
+
+    /// Whether an entry of this type keeps it for ever.
+    #[must_use]
+    pub fn is_strong(&self) -> bool {
+        *self != Self::Any
+    }
+
+    /// Whether a port of this type may share an entry with a port of that one. Numbers and truth values go together;
+    /// a text can be written for any of them.
+    #[must_use]
+    pub fn agrees_with(&self, other: &Self) -> bool {
+        let is_number = |of: &Self| matches!(of, Self::Bool | Self::Int { .. } | Self::Real);
+        let is_open = |of: &Self| matches!(of, Self::Any | Self::Text);
+        is_open(self) || is_open(other) || self == other || (is_number(self) && is_number(other))
+    }
+
+    /// Reads a text as a value of this type.
+    ///
+    /// # Errors
+    /// If it is none.
+    pub fn parse(&self, text: &str) -> Result<Value, ValueError> {
+        let wrong = || ValueError::new(text, self.description());
+        match self {
+            Self::Any | Self::Text | Self::Other(_) => Ok(text.into()),
+            Self::Bool => parse_bool(text).map(Value::from).ok_or_else(wrong),
+            Self::Int { min, max } => {
+                let number = leading_int(text).filter(|number| (min..=max).contains(&number));
+                number.map(Value::Int).ok_or_else(wrong)
+            }
+            Self::Real => leading_real(text).map(Value::Real).ok_or_else(wrong),
+            Self::Status => status_named(text).map(|_| text.into()).ok_or_else(wrong),
+            Self::List(item) => {
+                let items = text.strip_suffix(';').unwrap_or(text);
+                let items = (!items.is_empty()).then(|| items.split(';'));
+                items.into_iter().flatten().map(|part| item.parse(part)).collect()
+            }
+        }
+    }
+
+    /// Makes a value fit this type, if it does.
+    ///
+    /// # Errors
+    /// If it does not.
+    pub fn convert(&self, value: &Value) -> Result<Value, ValueError> {
+        let wrong = || ValueError::new(value, self.description());
+        match (self, value) {
+            (Self::Any, _) => Ok(value.clone()),
+            (_, Value::Text(text)) => self.parse(text),
+            (Self::Bool, _) => value.to_bool().map(Value::from),
+            (Self::Int { min, max }, _) => {
+                value.to_int().ok().filter(|number| (min..=max).contains(&number)).map(Value::Int).ok_or_else(wrong)
+            }
+            (Self::Real, _) => value.to_real().map(Value::Real),
+            (Self::List(item), Value::List(items)) => items.iter().map(|one| item.convert(one)).collect(),
+            _ => Err(wrong()),
+        }
+    }
+
+    fn description(&self) -> &'static str {
+        match self {
+            Self::Any => "a value",
+            Self::Bool => "true or false",
+            Self::Int { min: 0, .. } => "a whole number of at least 0",
+            Self::Int { .. } => "a whole number in range",
+            Self::Real => "a number",
+            Self::Text => "a text",
+            Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
+            Self::List(_) => "a list of such values",
+            Self::Other(_) => "a value of that type",
+        }
+    }
+}
+
+/// The status that a port means by its name in capitals.
+pub(crate) fn status_named(name: &str) -> Option<Status> {
+    Some(match name {
+        "SUCCESS" => Status::Success,
+        "FAILURE" => Status::Failure,
+        "RUNNING" => Status::Running,
+        "SKIPPED" => Status::Skipped,
+        _ => return None,
+    })
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Any => f.write_str("BT::AnyTypeAllowed"),
+            Self::Bool => f.write_str("bool"),
+            Self::Int { min: 0, .. } => f.write_str("unsigned int"),
+            Self::Int { min, max } if (*min, *max) == (i64::MIN, i64::MAX) => f.write_str("int64_t"),
+            Self::Int { .. } => f.write_str("int"),
+            Self::Real => f.write_str("double"),
+            Self::Text => f.write_str("std::string"),
+            Self::Status => f.write_str("BT::NodeStatus"),
+            Self::List(item) => write!(f, "std::vector<{item}>"),
+            Self::Other(name) => f.write_str(name),
+        }
+    }
+}

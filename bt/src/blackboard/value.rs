@@ -1,0 +1,238 @@
+//! What an entry of the blackboard can hold.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::hash::{Hash, Hasher};
+use std::sync::Arc;
+
+/// What an entry of the blackboard holds.
+///
+/// As in BehaviorTree.CPP, numbers are whole or real, and a truth value is the whole number 0 or 1. Two values are equal
+/// if they are of one kind and the same to the last bit.
+#[derive(Clone, Debug)]
+pub enum Value {
+    /// A whole number.
+    Int(i64),
+    /// A real number.
+    Real(f64),
+    /// A text.
+    Text(Arc<str>),
+    /// A queue of values, for the loop nodes.
+    List(VecDeque<Value>),
+}
+
+/// A value that cannot be read as what is asked for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{value}` is not {wanted}")]
+pub struct ValueError {
+    value: String,
+    wanted: &'static str,
+}
+
+impl ValueError {
+    pub(crate) fn new(value: impl fmt::Display, wanted: &'static str) -> Self {
+        Self { value: value.to_string(), wanted }
+    }
+}
+
+impl Value {
+    /// Whether it is a number.
+    #[must_use]
+    pub fn is_number(&self) -> bool {
+        matches!(self, Self::Int(_) | Self::Real(_))
+    }
+
+    /// As a real number; a text is read as one.
+    ///
+    /// # Errors
+    /// If it is a list or a text that does not begin with a number.
+    #[expect(clippy::cast_precision_loss, reason = "BehaviorTree.CPP's arithmetic is that of doubles")]
+    pub fn to_real(&self) -> Result<f64, ValueError> {
+        match self {
+            Self::Int(number) => Ok(*number as f64),
+            Self::Real(number) => Ok(*number),
+            Self::Text(text) => leading_real(text).ok_or_else(|| ValueError::new(self, "a number")),
+            Self::List(_) => Err(ValueError::new(self, "a number")),
+        }
+    }
+
+    /// As a whole number; a text is read as one, a real number must be one.
+    ///
+    /// # Errors
+    /// If it is not.
+    #[expect(clippy::cast_possible_truncation, reason = "the number is in range, which is checked")]
+    pub fn to_int(&self) -> Result<i64, ValueError> {
+        let not_whole = || ValueError::new(self, "a whole number");
+        match self {
+            Self::Int(number) => Ok(*number),
+            Self::Real(number) if number.fract() == 0.0 && (-MAX_WHOLE..MAX_WHOLE).contains(number) => {
+                Ok(*number as i64)
+            }
+            Self::Text(text) => leading_int(text).ok_or_else(not_whole),
+            _ => Err(not_whole()),
+        }
+    }
+
+    /// As a truth value: 0 or 1, or a real number that is not negative, of which zero alone is false, or `true` or
+    /// `false` as a text.
+    ///
+    /// # Errors
+    /// If it is something else.
+    pub fn to_bool(&self) -> Result<bool, ValueError> {
+        let neither = || ValueError::new(self, "true or false");
+        match self {
+            Self::Int(0) => Ok(false),
+            Self::Int(1) => Ok(true),
+            Self::Real(number) if number.is_nan() || *number >= 0.0 => Ok(*number != 0.0),
+            Self::Text(text) => parse_bool(text).ok_or_else(neither),
+            _ => Err(neither()),
+        }
+    }
+
+    /// As a text: a real number gets six decimals, as C writes it.
+    #[must_use]
+    pub fn to_text(&self) -> Arc<str> {
+        match self {
+            Self::Text(text) => text.clone(),
+            _ => self.to_string().into(),
+        }
+    }
+
+    /// Two values by their kind and bits.
+    fn key(&self) -> (u8, u64, &str, Option<&VecDeque<Self>>) {
+        match self {
+            Self::Int(number) => (0, number.cast_unsigned(), "", None),
+            Self::Real(number) => (1, number.to_bits(), "", None),
+            Self::Text(text) => (2, 0, text, None),
+            Self::List(items) => (3, 0, "", Some(items)),
+        }
+    }
+}
+
+/// 2^63: a real number below it, and not below its negative, is in the range of whole numbers.
+const MAX_WHOLE: f64 = 9_223_372_036_854_775_808.0;
+
+/// `true` or `false`, in three spellings, or a digit.
+pub(crate) fn parse_bool(text: &str) -> Option<bool> {
+    match text {
+        "1" | "true" | "True" | "TRUE" => Some(true),
+        "0" | "false" | "False" | "FALSE" => Some(false),
+        _ => None,
+    }
+}
+
+/// The whole number that a text begins with; decimals behind it are cut off.
+pub(crate) fn leading_int(text: &str) -> Option<i64> {
+    let digits = text.strip_prefix('-').unwrap_or(text);
+    let length = digits.len() - digits.trim_start_matches(|c: char| c.is_ascii_digit()).len();
+    text[..text.len() - digits.len() + length].parse().ok()
+}
+
+/// The number that a text begins with.
+pub(crate) fn leading_real(text: &str) -> Option<f64> {
+    if text.starts_with('+') {
+        return None;
+    }
+    let is_part = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | 'E');
+    let mut length = text.find(|c| !is_part(c)).unwrap_or(text.len());
+    while length > 0 {
+        if let Ok(number) = text[..length].parse() {
+            return Some(number);
+        }
+        length -= 1;
+    }
+    None
+}
+
+impl PartialEq for Value {
+    fn eq(&self, other: &Self) -> bool {
+        self.key() == other.key()
+    }
+}
+
+impl Eq for Value {}
+
+impl Hash for Value {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.key().hash(state);
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Int(number) => number.fmt(f),
+            Self::Real(number) => write!(f, "{number:.6}"),
+            Self::Text(text) => f.write_str(text),
+            Self::List(items) => {
+                let mut separator = "";
+                for item in items {
+                    write!(f, "{separator}{item}")?;
+                    separator = ";";
+                }
+                Ok(())
+            }
+        }
+    }
+}
+
+impl From<i64> for Value {
+    fn from(number: i64) -> Self {
+        Self::Int(number)
+    }
+}
+
+impl From<f64> for Value {
+    fn from(number: f64) -> Self {
+        Self::Real(number)
+    }
+}
+
+impl From<bool> for Value {
+    fn from(truth: bool) -> Self {
+        Self::Int(i64::from(truth))
+    }
+}
+
+impl From<&str> for Value {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl FromIterator<Value> for Value {
+    fn from_iter<I: IntoIterator<Item = Value>>(items: I) -> Self {
+        Self::List(items.into_iter().collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_is_read_up_to_where_it_is_a_number() {
+        assert_eq!(leading_int("12"), Some(12));
+        assert_eq!(leading_int("-3.9"), Some(-3));
+        assert_eq!(leading_int("4 apples"), Some(4));
+        assert_eq!((leading_int(""), leading_int("x"), leading_int("+1"), leading_int(" 1")), (None, None, None, None));
+        assert_eq!(leading_real("-1.5e2m"), Some(-150.0));
+        assert_eq!(leading_real("2e"), Some(2.0));
+        assert_eq!((leading_real("e"), leading_real(" 1"), leading_real("+1")), (None, None, None));
+    }
+
+    #[test]
+    fn only_whole_numbers_in_range_become_integers() {
+        assert_eq!(Value::Real(3.0).to_int(), Ok(3));
+        assert!(Value::Real(3.5).to_int().is_err());
+        assert!(Value::Real(1e19).to_int().is_err());
+        assert!(Value::Real(f64::NAN).to_int().is_err());
+    }
+
+    #[test]
+    fn an_integer_is_a_truth_value_only_if_it_is_0_or_1() {
+        assert_eq!(Value::Int(1).to_bool(), Ok(true));
+        assert!(Value::Int(2).to_bool().is_err());
+        assert_eq!(Value::Real(2.0).to_bool(), Ok(true));
+    }
+}

@@ -1,0 +1,135 @@
+//! Leaves: what a tree calls, and what they can see of it.
+
+use std::time::Duration;
+
+use crate::blackboard::{Blackboard, Value};
+use crate::settings::ReadError;
+use crate::{Node, NodeId, Status, Tree};
+
+/// Which way things go through a port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Direction {
+    /// The node reads it.
+    Input,
+    /// The node writes it.
+    Output,
+    /// The node does both.
+    InOut,
+}
+
+impl Direction {
+    /// The element that declares such a port in a `<TreeNodesModel>`.
+    #[must_use]
+    pub fn element(self) -> &'static str {
+        match self {
+            Self::Input => "input_port",
+            Self::Output => "output_port",
+            Self::InOut => "inout_port",
+        }
+    }
+}
+
+/// The leaves of a tree, when they can answer at once.
+pub trait Leaves {
+    /// The leaf goes on, and says how it stands.
+    fn tick(&mut self, leaf: Leaf<'_>) -> Status;
+
+    /// The leaf, which was running, stops.
+    fn halt(&mut self, leaf: Leaf<'_>);
+}
+
+/// A leaf that is called: which one it is, and its ports.
+///
+/// A port is an attribute of the leaf in the file. Its value is written there, or it is an entry of the blackboard:
+/// `{key}`. Its type, and what it is if the file says nothing, are declared in the file's `<TreeNodesModel>`.
+#[derive(Debug)]
+pub struct Leaf<'a> {
+    pub(crate) id: NodeId,
+    pub(crate) tree: &'a Tree,
+    pub(crate) board: &'a mut Blackboard,
+    pub(crate) now: Duration,
+}
+
+/// What is wrong with a port.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PortError {
+    /// The leaf has no such port: neither the file nor its model says anything of it.
+    #[error("`{leaf}` has no port `{port}`")]
+    Missing {
+        /// The leaf's ID.
+        leaf: String,
+        /// The port.
+        port: String,
+    },
+    /// The port does not stand for an entry of the blackboard, so that it cannot be written.
+    #[error("the port `{port}` of `{leaf}` is no entry of the blackboard")]
+    NoEntry {
+        /// The leaf's ID.
+        leaf: String,
+        /// The port.
+        port: String,
+    },
+    /// Its value is missing or of another type.
+    #[error("the port `{port}` of `{leaf}`: {message}")]
+    Value {
+        /// The leaf's ID.
+        leaf: String,
+        /// The port.
+        port: String,
+        /// What is wrong with it.
+        message: String,
+    },
+}
+
+impl<'a> Leaf<'a> {
+    /// The leaf's number.
+    #[must_use]
+    pub fn id(&self) -> NodeId {
+        self.id
+    }
+
+    /// The leaf as the tree has it.
+    #[must_use]
+    pub fn node(&self) -> &'a Node {
+        self.tree.node(self.id)
+    }
+
+    /// The time of the run.
+    #[must_use]
+    pub fn now(&self) -> Duration {
+        self.now
+    }
+
+    /// Reads a port.
+    ///
+    /// # Errors
+    /// [`PortError::Missing`] if there is none of that name; [`PortError::Value`] if it has no value or one that is not
+    /// of the port's type.
+    pub fn input(&self, port: &str) -> Result<Value, PortError> {
+        let missing = || PortError::Missing { leaf: self.node().type_id().to_owned(), port: port.to_owned() };
+        let found = self.tree.program.leaf_port(self.id, port).ok_or_else(missing)?;
+        found.input.read(self.board, &found.of).map_err(|error: ReadError| self.value_error(port, &error))
+    }
+
+    /// Writes a port.
+    ///
+    /// # Errors
+    /// [`PortError::Missing`] if there is none of that name; [`PortError::NoEntry`] if it is a constant;
+    /// [`PortError::Value`] if the entry is of another type.
+    pub fn output(&mut self, port: &str, value: impl Into<Value>) -> Result<(), PortError> {
+        let (leaf, port) = (self.node().type_id().to_owned(), port.to_owned());
+        if self.tree.program.leaf_port(self.id, &port).is_none() {
+            return Err(PortError::Missing { leaf, port });
+        }
+        let Some(slot) = self.tree.program.leaf_entry(self.id, &port) else {
+            return Err(PortError::NoEntry { leaf, port });
+        };
+        self.board.write(slot, value.into()).map_err(|error| self.value_error(&port, &error))
+    }
+
+    fn value_error(&self, port: &str, error: &dyn std::error::Error) -> PortError {
+        let leaf = self.node().type_id().to_owned();
+        PortError::Value { leaf, port: port.to_owned(), message: error.to_string() }
+    }
+}

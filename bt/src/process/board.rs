@@ -1,0 +1,223 @@
+//! The blackboard as a process of its own.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Action, Domain, Envelope, FieldKind, Message, Offer, Pattern, Process, RequestNumber, Shape, TransitionId, Use,
+    Value,
+};
+
+use super::protocol::{Line, number, stands_name, status_of, symbol};
+use crate::blackboard::Blackboard;
+use crate::semantics::Reading;
+use crate::settings::Entrance;
+use crate::shared::Shared;
+use crate::{Fault, NodeId, Status, Tree};
+
+/// The blackboard of a tree whose nodes are processes: what the paper calls the shared variables of a composite process,
+/// kept by one more process, which does for a node whatever the node's ports and scripts say.
+///
+/// A node asks `[<question>, node, <how it stands>]` and waits for the answer. So the blackboard is a value like every
+/// other state, and all that nodes know of it comes to them in messages.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct BlackboardProcess {
+    wiring: Shared<Wiring>,
+    board: Blackboard,
+    faults: Vec<Fault>,
+    /// Who gets which answer.
+    answer: Option<(usize, Message)>,
+}
+
+#[derive(Debug, PartialEq)]
+struct Wiring {
+    tree: Arc<Tree>,
+    lines: Vec<Line>,
+}
+
+impl Eq for Wiring {}
+
+/// What a node asks the blackboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Question {
+    /// What its scripts say before it is ticked.
+    Enter,
+    /// What it reads from its ports.
+    Read,
+    /// To run the scripts for that it has answered so.
+    Leave(Status),
+    /// To run the script for that it has been halted.
+    Halted,
+}
+
+/// What the blackboard answers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Told {
+    Entrance(Entrance),
+    Reading(Reading),
+    Done,
+    /// Something went wrong.
+    Fault,
+}
+
+const ANSWER: TransitionId = TransitionId(0);
+/// Being asked by the first node.
+const FIRST_NODE: u32 = 1;
+
+impl BlackboardProcess {
+    pub(super) fn new(tree: Arc<Tree>, lines: Vec<Line>) -> Self {
+        let board = tree.program.blackboard();
+        Self { wiring: Shared::new(Wiring { tree, lines }), board, faults: Vec::new(), answer: None }
+    }
+
+    /// The blackboard.
+    #[must_use]
+    pub fn blackboard(&self) -> &Blackboard {
+        &self.board
+    }
+
+    /// All that went wrong so far in scripts and ports.
+    #[must_use]
+    pub fn faults(&self) -> &[Fault] {
+        &self.faults
+    }
+
+    fn tell(&mut self, message: &Message) -> Told {
+        let wiring = Shared::clone(&self.wiring);
+        let program = &wiring.tree.program;
+        let node = number(message, 2).and_then(|node| u32::try_from(node).ok()).unwrap_or_default();
+        let stands = symbol(message, 3).and_then(status_of);
+        let kind = wiring.tree.node(NodeId(node)).kind();
+        let board = &mut self.board;
+        let told = match message.head() {
+            Some("enter") => program.hooks(node).enter(stands, board).map(Told::Entrance).map_err(|e| e.to_string()),
+            Some("read") => {
+                let read = program.setting(node).read(board, stands.is_none(), kind);
+                read.map(Told::Reading).map_err(|error| error.to_string())
+            }
+            Some("leave") => {
+                let left = program.hooks(node).leave(stands.unwrap_or(Status::Running), board);
+                left.map(|()| Told::Done).map_err(|error| error.to_string())
+            }
+            _ => program.hooks(node).halted(board).map(|()| Told::Done).map_err(|error| error.to_string()),
+        };
+        told.unwrap_or_else(|message| {
+            self.faults.push(Fault { node: NodeId(node), message });
+            Told::Fault
+        })
+    }
+}
+
+impl Process for BlackboardProcess {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        if let Some((node, message)) = &self.answer {
+            let envelope = Envelope { message: message.clone(), request: RequestNumber::default() };
+            offers.push(Offer { transition: ANSWER, action: Action::Send(self.wiring.lines[*node].replies, envelope) });
+            return;
+        }
+        offers.extend((FIRST_NODE..).zip(&self.wiring.lines).map(|(number, line)| Offer {
+            transition: TransitionId(number),
+            action: Action::Receive(line.requests, Pattern::Any),
+        }));
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        self.answer = received.map(|envelope| {
+            let told = self.tell(&envelope.message);
+            ((transition.0 - FIRST_NODE) as usize, told.message())
+        });
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        let lines = self.wiring.lines.iter();
+        lines.flat_map(|line| [Use::Receives(line.requests, None), Use::Sends(line.replies, None)]).collect()
+    }
+
+    fn location(&self) -> String {
+        if self.answer.is_some() { "answering" } else { "idle" }.to_owned()
+    }
+}
+
+impl Question {
+    /// The question as a node asks it that stands so.
+    pub(super) fn message(self, node: NodeId, stands: Option<Status>) -> Message {
+        let (question, stands) = match self {
+            Self::Enter => ("enter", stands),
+            Self::Read => ("read", stands),
+            Self::Leave(status) => ("leave", Some(status)),
+            Self::Halted => ("halted", stands),
+        };
+        Message::new([Value::symbol(question), Value::Int(node.0.into()), Value::symbol(stands_name(stands))])
+    }
+}
+
+pub(super) fn asked_domain() -> Domain {
+    Domain::new([Shape::new([
+        ("question", FieldKind::symbols(["enter", "read", "leave", "halted"])),
+        ("node", FieldKind::Int),
+        ("stands", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
+    ])])
+}
+
+/// All answers have one shape: a word, and two numbers, which mean something for some of them.
+pub(super) fn told_domain() -> Domain {
+    let words = [
+        "open",
+        "left",
+        "done",
+        "fault",
+        "nothing",
+        "proceed",
+        "numbers",
+        "writes",
+        "unwritten",
+        "running",
+        "success",
+        "failure",
+        "skipped",
+    ];
+    Domain::new([Shape::new([
+        ("answer", FieldKind::symbols(words)),
+        ("first", FieldKind::Int),
+        ("second", FieldKind::Int),
+    ])])
+}
+
+impl Told {
+    fn message(self) -> Message {
+        let (word, [first, second]) = match self {
+            Self::Done => ("done", [0, 0]),
+            Self::Fault => ("fault", [0, 0]),
+            Self::Entrance(Entrance::Open) => ("open", [0, 0]),
+            Self::Entrance(Entrance::Left) => ("left", [0, 0]),
+            Self::Entrance(Entrance::Closed(status)) | Self::Reading(Reading::Status(status)) => {
+                (status.name(), [0, 0])
+            }
+            Self::Reading(Reading::Nothing) => ("nothing", [0, 0]),
+            Self::Reading(Reading::Proceed) => ("proceed", [0, 0]),
+            Self::Reading(Reading::Numbers(numbers)) => ("numbers", numbers),
+            Self::Reading(Reading::Writes(Some(writes))) => ("writes", [i64::try_from(writes).unwrap_or(i64::MAX), 0]),
+            Self::Reading(Reading::Writes(None)) => ("unwritten", [0, 0]),
+        };
+        Message::new([Value::symbol(word), Value::Int(first), Value::Int(second)])
+    }
+
+    /// The answer to that question.
+    pub(super) fn of(message: &Message, question: Question) -> Self {
+        let numbers = [2, 3].map(|field| number(message, field).unwrap_or_default());
+        let word = message.head().unwrap_or("fault");
+        match (word, status_of(word)) {
+            (_, Some(status)) if question == Question::Enter => Self::Entrance(Entrance::Closed(status)),
+            (_, Some(status)) => Self::Reading(Reading::Status(status)),
+            ("open", _) => Self::Entrance(Entrance::Open),
+            ("left", _) => Self::Entrance(Entrance::Left),
+            ("done", _) => Self::Done,
+            ("nothing", _) => Self::Reading(Reading::Nothing),
+            ("proceed", _) => Self::Reading(Reading::Proceed),
+            ("numbers", _) => Self::Reading(Reading::Numbers(numbers)),
+            ("writes", _) => Self::Reading(Reading::Writes(u64::try_from(numbers[0]).ok())),
+            ("unwritten", _) => Self::Reading(Reading::Writes(None)),
+            _ => Self::Fault,
+        }
+    }
+}

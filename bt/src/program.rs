@@ -1,0 +1,106 @@
+//! What the engine needs of a tree.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::blackboard::{Blackboard, Entry, Scopes, Slot, Type};
+use crate::settings::{Hooks, Input, Setting};
+use crate::{Direction, Kind, NodeId};
+
+/// What the engine needs of a node, in a few bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Op {
+    pub(crate) kind: Kind,
+    pub(crate) flags: Flags,
+    pub(crate) parent: u32,
+    /// The first node in document order that is not below this one: its next sibling, if it has one.
+    pub(crate) end: u32,
+    /// Its place among the nodes that remember something; of leaves outside the tree, its place among them.
+    pub(crate) place: u32,
+}
+
+/// Which scripts a node has, and whether it reads from the blackboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub(crate) struct Flags(u8);
+
+impl Flags {
+    pub(crate) const ENTRANCE: Self = Self(1);
+    pub(crate) const EXIT: Self = Self(2);
+    pub(crate) const HALTED: Self = Self(4);
+    pub(crate) const READS: Self = Self(8);
+
+    pub(crate) fn has(self, flag: Self) -> bool {
+        self.0 & flag.0 != 0
+    }
+
+    pub(crate) fn add(&mut self, flag: Self, condition: bool) {
+        if condition {
+            self.0 |= flag.0;
+        }
+    }
+}
+
+/// A port of a leaf outside the tree.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LeafPort {
+    pub(crate) direction: Direction,
+    pub(crate) of: Type,
+    pub(crate) input: Input,
+}
+
+/// A tree as the engine runs it.
+#[derive(Debug, PartialEq, Default)]
+pub(crate) struct Program {
+    pub(crate) ops: Vec<Op>,
+    /// By place.
+    pub(crate) settings: Vec<Setting>,
+    /// By node, for those that have scripts.
+    pub(crate) hooks: BTreeMap<u32, Hooks>,
+    /// By place of the leaf.
+    pub(crate) leaves: Vec<BTreeMap<String, LeafPort>>,
+    pub(crate) scopes: Arc<Scopes>,
+    /// What is on the blackboard at first.
+    pub(crate) entries: Vec<Entry>,
+    pub(crate) loops: usize,
+}
+
+impl Program {
+    /// The blackboard before the first tick.
+    pub(crate) fn blackboard(&self) -> Blackboard {
+        let mut entries = self.entries.clone();
+        entries.resize_with(self.scopes.names().len(), Entry::default);
+        Blackboard::new(self.scopes.clone(), entries, self.loops)
+    }
+
+    pub(crate) fn hooks(&self, node: u32) -> &Hooks {
+        self.hooks.get(&node).expect("a node with the flag of a script has scripts")
+    }
+
+    pub(crate) fn setting(&self, node: u32) -> &Setting {
+        &self.settings[self.ops[node as usize].place as usize]
+    }
+
+    /// The children of a node.
+    pub(crate) fn children(&self, node: u32) -> impl Iterator<Item = u32> {
+        let end = self.ops[node as usize].end;
+        let first = Some(node + 1).filter(|first| *first < end);
+        std::iter::successors(first, move |child| Some(self.ops[*child as usize].end).filter(|next| *next < end))
+    }
+
+    /// Whether any node reads from the blackboard or has scripts.
+    pub(crate) fn uses_blackboard(&self) -> bool {
+        self.ops.iter().any(|op| op.flags != Flags::default())
+    }
+
+    pub(crate) fn leaf_port(&self, leaf: NodeId, port: &str) -> Option<&LeafPort> {
+        self.leaves[self.ops[leaf.index()].place as usize].get(port)
+    }
+
+    /// The entry that a port of a leaf stands for.
+    pub(crate) fn leaf_entry(&self, leaf: NodeId, port: &str) -> Option<Slot> {
+        match self.leaf_port(leaf, port)?.input {
+            Input::Entry(slot, _) => Some(slot),
+            Input::Constant(_) => None,
+        }
+    }
+}

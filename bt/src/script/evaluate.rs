@@ -1,0 +1,268 @@
+//! Running a script.
+
+use std::cmp::Ordering;
+use std::sync::Arc;
+
+use super::{Assignment, Binary, Comparison, Expression, Script, Unary};
+use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError};
+
+/// What goes wrong while a script runs.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum ScriptError {
+    #[error("there is no entry `{0}` on the blackboard")]
+    Missing(Arc<str>),
+    #[error("there is no entry `{0}` on the blackboard; `:=` makes one")]
+    MissingToAssign(Arc<str>),
+    #[error("the entry `{0}` has no value yet")]
+    Empty(Arc<str>),
+    #[error(transparent)]
+    Value(#[from] ValueError),
+    #[error("`{operator}` cannot be applied to `{left}` and `{right}`")]
+    Operands { operator: &'static str, left: String, right: String },
+    #[error("`{operator}` cannot be applied to `{operand}`")]
+    Operand { operator: &'static str, operand: String },
+    #[error("the entry `{name}` holds `{old}`, and cannot take `{new}`")]
+    Assignment { name: Arc<str>, old: String, new: String },
+}
+
+type Evaluated = Result<Value, ScriptError>;
+
+impl Script {
+    /// Runs the script: its value is that of its last expression.
+    pub(crate) fn run(&self, board: &mut Blackboard) -> Evaluated {
+        let (last, others) = self.statements.split_last().expect("a script has a statement");
+        for statement in others {
+            statement.evaluate(board)?;
+        }
+        last.evaluate(board)
+    }
+
+    /// Runs the script and takes its value for a truth value.
+    pub(crate) fn holds(&self, board: &mut Blackboard) -> Result<bool, ScriptError> {
+        match self.run(board)? {
+            // A text is no truth value in a script, not even `'true'`.
+            text @ (Value::Text(_) | Value::List(_)) => Err(ValueError::new(text, "true or false").into()),
+            value => Ok(value.to_bool()?),
+        }
+    }
+}
+
+impl Expression {
+    fn evaluate(&self, board: &mut Blackboard) -> Evaluated {
+        match self {
+            Self::Literal(value) => Ok(value.clone()),
+            Self::Name(slot, name) => read(board, *slot, name),
+            Self::Unary(operator, operand) => operator.apply(&operand.evaluate(board)?),
+            Self::Binary(operator, left, right) => {
+                let left = left.evaluate(board)?;
+                let right = right.evaluate(board)?;
+                operator.apply(&left, &right)
+            }
+            Self::Comparison(first, others) => {
+                let mut left = first.evaluate(board)?;
+                for (comparison, right) in others {
+                    let right = right.evaluate(board)?;
+                    if !comparison.holds(&left, &right)? {
+                        return Ok(Value::Real(0.0));
+                    }
+                    left = right;
+                }
+                Ok(Value::Real(1.0))
+            }
+            Self::Choice(parts) => {
+                let [condition, then, otherwise] = &**parts;
+                let is_true = condition.evaluate(board)?.to_real()? != 0.0;
+                if is_true { then.evaluate(board) } else { otherwise.evaluate(board) }
+            }
+            Self::Assignment(operator, slot, name, right) => assign(*operator, *slot, name, right, board),
+        }
+    }
+}
+
+fn read(board: &Blackboard, slot: Slot, name: &Arc<str>) -> Evaluated {
+    match board.value(slot) {
+        Some(value) => Ok(value.clone()),
+        None if board.exists(slot) => Err(ScriptError::Empty(name.clone())),
+        None => Err(ScriptError::Missing(name.clone())),
+    }
+}
+
+fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression, board: &mut Blackboard) -> Evaluated {
+    if !board.exists(slot) {
+        if operator != Assignment::Create {
+            return Err(ScriptError::MissingToAssign(name.clone()));
+        }
+        board.create(slot);
+    }
+    let right = right.evaluate(board)?;
+    let new = match operator {
+        Assignment::Create | Assignment::Existing => right,
+        Assignment::With(operator) => {
+            let left = board.value(slot).ok_or_else(|| ScriptError::Empty(name.clone()))?;
+            operator.apply_in_place(left, &right)?
+        }
+    };
+    let fitting = fit(board, slot, name, new)?;
+    board.put(slot, fitting.clone());
+    Ok(fitting)
+}
+
+/// The value as it is stored: an entry keeps the kind of value that it has, and a text is read as what it is to be.
+fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated {
+    let (of, old) = (board.type_of(slot), board.value(slot));
+    let refused = || ScriptError::Assignment {
+        name: name.clone(),
+        old: old.map_or_else(|| of.to_string(), Value::to_string),
+        new: new.to_string(),
+    };
+    match (old, &new) {
+        (None, _) if *of == Type::Any => Ok(new),
+        (None, Value::Text(_)) => of.convert(&new).map_err(|_| refused()),
+        (None, _) => Ok(new),
+        (Some(Value::Text(_)), Value::Text(_)) => Ok(new),
+        (Some(Value::Int(_)), Value::Int(_) | Value::Real(_)) => new.to_int().map(Value::Int).map_err(|_| refused()),
+        (Some(Value::Real(_)), Value::Int(_) | Value::Real(_)) => Ok(Value::Real(new.to_real()?)),
+        (Some(_), Value::Text(_)) if of.is_strong() => of.convert(&new).map_err(|_| refused()),
+        (Some(Value::Int(_) | Value::Real(_)), Value::Text(text)) => Ok(Value::Real(number_in(text)?)),
+        (Some(Value::List(_)), Value::List(_)) => Ok(new),
+        _ => Err(refused()),
+    }
+}
+
+/// The number that a text means where a number is needed.
+fn number_in(text: &Arc<str>) -> Result<f64, ScriptError> {
+    match &**text {
+        "true" => Ok(1.0),
+        "false" => Ok(0.0),
+        _ => Ok(Value::Text(text.clone()).to_real()?),
+    }
+}
+
+impl Unary {
+    fn apply(self, operand: &Value) -> Evaluated {
+        let sign = match self {
+            Self::Negate => "-",
+            Self::Complement => "~",
+            Self::Not => "!",
+        };
+        let wrong = || ScriptError::Operand { operator: sign, operand: operand.to_string() };
+        if !operand.is_number() {
+            return Err(wrong());
+        }
+        let number = operand.to_real()?;
+        Ok(Value::Real(match self {
+            Self::Negate => -number,
+            Self::Not => f64::from(u8::from(number == 0.0)),
+            Self::Complement => bits(!Value::Real(number.trunc()).to_int().map_err(|_| wrong())?),
+        }))
+    }
+}
+
+/// A whole number as the real number that all operators answer.
+#[expect(clippy::cast_precision_loss, reason = "BehaviorTree.CPP's arithmetic is that of doubles")]
+fn bits(number: i64) -> f64 {
+    number as f64
+}
+
+impl Binary {
+    fn sign(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Subtract => "-",
+            Self::Multiply => "*",
+            Self::Divide => "/",
+            Self::Join => "..",
+            Self::BitAnd => "&",
+            Self::BitOr => "|",
+            Self::BitXor => "^",
+            Self::And => "&&",
+            Self::Or => "||",
+        }
+    }
+
+    fn wrong(self, left: &Value, right: &Value) -> ScriptError {
+        ScriptError::Operands { operator: self.sign(), left: left.to_string(), right: right.to_string() }
+    }
+
+    fn apply(self, left: &Value, right: &Value) -> Evaluated {
+        let joins = matches!((left, right), (Value::Text(_), Value::Text(_)))
+            || (self == Self::Join && (left.is_number() != right.is_number()));
+        match self {
+            Self::Add | Self::Join if joins && !is_list(left) && !is_list(right) => {
+                Ok(Value::Text(format!("{left}{right}").into()))
+            }
+            _ if left.is_number() && right.is_number() && self != Self::Join => self.calculate(left, right),
+            _ => Err(self.wrong(left, right)),
+        }
+    }
+
+    /// As `+=` and its like do it: to a text, a text can be added.
+    fn apply_in_place(self, left: &Value, right: &Value) -> Evaluated {
+        match (left, right) {
+            (Value::Text(left), Value::Text(right)) if self == Self::Add => {
+                Ok(Value::Text(format!("{left}{right}").into()))
+            }
+            _ if left.is_number() && right.is_number() => self.calculate(left, right),
+            _ => Err(self.wrong(left, right)),
+        }
+    }
+
+    fn calculate(self, left: &Value, right: &Value) -> Evaluated {
+        let wrong = |_| self.wrong(left, right);
+        let whole =
+            || -> Result<_, ScriptError> { Ok((left.to_int().map_err(wrong)?, right.to_int().map_err(wrong)?)) };
+        let truths =
+            || -> Result<_, ScriptError> { Ok((left.to_bool().map_err(wrong)?, right.to_bool().map_err(wrong)?)) };
+        let (a, b) = (left.to_real()?, right.to_real()?);
+        Ok(Value::Real(match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+            Self::BitAnd => whole().map(|(a, b)| bits(a & b))?,
+            Self::BitOr => whole().map(|(a, b)| bits(a | b))?,
+            Self::BitXor => whole().map(|(a, b)| bits(a ^ b))?,
+            Self::And => truths().map(|(a, b)| f64::from(u8::from(a && b)))?,
+            Self::Or => truths().map(|(a, b)| f64::from(u8::from(a || b)))?,
+            Self::Join => return Err(self.wrong(left, right)),
+        }))
+    }
+}
+
+fn is_list(value: &Value) -> bool {
+    matches!(value, Value::List(_))
+}
+
+/// Real numbers that differ by no more are equal.
+const EQUAL_WITHIN: f64 = f32::EPSILON as f64;
+
+impl Comparison {
+    fn holds(self, left: &Value, right: &Value) -> Result<bool, ScriptError> {
+        match (left, right) {
+            (Value::Text(left), Value::Text(right)) => Ok(self.decide(left == right, Some(left.cmp(right)))),
+            (Value::List(_), _) | (_, Value::List(_)) => {
+                Err(ScriptError::Operands { operator: "==", left: left.to_string(), right: right.to_string() })
+            }
+            _ => {
+                let number = |value: &Value| match value {
+                    Value::Text(text) => number_in(text),
+                    value => Ok(value.to_real()?),
+                };
+                let (left, right) = (number(left)?, number(right)?);
+                Ok(self.decide((left - right).abs() <= EQUAL_WITHIN, left.partial_cmp(&right)))
+            }
+        }
+    }
+
+    /// What is neither less nor greater nor the same, as 0 / 0, makes all four of the others true.
+    fn decide(self, equal: bool, order: Option<Ordering>) -> bool {
+        match self {
+            Self::Equal => equal,
+            Self::NotEqual => !equal,
+            Self::Less => !matches!(order, Some(Ordering::Greater | Ordering::Equal)),
+            Self::Greater => !matches!(order, Some(Ordering::Less | Ordering::Equal)),
+            Self::LessEqual => order != Some(Ordering::Greater),
+            Self::GreaterEqual => order != Some(Ordering::Less),
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! What a node does when it is ticked, when a child has answered, and when it is halted: the semantics of all kinds,
+//! node by node.
+//!
+//! Both the engine and the node processes follow these functions. [`Kind`] says the same in words. What a node reads from
+//! the blackboard comes in as a [`Reading`].
+
+mod begin;
+mod react;
+
+use std::time::Duration;
+
+pub(crate) use begin::{Beginning, begin, needs_reading};
+pub(crate) use react::{Answer, react};
+
+use crate::{Kind, Status};
+
+/// What a node remembers from tick to tick, besides the child that it goes on with. What the fields mean depends on the
+/// kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub(crate) struct Memory {
+    /// How many children there are. It never changes.
+    pub(crate) children: u32,
+    /// Children that were skipped in this round.
+    skipped: u32,
+    /// Children that have succeeded or are done, or successes or failures of the only child.
+    count: u32,
+    /// Children that have failed.
+    failures: u32,
+    /// The child that is being ticked, or, one more than it, the child that ran; 0 is the condition, or none.
+    at: u32,
+    /// Has begun waiting, is in its catch block, has run once, goes on with a running child.
+    pub(crate) flag: bool,
+    /// Ticks its last child because it is being halted.
+    pub(crate) catches: bool,
+    /// What its child answered once for all.
+    kept: Option<Status>,
+    /// Its parameters, as they were read last.
+    pub(crate) limits: [i64; 2],
+    /// When its time is up.
+    until: Option<Duration>,
+    /// How often an entry had been written when it was looked at.
+    seen: u64,
+}
+
+/// What a node has read from its ports and the blackboard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Reading {
+    /// Nothing is to be read.
+    Nothing,
+    /// Its parameters.
+    Numbers([i64; 2]),
+    /// The child may be ticked.
+    Proceed,
+    /// That is the answer.
+    Status(Status),
+    /// How often an entry was written; none if it does not exist.
+    Writes(Option<u64>),
+}
+
+/// What a node does next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reaction {
+    /// It ticks the next child.
+    Next,
+    /// It resets some children, and then does something.
+    Do {
+        reset: Reset,
+        /// The child that its next tick starts with.
+        resume: Resume,
+        then: Then,
+    },
+}
+
+/// What a node does after resetting children.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Then {
+    Tick(Which),
+    Answer(Status),
+    /// It answers running and has the whole tree ticked again.
+    Again,
+    /// BehaviorTree.CPP would throw an exception: it fails, and this is why.
+    Fault(&'static str),
+}
+
+/// Which child is ticked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(crate) enum Which {
+    First,
+    /// The one that the node's tick starts with.
+    Resumed,
+    /// The one behind the one that answered.
+    Next,
+    Nth(u32),
+    Last,
+}
+
+/// Which children are reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reset {
+    None,
+    All,
+    /// All but the one that answered.
+    Others,
+    /// The one that answered and those behind it.
+    FromHere,
+    /// The one that answered.
+    Here,
+    Nth(u32),
+}
+
+/// Where a node's next tick starts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Resume {
+    /// Where it would have started anyway.
+    Same,
+    /// At the first child.
+    First,
+    /// At the child that answered.
+    Here,
+    /// Behind the child that answered.
+    Next,
+}
+
+impl Reaction {
+    fn tick(which: Which) -> Self {
+        Self::Do { reset: Reset::None, resume: Resume::Same, then: Then::Tick(which) }
+    }
+
+    fn answer(status: Status) -> Self {
+        Self::Do { reset: Reset::None, resume: Resume::Same, then: Then::Answer(status) }
+    }
+
+    /// It is done: all children are reset, and it starts over.
+    fn finish(status: Status) -> Self {
+        Self::Do { reset: Reset::All, resume: Resume::First, then: Then::Answer(status) }
+    }
+
+    pub(crate) fn fault(why: &'static str) -> Self {
+        Self::Do { reset: Reset::All, resume: Resume::First, then: Then::Fault(why) }
+    }
+}
+
+impl Memory {
+    pub(crate) fn new(children: u32) -> Self {
+        Self { children, ..Self::default() }
+    }
+
+    /// What a node forgets when it is halted.
+    pub(crate) fn forget(&mut self, kind: Kind) {
+        match kind {
+            // A RunOnce has run; a Precondition that was met stays so until its child is done; a loop looks whether it
+            // was idle when it is ticked again.
+            Kind::SequenceWithMemory | Kind::RunOnce | Kind::Precondition | Kind::WasEntryUpdated | Kind::Loop(_) => {}
+            Kind::SkipUnlessUpdated | Kind::WaitValueUpdate => self.flag = false,
+            _ => {
+                let Self { children, limits, .. } = *self;
+                *self = Self { children, limits, ..Self::default() };
+            }
+        }
+    }
+
+    /// Whether a running node of that kind ticks its last child when it is halted, if it is told to by its port.
+    pub(crate) fn catches_halts(&self, kind: Kind) -> bool {
+        kind == Kind::TryCatch && !self.flag && !self.catches
+    }
+}
+
+impl Kind {
+    /// Whether the first child that it ticks makes it running, in BehaviorTree.CPP's eyes: even if it is skipped then.
+    pub(crate) fn runs_when_begun(self) -> bool {
+        !matches!(
+            self,
+            Self::Switch(_)
+                | Self::Precondition
+                | Self::SkipUnlessUpdated
+                | Self::WaitValueUpdate
+                | Self::Condition
+                | Self::Action
+        )
+    }
+
+    /// The answer of a child, not the last, after which a node of this kind ticks the next one and does nothing else.
+    #[inline]
+    pub(crate) fn goes_on_after(self) -> Option<Status> {
+        match self {
+            Self::ReactiveSequence | Self::Sequence => Some(Status::Success),
+            Self::ReactiveFallback | Self::Fallback => Some(Status::Failure),
+            _ => None,
+        }
+    }
+
+    /// Whether children that are done are not ticked again until the node is.
+    pub(crate) fn passes_over_completed(self) -> bool {
+        matches!(self, Self::Parallel | Self::ParallelAll)
+    }
+
+    /// Whether nodes of this kind have ports or code.
+    pub(crate) fn has_settings(self) -> bool {
+        !matches!(
+            self,
+            Self::Sequence
+                | Self::ReactiveSequence
+                | Self::SequenceWithMemory
+                | Self::AsyncSequence
+                | Self::Fallback
+                | Self::ReactiveFallback
+                | Self::AsyncFallback
+                | Self::Inverter
+                | Self::ForceSuccess
+                | Self::ForceFailure
+                | Self::SubTree
+        )
+    }
+
+    /// Whether a node of this kind starts over after it was halted.
+    pub(crate) fn forgets(self) -> bool {
+        self != Self::SequenceWithMemory
+    }
+}

@@ -1,0 +1,239 @@
+//! What a node does when a child has answered.
+
+use super::begin::threshold;
+use super::{Memory, Reaction, Reset, Resume, Then, Which};
+use crate::{Kind, Status};
+
+/// A child's answer, as its parent sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Answer {
+    /// None if the child was done before and has not been ticked.
+    pub(crate) status: Option<Status>,
+    /// The child was idle when it was ticked.
+    pub(crate) was_idle: bool,
+    /// It is the last child.
+    pub(crate) is_last: bool,
+}
+
+/// What a node of that kind does when a child answers so.
+#[inline]
+pub(crate) fn react(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction {
+    let Some(status) = answer.status else { return react_parallel(kind, memory, answer) };
+    match kind {
+        Kind::ReactiveSequence => react_reactive(memory, Status::Success, status, answer.is_last),
+        Kind::ReactiveFallback => react_reactive(memory, Status::Failure, status, answer.is_last),
+        Kind::Sequence | Kind::SequenceWithMemory | Kind::AsyncSequence => {
+            react_in_order(kind, memory, Status::Success, status, answer)
+        }
+        Kind::Fallback | Kind::AsyncFallback => react_in_order(kind, memory, Status::Failure, status, answer),
+        Kind::Parallel | Kind::ParallelAll => react_parallel(kind, memory, answer),
+        _ => react_other(kind, memory, status, answer.was_idle),
+    }
+}
+
+/// Nodes that start over at every tick. `neutral` is the answer that makes them go on to the next child.
+#[inline]
+fn react_reactive(memory: &mut Memory, neutral: Status, status: Status, is_last: bool) -> Reaction {
+    match status {
+        Status::Running => {
+            Reaction::Do { reset: Reset::Others, resume: Resume::First, then: Then::Answer(Status::Running) }
+        }
+        Status::Skipped => {
+            memory.skipped += 1;
+            match is_last {
+                true if memory.skipped == memory.children => Reaction::finish(Status::Skipped),
+                true => Reaction::finish(neutral),
+                false => Reaction::Do { reset: Reset::Here, resume: Resume::Same, then: Then::Tick(Which::Next) },
+            }
+        }
+        status if status == neutral && !is_last => Reaction::Next,
+        status => Reaction::finish(status),
+    }
+}
+
+/// Nodes that go on with the child that was running.
+#[inline]
+fn react_in_order(kind: Kind, memory: &mut Memory, neutral: Status, status: Status, answer: Answer) -> Reaction {
+    let yields = matches!(kind, Kind::SequenceWithMemory | Kind::AsyncSequence | Kind::AsyncFallback);
+    match status {
+        Status::Running => {
+            Reaction::Do { reset: Reset::None, resume: Resume::Here, then: Then::Answer(Status::Running) }
+        }
+        Status::Skipped => {
+            memory.skipped += 1;
+            if !answer.is_last {
+                return Reaction::Next;
+            }
+            let all_skipped = memory.skipped == memory.children;
+            memory.skipped = 0;
+            Reaction::finish(if all_skipped { Status::Skipped } else { neutral })
+        }
+        status if status == neutral && !answer.is_last => {
+            if yields && answer.was_idle {
+                return Reaction::Do { reset: Reset::None, resume: Resume::Next, then: Then::Again };
+            }
+            Reaction::Next
+        }
+        status if status != neutral && kind == Kind::SequenceWithMemory => {
+            Reaction::Do { reset: Reset::FromHere, resume: Resume::Here, then: Then::Answer(status) }
+        }
+        status => {
+            if status == neutral {
+                memory.skipped = 0;
+            }
+            Reaction::finish(status)
+        }
+    }
+}
+
+fn react_parallel(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction {
+    match answer.status {
+        Some(Status::Skipped) => memory.skipped += 1,
+        Some(Status::Failure) => memory.failures += 1,
+        Some(Status::Success) => memory.count += 1,
+        Some(Status::Running) | None => {}
+    }
+    if let Some(status) = memory.verdict(kind, answer.is_last) {
+        (memory.count, memory.failures) = (0, 0);
+        return Reaction::finish(status);
+    }
+    match answer.is_last {
+        false => Reaction::Next,
+        true if memory.skipped == memory.children => Reaction::answer(Status::Skipped),
+        true => Reaction::answer(Status::Running),
+    }
+}
+
+impl Memory {
+    /// What a parallel node's children amount to so far, if that is decided.
+    fn verdict(&self, kind: Kind, is_last: bool) -> Option<Status> {
+        let [children, skipped, successes, failures] =
+            [self.children, self.skipped, self.count, self.failures].map(i64::from);
+        let [first, second] = self.limits.map(|limit| threshold(limit, self.children));
+        let verdict = |succeeds| if succeeds { Status::Success } else { Status::Failure };
+        if kind == Kind::ParallelAll {
+            let is_done = is_last && skipped < children && skipped + successes + failures >= children;
+            return is_done.then(|| verdict(failures < first));
+        }
+        let counted = if self.limits[0] < 0 { successes + skipped } else { successes };
+        if counted >= first {
+            return Some(Status::Success);
+        }
+        (children - failures < first || failures == second).then_some(Status::Failure)
+    }
+}
+
+fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) -> Reaction {
+    use Status::{Failure, Running, Skipped, Success};
+    match (kind, status) {
+        (Kind::IfThenElse | Kind::WhileDoElse, _) => react_conditional(kind, memory, status),
+        (Kind::TryCatch, _) => react_try_catch(memory, status),
+        (Kind::Switch(_), _) => {
+            memory.at = if status == Running { memory.count + 1 } else { 0 };
+            if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
+        }
+        (Kind::Repeat | Kind::RetryUntilSuccessful, _) => react_repetition(kind, memory, status, was_idle),
+
+        (Kind::Loop(_), _) => {
+            memory.flag = status == Running;
+            match status {
+                Failure => Reaction::finish(Failure),
+                Success => Reaction::finish(Running),
+                Running | Skipped => Reaction::answer(Running),
+            }
+        }
+        (Kind::KeepRunningUntilFailure, Success) => Reaction::finish(Running),
+        (Kind::KeepRunningUntilFailure, Skipped) => Reaction::answer(Running),
+        (Kind::SkipUnlessUpdated | Kind::WaitValueUpdate, _) => {
+            memory.flag = status == Running;
+            if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
+        }
+
+        (_, Running | Skipped) => Reaction::answer(status),
+        (Kind::Inverter, _) => Reaction::finish(status.inverted()),
+        (Kind::ForceSuccess, _) => Reaction::finish(Success),
+        (Kind::ForceFailure, _) => Reaction::finish(Failure),
+        (Kind::RunOnce, _) => {
+            (memory.flag, memory.kept) = (true, Some(status));
+            Reaction::finish(status)
+        }
+        (_, status) => {
+            // A Delay or a Timeout starts anew, and a Precondition is asked again.
+            (memory.flag, memory.until) = (false, None);
+            Reaction::finish(status)
+        }
+    }
+}
+
+fn react_conditional(kind: Kind, memory: &mut Memory, status: Status) -> Reaction {
+    if status == Status::Running {
+        return Reaction::answer(status);
+    }
+    if memory.at > 0 {
+        memory.at = 0;
+        return Reaction::finish(status);
+    }
+    let (chosen, other) = match status {
+        Status::Success => (1, 2),
+        Status::Failure => (2, 1),
+        _ => return Reaction::fault("its condition was skipped"),
+    };
+    if chosen == memory.children {
+        // Without a third child. An IfThenElse leaves its condition as it is.
+        return if kind == Kind::WhileDoElse { Reaction::finish(status) } else { Reaction::answer(status) };
+    }
+    memory.at = chosen;
+    let reset = match kind {
+        Kind::WhileDoElse if memory.children == 3 => Reset::Nth(other),
+        _ => Reset::None,
+    };
+    Reaction::Do { reset, resume: Resume::Same, then: Then::Tick(Which::Nth(chosen)) }
+}
+
+fn react_try_catch(memory: &mut Memory, status: Status) -> Reaction {
+    if memory.flag {
+        if status == Status::Running {
+            return Reaction::answer(status);
+        }
+        memory.flag = false;
+        return Reaction::finish(Status::Failure);
+    }
+    match status {
+        Status::Running => Reaction::Do { reset: Reset::None, resume: Resume::Here, then: Then::Answer(status) },
+        Status::Failure => {
+            (memory.flag, memory.at) = (true, 0);
+            Reaction::Do { reset: Reset::All, resume: Resume::First, then: Then::Tick(Which::Last) }
+        }
+        Status::Success | Status::Skipped => {
+            memory.skipped += u32::from(status == Status::Skipped);
+            memory.at += 1;
+            if memory.at + 1 < memory.children {
+                return Reaction::Next;
+            }
+            let all_skipped = memory.skipped == memory.at;
+            (memory.at, memory.skipped) = (0, 0);
+            Reaction::finish(if all_skipped { Status::Skipped } else { Status::Success })
+        }
+    }
+}
+
+fn react_repetition(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) -> Reaction {
+    let counted = if kind == Kind::Repeat { Status::Success } else { Status::Failure };
+    match status {
+        Status::Running => Reaction::answer(status),
+        Status::Skipped => Reaction::finish(status),
+        status if status == counted => {
+            memory.count = memory.count.saturating_add(1);
+            if !memory.may_go_on() {
+                memory.count = 0;
+                return Reaction::finish(status);
+            }
+            let then = if was_idle { Then::Again } else { Then::Tick(Which::First) };
+            Reaction::Do { reset: Reset::All, resume: Resume::First, then }
+        }
+        status => {
+            memory.count = 0;
+            Reaction::finish(status)
+        }
+    }
+}

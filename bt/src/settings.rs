@@ -1,0 +1,376 @@
+//! What nodes read from their ports and from the blackboard when they are ticked, and their scripts.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use crate::blackboard::{Blackboard, ScopeId, Slot, Type, Value, ValueError, status_named};
+use crate::script::{Script, ScriptError};
+use crate::semantics::Reading;
+use crate::{Item, Kind, Status};
+
+/// Where a port's value comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Input {
+    /// It is written in the file.
+    Constant(Value),
+    /// It is an entry of the blackboard, of that key.
+    Entry(Slot, Arc<str>),
+}
+
+/// What a node has to read, beyond its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Setting {
+    Nothing,
+    /// Numbers, which are the same at every tick.
+    Constant([i64; 2]),
+    /// Numbers or truth values; the second may be missing.
+    Numbers([Option<(Input, Type)>; 2]),
+    Switch {
+        variable: Option<Input>,
+        cases: Vec<Option<Input>>,
+        constants: Arc<Constants>,
+    },
+    Script(Script),
+    Condition(Script),
+    Precondition {
+        script: Script,
+        otherwise: Input,
+    },
+    Loop(Loop),
+    Entry(Slot),
+    SetBlackboard {
+        key: Input,
+        value: Input,
+        scope: ScopeId,
+    },
+    UnsetBlackboard {
+        key: Input,
+        scope: ScopeId,
+    },
+}
+
+/// What a loop goes through.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Loop {
+    pub(crate) queue: Input,
+    pub(crate) value: Option<Slot>,
+    pub(crate) if_empty: Input,
+    pub(crate) item: Item,
+    /// Its place among the loops of the tree.
+    pub(crate) number: usize,
+}
+
+/// Names that stand for numbers in scripts and switches.
+pub(crate) type Constants = std::collections::BTreeMap<String, i64>;
+
+/// The scripts of one node.
+#[derive(Clone, Debug, PartialEq, Default)]
+pub(crate) struct Hooks {
+    pub(crate) failure_if: Option<Script>,
+    pub(crate) success_if: Option<Script>,
+    pub(crate) skip_if: Option<Script>,
+    pub(crate) while_: Option<Script>,
+    pub(crate) on_halted: Option<Script>,
+    pub(crate) on_failure: Option<Script>,
+    pub(crate) on_success: Option<Script>,
+    pub(crate) post: Option<Script>,
+}
+
+/// What a node's scripts say before it is ticked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Entrance {
+    /// It is ticked.
+    Open,
+    /// It answers that instead.
+    Closed(Status),
+    /// It was running and is halted; then it is skipped.
+    Left,
+}
+
+/// What cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum ReadError {
+    #[error("the entry `{0}` has no value")]
+    Empty(Arc<str>),
+    #[error(transparent)]
+    Value(#[from] ValueError),
+    #[error(transparent)]
+    Script(#[from] ScriptError),
+}
+
+impl Input {
+    /// The value, if it has one.
+    fn value<'a>(&'a self, board: &'a Blackboard) -> Option<&'a Value> {
+        match self {
+            Self::Constant(value) => Some(value),
+            Self::Entry(slot, _) => board.value(*slot),
+        }
+    }
+
+    /// The value as one of that type.
+    pub(crate) fn read(&self, board: &Blackboard, of: &Type) -> Result<Value, ReadError> {
+        let value = self.value(board).ok_or_else(|| self.empty())?;
+        Ok(match of {
+            Type::Text => Value::Text(value.to_text()),
+            of => of.convert(value)?,
+        })
+    }
+
+    fn number(&self, board: &Blackboard, of: &Type) -> Result<i64, ReadError> {
+        Ok(self.read(board, of)?.to_int()?)
+    }
+
+    fn status(&self, board: &Blackboard) -> Result<Status, ReadError> {
+        let name = self.read(board, &Type::Text)?.to_text();
+        Ok(status_named(&name).ok_or_else(|| ValueError::new(&name, "a status"))?)
+    }
+
+    fn empty(&self) -> ReadError {
+        let name = if let Self::Entry(_, name) = self { name.clone() } else { Arc::default() };
+        ReadError::Empty(name)
+    }
+}
+
+impl Setting {
+    /// Whether reading it has nothing to do with the blackboard.
+    pub(crate) fn is_constant(&self) -> bool {
+        self.constant().is_some()
+    }
+
+    /// What is read if that has nothing to do with the blackboard.
+    pub(crate) fn constant(&self) -> Option<Reading> {
+        match self {
+            Self::Nothing => Some(Reading::Nothing),
+            Self::Constant(numbers) => Some(Reading::Numbers(*numbers)),
+            _ => None,
+        }
+    }
+
+    /// Reads what the node needs, writing what it writes. `starts` if the node was idle.
+    #[inline]
+    pub(crate) fn read(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<Reading, ReadError> {
+        match self {
+            Self::Nothing => Ok(Reading::Nothing),
+            Self::Constant(numbers) => Ok(Reading::Numbers(*numbers)),
+            _ => self.read_board(board, starts, kind),
+        }
+    }
+
+    fn read_board(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<Reading, ReadError> {
+        let succeed_if = |holds| Reading::Status(if holds { Status::Success } else { Status::Failure });
+        Ok(match self {
+            Self::Nothing => Reading::Nothing,
+            Self::Constant(numbers) => Reading::Numbers(*numbers),
+            Self::Numbers(inputs) => {
+                let mut numbers = [0; 2];
+                for (number, input) in numbers.iter_mut().zip(inputs) {
+                    if let Some((input, of)) = input {
+                        match input.number(board, of) {
+                            Ok(read) => *number = read,
+                            // What BehaviorTree.CPP does with a flag that it cannot read.
+                            Err(_) if kind == Kind::RunOnce => *number = 1,
+                            Err(_) if kind == Kind::TryCatch => *number = 0,
+                            Err(error) => return Err(error),
+                        }
+                    }
+                }
+                Reading::Numbers(numbers)
+            }
+            Self::Switch { variable, cases, constants } => {
+                let chosen = choose(variable.as_ref(), cases, constants, board);
+                Reading::Numbers([i64::try_from(chosen).unwrap_or(i64::MAX), 0])
+            }
+            Self::Script(script) => {
+                script.run(board)?;
+                Reading::Status(Status::Success)
+            }
+            Self::Condition(script) => succeed_if(script.holds(board)?),
+            Self::Precondition { script, otherwise } => {
+                let otherwise = otherwise.status(board)?;
+                if script.holds(board)? { Reading::Proceed } else { Reading::Status(otherwise) }
+            }
+            Self::Loop(one) => one.read(board, starts)?,
+            Self::Entry(slot) => Reading::Writes(board.writes(*slot)),
+            Self::SetBlackboard { key, value, scope } => succeed_if(set(board, key, value, *scope)?),
+            Self::UnsetBlackboard { key, scope } => {
+                let key = key.read(board, &Type::Text)?.to_text();
+                if board.is_own(*scope, &key)
+                    && let Some(slot) = board.find(*scope, &key)
+                {
+                    board.unset(slot);
+                }
+                Reading::Status(Status::Success)
+            }
+        })
+    }
+}
+
+/// Writes an entry; false if there is nothing to write.
+fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Result<bool, ReadError> {
+    let key = key.read(board, &Type::Text)?.to_text();
+    let read = match value {
+        Input::Entry(slot, _) if !board.exists(*slot) => return Err(value.empty()),
+        value => value.value(board).cloned(),
+    };
+    let Some(read) = read else { return Ok(false) };
+    let slot = board.slot(scope, &key);
+    if !board.exists(slot) {
+        // A new entry is of the type of the one that is copied; one that gets a text will be a text for ever.
+        let of = if let Input::Entry(source, _) = value { board.type_of(*source).clone() } else { Type::Text };
+        if of.convert(&read).is_ok() {
+            board.declare(slot, of);
+        }
+    }
+    board.write(slot, read)?;
+    Ok(true)
+}
+
+/// The number of the case that a variable is equal to; that of the last child if there is none.
+fn choose(variable: Option<&Input>, cases: &[Option<Input>], constants: &Constants, board: &Blackboard) -> usize {
+    let Some(value) = variable.and_then(|input| input.value(board)) else { return cases.len() };
+    let is_equal = |case: &Option<Input>| {
+        case.as_ref().and_then(|case| case.value(board)).is_some_and(|case| are_equal(value, case, constants))
+    };
+    cases.iter().position(is_equal).unwrap_or(cases.len())
+}
+
+/// Whether two values are the same as texts, as whole numbers, or, within a small tolerance, as real numbers.
+fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
+    match (left, right) {
+        (Value::Int(left), Value::Int(right)) => return left == right,
+        (Value::Text(left), Value::Text(right)) if left == right => return true,
+        _ => {}
+    }
+    let number = |value: &Value| match value {
+        Value::Int(_) | Value::Real(_) => value.to_real().ok(),
+        #[expect(clippy::cast_precision_loss, reason = "constants are small")]
+        Value::Text(text) => constants
+            .get(&**text)
+            .map(|number| *number as f64)
+            .or_else(|| text.parse().ok().filter(|_| !text.starts_with('+'))),
+        Value::List(_) => None,
+    };
+    let equal = |(left, right): (f64, f64)| (left - right).abs() <= f64::from(f32::EPSILON);
+    number(left).zip(number(right)).is_some_and(equal)
+}
+
+impl Loop {
+    /// Takes the first thing out of the queue and writes it down.
+    fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
+        if starts {
+            *board.queue(self.number) = None;
+        }
+        let first = match &self.queue {
+            Input::Entry(slot, name) if !matches!(board.value(*slot), Some(Value::List(_))) => {
+                match board.value(*slot) {
+                    Some(Value::Text(text)) if board.queue_is_empty(self.number) => {
+                        let copy = self.copy(&Value::Text(text.clone()))?;
+                        *board.queue(self.number) = Some(copy);
+                    }
+                    Some(Value::Text(_)) => {}
+                    Some(other) => return Err(ValueError::new(other, "a queue").into()),
+                    None if board.exists(*slot) => return Err(ReadError::Empty(name.clone())),
+                    None => {}
+                }
+                board.queue(self.number).as_mut().and_then(VecDeque::pop_front)
+            }
+            Input::Entry(slot, _) => match board.value_mut(*slot) {
+                Some(Value::List(items)) => items.pop_front(),
+                _ => None,
+            },
+            Input::Constant(constant) => {
+                if board.queue_is_empty(self.number) {
+                    *board.queue(self.number) = Some(self.copy(constant)?);
+                }
+                board.queue(self.number).as_mut().and_then(VecDeque::pop_front)
+            }
+        };
+        let Some(first) = first else { return Ok(Reading::Status(self.if_empty.status(board)?)) };
+        if let Some(slot) = self.value {
+            board.write(slot, first)?;
+        }
+        Ok(Reading::Proceed)
+    }
+
+    fn copy(&self, value: &Value) -> Result<VecDeque<Value>, ReadError> {
+        match Type::List(Box::new(self.item.type_of())).convert(value)? {
+            Value::List(items) => Ok(items),
+            other => Err(ValueError::new(other, "a queue").into()),
+        }
+    }
+}
+
+impl Item {
+    pub(crate) fn type_of(self) -> Type {
+        match self {
+            Self::Int => Type::INT,
+            Self::Bool => Type::Bool,
+            Self::Double => Type::Real,
+            Self::Text => Type::Text,
+        }
+    }
+}
+
+impl Hooks {
+    /// Whether a node may be ticked that stands so; none is idle.
+    pub(crate) fn enter(&self, was: Option<Status>, board: &mut Blackboard) -> Result<Entrance, ScriptError> {
+        let mut holds = |script: &Option<Script>| script.as_ref().map(|script| script.holds(board)).transpose();
+        match was {
+            None => {
+                if holds(&self.failure_if)? == Some(true) {
+                    return Ok(Entrance::Closed(Status::Failure));
+                }
+                if holds(&self.success_if)? == Some(true) {
+                    return Ok(Entrance::Closed(Status::Success));
+                }
+                if holds(&self.skip_if)? == Some(true) || holds(&self.while_)? == Some(false) {
+                    return Ok(Entrance::Closed(Status::Skipped));
+                }
+            }
+            Some(Status::Running) if holds(&self.while_)? == Some(false) => return Ok(Entrance::Left),
+            Some(_) => {}
+        }
+        Ok(Entrance::Open)
+    }
+
+    /// What is to be done when a node has succeeded or failed.
+    pub(crate) fn leave(&self, status: Status, board: &mut Blackboard) -> Result<(), ScriptError> {
+        let own = match status {
+            Status::Success => &self.on_success,
+            Status::Failure => &self.on_failure,
+            Status::Running | Status::Skipped => return Ok(()),
+        };
+        for script in [own, &self.post].into_iter().flatten() {
+            script.run(board)?;
+        }
+        Ok(())
+    }
+
+    /// What is to be done when a node has been halted.
+    pub(crate) fn halted(&self, board: &mut Blackboard) -> Result<(), ScriptError> {
+        self.on_halted.as_ref().map_or(Ok(()), |script| script.run(board).map(|_| ()))
+    }
+
+    /// The script that an attribute of that name holds.
+    pub(crate) fn script(&mut self, attribute: &str) -> Option<&mut Option<Script>> {
+        Some(match attribute {
+            "_failureIf" => &mut self.failure_if,
+            "_successIf" => &mut self.success_if,
+            "_skipIf" => &mut self.skip_if,
+            "_while" => &mut self.while_,
+            "_onHalted" => &mut self.on_halted,
+            "_onFailure" => &mut self.on_failure,
+            "_onSuccess" => &mut self.on_success,
+            "_post" => &mut self.post,
+            _ => return None,
+        })
+    }
+
+    pub(crate) fn has_entrance(&self) -> bool {
+        [&self.failure_if, &self.success_if, &self.skip_if, &self.while_].into_iter().any(Option::is_some)
+    }
+
+    pub(crate) fn has_exit(&self) -> bool {
+        [&self.on_failure, &self.on_success, &self.post].into_iter().any(Option::is_some)
+    }
+}

@@ -1,0 +1,315 @@
+//! From a node's attributes to what it reads when it is ticked.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use miette::SourceSpan;
+
+use super::model::Model;
+use super::ports::{Port, is_port_name, ports};
+use super::{Problems, nearest, span};
+use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
+use crate::program::LeafPort;
+use crate::script::{Names, Script};
+use crate::settings::{Constants, Hooks, Input, Loop, Setting};
+use crate::{Direction, Kind, Problem};
+
+/// An attribute of a node.
+#[derive(Clone, Debug)]
+pub(super) struct Attribute {
+    pub(super) name: String,
+    pub(super) value: String,
+    /// Of all of it.
+    pub(super) span: SourceSpan,
+    /// Of the value, between the quotes.
+    pub(super) value_span: SourceSpan,
+    /// The value stands in the file as it is, without `&lt;` and its like.
+    pub(super) is_plain: bool,
+}
+
+/// Where names lead to.
+pub(super) trait Surroundings: Names {
+    /// The scope that the node is in.
+    fn scope(&self) -> ScopeId;
+
+    /// The entry of a key that a port of that type points to; or the type that it has already, which does not agree.
+    fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type>;
+
+    /// The number of a loop.
+    fn next_loop(&mut self) -> usize;
+
+    /// All constants.
+    fn constants(&self) -> Arc<Constants>;
+}
+
+/// Surroundings in which all names lead to the same place: to see whether the attributes are right.
+pub(super) struct Nowhere(pub(super) Arc<Constants>);
+
+impl Names for Nowhere {
+    fn constant(&self, name: &str) -> Option<i64> {
+        self.0.get(name).copied()
+    }
+
+    fn slot(&mut self, _: &str) -> Slot {
+        Slot(0)
+    }
+}
+
+impl Surroundings for Nowhere {
+    fn scope(&self) -> ScopeId {
+        ScopeId(0)
+    }
+
+    fn port(&mut self, _: &str, _: &Type) -> Result<Slot, Type> {
+        Ok(Slot(0))
+    }
+
+    fn next_loop(&mut self) -> usize {
+        0
+    }
+
+    fn constants(&self) -> Arc<Constants> {
+        self.0.clone()
+    }
+}
+
+/// The compiling of one node.
+pub(super) struct Compiler<'a> {
+    pub(super) kind: Kind,
+    /// What the node is called in messages.
+    pub(super) name: &'a str,
+    pub(super) attributes: &'a [Attribute],
+    /// Of the node's start tag.
+    pub(super) span: SourceSpan,
+    pub(super) names: &'a mut dyn Surroundings,
+    pub(super) problems: &'a mut Problems,
+}
+
+impl Compiler<'_> {
+    /// What the node reads. Where it is wrong, there is a problem that says so.
+    pub(super) fn setting(&mut self) -> Setting {
+        self.compile().unwrap_or(Setting::Nothing)
+    }
+
+    fn compile(&mut self) -> Option<Setting> {
+        let [first, second, third] = [0, 1, 2].map(|place| ports(self.kind).get(place));
+        Some(match self.kind {
+            Kind::Parallel | Kind::ParallelAll | Kind::TryCatch | Kind::RunOnce => self.numbers(first, second)?,
+            Kind::Repeat | Kind::RetryUntilSuccessful | Kind::Delay | Kind::Timeout | Kind::Sleep => {
+                self.numbers(first, None)?
+            }
+            Kind::Switch(_) => {
+                let mut inputs = Vec::new();
+                for port in ports(self.kind) {
+                    inputs.push(self.input(port));
+                }
+                let variable = inputs.remove(0);
+                Setting::Switch { variable, cases: inputs, constants: self.names.constants() }
+            }
+            Kind::Script => Setting::Script(self.code(first?)?),
+            Kind::ScriptCondition => Setting::Condition(self.code(first?)?),
+            Kind::Precondition => {
+                let (script, otherwise) = (self.code(first?), self.input(second?));
+                Setting::Precondition { script: script?, otherwise: otherwise? }
+            }
+            Kind::Loop(item) => {
+                let (queue, if_empty, value) = (self.input(first?), self.input(second?), self.input(third?));
+                let value = match value {
+                    Some(Input::Entry(slot, _)) => Some(slot),
+                    _ => None,
+                };
+                let number = self.names.next_loop();
+                Setting::Loop(Loop { queue: self.queue(queue?, item), value, if_empty: if_empty?, item, number })
+            }
+            Kind::SkipUnlessUpdated | Kind::WaitValueUpdate | Kind::WasEntryUpdated => {
+                let attribute = self.required(first?)?;
+                match pointed_key("entry", &attribute.value) {
+                    Some(key) => Setting::Entry(self.names.port(key, &Type::Any).ok()?),
+                    None => Setting::Entry(self.names.slot(&attribute.value)),
+                }
+            }
+            Kind::SetBlackboard => {
+                let (value, key) = (self.input(first?), self.input(second?));
+                Setting::SetBlackboard { key: key?, value: value?, scope: self.names.scope() }
+            }
+            Kind::UnsetBlackboard => Setting::UnsetBlackboard { key: self.input(first?)?, scope: self.names.scope() },
+            _ => Setting::Nothing,
+        })
+    }
+
+    /// One number or two; constant ones are read now.
+    fn numbers(&mut self, first: Option<&Port>, second: Option<&Port>) -> Option<Setting> {
+        let mut inputs = [None, None];
+        for (input, port) in inputs.iter_mut().zip([first, second]) {
+            if let Some(port) = port {
+                *input = Some((self.input(port)?, port.of.type_of()));
+            }
+        }
+        let mut numbers = [0; 2];
+        for (number, input) in numbers.iter_mut().zip(&inputs) {
+            match input {
+                Some((Input::Constant(value), _)) => *number = value.to_int().ok()?,
+                Some((Input::Entry(..), _)) => return Some(Setting::Numbers(inputs)),
+                None => {}
+            }
+        }
+        Some(Setting::Constant(numbers))
+    }
+
+    /// A constant queue is read once.
+    fn queue(&mut self, queue: Input, item: crate::Item) -> Input {
+        let Input::Constant(value) = &queue else { return queue };
+        match Type::List(Box::new(item.type_of())).convert(value) {
+            Ok(list) => Input::Constant(list),
+            Err(error) => {
+                let attribute = self.attribute("queue").expect("a queue that is a constant is an attribute");
+                self.wrong_value(&attribute, &error.to_string(), None);
+                queue
+            }
+        }
+    }
+
+    fn attribute(&self, name: &str) -> Option<Attribute> {
+        self.attributes.iter().find(|attribute| attribute.name == name).cloned()
+    }
+
+    /// The attribute of a port that a node can't do without.
+    fn required(&mut self, port: &Port) -> Option<Attribute> {
+        let found = self.attribute(port.name);
+        if found.is_none() {
+            let near =
+                self.attributes.iter().map(|attribute| attribute.name.as_str()).filter(|name| is_port_name(name));
+            let near = nearest(port.name, near, self.problems.len());
+            let help = near.map(|near| format!("was `{near}` meant to be `{}`?", port.name));
+            let (node, port) = (self.name.to_owned(), port.name.to_owned());
+            self.problems.push(Problem::MissingPort { node, port, span: self.span, help });
+        }
+        found
+    }
+
+    /// Where the value of a port comes from; none if it is missing or wrong.
+    fn input(&mut self, port: &Port) -> Option<Input> {
+        match (self.attribute(port.name), port.default) {
+            (Some(attribute), _) => self.value(&attribute, &port.of.type_of()),
+            (None, Some(default)) => {
+                Some(Input::Constant(port.of.type_of().parse(default).expect("a default is of its type")))
+            }
+            (None, None) if port.optional => None,
+            (None, None) => {
+                self.required(port);
+                None
+            }
+        }
+    }
+
+    fn value(&mut self, attribute: &Attribute, of: &Type) -> Option<Input> {
+        if let Some(key) = pointed_key(&attribute.name, &attribute.value) {
+            return match self.names.port(key, of) {
+                Ok(slot) => Some(Input::Entry(slot, key.into())),
+                Err(is) => {
+                    let (key, is, used_as) = (key.to_owned(), is.to_string(), of.to_string());
+                    self.problems.push(Problem::EntryType { key, is, used_as, span: attribute.value_span });
+                    None
+                }
+            };
+        }
+        match of.parse(&attribute.value) {
+            Ok(value) => Some(Input::Constant(value)),
+            Err(error) => {
+                let help = (*of == Type::Status).then(|| "write SUCCESS, FAILURE, RUNNING or SKIPPED".to_owned());
+                self.wrong_value(attribute, &error.to_string(), help);
+                None
+            }
+        }
+    }
+
+    fn wrong_value(&mut self, attribute: &Attribute, message: &str, help: Option<String>) {
+        let (port, message, span) = (attribute.name.clone(), message.to_owned(), attribute.value_span);
+        self.problems.push(Problem::PortValue { port, message, span, help });
+    }
+
+    /// The script in a port.
+    fn code(&mut self, port: &Port) -> Option<Script> {
+        let attribute = self.required(port)?;
+        if pointed_key(&attribute.name, &attribute.value).is_some() {
+            let what = "a script that is itself on the blackboard".to_owned();
+            let help = Some("write the script into the file".to_owned());
+            self.problems.push(Problem::NotSupported { what, span: attribute.value_span, help });
+            return None;
+        }
+        self.script(&attribute)
+    }
+
+    fn script(&mut self, attribute: &Attribute) -> Option<Script> {
+        match Script::parse(&attribute.value, self.names) {
+            Ok(script) => Some(script),
+            Err(error) => {
+                let whole = attribute.value_span;
+                let span = if attribute.is_plain {
+                    let start = whole.offset() + error.range.start;
+                    // At its end there is nothing to point at but what is before.
+                    span(start..whole.offset() + error.range.end)
+                } else {
+                    whole
+                };
+                self.problems.push(Problem::Script { message: error.message, span });
+                None
+            }
+        }
+    }
+
+    /// The scripts that are attributes.
+    pub(super) fn hooks(&mut self) -> Option<Hooks> {
+        let mut hooks = Hooks::default();
+        let mut has_any = false;
+        for attribute in self.attributes.iter().filter(|attribute| attribute.name.starts_with('_')) {
+            if let Some(place) = hooks.script(&attribute.name) {
+                *place = self.script(attribute);
+                has_any = true;
+            }
+        }
+        has_any.then_some(hooks)
+    }
+
+    /// The ports of a leaf outside the tree: those that are attributes, and those that have a default.
+    pub(super) fn leaf_ports(&mut self, model: Option<&Model>) -> BTreeMap<String, LeafPort> {
+        let mut leaf_ports = BTreeMap::new();
+        for attribute in self.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {
+            let port = model.and_then(|model| model.port(&attribute.name));
+            let (direction, of) = port.map_or((Direction::InOut, Type::Any), |port| (port.direction, port.of.clone()));
+            if let Some(input) = self.value(attribute, &of) {
+                leaf_ports.insert(attribute.name.clone(), LeafPort { direction, of, input });
+            }
+        }
+        for port in model.iter().flat_map(|model| &model.ports) {
+            let Some(default) = port.default.as_ref().filter(|_| !leaf_ports.contains_key(&port.name)) else {
+                continue;
+            };
+            let input = match pointed_key(&port.name, default) {
+                Some(key) => self.names.port(key, &port.of).ok().map(|slot| Input::Entry(slot, key.into())),
+                None => port.of.parse(default).ok().map(Input::Constant),
+            };
+            if let Some(input) = input {
+                let (direction, of) = (port.direction, port.of.clone());
+                leaf_ports.insert(port.name.clone(), LeafPort { direction, of, input });
+            }
+        }
+        leaf_ports
+    }
+
+    /// Attributes that are nearly called like a port that is not given, and that the node would do without. Others that
+    /// are unknown are kept as they are.
+    pub(super) fn check_unknown(&mut self, known: &[&str]) {
+        let is_given = |name: &str| self.attributes.iter().any(|attribute| attribute.name == name);
+        let is_required = |name: &str| ports(self.kind).iter().any(|port| port.name == name && port.is_required());
+        let open: Vec<&str> = known.iter().copied().filter(|name| !is_given(name) && !is_required(name)).collect();
+        let strangers = self.attributes.iter().filter(|attribute| is_port_name(&attribute.name));
+        for attribute in strangers.filter(|attribute| !known.contains(&attribute.name.as_str())) {
+            if let Some(near) = nearest(&attribute.name, open.iter().copied(), self.problems.len()) {
+                let (node, port) = (self.name.to_owned(), attribute.name.clone());
+                let help = Some(format!("did you mean `{near}`?"));
+                self.problems.push(Problem::UnknownPort { node, port, span: attribute.span, help });
+            }
+        }
+    }
+}

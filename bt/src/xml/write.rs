@@ -1,0 +1,176 @@
+//! Writing trees as format 4.
+
+use std::fmt::Write;
+
+use super::model::{Model, PortModel};
+use super::scan::{Definition, Scanned};
+use crate::{Category, Kind, Tree};
+
+impl Tree {
+    /// All trees of the files that the tree was loaded from, as one file of format 4, as Groot2 opens it: in the short
+    /// spelling, the main tree first, with a `<TreeNodesModel>` of all leaves at the end. What version 3 spelled
+    /// otherwise is spelled as in version 4. Attributes are kept, also those that mean nothing here; comments are not.
+    ///
+    /// ```
+    /// let tree = bt::Tree::from_xml("old.xml", r#"<root> <BehaviorTree ID="Wave">
+    ///     <SequenceStar> <Action ID="Raise" hand="left"/> <Delay delay_msec="500"> <Action ID="Lower"/> </Delay> </SequenceStar>
+    /// </BehaviorTree> </root>"#)?;
+    /// assert_eq!(tree.to_xml(), r#"<?xml version="1.0" encoding="UTF-8"?>
+    /// <root BTCPP_format="4" main_tree_to_execute="Wave">
+    ///   <BehaviorTree ID="Wave">
+    ///     <SequenceWithMemory>
+    ///       <Raise hand="left"/>
+    ///       <Delay delay_msec="500">
+    ///         <Lower/>
+    ///       </Delay>
+    ///     </SequenceWithMemory>
+    ///   </BehaviorTree>
+    ///   <TreeNodesModel>
+    ///     <Action ID="Lower" editable="true"/>
+    ///     <Action ID="Raise" editable="true"/>
+    ///   </TreeNodesModel>
+    /// </root>
+    /// "#);
+    /// # Ok::<(), bt::TreeError>(())
+    /// ```
+    #[must_use]
+    pub fn to_xml(&self) -> String {
+        let definitions = &self.library.definitions;
+        let mut xml = Xml { text: "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(), depth: 0 };
+        xml.open("root", [("BTCPP_format", "4"), ("main_tree_to_execute", self.name())]);
+        let others = definitions.iter().enumerate().filter(|(place, _)| *place != self.main);
+        xml.tree(self.name(), &definitions[self.main]);
+        for (_, definition) in others {
+            xml.tree(definition.id.as_deref().unwrap_or_default(), definition);
+        }
+        xml.open("TreeNodesModel", []);
+        for (id, model) in &self.library.models {
+            if model.category != Category::SubTree || !model.ports.is_empty() {
+                xml.model(id, model);
+            }
+        }
+        xml.close("TreeNodesModel");
+        xml.close("root");
+        xml.text
+    }
+}
+
+/// A document that is being written.
+struct Xml {
+    text: String,
+    depth: usize,
+}
+
+impl Xml {
+    fn tag<'a>(&mut self, element: &str, attributes: impl IntoIterator<Item = (&'a str, &'a str)>, end: &str) {
+        self.put(format_args!("{:indent$}<{element}", "", indent = 2 * self.depth));
+        for (name, value) in attributes {
+            self.put(format_args!(" {name}=\"{}\"", escaped(value)));
+        }
+        self.put(format_args!("{end}\n"));
+    }
+
+    fn open<'a>(&mut self, element: &str, attributes: impl IntoIterator<Item = (&'a str, &'a str)>) {
+        self.tag(element, attributes, ">");
+        self.depth += 1;
+    }
+
+    fn close(&mut self, element: &str) {
+        self.depth -= 1;
+        self.put(format_args!("{:indent$}</{element}>\n", "", indent = 2 * self.depth));
+    }
+
+    fn put(&mut self, what: std::fmt::Arguments<'_>) {
+        self.text.write_fmt(what).expect("writing to a text succeeds");
+    }
+
+    fn tree(&mut self, id: &str, definition: &Definition) {
+        self.open("BehaviorTree", [("ID", id)]);
+        // The nodes that are open, from the outermost.
+        let mut open: Vec<(usize, &str)> = Vec::new();
+        for (place, node) in definition.nodes.iter().enumerate() {
+            while let Some((above, element)) = open.last()
+                && node.parent != Some(*above)
+            {
+                self.close(element);
+                open.pop();
+            }
+            let has_children = definition.nodes.get(place + 1).is_some_and(|next| next.parent == Some(place));
+            self.node(node, if has_children { ">" } else { "/>" });
+            if has_children {
+                self.depth += 1;
+                open.push((place, element_of(node)));
+            }
+        }
+        for (_, element) in open.iter().rev() {
+            self.close(element);
+        }
+        self.close("BehaviorTree");
+    }
+
+    fn node(&mut self, node: &Scanned, end: &str) {
+        let id =
+            matches!(element_of(node), "SubTree" | "Action" | "Condition").then_some(("ID", node.type_id.as_str()));
+        self.tag(element_of(node), id.into_iter().chain(node.kept_attributes()), end);
+    }
+
+    fn model(&mut self, id: &str, model: &Model) {
+        let attributes = [("ID", id), ("editable", "true")];
+        if model.ports.is_empty() {
+            self.tag(model.category.element(), attributes, "/>");
+            return;
+        }
+        self.open(model.category.element(), attributes);
+        for port in &model.ports {
+            self.port(port);
+        }
+        self.close(model.category.element());
+    }
+
+    fn port(&mut self, port: &PortModel) {
+        let optional = [("type", &port.type_name), ("default", &port.default)];
+        let optional = optional.into_iter().filter_map(|(name, value)| Some((name, value.as_deref()?)));
+        let attributes: Vec<(&str, &str)> = std::iter::once(("name", port.name.as_str())).chain(optional).collect();
+        let element = port.direction.element();
+        if port.description.is_empty() {
+            self.tag(element, attributes, "/>");
+        } else {
+            self.tag(element, attributes, &format!(">{}</{element}>", escaped(&port.description)));
+        }
+    }
+}
+
+/// The element that a node is written as. An ID that cannot be the name of an element, or that means something else,
+/// is spelled out.
+fn element_of(node: &Scanned) -> &str {
+    let is_name = |id: &str| {
+        id.starts_with(|c: char| c.is_alphabetic() || c == '_')
+            && id.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'))
+            && super::vocabulary::builtin(id).is_none()
+            && super::vocabulary::explicit(id).is_none()
+    };
+    match node.kind {
+        Kind::SubTree => "SubTree",
+        kind if !kind.is_leaf() => kind.name(),
+        _ if is_name(&node.type_id) => &node.type_id,
+        kind => kind.name(),
+    }
+}
+
+/// A text as it can stand in an attribute or between tags.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\n' => escaped.push_str("&#10;"),
+            '\t' => escaped.push_str("&#9;"),
+            '\r' => escaped.push_str("&#13;"),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
