@@ -19,7 +19,7 @@ pub struct Property {
     pub name: String,
     /// The formula, in the SCOPE language.
     pub formula: String,
-    /// What it asks for, in a few words.
+    /// What it asks for, in a few words: the first sentence of the comment right above it, else its formula in English.
     pub summary: String,
     /// The monitor.
     pub monitor: Box<dyn Monitor>,
@@ -87,7 +87,8 @@ pub fn load(
                 properties.push(Property {
                     name: definition.name.text.clone(),
                     formula: definition.constraint.to_string(),
-                    summary: explain(&definition.formula, topology),
+                    summary: summary_above(text, definition.name.span.start)
+                        .unwrap_or_else(|| explain(&definition.formula, topology)),
                     monitor: Box::new(monitor),
                 });
             }
@@ -99,6 +100,16 @@ pub fn load(
         return Err(ScopeError::new(name, text, problems));
     }
     Ok(PropertyFile { properties, warnings: Warnings::new(name, text, problems) })
+}
+
+/// The first sentence of the comment that ends on the line above the one with that byte, without its full stop.
+fn summary_above(text: &str, at: usize) -> Option<String> {
+    let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
+    let above: Vec<&str> = text[..line_start].lines().rev().map_while(|line| line.trim().strip_prefix("//")).collect();
+    let comment = above.iter().rev().map(|line| line.trim()).collect::<Vec<_>>().join(" ");
+    let sentence = comment.split_once(". ").map_or(comment.as_str(), |(first, _)| first);
+    let sentence = sentence.trim().trim_end_matches('.');
+    (!sentence.is_empty()).then(|| sentence.to_owned())
 }
 
 /// Notes what is strange about a property: that it says nothing, asks for what cannot be, or costs much.
@@ -171,4 +182,18 @@ pub fn formulas(
         return Err(ScopeError::new(name, text, problems));
     }
     Ok(definitions.into_iter().map(|definition| (definition.name.text, definition.formula)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_comment_right_above_a_property_sums_it_up() {
+        let text = "// Not this.\n\n// The level read is\n// never below 20 %. More about it.\nproperty p := true";
+        let at = text.find("p :=").expect("the property is there");
+        assert_eq!(summary_above(text, at).as_deref(), Some("The level read is never below 20 %"));
+        assert_eq!(summary_above("property p := true", 9), None);
+        assert_eq!(summary_above("const a := 1\nproperty p := true", 22), None);
+    }
 }

@@ -35,7 +35,8 @@ const GIF_FRAME: Duration = Duration::from_millis(100);
 /// Time between the pictures of an animation while the robot is under way, and while it is charged.
 const GIF_PERIODS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
 
-/// Runs a scenario to its end. `watch` says whether with monitors; `progress` is called after every simulated second.
+/// Runs a scenario to its end. `watch` says whether with monitors; `progress` is called at the start and then after every
+/// simulated second.
 ///
 /// # Errors
 /// What is wrong with the scenario; what could not be written.
@@ -52,7 +53,8 @@ pub fn conduct(
     let mut log = outputs.record.as_deref().map(|path| Log::begin(path, &scenario, seed)).transpose()?;
     let mut album = Album::begin(&live, seed, outputs)?;
     let mut ending = Ending::default();
-    let mut next_progress = Duration::ZERO;
+    progress(&live);
+    let mut next_progress = Duration::from_secs(1);
     let because = loop {
         let news = match live.step(log.as_mut().map(|log| &mut log.recorder)) {
             Ok(news) => news,

@@ -12,7 +12,6 @@ mod error;
 mod files;
 pub mod live;
 pub mod pictures;
-mod properties;
 pub mod report;
 mod reporting;
 pub mod scenario;

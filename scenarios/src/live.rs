@@ -5,15 +5,14 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, Event, Scheduler};
 use components::{Processes, Software};
-use monitors::Property;
+use monitors::{Property, Warnings};
 use nav::InitialPose;
 use robot::{Reading, Streams};
 use sim::Simulation;
 
 use crate::Error;
 use crate::error::Complaints;
-use crate::properties;
-use crate::scenario::{Fault, FaultKind, Scenario};
+use crate::scenario::{Fault, FaultKind, Scenario, unknown};
 use crate::trace::{Recorder, TraceHash, event_line};
 use crate::wiring::{Ids, wire};
 
@@ -99,6 +98,7 @@ pub struct Live {
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
     watched: Vec<Watched>,
+    warnings: Vec<Warnings>,
     pending_faults: Vec<Fault>,
     faults: Vec<FaultRecord>,
     visits: Vec<Visit>,
@@ -122,7 +122,7 @@ impl Live {
             navigation: wired.ids.navigation,
         };
         let software = software(&scenario, &sim, processes, &streams)?;
-        let watched = if watch { attach(&scenario, &mut wired.system)? } else { Vec::new() };
+        let (watched, warnings) = if watch { attach(&scenario, &mut wired.system)? } else { Default::default() };
         let mut pending_faults = scenario.file.faults.clone();
         pending_faults.sort_by_key(|fault| std::cmp::Reverse(fault.at));
         let visits = scenario.places.iter().map(|(name, _)| Visit { place: name.to_owned(), at: None }).collect();
@@ -135,6 +135,7 @@ impl Live {
             scheduler: wired.scheduler,
             ids: wired.ids,
             watched,
+            warnings,
             pending_faults,
             faults: Vec::new(),
             visits,
@@ -299,6 +300,12 @@ impl Live {
         &self.watched
     }
 
+    /// What looks wrong with the property files, though they are accepted.
+    #[must_use]
+    pub fn warnings(&self) -> &[Warnings] {
+        &self.warnings
+    }
+
     /// The faults that have taken hold so far.
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
@@ -359,18 +366,26 @@ fn software(scenario: &Scenario, sim: &Simulation, processes: Processes, streams
     software.map_err(|error| Error::bad_input(scenario.file.map.span.problem(error.to_string()).with_label("this map")))
 }
 
-/// Attaches the monitors of the scenario's properties.
-fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Vec<Watched>, Error> {
+/// Makes the monitors of the scenario's properties and attaches them.
+fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<(Vec<Watched>, Vec<Warnings>), Error> {
     let mut complaints = Complaints::default();
-    let mut watched = Vec::new();
-    for name in &scenario.file.properties {
-        let built = properties::build(&name.value, system.topology());
-        let built = built.map_err(|error| name.span.problem(error.to_string()).with_label("this property"));
-        if let Some(Property { name, formula, summary, monitor }) = complaints.note(built) {
+    let (mut watched, mut warnings) = (Vec::new(), Vec::new());
+    let topology = Arc::clone(system.topology());
+    for (name, text) in &scenario.properties {
+        let Some(file) = complaints.note(monitors::load(name, text, &topology, scenario.file.execution.tick)) else {
+            continue;
+        };
+        for Property { name, formula, summary, monitor } in file.properties {
             system.attach(monitor);
             watched.push(Watched { name, formula, summary, decided: None });
         }
+        warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
+    }
+    let known = || watched.iter().map(|watched| watched.name.as_str());
+    for (name, _) in scenario.file.expect.outcomes.iter().filter(|(name, _)| !known().any(|other| other == name.value))
+    {
+        complaints.push(unknown("property", name, known()));
     }
     complaints.check()?;
-    Ok(watched)
+    Ok((watched, warnings))
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{LocationId, Monitor, Verdict};
+use channels::{GraphTransition, Label, LocationId, Monitor, ProgramGraph, Topology, Verdict};
 use maps::{Place, Point, Pose};
 use robot::RobotModel;
 
@@ -198,14 +198,31 @@ fn diagram(monitor: &dyn Monitor, live: &Live) -> draw::Diagram {
             .collect(),
         initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
         active: LocationId::index(active),
-        transitions: graph
-            .transitions()
-            .iter()
-            .map(|transition| draw::Transition {
-                from: transition.from.index(),
-                to: transition.to.index(),
-                label: graph.caption(transition, live.system().topology()),
-            })
-            .collect(),
+        transitions: transitions(graph, live.system().topology()),
     }
+}
+
+/// The transitions as a picture shows them. Loops are left out: a monitor without a matching transition stays where it
+/// is. A receive action is named by the sender, and the negation of another transition's label is "else".
+fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<draw::Transition> {
+    let shown = || graph.transitions().iter().filter(|transition| transition.from != transition.to);
+    let label = |transition: &GraphTransition| {
+        let caption = graph.caption(transition, topology);
+        match &transition.label {
+            Label::Receive(channel, _) if caption == topology.describe(*channel) => {
+                topology.ends(*channel).0.to_owned()
+            }
+            _ => caption,
+        }
+    };
+    shown()
+        .map(|transition| {
+            let own = label(transition);
+            let is_else = shown()
+                .filter(|other| other.from == transition.from && other.to != transition.to)
+                .any(|other| own == format!("not ({})", label(other)));
+            let label = if is_else { "else".to_owned() } else { own };
+            draw::Transition { from: transition.from.index(), to: transition.to.index(), label }
+        })
+        .collect()
 }

@@ -69,8 +69,12 @@ pub struct MonitorReport {
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
-    /// The communication at which the property was violated.
+    /// Why the property was violated: the communication at which it was, and the messages that led to it.
     pub witness: Option<serde_json::Value>,
+    /// What was still owed when the run ended, in words.
+    pub open: Vec<String>,
+    /// The clauses whose antecedent never held, so that they said nothing about this run.
+    pub vacuous: Vec<String>,
 }
 
 /// A fault that took hold.

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind};
-use monitors::Outcome;
+use monitors::{Outcome, ScopeMonitor, Sighting, Witness};
 use serde_json::json;
 
 use crate::live::Live;
@@ -88,6 +88,7 @@ fn monitors(live: &Live) -> Vec<MonitorReport> {
             let monitor = attached.monitor.as_ref();
             let outcome = Outcome::of(monitor);
             let violation = watched.decided.as_ref().filter(|_| outcome == Outcome::Violated);
+            let scope = monitors::scope_monitor(monitor);
             MonitorReport {
                 name: watched.name.clone(),
                 property: watched.formula.clone(),
@@ -95,14 +96,29 @@ fn monitors(live: &Live) -> Vec<MonitorReport> {
                 state: monitor.location(),
                 tick: violation.map(|event| event.tick),
                 time_s: violation.map(|event| event.time.as_secs_f64()),
-                witness: violation.map(|event| witness(event, live)),
+                witness: violation.map(|event| witness(event, scope.and_then(ScopeMonitor::witness), live)),
+                open: scope.map_or_else(Vec::new, |scope| words(&scope.open_obligations())),
+                vacuous: scope.map_or_else(Vec::new, vacuous),
             }
         })
         .collect()
 }
 
-/// The event at which a property was violated.
-fn witness(event: &Event, live: &Live) -> serde_json::Value {
+/// The clauses that said nothing about the run, in words.
+fn vacuous(monitor: &ScopeMonitor) -> Vec<String> {
+    monitor
+        .vacuous()
+        .iter()
+        .map(|vacuity| format!("said nothing: {} never held in {}", vacuity.antecedent, vacuity.clause))
+        .collect()
+}
+
+fn words<T: ToString>(items: &[T]) -> Vec<String> {
+    items.iter().map(T::to_string).collect()
+}
+
+/// The event at which a property was violated, and why, as data and in words.
+fn witness(event: &Event, why: Option<&Witness>, live: &Live) -> serde_json::Value {
     let mut witness = json!({ "step": event.step, "tick": event.tick, "time_s": event.time.as_secs_f64() });
     if let EventKind::Received { channel, message } = &event.kind {
         let (from, to) = live.system().topology().ends(*channel);
@@ -110,7 +126,26 @@ fn witness(event: &Event, live: &Live) -> serde_json::Value {
         witness["to"] = to.into();
         witness["message"] = message_json(message);
     }
+    if let Some(why) = why {
+        witness["clause"] = why.clause.as_str().into();
+        witness["messages"] = why.messages.iter().map(sighting).collect();
+        witness["since_tick"] = why.since.map(|since| since.tick).into();
+        witness["deadline_tick"] = why.deadline_tick.into();
+        witness["missing"] = why.missing.as_deref().into();
+        witness["words"] = why.to_string().into();
+    }
     witness
+}
+
+fn sighting(seen: &Sighting) -> serde_json::Value {
+    json!({
+        "step": seen.at.step,
+        "tick": seen.at.tick,
+        "time_s": seen.at.time.as_secs_f64(),
+        "from": seen.from,
+        "to": seen.to,
+        "message": message_json(&seen.message),
+    })
 }
 
 fn faults(live: &Live) -> Vec<FaultReport> {

@@ -106,6 +106,14 @@ fn complain(error: &Error) {
     let _ = io::stderr().write_all(text.as_bytes());
 }
 
+/// Writes to stderr what looks wrong, though it is accepted.
+fn warn(diagnostic: &impl miette::Diagnostic) {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = miette::GraphicalReportHandler::new().render_report(&mut text, diagnostic);
+    let _ = io::stderr().write_all(text.as_bytes());
+}
+
 /// Writes a result to stdout. A reader that has gone away is no error.
 ///
 /// # Errors

@@ -23,7 +23,12 @@ pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     };
     let seed = args.seed.unwrap_or(scenario.file.seed);
     let progress = Progress::new(args.quiet || args.json, scenario.file.execution.max_time);
-    let report = conduct(scenario, seed, !args.no_monitors, &outputs, |live| progress.show(live))?;
+    let report = conduct(scenario, seed, !args.no_monitors, &outputs, |live| {
+        if live.time().is_zero() {
+            live.warnings().iter().for_each(super::warn);
+        }
+        progress.show(live);
+    })?;
     progress.finish();
     if args.json {
         print(&(serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"))?;

@@ -24,6 +24,9 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
     }
     for monitor in &report.monitors {
         writeln!(text, "  {:<8} {:<12} {}", monitor.name, monitor.verdict, evidence(monitor))?;
+        for note in monitor.open.iter().chain(&monitor.vacuous) {
+            writeln!(text, "           {note}")?;
+        }
     }
     for fault in &report.faults {
         writeln!(text, "  fault    {} at {:.2} s", fault.effect, fault.time_s)?;

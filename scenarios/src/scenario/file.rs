@@ -23,8 +23,8 @@ pub struct ScenarioFile {
     pub tree: Spanned<PathBuf>,
     /// The folder that holds a machine for each leaf of the tree: `<Leaf>.scxml`.
     pub skills: Spanned<PathBuf>,
-    /// The properties to watch, by name.
-    pub properties: Vec<Spanned<String>>,
+    /// The property files; all their properties are watched.
+    pub properties: Vec<Spanned<PathBuf>>,
     /// The places that the scenario needs.
     pub sites: Sites,
     /// The simulated robot and its world.
@@ -191,6 +191,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let seed = root.get::<u64>("seed").or(1);
     let (map, places, tree, skills) = (path("map"), path("places"), path("tree"), path("skills"));
     let properties = root.get::<Vec<Spanned<String>>>("properties").or(Vec::new());
+    let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: value.into(), span });
     let sites = root.table("sites").required().and_then(read_sites);
     let sim = read_sim(root);
     let execution = read_execution(root);
@@ -205,7 +206,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         places: places?,
         tree: tree?,
         skills: skills?,
-        properties,
+        properties: properties.collect(),
         sites: sites?,
         sim,
         execution: execution?,

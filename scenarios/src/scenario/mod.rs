@@ -18,7 +18,6 @@ pub use find::Found;
 
 use crate::Error;
 use crate::error::Complaints;
-use crate::properties;
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
 #[derive(Clone, Debug)]
@@ -35,6 +34,8 @@ pub struct Scenario {
     pub tree: Arc<Tree>,
     /// The machine of each leaf, by the leaf's ID.
     pub charts: BTreeMap<String, Arc<Chart>>,
+    /// The property files: their names and texts.
+    pub properties: Vec<(String, String)>,
     /// Where the robot starts, in the `map` frame.
     pub start: Pose,
     /// Where the charging station stands and how a docked robot faces, in the `map` frame.
@@ -72,7 +73,7 @@ impl Loader<'_> {
         let tree = self.tree(&file);
         let charts = tree.as_ref().map(|tree| self.charts(&file, tree));
         let poses = places.as_ref().and_then(|places| self.check_places(&file, places));
-        self.check_properties(&file);
+        let properties = self.properties(&file);
         let (start, station) = poses?;
         Some(Scenario {
             name: self.found.name.clone(),
@@ -80,6 +81,7 @@ impl Loader<'_> {
             places: places?,
             tree: Arc::new(tree?),
             charts: charts?,
+            properties,
             start,
             station,
             file,
@@ -172,14 +174,12 @@ impl Loader<'_> {
         }
     }
 
-    fn check_properties(&mut self, file: &ScenarioFile) {
-        for name in file.properties.iter().filter(|name| !properties::NAMES.contains(&name.value.as_str())) {
-            self.complaints.push(unknown("property", name, properties::NAMES));
-        }
-        let watched = || file.properties.iter().map(|name| name.value.as_str());
-        for (name, _) in file.expect.outcomes.iter().filter(|(name, _)| !watched().any(|other| other == name.value)) {
-            self.complaints.push(unknown("property", name, watched()));
-        }
+    fn properties(&mut self, file: &ScenarioFile) -> Vec<(String, String)> {
+        let read = |path: &Spanned<std::path::PathBuf>| {
+            let text = self.text(&path.span, "property file", &path.value)?;
+            Some((path.value.display().to_string(), text))
+        };
+        file.properties.iter().filter_map(read).collect()
     }
 }
 

@@ -1,0 +1,139 @@
+//! How the components answer: each request once, with its number, when the answer is known.
+
+#![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
+
+use std::time::Duration;
+
+use channels::{
+    Action, Capacity, Domain, Envelope, Message, Offer, Process, ProcessId, RequestNumber, Topology, Value,
+};
+use components::{BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation, operations};
+use maps::{Place, Places, Point};
+
+fn places() -> Places {
+    let mut places = Places::default();
+    for name in ["Destination", "RechargingStation"] {
+        let corners = vec![Point::new(0.0, 0.0), Point::new(1.0, 0.0), Point::new(0.0, 1.0)];
+        places.insert(name, Place::Area { corners });
+    }
+    places
+}
+
+/// A component with some clients; the channels carry all that the component understands.
+fn wire(component: &str, clients: &[&str]) -> (Topology, ProcessId) {
+    let mut topology = Topology::default();
+    let id = topology.process(component).unwrap();
+    let operations = operations(&places());
+    let own: Vec<_> = operations.iter().filter(|operation| operation.component == component).collect();
+    for client in clients {
+        let client = topology.process(client).unwrap();
+        let requests = Domain::new(own.iter().map(|operation| operation.request.clone()));
+        let replies = Domain::new(own.iter().flat_map(|operation| operation.replies.clone()));
+        topology.channel(client, id, Capacity::One, requests).unwrap();
+        topology.channel(id, client, Capacity::One, replies).unwrap();
+    }
+    (topology, id)
+}
+
+fn offers(process: &dyn Process) -> Vec<Offer> {
+    let mut offers = Vec::new();
+    process.offers(&mut offers);
+    offers
+}
+
+/// Hands the component a request of that client; panics if it does not take one.
+fn ask(process: &mut dyn Process, topology: &Topology, client: &str, request: Message, number: u64) {
+    let taking = offers(process).into_iter().find(|offer| match offer.action {
+        Action::Receive(channel, _) => topology.ends(channel).0 == client,
+        _ => false,
+    });
+    let envelope = Envelope { message: request, request: RequestNumber(number) };
+    process.take(taking.expect("the component takes a request").transition, Some(envelope), Duration::ZERO);
+}
+
+/// Lets the component answer that client, if it can.
+fn answer(process: &mut dyn Process, topology: &Topology, client: &str) -> Option<Envelope> {
+    let (transition, envelope) = offers(process).into_iter().find_map(|offer| match offer.action {
+        Action::Send(channel, envelope) if topology.ends(channel).1 == client => Some((offer.transition, envelope)),
+        _ => None,
+    })?;
+    process.take(transition, None, Duration::ZERO);
+    Some(envelope)
+}
+
+fn go(what: &str, place: &str) -> Message {
+    Message::symbols([what, place])
+}
+
+#[test]
+fn a_request_waits_until_its_answer_is_known_and_no_second_is_taken_meanwhile() {
+    let (topology, id) = wire("BatteryReader", &["BatteryLevel"]);
+    let mut reader = BatteryReader::new(&topology, id).unwrap();
+    ask(&mut reader, &topology, "BatteryLevel", Message::symbols(["get_level"]), 1);
+    assert!(offers(&reader).is_empty(), "there is no reading yet");
+    assert_eq!(reader.location(), "no reading yet");
+}
+
+#[test]
+fn a_reply_echoes_the_number_and_is_given_once() {
+    let (topology, id) = wire(NAVIGATION, &["GoToDestination"]);
+    let mut navigation = Navigation::new(&topology, id).unwrap();
+    ask(&mut navigation, &topology, "GoToDestination", go("get_status", "Destination"), 42);
+    let reply = answer(&mut navigation, &topology, "GoToDestination").unwrap();
+    assert_eq!(reply, Envelope { message: Message::symbols(["ok", "idle"]), request: RequestNumber(42) });
+    assert_eq!(answer(&mut navigation, &topology, "GoToDestination"), None);
+}
+
+#[test]
+fn a_stop_ends_the_trip_to_its_place_and_no_other() {
+    let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
+    let mut navigation = Navigation::new(&topology, id).unwrap();
+    let mut tell = |client: &str, what: &str, place: &str| {
+        ask(&mut navigation, &topology, client, go(what, place), 0);
+        answer(&mut navigation, &topology, client).unwrap().message
+    };
+    assert_eq!(tell("GoToDestination", "start_navigation", "Destination"), Message::symbols(["ok", "running"]));
+    let station = "RechargingStation";
+    assert_eq!(tell("GotoRechargingStation", "start_navigation", station), Message::symbols(["ok", "running"]));
+    // The halt of the old trip comes after the start of the new one.
+    assert_eq!(tell("GoToDestination", "stop_navigation", "Destination"), Message::symbols(["ok", "stopped"]));
+    assert_eq!(tell("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "running"]));
+    assert_eq!(tell("GotoRechargingStation", "stop_navigation", station), Message::symbols(["ok", "stopped"]));
+    assert_eq!(tell("GotoRechargingStation", "get_status", station), Message::symbols(["ok", "idle"]));
+}
+
+#[test]
+fn no_running_of_an_old_trip_arrives_once_a_new_one_has_started() {
+    let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
+    let mut navigation = Navigation::new(&topology, id).unwrap();
+    ask(&mut navigation, &topology, "GoToDestination", go("start_navigation", "Destination"), 0);
+    ask(&mut navigation, &topology, "GotoRechargingStation", go("start_navigation", "RechargingStation"), 0);
+    let late = answer(&mut navigation, &topology, "GoToDestination").unwrap();
+    assert_eq!(late.message, Message::symbols(["ok", "stopped"]));
+}
+
+#[test]
+fn a_place_is_asked_about_only_where_the_robot_is_known_to_be_somewhere() {
+    let (topology, id) = wire(LOCALIZATION, &["AtDestination"]);
+    let mut localization = Localization::new(&topology, id).unwrap();
+    ask(&mut localization, &topology, "AtDestination", go("is_at", "Destination"), 0);
+    assert_eq!(answer(&mut localization, &topology, "AtDestination"), None);
+    assert_eq!(localization.location(), "no estimate yet");
+}
+
+#[test]
+fn a_request_that_names_no_place_is_answered_with_an_error() {
+    let (topology, id) = wire(LOCALIZATION, &["AtDestination"]);
+    let mut localization = Localization::new(&topology, id).unwrap();
+    ask(&mut localization, &topology, "AtDestination", Message::symbols(["is_at"]), 7);
+    let reply = answer(&mut localization, &topology, "AtDestination").unwrap();
+    assert_eq!(reply.message.field(1), Some(&Value::symbol("error")));
+    assert_eq!(reply.request, RequestNumber(7));
+}
+
+#[test]
+fn every_operation_has_an_answer_and_an_error() {
+    for operation in operations(&places()) {
+        assert_eq!(operation.replies.len(), 2, "{}", operation.name);
+    }
+}
