@@ -14,12 +14,8 @@ use crate::config::LaserConfig;
 use crate::convert::{to_glam, to_glam_pose};
 use crate::drive::RobotPose;
 use crate::obstacles::{Obstacle, ObstaclePose};
-use crate::ray_grid::RayGrid;
 use crate::simulation::Readings;
-
-/// The walls as lasers see them.
-#[derive(Resource)]
-pub(crate) struct Walls(pub(crate) RayGrid);
+use crate::walls::{ScanMemory, Walls};
 
 /// A laser scanner.
 #[derive(Component, Clone, Debug)]
@@ -33,6 +29,7 @@ pub(crate) struct Laser {
     due: Periodic,
     /// True distances of the scan that is being taken; kept for its memory.
     distances_m: Vec<f64>,
+    memory: ScanMemory,
     latest: Option<Arc<LaserScan>>,
 }
 
@@ -46,6 +43,7 @@ impl Laser {
             rng,
             due: Periodic::new(spec.period),
             distances_m: Vec::with_capacity(spec.beams),
+            memory: ScanMemory::default(),
             latest: None,
         }
     }
@@ -124,7 +122,7 @@ pub(crate) fn scan(
             continue;
         }
         let range_max_m = laser.spec.range_max_m;
-        walls.0.ranges(&laser.beams, &base, range_max_m, &mut laser.distances_m);
+        walls.ranges(&laser.beams, &base, range_max_m, &mut laser.memory, &mut laser.distances_m);
         for (obstacle, pose) in &obstacles {
             see_obstacle(&laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
         }

@@ -27,9 +27,10 @@
 //! ```
 //!
 //! # What is where
-//! Entities and systems are bevy_ecs's, bodies and contacts rapier2d's, rays against moving bodies parry2d's; rays
-//! against walls are cast by [`RayGrid`]. `simulation.rs` lists the systems in the order in which a step runs them; each
-//! system lives with the part that it moves: `drive`, `obstacles`, `contacts`, `battery`, `odometer`, `lasers`.
+//! Entities and systems are bevy_ecs's, bodies and contacts rapier2d's, rays against moving bodies parry2d's. Whole scans
+//! are swept against the [`Walls`], a single ray is cast through their [`RayGrid`]. `simulation.rs` lists the systems in
+//! the order in which a step runs them; each system lives with the part that it moves: `drive`, `obstacles`, `contacts`,
+//! `battery`, `odometer`, `lasers`.
 //! [`Faults`] says where faults take hold. [`Truth`] is for reports, pictures and trace hashes only.
 //!
 //! # Determinism
@@ -55,9 +56,11 @@ mod obstacles;
 mod odometer;
 mod physics;
 mod ray_grid;
+mod rectangles;
 mod route;
 mod simulation;
 mod start;
+mod sweep;
 mod truth;
 mod walls;
 
@@ -71,3 +74,4 @@ pub use faults::{BaseFaults, BatteryFaults, Faults};
 pub use ray_grid::{RayGrid, RayHit};
 pub use simulation::Simulation;
 pub use truth::{ObstacleTruth, Truth};
+pub use walls::{ScanMemory, Walls};

@@ -10,7 +10,7 @@ use rapier2d::prelude::{
 
 use crate::config::{BodyConfig, ObstacleConfig, ObstacleMotion, Shape};
 use crate::convert::{from_glam_pose, to_glam, to_glam_pose};
-use crate::walls::rectangles;
+use crate::rectangles::rectangles;
 
 /// Friction between floor and movable obstacles, as the rate at which their motion dies away, in 1/s.
 const FLOOR_DAMPING_PER_S: f32 = 5.0;
@@ -56,7 +56,7 @@ impl Physics {
 
     /// Makes the occupied cells of a grid solid, as one body.
     pub(crate) fn add_walls(&mut self, grid: &OccupancyGrid, friction: f64) {
-        let block = |rectangle: &crate::walls::Rectangle| {
+        let block = |rectangle: &crate::rectangles::Rectangle| {
             let half = Vector2::new(rectangle.width as f64, rectangle.height as f64) / 2.0;
             let center = grid.from_grid(&Point::new(rectangle.column as f64 + half.x, rectangle.row as f64 + half.y));
             let half = half * grid.resolution_m();

@@ -1,16 +1,20 @@
 //! Rays against the walls of an occupancy grid, exactly.
 //!
 //! This is the plain grid traversal (Amanatides and Woo, *A Fast Voxel Traversal Algorithm*, 1987): from cell to cell,
-//! across the nearer of the next two grid lines. Its convention is what "exact" means to whatever is tested against it:
+//! across the nearer of the next two grid lines. Its convention is what "exact" means to whatever is tested against it,
+//! first of all the sweep that casts whole scans:
 //!
 //! - Cells are half open; a ray starts in the cell (⌊x⌋, ⌊y⌋). If that cell is occupied, the distance is 0.
 //! - A step goes along x only if `ex · |dy| < ey · |dx|`, where `ex` and `ey` are the distances to the next grid lines
 //!   across x and across y; so a ray through a corner steps along y first. A component that is 0 never crosses a line.
-//! - Both sides are products: reciprocals would break the ties of rational slopes.
-//! - Unknown cells are transparent, and beyond the grid there is nothing.
+//! - Both sides are products: reciprocals would break the ties of rational slopes. `ex` is the difference of the line's
+//!   coordinate and the origin's, rounded once and not with every step; so which of two lines comes first does not depend
+//!   on how the ray came there, and neither does the distance `ex / |dx|` at which a wall behind the line is met.
+//! - A wall counts if that distance is not greater than the longest. Unknown cells are transparent, and beyond the grid
+//!   there is nothing.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose};
-use nalgebra::Vector2;
+use nalgebra::{UnitComplex, Vector2};
 
 use crate::beams::Beams;
 
@@ -18,7 +22,7 @@ const TRANSPARENT: u8 = 0;
 const OCCUPIED: u8 = 1;
 const BORDER: u8 = 2;
 
-/// The walls of an occupancy grid, laid out for casting rays.
+/// The walls of an occupancy grid, laid out for casting rays one by one.
 #[derive(Clone, Debug)]
 pub struct RayGrid {
     /// Row by row, with a border of one cell all around, so that a ray need not look where the grid ends.
@@ -57,15 +61,26 @@ impl RayGrid {
         Self { cells, stride, width, height, resolution_m: grid.resolution_m(), from_map: grid.origin().inverse() }
     }
 
+    /// Changes what a cell is.
+    ///
+    /// # Panics
+    /// If `index` lies outside the grid.
+    pub fn set(&mut self, index: CellIndex, cell: Cell) {
+        assert!(index.column < self.width && index.row < self.height, "a cell that is set lies inside its grid");
+        let offset = self.offset(index.column, index.row);
+        self.cells[offset] = if cell == Cell::Occupied { OCCUPIED } else { TRANSPARENT };
+    }
+
     /// The distances at which a scanner's beams meet a wall, in metres, in the order of the beams; infinite where there
     /// is none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
+    ///
+    /// One beam after the other: [`Walls::ranges`](crate::Walls::ranges) gives the same numbers much faster.
     pub fn ranges(&self, beams: &Beams, base: &Pose, range_max_m: f64, ranges_m: &mut Vec<f64>) {
-        let base = self.from_map * base;
-        let origin = base * beams.origin() / self.resolution_m;
+        let (origin, rotation) = self.place(beams, base);
         let max = range_max_m / self.resolution_m;
         ranges_m.clear();
         ranges_m.extend(beams.directions().map(|direction| {
-            let hit = self.cast(&origin, &(base.rotation * direction), max);
+            let hit = self.cast(&origin, &(rotation * direction), max);
             hit.map_or(f64::INFINITY, |hit| hit.distance * self.resolution_m)
         }));
     }
@@ -75,9 +90,11 @@ impl RayGrid {
     /// occupied cell meets it at 0.
     #[must_use]
     pub fn cast(&self, origin: &Point, direction: &Vector2<f64>, max: f64) -> Option<RayHit> {
-        let inside =
-            origin.x >= 0.0 && origin.y >= 0.0 && origin.x < self.width as f64 && origin.y < self.height as f64;
-        if inside { self.cast_inside(origin, direction, max) } else { self.cast_from_outside(origin, direction, max) }
+        if self.holds(origin) {
+            self.cast_inside(origin, direction, max)
+        } else {
+            self.cast_from_outside(origin, direction, max)
+        }
     }
 
     /// The occupied cell that was hit.
@@ -86,30 +103,53 @@ impl RayGrid {
         CellIndex { column: hit.offset % self.stride - 1, row: hit.offset / self.stride - 1 }
     }
 
+    /// Side of a cell, in metres.
+    pub(crate) fn resolution_m(&self) -> f64 {
+        self.resolution_m
+    }
+
+    /// Where a scanner's beams start, in grid coordinates, and what turns them to the grid's axes.
+    pub(crate) fn place(&self, beams: &Beams, base: &Pose) -> (Point, UnitComplex<f64>) {
+        let base = self.from_map * base;
+        (base * beams.origin() / self.resolution_m, base.rotation)
+    }
+
+    /// Whether a point in grid coordinates lies within the grid and not in a wall.
+    pub(crate) fn is_clear(&self, point: &Point) -> bool {
+        self.holds(point) && self.cells[self.offset(point.x as usize, point.y as usize)] == TRANSPARENT
+    }
+
+    fn holds(&self, point: &Point) -> bool {
+        point.x >= 0.0 && point.y >= 0.0 && point.x < self.width as f64 && point.y < self.height as f64
+    }
+
+    fn offset(&self, column: usize, row: usize) -> usize {
+        (row + 1) * self.stride + column + 1
+    }
+
     fn cast_inside(&self, origin: &Point, direction: &Vector2<f64>, max: f64) -> Option<RayHit> {
         let (column, row) = (origin.x as usize, origin.y as usize);
-        let mut offset = (row + 1) * self.stride + column + 1;
+        let mut offset = self.offset(column, row);
         if self.cells[offset] == OCCUPIED {
             return Some(RayHit { distance: 0.0, offset });
         }
-        let x = Axis::new(origin.x, column as f64, direction.x);
-        let y = Axis::new(origin.y, row as f64, direction.y);
-        let (right, up) = (x.step(1), y.step(self.stride));
-        let (mut to_x, mut to_y) = (x.to_line, y.to_line);
+        let mut x = Axis::new(origin.x, column as f64, direction.x);
+        let mut y = Axis::new(origin.y, row as f64, direction.y);
+        let (right, up) = (x.offset_step(1), y.offset_step(self.stride));
         for _ in 0..x.lines_within(max).saturating_add(y.lines_within(max)) {
             // The two arms look alike, but predicting which comes next is twice as fast as selecting without a branch.
-            if to_x * y.speed < to_y * x.speed {
+            if x.crosses_before(&y) {
                 offset = offset.wrapping_add(right);
                 match self.cells[offset] {
-                    TRANSPARENT => to_x += 1.0,
-                    OCCUPIED => return Some(RayHit { distance: to_x / x.speed, offset }),
+                    TRANSPARENT => x.advance(),
+                    OCCUPIED => return x.hit(offset, max),
                     _ => return None,
                 }
             } else {
                 offset = offset.wrapping_add(up);
                 match self.cells[offset] {
-                    TRANSPARENT => to_y += 1.0,
-                    OCCUPIED => return Some(RayHit { distance: to_y / y.speed, offset }),
+                    TRANSPARENT => y.advance(),
+                    OCCUPIED => return y.hit(offset, max),
                     _ => return None,
                 }
             }
@@ -120,28 +160,20 @@ impl RayGrid {
     /// The same walk over cells that may lie outside the grid; slower, for a robot that has left the map.
     #[cold]
     fn cast_from_outside(&self, origin: &Point, direction: &Vector2<f64>, max: f64) -> Option<RayHit> {
-        let x = Axis::new(origin.x, origin.x.floor(), direction.x);
-        let y = Axis::new(origin.y, origin.y.floor(), direction.y);
-        let (mut column, mut row) = (origin.x.floor(), origin.y.floor());
-        let (mut to_x, mut to_y) = (x.to_line, y.to_line);
+        let mut cell = Point::new(origin.x.floor(), origin.y.floor());
+        let mut x = Axis::new(origin.x, cell.x, direction.x);
+        let mut y = Axis::new(origin.y, cell.y, direction.y);
         for _ in 0..x.lines_within(max).saturating_add(y.lines_within(max)) {
-            if x.leaves(column, self.width) || y.leaves(row, self.height) {
+            if x.leaves(cell.x, self.width) || y.leaves(cell.y, self.height) {
                 return None;
             }
-            let distance = if to_x * y.speed < to_y * x.speed {
-                column += if x.backward { -1.0 } else { 1.0 };
-                to_x += 1.0;
-                (to_x - 1.0) / x.speed
-            } else {
-                row += if y.backward { -1.0 } else { 1.0 };
-                to_y += 1.0;
-                (to_y - 1.0) / y.speed
-            };
-            let inside = column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64;
-            let offset = if inside { (row as usize + 1) * self.stride + column as usize + 1 } else { 0 };
+            let (axis, coordinate) = if x.crosses_before(&y) { (&mut x, &mut cell.x) } else { (&mut y, &mut cell.y) };
+            *coordinate += axis.step;
+            let offset = if self.holds(&cell) { self.offset(cell.x as usize, cell.y as usize) } else { 0 };
             if self.cells[offset] == OCCUPIED {
-                return Some(RayHit { distance, offset });
+                return axis.hit(offset, max);
             }
+            axis.advance();
         }
         None
     }
@@ -150,41 +182,63 @@ impl RayGrid {
 /// A ray's way along one axis of the grid.
 #[derive(Clone, Copy)]
 struct Axis {
+    origin: f64,
     /// Size of the direction's component.
     speed: f64,
-    backward: bool,
-    /// Distance to the next grid line across the axis, in cells; infinite if the ray never crosses one.
+    /// From a line to the next: 1 or −1.
+    step: f64,
+    /// The grid line across the axis that the ray crosses next; infinite if it never crosses one.
+    line: f64,
+    /// Distance to that line along the axis.
     to_line: f64,
 }
 
 impl Axis {
     /// `cell` is ⌊`origin`⌋.
     fn new(origin: f64, cell: f64, component: f64) -> Self {
-        let to_line = if component > 0.0 {
-            cell + 1.0 - origin
+        let line = if component > 0.0 {
+            cell + 1.0
         } else if component < 0.0 {
-            origin - cell
+            cell
         } else {
             f64::INFINITY
         };
-        Self { speed: component.abs(), backward: component < 0.0, to_line }
+        let step = if component < 0.0 { -1.0 } else { 1.0 };
+        Self { origin, speed: component.abs(), step, line, to_line: (line - origin).abs() }
+    }
+
+    /// Whether the ray crosses this axis's next line before the other's.
+    fn crosses_before(&self, other: &Self) -> bool {
+        self.to_line * other.speed < other.to_line * self.speed
+    }
+
+    /// Crosses the next line.
+    fn advance(&mut self) {
+        self.line += self.step;
+        self.to_line = (self.line - self.origin).abs();
+    }
+
+    /// The hit of a wall behind the next line, if that is near enough.
+    fn hit(&self, offset: usize, max: f64) -> Option<RayHit> {
+        let distance = self.to_line / self.speed;
+        (distance <= max).then_some(RayHit { distance, offset })
     }
 
     /// What a step along the axis adds to an offset, modulo 2⁶⁴.
-    fn step(&self, stride: usize) -> usize {
-        if self.backward { stride.wrapping_neg() } else { stride }
+    fn offset_step(&self, stride: usize) -> usize {
+        if self.step < 0.0 { stride.wrapping_neg() } else { stride }
     }
 
-    /// How many grid lines the ray crosses within `max` lengths of its direction.
+    /// How many grid lines the ray crosses within `max` lengths of its direction, or one more.
     fn lines_within(&self, max: f64) -> usize {
         let rest = max * self.speed - self.to_line;
-        if rest >= 0.0 { (rest as usize).saturating_add(1) } else { 0 }
+        if rest >= -1.0 { (rest as usize).saturating_add(2) } else { 0 }
     }
 
     /// Whether a ray at that cell has left the grid, of that many cells, for good.
     fn leaves(&self, cell: f64, cells: usize) -> bool {
-        (cell < 0.0 && (self.backward || self.speed == 0.0))
-            || (cell >= cells as f64 && (!self.backward || self.speed == 0.0))
+        (cell < 0.0 && (self.step < 0.0 || self.speed == 0.0))
+            || (cell >= cells as f64 && (self.step > 0.0 || self.speed == 0.0))
     }
 }
 

@@ -17,14 +17,14 @@ use crate::docking::{Dock, Station};
 use crate::drive::{Drive, Motion, RobotPose, drive_robot, settle_robot};
 use crate::error::SimError;
 use crate::faults::Faults;
-use crate::lasers::{Laser, Walls, scan};
+use crate::lasers::{Laser, scan};
 use crate::noise::Drift;
 use crate::obstacles::{Obstacles, move_obstacles, settle_obstacles, spawn_obstacle};
 use crate::odometer::{Odometer, measure_odometry};
 use crate::physics::{Physics, step_physics};
-use crate::ray_grid::RayGrid;
 use crate::start::check_places;
 use crate::truth::Truth;
+use crate::walls::Walls;
 
 /// Readings that have not been read yet, oldest first.
 #[derive(Resource, Default)]
@@ -148,7 +148,7 @@ fn world_of(config: &SimConfig, grid: &OccupancyGrid) -> World {
     let mut world = World::new();
     world.insert_resource(Clock { now: Duration::ZERO, dt: config.dt });
     world.insert_resource(physics);
-    world.insert_resource(Walls(RayGrid::new(grid)));
+    world.insert_resource(Walls::new(grid));
     world.insert_resource(Faults::default());
     world.insert_resource(Readings::default());
     world.insert_resource(Obstacles::default());

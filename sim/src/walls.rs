@@ -1,0 +1,114 @@
+//! The walls of an occupancy grid as lasers see them.
+
+use bevy_ecs::prelude::Resource;
+use maps::{Cell, CellIndex, OccupancyGrid, Pose};
+use nalgebra::Vector2;
+
+use crate::beams::Beams;
+use crate::ray_grid::RayGrid;
+use crate::sweep::{Sweep, SweepMemory, fans};
+
+/// The walls of an occupancy grid as lasers see them: its occupied cells.
+///
+/// Whole scans are swept, a quadrant at a time; single rays are cast through [`rays`](Self::rays). Both find the same
+/// cell and the same distance for the same ray, to the last bit.
+///
+/// Single rays need a byte a cell, sweeps two and a quarter bits more: 5 MB together for a grid of 1984 × 1984.
+#[derive(Resource, Clone, Debug)]
+pub struct Walls {
+    rays: RayGrid,
+    sweep: Option<Sweep>,
+}
+
+/// What taking a scan works with; kept from one to the next for its memory.
+#[derive(Clone, Debug, Default)]
+pub struct ScanMemory {
+    /// The beams along the grid's axes.
+    directions: Vec<Vector2<f64>>,
+    sweep: SweepMemory,
+}
+
+/// Fans of fewer beams are cast beam by beam. Measured on an office floor: alone, a beam is cast faster than swept; two or
+/// three take the same time either way within 30 m, and a third less in a sweep within 2 m; from four on sweeps win.
+const FEWEST_IN_SWEEP: usize = 2;
+
+impl Walls {
+    /// The walls of a grid.
+    #[must_use]
+    pub fn new(grid: &OccupancyGrid) -> Self {
+        Self { rays: RayGrid::new(grid), sweep: Sweep::new(grid) }
+    }
+
+    /// The same walls for single rays.
+    #[must_use]
+    pub fn rays(&self) -> &RayGrid {
+        &self.rays
+    }
+
+    /// Changes what a cell is: for doors. Costs the same however large the grid is.
+    ///
+    /// # Panics
+    /// If `index` lies outside the grid.
+    pub fn set(&mut self, index: CellIndex, cell: Cell) {
+        self.rays.set(index, cell);
+        if let Some(sweep) = &mut self.sweep {
+            sweep.set(index, cell == Cell::Occupied);
+        }
+    }
+
+    /// The distances at which a scanner's beams meet a wall, in metres, in the order of the beams; infinite where there
+    /// is none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
+    ///
+    /// A scanner outside the grid or inside a wall is served by [`RayGrid::ranges`], beam by beam.
+    ///
+    /// # Example
+    /// ```
+    /// use maps::{Cell, CellIndex, OccupancyGrid, pose};
+    /// use robot::RobotModel;
+    /// use sim::{Beams, ScanMemory, Walls};
+    ///
+    /// let mut grid = OccupancyGrid::new(200, 200, 0.05, pose(0.0, 0.0, 0.0));
+    /// (0..200).for_each(|row| grid.set(CellIndex { column: 160, row }, Cell::Occupied));
+    /// let laser = &RobotModel::default().lasers[0];
+    /// let (walls, beams, base) = (Walls::new(&grid), Beams::new(laser), pose(3.0, 5.0, 0.4));
+    ///
+    /// let (mut memory, mut ranges_m, mut expected_m) = (ScanMemory::default(), Vec::new(), Vec::new());
+    /// walls.ranges(&beams, &base, 10.0, &mut memory, &mut ranges_m);
+    /// walls.rays().ranges(&beams, &base, 10.0, &mut expected_m);
+    /// assert_eq!(ranges_m, expected_m);
+    /// ```
+    pub fn ranges(
+        &self,
+        beams: &Beams,
+        base: &Pose,
+        range_max_m: f64,
+        memory: &mut ScanMemory,
+        ranges_m: &mut Vec<f64>,
+    ) {
+        let (origin, rotation) = self.rays.place(beams, base);
+        let Some(sweep) = self.sweep.as_ref().filter(|_| self.rays.is_clear(&origin)) else {
+            return self.rays.ranges(beams, base, range_max_m, ranges_m);
+        };
+        let max = range_max_m / self.rays.resolution_m();
+        let ScanMemory { directions, sweep: memory } = memory;
+        directions.clear();
+        directions.extend(beams.directions().map(|direction| rotation * direction));
+        ranges_m.resize(directions.len(), f64::INFINITY);
+        for (quadrant, fan) in beams.arcs().iter().flat_map(|arc| fans(directions, arc.clone())) {
+            let (directions, distances) = (&directions[fan.clone()], &mut ranges_m[fan]);
+            if directions.len() >= FEWEST_IN_SWEEP {
+                sweep.distances(quadrant, &origin, directions, max, memory, distances);
+                continue;
+            }
+            for (direction, distance) in directions.iter().zip(distances) {
+                *distance = self.rays.cast(&origin, direction, max).map_or(f64::INFINITY, |hit| hit.distance);
+            }
+        }
+        for range_m in ranges_m {
+            *range_m = if *range_m <= max { *range_m * self.rays.resolution_m() } else { f64::INFINITY };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
