@@ -8,4 +8,5 @@ mod logs;
 mod paper_monitors;
 mod reports;
 mod robot;
+mod semantics;
 mod support;

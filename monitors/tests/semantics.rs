@@ -1,0 +1,170 @@
+//! The definition itself, by examples: what each operator says of runs that can be followed by eye.
+//!
+//! A run is written in words: `tick` is a tick that is generated, `a+` a message on channel A that satisfies the event
+//! a, `a-` one that does not. The first tick is number 0.
+
+use std::sync::Arc;
+
+use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
+use monitors::{Formula, MessageCondition, holds};
+
+use crate::support::event;
+
+/// Channels a, b and c, each with messages `[true]` and `[false]`.
+fn topology() -> Arc<Topology> {
+    let mut topology = Topology::default();
+    let watched = topology.process("watched").expect("a new process");
+    for name in ["a", "b", "c"] {
+        let source = topology.process(name).expect("a new process");
+        let domain = Domain::new([Shape::new([("holds", FieldKind::Bool)])]);
+        topology.channel(source, watched, Capacity::One, domain).expect("a new channel");
+    }
+    Arc::new(topology)
+}
+
+fn channel(name: &str) -> ChannelId {
+    topology().find_channel(name, "watched").expect("a, b or c")
+}
+
+/// The run in words, as events.
+fn run(words: &str) -> Vec<Event> {
+    let mut ticks = 0_u64;
+    let words = words.split_whitespace().enumerate();
+    let events = words.map(|(step, word)| {
+        let kind = match word.split_at(1) {
+            ("t", _) => {
+                ticks += 1;
+                EventKind::Tick
+            }
+            (name, sign) => {
+                EventKind::Received { channel: channel(name), message: Message::new([Value::Bool(sign == "+")]) }
+            }
+        };
+        event(step as u64, ticks.saturating_sub(1), kind)
+    });
+    events.collect()
+}
+
+fn atom(name: &str) -> monitors::Event {
+    let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: Value::Bool(true) };
+    monitors::Event { channel: channel(name), condition }
+}
+
+fn is(name: &str) -> Formula {
+    Formula::Event(atom(name))
+}
+
+fn soon(name: &str, relation: Relation, ticks: u64) -> Formula {
+    Formula::TimeUntil { event: atom(name), relation, ticks }
+}
+
+fn next(inside: Formula) -> Formula {
+    Formula::Next(Box::new(inside))
+}
+
+fn eventually(inside: Formula) -> Formula {
+    Formula::Eventually(Box::new(inside))
+}
+
+fn until(a: Formula, b: Formula) -> Formula {
+    Formula::Until(Box::new(a), Box::new(b))
+}
+
+fn and(a: Formula, b: Formula) -> Formula {
+    Formula::And(vec![a, b])
+}
+
+fn or(a: Formula, b: Formula) -> Formula {
+    Formula::Or(vec![a, b])
+}
+
+#[track_caller]
+fn says(formula: &Formula, yes: &[&str], no: &[&str]) {
+    for words in yes {
+        assert!(holds(formula, &run(words)).expect("small"), "should hold on: {words}");
+    }
+    for words in no {
+        assert!(!holds(formula, &run(words)).expect("small"), "should not hold on: {words}");
+    }
+}
+
+#[test]
+fn always_is_asked_when_its_channel_speaks() {
+    says(&is("a").always(), &["", "t", "t b- t", "a+ t a+"], &["a-", "t a+ t a-", "a- a+"]);
+    says(&is("a").negated().always(), &["", "t b+", "a- t"], &["a+", "a- b- a+"]);
+}
+
+#[test]
+fn a_clause_of_two_channels_is_asked_when_either_speaks_and_looks_at_the_last_messages() {
+    let both = or(is("a"), is("b")).always();
+    says(&both, &["a+", "a+ b-", "b+ a-", "t t"], &["a-", "b+ a- b-", "a+ b- a-"]);
+    let implied = is("a").implies(is("b")).always();
+    // Before its first message an event is false: `a+` finds b false; `a-` and `b-` find nothing to complain of.
+    says(&implied, &["a-", "b- a-", "b+ a+"], &["a+", "b+ a+ b-", "a+ b+"]);
+}
+
+#[test]
+fn what_has_no_atoms_of_its_own_is_asked_at_ticks() {
+    says(&Formula::False.always(), &["", "a+ a- b+"], &["t", "a+ t"]);
+    says(&eventually(Formula::True), &["t", "a- t"], &["", "a+ b+"]);
+    says(&eventually(is("a").always()), &["t", "a- t a+", "t a- t"], &["a+", "", "t a-"]);
+    says(&soon("a", Relation::Less, 2).always(), &["", "t a+", "t t a+", "t a+ t a+"], &["t", "t a+ t", "t t t a+"]);
+}
+
+#[test]
+fn clauses_are_asked_apart() {
+    // `always (a and b)` asks a when A speaks and b when B does, not both at once.
+    says(&and(is("a"), is("b")).always(), &["a+", "b+", "a+ b+ a+"], &["a-", "a+ b-", "b+ a-"]);
+    says(&eventually(or(is("a"), is("b"))), &["a+", "b+", "a- b+"], &["", "a- b-", "t"]);
+    // One product: asked when either channel speaks.
+    says(&eventually(and(is("a"), is("b"))), &["a+ b+", "b+ a+", "a+ b- b+"], &["a+", "b+", "a+ b-", "a+ a- b+"]);
+}
+
+#[test]
+fn next_is_the_next_message_on_its_own_channels() {
+    says(&next(is("a")), &["t a+", "a- a+", "t b+ t a+ a-"], &["", "t", "a+", "t a- a+"]);
+    // At the end of the run a `next` is false, and its negation true.
+    says(&next(is("a")).negated(), &["", "t", "a+", "t a-"], &["t a+"]);
+    says(&next(and(is("a"), is("b"))), &["b+ a+", "a+ b+"], &["t a+", "t b+ a+", "a- a+ b+"]);
+    // Without own atoms it is the next tick: the first state is not the next one.
+    says(&next(Formula::True), &["t t", "a+ t t"], &["", "t", "t a+", "a+ t"]);
+    says(&next(soon("a", Relation::Less, 1)), &["t t a+", "t a- t a+"], &["t a+ t", "t t t a+", "a+"]);
+    says(&is("a").implies(next(is("b"))).always(), &["t", "a+ b+", "a- b-", "a+ a+ b+"], &["a+", "a+ b-", "a+ b- b+"]);
+}
+
+#[test]
+fn until_needs_its_goal_and_its_way() {
+    let way = until(is("a"), is("b"));
+    says(&way, &["b+", "a+ b+", "a+ a+ t b+ a-", "t b+"], &["", "a+", "a- b+", "a+ b-", "a+ a- b+"]);
+    // The goal counts only when it is asked, the way only before it.
+    says(&until(is("a"), is("a").negated()), &["a-", "a+ a-"], &["", "a+", "t"]);
+    says(&until(Formula::False, is("b")), &["b+", "a- b+"], &["t b+", "t", ""]);
+    says(&way.negated(), &["", "a- b+", "a+ b-"], &["b+", "a+ b+"]);
+    says(&until(is("a"), or(is("b"), is("c"))), &["c+", "a+ b- c+"], &["a- c+", "b- c-"]);
+    says(&until(and(is("a"), is("c")), is("b")), &["b+", "a+ c+ b+"], &["a+ c- b+", "c+ a- b+"]);
+}
+
+#[test]
+fn time_until_is_about_some_message_that_passes() {
+    let at_first = |relation, ticks| soon("a", relation, ticks);
+    // j = i counts.
+    says(&at_first(Relation::Less, 1), &["a+", "t a+", "a- a+"], &["", "t", "t t a+", "a-"]);
+    says(&at_first(Relation::Less, 0), &[], &["a+", "t a+"]);
+    says(&at_first(Relation::LessOrEqual, 0), &["a+", "t a- a+"], &["t t a+"]);
+    says(&at_first(Relation::LessOrEqual, 1), &["t t a+"], &["t t t a+"]);
+    // Some message, not the first one.
+    says(&at_first(Relation::Equal, 1), &["t t a+", "t a+ t a+"], &["t a+", "t a+ t t a+", "t t a-"]);
+    says(&at_first(Relation::NotEqual, 1), &["t a+", "t t t a+", "t t a+ t a+"], &["t t a+", "t"]);
+    says(&at_first(Relation::NotEqual, 1).negated(), &["t t a+", "t", ""], &["t a+", "t t t a+"]);
+    says(&at_first(Relation::GreaterOrEqual, 2), &["t t t a+", "t a+ t t t a+"], &["t t a+", "t"]);
+    says(&at_first(Relation::Greater, 1), &["t t t a+"], &["t t a+", "a+"]);
+    // The last message is not one that passes.
+    says(&is("b").implies(at_first(Relation::Less, 1)).always(), &["b+ a+", "b-"], &["a+ b+", "b+ t t a+"]);
+    says(&at_first(Relation::Less, 1).negated(), &["", "t", "t t a+"], &["a+", "t a+"]);
+}
+
+#[test]
+fn channels_that_are_not_mentioned_are_not_there() {
+    // The first state is the first that the property can see: `b` is not mentioned.
+    says(&next(is("a")), &["b+ a- a+"], &["b+ a+"]);
+}
