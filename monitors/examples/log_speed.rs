@@ -63,7 +63,7 @@ fn properties(topology: &Arc<Topology>) -> Result<Vec<Property>, Box<dyn std::er
     Ok(properties)
 }
 
-#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+#[expect(clippy::print_stdout, clippy::disallowed_methods, reason = "a program that measures time")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let events: u64 = arguments.next().unwrap_or_else(|| "1000000".to_owned()).parse()?;
