@@ -5,9 +5,11 @@
 
 mod init;
 mod list;
+mod monitor;
 mod progress;
 mod run;
 mod summary;
+mod verify;
 
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -74,6 +76,11 @@ enum Command {
     },
     /// Lists the scenarios that come with the program
     List,
+    /// Property files: check them, have them explained, write their monitors out
+    #[command(subcommand)]
+    Monitor(monitor::MonitorCommand),
+    /// Holds properties against a recorded run
+    Verify(verify::VerifyArgs),
 }
 
 /// Carries out a command line; what goes wrong is said on stderr.
@@ -83,6 +90,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         None => run::run(&cli.run),
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
+        Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
+        Some(Command::Verify(args)) => verify::verify(args),
     };
     done.unwrap_or_else(|error| {
         complain(&error);

@@ -46,6 +46,7 @@ mod frame;
 mod geometry;
 mod icons;
 mod labels;
+mod machine;
 mod map_panel;
 mod map_picture;
 mod monitor_panel;
@@ -72,6 +73,7 @@ pub use frame::{
     Transition, TreeNode, Verdict,
 };
 pub use geometry::{Area, Spot};
+pub use machine::diagram_svg;
 pub use map_picture::MapPicture;
 pub use page::Page;
 pub use render::Renderer;

@@ -1,0 +1,194 @@
+//! `steward monitor check|explain|export FILE`: property files and the monitors that they become.
+
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Monitor as _, Topology};
+use clap::{Args, Subcommand, ValueEnum};
+use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor};
+use robot::Streams;
+
+use super::print;
+use crate::Error;
+use crate::draw;
+use crate::scenario::{Scenario, find};
+use crate::wiring;
+
+/// Property files: check them, have them explained, write their monitors out.
+#[derive(Debug, Subcommand)]
+pub(super) enum MonitorCommand {
+    /// Says everything that is wrong with a property file, and how its properties are monitored
+    Check(Source),
+    /// Says in plain English what each property asks for
+    Explain(Source),
+    /// Writes the monitors as program graphs
+    Export {
+        #[command(flatten)]
+        source: Source,
+        /// How to write them
+        #[arg(long, value_enum, default_value_t = ExportFormat::Text)]
+        format: ExportFormat,
+        /// Only the property of that name
+        #[arg(long, value_name = "NAME")]
+        property: Option<String>,
+        /// Where to write to, a file a property; to stdout if not given
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// A property file and the system that it speaks of.
+#[derive(Debug, Args)]
+pub(super) struct Source {
+    /// The property file, or the name of one that comes with the program
+    file: PathBuf,
+    /// The scenario whose processes and channels it speaks of
+    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
+    scenario: String,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum ExportFormat {
+    /// One line a location, one a transition
+    Text,
+    /// Graphviz
+    Dot,
+    /// A picture
+    Svg,
+    /// An SCXML machine with the ECMAScript data model
+    Scxml,
+}
+
+pub(super) fn run(command: &MonitorCommand) -> Result<(), Error> {
+    match command {
+        MonitorCommand::Check(source) => {
+            let file = source.load()?;
+            print(
+                &file
+                    .properties
+                    .iter()
+                    .map(|property| format!("{}: {}\n", property.name, method(property)))
+                    .collect::<String>(),
+            )
+        }
+        MonitorCommand::Explain(source) => {
+            let file = source.load()?;
+            print(
+                &file
+                    .properties
+                    .iter()
+                    .map(|property| format!("{}: {}\n", property.name, property.summary))
+                    .collect::<String>(),
+            )
+        }
+        MonitorCommand::Export { source, format, property, out } => {
+            let file = source.load()?;
+            let wanted = |name: &str| property.as_deref().is_none_or(|wanted| wanted == name);
+            let chosen: Vec<&Property> = file.properties.iter().filter(|property| wanted(&property.name)).collect();
+            if chosen.is_empty() {
+                let names: Vec<&str> = file.properties.iter().map(|property| property.name.as_str()).collect();
+                let message = format!("there is no property `{}`", property.as_deref().unwrap_or_default());
+                return Err(Error::refused(message, format!("there are {}", names.join(", "))));
+            }
+            chosen.into_iter().try_for_each(|property| export(property, *format, out.as_deref()))
+        }
+    }
+}
+
+impl Source {
+    fn load(&self) -> Result<PropertyFile, Error> {
+        let system = System::of(&self.scenario)?;
+        let file = system.load(&self.file)?;
+        if !file.warnings.is_empty() {
+            super::complain(&Error::bad_input(file.warnings.clone()));
+        }
+        Ok(file)
+    }
+}
+
+/// What properties speak of: the processes and channels of a scenario, and how often it ticks.
+pub(super) struct System {
+    pub(super) topology: Arc<Topology>,
+    pub(super) tick: Duration,
+}
+
+impl System {
+    /// The system of the scenario of that name or path.
+    pub(super) fn of(scenario: &str) -> Result<Self, Error> {
+        let scenario = Scenario::load(&find::find(scenario)?, &[])?;
+        let wired = wiring::wire(&scenario, &Streams::new(scenario.file.seed))?;
+        Ok(Self { topology: Arc::clone(wired.system.topology()), tick: scenario.file.execution.tick })
+    }
+
+    /// Reads a property file, or one that comes with the program, by its name.
+    pub(super) fn load(&self, path: &Path) -> Result<PropertyFile, Error> {
+        let name = path.display().to_string();
+        let text = text(path).map_err(|error| {
+            let names: Vec<&str> = monitors::SHIPPED.iter().map(|(name, _)| *name).collect();
+            let help = format!("give the path of a .scope file, or one of {}", names.join(", "));
+            Error::refused(format!("cannot read the properties {name}: {error}"), help)
+        })?;
+        monitors::load(&name, &text, &self.topology, self.tick).map_err(Error::bad_input)
+    }
+}
+
+fn text(path: &Path) -> io::Result<String> {
+    let shipped = monitors::SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
+    match (std::fs::read(path), shipped) {
+        (Ok(bytes), _) => String::from_utf8(bytes).map_err(|_| io::Error::other("the file is not UTF-8 text")),
+        (Err(_), Some((_, text))) => Ok((*text).to_owned()),
+        (Err(error), None) => Err(error),
+    }
+}
+
+/// How a property is monitored, in words.
+fn method(property: &Property) -> String {
+    match property.scope_monitor().map(ScopeMonitor::method) {
+        None | Some(Method::Graph) => "a program graph".to_owned(),
+        Some(Method::Automaton { states }) => format!("an automaton of {states} states"),
+        Some(Method::Graphs) => "program graphs side by side; verdicts may come late".to_owned(),
+        Some(_) => "progression; verdicts may come late".to_owned(),
+    }
+}
+
+fn export(property: &Property, format: ExportFormat, out: Option<&Path>) -> Result<(), Error> {
+    let monitor = property.scope_monitor();
+    let (text, ending) = match format {
+        ExportFormat::Text => (monitor.and_then(|monitor| monitor.export(Format::Text)), "txt"),
+        ExportFormat::Dot => (monitor.and_then(|monitor| monitor.export(Format::Dot)), "dot"),
+        ExportFormat::Scxml => (monitor.and_then(|monitor| monitor.export(Format::Scxml)), "scxml"),
+        ExportFormat::Svg => (monitor.and_then(svg), "svg"),
+    };
+    let text = text.ok_or_else(|| {
+        let message =
+            format!("`{}` is no program graph of that size: it is monitored by {}", property.name, method(property));
+        Error::refused(message, "a picture has room for a dozen states; text, dot and scxml for all of an automaton")
+    })?;
+    let Some(folder) = out else { return print(&text) };
+    let path = folder.join(format!("{}.{ending}", property.name));
+    let written = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, text));
+    written.map_err(|source| Error::Write { path, source })
+}
+
+/// The monitor as a picture.
+fn svg(monitor: &ScopeMonitor) -> Option<String> {
+    let (graph, active) = monitor.graph()?;
+    let is_failure = |index: usize| monitor.failures().iter().any(|failure| failure.index() == index);
+    let locations = graph.locations().iter().enumerate();
+    let transition = |transition: &channels::GraphTransition| draw::Transition {
+        from: transition.from.index(),
+        to: transition.to.index(),
+        label: graph.caption(transition, monitor.topology()),
+    };
+    let diagram = draw::Diagram {
+        locations: locations
+            .map(|(index, name)| draw::Location { name: name.clone(), error: is_failure(index) })
+            .collect(),
+        initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
+        active: active.index(),
+        transitions: graph.transitions().iter().map(transition).collect(),
+    };
+    Some(draw::diagram_svg(&diagram))
+}

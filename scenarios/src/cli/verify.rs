@@ -1,0 +1,173 @@
+//! `steward verify LOG --property FILE.scope`: holds properties against a recorded run.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read as _, Seek as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use channels::Monitor;
+use clap::Args;
+use monitors::{Channels, EventLog, Outcome, Property};
+use serde_json::json;
+
+use super::monitor::System;
+use super::print;
+use crate::Error;
+use crate::scenario::find;
+use crate::trace::message_json;
+
+/// A recorded run, and what is asked of it.
+#[derive(Debug, Args)]
+pub(super) struct VerifyArgs {
+    /// The event log, as `--record` writes it
+    log: PathBuf,
+    /// A property file, or the name of one that comes with the program; may be given more than once
+    #[arg(long = "property", value_name = "FILE", required = true)]
+    properties: Vec<PathBuf>,
+    /// The scenario whose processes and channels they speak of [default: the log's own, else `nominal`]
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Option<String>,
+    /// Prints the verdicts as JSON instead of words
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reads the log once, from start to end, in constant memory. Status 1 if a property is violated.
+pub(super) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
+    let unreadable = |error: std::io::Error| {
+        let message = format!("cannot read the log {}: {error}", args.log.display());
+        Error::refused(message, "a log is what `steward --scenario … --record FILE.jsonl` writes")
+    };
+    let mut input = BufReader::with_capacity(1 << 18, File::open(&args.log).map_err(unreadable)?);
+    let system = match &args.scenario {
+        Some(scenario) => System::of(scenario)?,
+        None => System::of(&recorded_scenario(&mut input).map_err(unreadable)?)?,
+    };
+    let mut properties: Vec<Property> = Vec::new();
+    for path in &args.properties {
+        let file = system.load(path)?;
+        if !file.warnings.is_empty() {
+            super::complain(&Error::bad_input(file.warnings));
+        }
+        properties.extend(file.properties);
+    }
+    let mut log = EventLog::new(input, &system.topology, Channels::Known);
+    let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
+    let end = monitors::verify(&mut log, monitors).map_err(|error| {
+        Error::refused(format!("{}: {error}", args.log.display()), "each line of a log is one JSON object")
+    })?;
+    let text = if args.json { as_json(&properties, &args.log) } else { in_words(&properties, end) };
+    print(&text)?;
+    let violated = properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated);
+    Ok(ExitCode::from(u8::from(violated)))
+}
+
+/// The scenario that the first line of a log names, if it is one that is known; the reader is back at the start.
+fn recorded_scenario(input: &mut BufReader<File>) -> std::io::Result<String> {
+    let mut line = String::new();
+    input.by_ref().take(1 << 16).read_line(&mut line)?;
+    input.rewind()?;
+    let described: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
+    let name = described["scenario"].as_str().filter(|name| find::shipped(name).is_ok());
+    Ok(name.unwrap_or("nominal").to_owned())
+}
+
+fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{} messages, {} ticks", end.messages, end.ticks);
+    for property in properties {
+        let _ = writeln!(text, "{:<12} {}", property.name, Outcome::of(property.monitor.as_ref()));
+        let Some(monitor) = property.scope_monitor() else { continue };
+        if let Some(witness) = monitor.witness() {
+            let _ = write!(text, "{witness}");
+        }
+        for open in monitor.open_obligations() {
+            let _ = writeln!(text, "  {open}");
+        }
+        for vacuity in monitor.vacuous() {
+            let _ = writeln!(text, "  asked {} times, but this never held: {}", vacuity.asked, vacuity.antecedent);
+        }
+    }
+    text
+}
+
+fn as_json(properties: &[Property], log: &Path) -> String {
+    let moment = |at: &monitors::Moment| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
+    let of = |property: &Property| {
+        let monitor = property.scope_monitor();
+        let witness = monitor.and_then(|monitor| monitor.witness()).map(|witness| {
+            let messages = witness.messages.iter().map(|seen| {
+                let mut message = moment(&seen.at);
+                message["from"] = seen.from.as_str().into();
+                message["to"] = seen.to.as_str().into();
+                message["message"] = message_json(&seen.message);
+                message
+            });
+            json!({
+                "clause": witness.clause,
+                "messages": messages.collect::<Vec<_>>(),
+                "since": witness.since.as_ref().map(moment),
+                "deadline_tick": witness.deadline_tick,
+                "missing": witness.missing,
+                "settled": moment(&witness.settled),
+            })
+        });
+        let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
+        let open = monitor.map(|monitor| monitor.open_obligations()).unwrap_or_default();
+        json!({
+            "name": property.name,
+            "property": property.formula,
+            "verdict": Outcome::of(property.monitor.as_ref()).name(),
+            "state": property.monitor.location(),
+            "witness": witness,
+            "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "never_asked_for_anything": vacuous.iter().map(|vacuity| &vacuity.clause).collect::<Vec<_>>(),
+        })
+    };
+    let report = json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() });
+    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    #[test]
+    fn a_log_is_held_against_the_shipped_properties() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let lines = [
+            r#"{"scenario":"battery_fault","seed":1}"#,
+            r#"{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}"#,
+            r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#,
+        ];
+        writeln!(file, "{}", lines.join("\n")).expect("room for three lines");
+        let verdict = |name: &str| {
+            let args = VerifyArgs {
+                log: file.path().to_owned(),
+                properties: vec![PathBuf::from(name)],
+                scenario: None,
+                json: true,
+            };
+            format!("{:?}", verify(&args).expect("a readable log"))
+        };
+        assert_eq!(verdict("phi1"), format!("{:?}", ExitCode::from(1)));
+        assert_eq!(verdict("phi2"), format!("{:?}", ExitCode::SUCCESS));
+    }
+
+    #[test]
+    fn the_log_says_which_scenario_it_is_of() {
+        let named = |line: &str| {
+            let mut file = tempfile::tempfile().expect("a file");
+            writeln!(file, "{line}").expect("room for a line");
+            file.rewind().expect("a file can be rewound");
+            recorded_scenario(&mut BufReader::new(file)).expect("a readable file")
+        };
+        assert_eq!(named(r#"{"scenario":"battery_fault"}"#), "battery_fault");
+        assert_eq!(named(r#"{"scenario":"unheard of"}"#), "nominal");
+        assert_eq!(named("no JSON"), "nominal");
+    }
+}

@@ -1,0 +1,21 @@
+//! A state machine as a picture of its own.
+
+use super::canvas::Canvas;
+use super::diagram_layout::DiagramLayout;
+use super::frame::Diagram;
+use super::geometry::Area;
+use super::monitor_panel::draw_machine;
+
+/// The widest that a machine becomes before its labels are shortened, and the margin around it, in pixels.
+const WIDEST: f64 = 1600.0;
+const MARGIN: f64 = 24.0;
+
+/// The state machine as a standalone SVG picture, as large as it has to be.
+#[must_use]
+pub fn diagram_svg(diagram: &Diagram) -> String {
+    let layout = DiagramLayout::new(diagram, WIDEST);
+    let mut canvas = Canvas::new();
+    let area = Area::new(MARGIN, MARGIN, layout.width, layout.height);
+    draw_machine(&mut canvas, area, &layout, diagram);
+    canvas.finish(layout.width + 2.0 * MARGIN, layout.height + 2.0 * MARGIN)
+}
