@@ -139,7 +139,11 @@ fn check(text: &str) -> Result<bool, String> {
     Ok(!parsed.file.items.is_empty())
 }
 
-#[expect(clippy::print_stdout, clippy::disallowed_methods, reason = "a program that is run by hand and says how long it took")]
+#[expect(
+    clippy::print_stdout,
+    clippy::disallowed_methods,
+    reason = "a program that is run by hand and says how long it took"
+)]
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
     let inputs = arguments.next().and_then(Result::ok).unwrap_or(100_000);

@@ -1,10 +1,8 @@
 //! Formulas in the words of the language, and clauses of them.
 
-use std::fmt::Write as _;
-
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::clause::{EventId, Literal, Part, Vocabulary};
+use crate::clause::{EventId, Form, Literal, Part, Vocabulary};
 use crate::formula::{Event, MessageCondition};
 use crate::syntax::print::ascii;
 
@@ -61,7 +59,7 @@ pub(crate) fn answers(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
 }
 
 /// A formula from its clauses.
-pub(crate) fn form(form: &crate::clause::Form, vocabulary: &Vocabulary, topology: &Topology) -> String {
+pub(crate) fn form(form: &Form, vocabulary: &Vocabulary, topology: &Topology) -> String {
     let clauses: Vec<String> = form.iter().map(|part| clause(part, vocabulary, topology)).collect();
     if clauses.is_empty() { "true".to_owned() } else { clauses.join(" and ") }
 }
@@ -71,53 +69,58 @@ pub(crate) fn operator(operator: &Literal, vocabulary: &Vocabulary, topology: &T
     literal(operator, vocabulary, topology)
 }
 
-/// A clause as the language writes it: an implication where it denies something.
+/// A clause as the language writes it: an implication where it denies something and wants something.
 pub(crate) fn clause(clause: &Part, vocabulary: &Vocabulary, topology: &Topology) -> String {
     let is_denied = |literal: &&Literal| matches!(literal, Literal::Event { holds: false, .. });
     let wanted: Vec<String> =
         clause.iter().filter(|literal| !is_denied(literal)).map(|part| literal(part, vocabulary, topology)).collect();
-    let wanted = if wanted.is_empty() { "false".to_owned() } else { wanted.join(" or ") };
-    match antecedent(clause, vocabulary, topology) {
-        antecedent if antecedent.is_empty() => wanted,
-        antecedent => format!("{antecedent} implies {wanted}"),
+    match (antecedent(clause, vocabulary, topology), denied(clause).count()) {
+        (_, 0) if wanted.is_empty() => "false".to_owned(),
+        (_, 0) => wanted.join(" or "),
+        (antecedent, 1) if wanted.is_empty() => format!("not {antecedent}"),
+        (antecedent, _) if wanted.is_empty() => format!("not ({antecedent})"),
+        (antecedent, _) => format!("{antecedent} implies {}", wanted.join(" or ")),
+    }
+}
+
+/// A product as the language writes it.
+fn product(product: &Part, vocabulary: &Vocabulary, topology: &Topology) -> String {
+    let literals: Vec<String> = product.iter().map(|part| literal(part, vocabulary, topology)).collect();
+    if literals.is_empty() { "true".to_owned() } else { literals.join(" and ") }
+}
+
+/// The parts of a form, as an operand: in parentheses where there is more than one literal.
+fn operand(form: &Form, word: &str, write: impl Fn(&Part) -> String) -> String {
+    let inside = |part: &Part| if part.len() > 1 { format!("({})", write(part)) } else { write(part) };
+    match form.iter().collect::<Vec<_>>()[..] {
+        [] => if word == " and " { "true" } else { "false" }.to_owned(),
+        [part] => inside(part),
+        _ => format!("({})", form.iter().map(inside).collect::<Vec<_>>().join(word)),
     }
 }
 
 fn literal(literal: &Literal, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    let all = |form: &crate::clause::Form, word: &str| {
-        let parts: Vec<String> = form.iter().map(|part| format!("({})", clause(part, vocabulary, topology))).collect();
-        parts.join(word)
-    };
-    let products = |form: &crate::clause::Form| {
-        let of = |part: &Part| {
-            let literals: Vec<String> = part.iter().map(|part| self::literal(part, vocabulary, topology)).collect();
-            format!("({})", if literals.is_empty() { "true".to_owned() } else { literals.join(" and ") })
-        };
-        form.iter().map(of).collect::<Vec<_>>().join(" or ")
-    };
-    let mut text = String::new();
+    let clauses = |form: &Form| operand(form, " and ", |part| clause(part, vocabulary, topology));
+    let products = |form: &Form| operand(form, " or ", |part| product(part, vocabulary, topology));
+    let not = |holds: bool| if holds { "" } else { "not " };
     match literal {
-        Literal::Event { event: id, holds } => {
-            let _ = write!(text, "{}{}", if *holds { "" } else { "not " }, event(vocabulary.get(*id), topology));
-        }
+        Literal::Event { event: id, holds } => format!("{}{}", not(*holds), event(vocabulary.get(*id), topology)),
         Literal::Time { event: id, window, holds } => {
-            let not = if *holds { "" } else { "not " };
             let bound = match (window.first, window.last) {
                 (first, u64::MAX) => format!(">= {first}"),
                 (first, last) if first == last && first > 0 => format!("= {first}"),
                 (_, last) => format!("< {}", last + 1),
             };
-            let _ = write!(text, "{not}time_until {} {bound}", event(vocabulary.get(*id), topology));
+            format!("{}time_until {} {bound}", not(*holds), event(vocabulary.get(*id), topology))
         }
-        Literal::Next { clauses, .. } => text = format!("next {}", all(clauses, " and ")),
-        Literal::Until { hold, goal } if hold.is_empty() => text = format!("eventually {}", products(goal)),
-        Literal::Until { hold, goal } => text = format!("({}) until ({})", all(hold, " and "), products(goal)),
-        Literal::Release { escape, hold } if escape.is_empty() => text = format!("always {}", all(hold, " and ")),
+        Literal::Next { clauses: inside, .. } => format!("next {}", clauses(inside)),
+        Literal::Until { hold, goal } if hold.is_empty() => format!("eventually {}", products(goal)),
+        Literal::Until { hold, goal } => format!("{} until {}", clauses(hold), products(goal)),
+        Literal::Release { escape, hold } if escape.is_empty() => format!("always {}", clauses(hold)),
         Literal::Release { escape, hold } => {
-            text = format!("not (not ({}) until not ({}))", products(escape), all(hold, " and "));
+            format!("not (not {} until not {})", products(escape), clauses(hold))
         }
     }
-    text
 }
 
 /// A condition in as few words as a picture has room for: `running`, `≤ 30`. That a message is `<ok>` goes without

@@ -94,6 +94,19 @@
 //! The paper's response monitor arms its timer with θ and fails on the tick that finds it at 0, one tick later than
 //! `< θ` says. The formula is the requirement, and the synthesised monitor keeps to it.
 
+//! # What is tried
+//!
+//! - `cargo test -p monitors`: ten thousand random pairs of a formula and a sequence, on which the oracle, automaton,
+//!   progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix; wherever an automaton gives no
+//!   verdict it names a continuation for either outcome, and the oracle confirms both. The definition by examples, the
+//!   laws of logic, the paper's monitors against the synthesised ones, and snapshots of everything that is said.
+//! - `cargo run --release -p monitors --example agree -- 1000000`: a million such pairs.
+//! - `cargo run --release -p monitors --example fuzz_parser -- 10000000`: ten million broken files.
+//! - `cargo run --release -p monitors --example scxml_traces -- 300`: exported machines with runs and verdicts, for an
+//!   ECMAScript SCXML engine (`examples/scxml_traces.mjs` runs them in SCION).
+//! - `cargo run --release -p monitors --example log_speed -- 10000000 log.jsonl`: a log of ten million events.
+//! - `cargo bench -p monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
+
 mod clause;
 mod describe;
 mod engine;

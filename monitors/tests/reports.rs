@@ -203,8 +203,10 @@ fn properties_read_as_english() {
             ),
         ),
     ];
-    let said: Vec<String> =
-        formulas.iter().map(|(name, watch)| format!("{name}: {}", watch.property.summary)).collect();
+    let said: Vec<String> = formulas
+        .iter()
+        .map(|(name, watch)| format!("{name}: {}", explain(watch.monitor().formula(), &watch.topology)))
+        .collect();
     insta::assert_snapshot!(said.join("\n"));
     assert_eq!(explain(&Formula::True, &topology()), "Nothing is asked.");
 }

@@ -7,7 +7,7 @@ use channels::{
     Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value,
     Verdict,
 };
-use monitors::{Choice, Formula, MessageCondition, ScopeMonitor, holds};
+use monitors::{Choice, Formula, MessageCondition, ScopeMonitor, Symbol, holds};
 
 /// Numbers that look random and are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -232,6 +232,7 @@ pub(crate) fn check(
         monitors::Method::Automaton { .. } => tally.automata += 1,
         monitors::Method::Progression => tally.progressions += 1,
     }
+    check_letters(&best, sequence)?;
     let mut before = [Verdict::Inconclusive; 3];
     for length in 0..=sequence.len() {
         let prefix = &sequence[..length];
@@ -280,6 +281,37 @@ pub(crate) fn check(
         before = now;
     }
     Ok(())
+}
+
+/// Letters read beforehand give the verdict that the events give, where no tick is missing.
+fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<(), String> {
+    let mut by_event = fresh.clone();
+    let mut symbols = Vec::new();
+    let (mut now, mut seen) = (0, false);
+    for event in sequence {
+        by_event.observe(event);
+        let Some(symbol) = fresh.symbol(&event.kind) else { continue };
+        now = if seen { now } else { event.tick };
+        // A tick with which time does not go on, or more than one of them at once.
+        match (event.tick - now, &event.kind) {
+            (0, EventKind::Tick) => symbols.push(Symbol::TICK),
+            (0, _) => symbols.push(symbol),
+            (ticks, kind) => {
+                let is_tick = *kind == EventKind::Tick;
+                symbols.extend((u64::from(is_tick)..ticks).map(|_| Symbol::ADVANCE));
+                symbols.push(symbol);
+            }
+        }
+        (now, seen) = (event.tick, true);
+    }
+    let mut by_letter = fresh.clone();
+    let (first, rest) = symbols.split_at(symbols.len() / 2);
+    by_letter.run_symbols(first);
+    by_letter.run_symbols(rest);
+    if by_letter.verdict() == by_event.verdict() {
+        return Ok(());
+    }
+    Err(format!("letters give {:?}, events {:?}", by_letter.verdict(), by_event.verdict()))
 }
 
 /// A new verdict must hold on all continuations; without one there must be a continuation for either outcome.
