@@ -14,8 +14,9 @@ use crate::live::{Live, News, StepError};
 use crate::pictures::Camera;
 use crate::report::{Report, SnapshotReport};
 use crate::scenario::{Moment, Scenario};
+use crate::timeline::Timeline;
 use crate::trace::Recorder;
-use crate::{draw, reporting};
+use crate::{draw, html, reporting};
 
 /// What a run is to leave behind.
 #[derive(Clone, Debug, Default)]
@@ -53,6 +54,7 @@ pub fn conduct(
     let mut log = outputs.record.as_deref().map(|path| Log::begin(path, &scenario, seed)).transpose()?;
     let mut album = Album::begin(&live, seed, outputs)?;
     let mut ending = Ending::default();
+    let mut timeline = outputs.folder.is_some().then(|| Timeline::new(&live));
     progress(&live);
     let mut next_progress = Duration::from_secs(1);
     let because = loop {
@@ -65,6 +67,9 @@ pub fn conduct(
         };
         let over = ending.reached(&live, &news);
         album.take(&live, &news, over.is_some())?;
+        if let Some(timeline) = &mut timeline {
+            timeline.follow(&live, &news);
+        }
         if live.time() >= next_progress {
             progress(&live);
             next_progress += Duration::from_secs(1);
@@ -78,8 +83,9 @@ pub fn conduct(
     }
     let snapshots = album.finish()?;
     let report = reporting::report(&live, seed, because, snapshots, began.elapsed());
-    if let Some(folder) = &outputs.folder {
+    if let (Some(folder), Some(timeline)) = (&outputs.folder, &timeline) {
         write_report(folder, &report)?;
+        html::write(folder, &live, timeline, &report)?;
     }
     Ok(report)
 }

@@ -10,11 +10,14 @@ pub mod conduct;
 pub mod draw;
 mod error;
 mod files;
+pub mod html;
+pub mod junit;
 pub mod live;
 pub mod pictures;
 pub mod report;
 mod reporting;
 pub mod scenario;
+pub mod timeline;
 pub mod trace;
 mod wiring;
 

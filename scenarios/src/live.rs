@@ -97,6 +97,8 @@ pub struct Live {
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
+    /// The events of the last step.
+    events: Vec<Event>,
     watched: Vec<Watched>,
     warnings: Vec<Warnings>,
     pending_faults: Vec<Fault>,
@@ -134,6 +136,7 @@ impl Live {
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
+            events: Vec::new(),
             watched,
             warnings,
             pending_faults,
@@ -189,7 +192,8 @@ impl Live {
 
     /// Generates a tick if it is time for one and runs the channel system until it is quiet.
     fn communicate(&mut self, now: Duration, mut recorder: Option<&mut Recorder>) -> Result<(), StepError> {
-        let mut events = Vec::new();
+        let mut events = std::mem::take(&mut self.events);
+        events.clear();
         if now > self.next_tick {
             let (event, delivered) = self.system.generate_tick(self.ids.tick_generator);
             self.tally.overruns += u64::from(!delivered);
@@ -210,6 +214,7 @@ impl Live {
         if let Some(recorder) = recorder.filter(|_| !events.is_empty()) {
             recorder.statuses(self.system.ticks().saturating_sub(1), now, self.statuses_json())?;
         }
+        self.events = events;
         Ok(())
     }
 
@@ -286,6 +291,12 @@ impl Live {
     #[must_use]
     pub fn system(&self) -> &ChannelSystem {
         &self.system
+    }
+
+    /// The events of the last step, in order.
+    #[must_use]
+    pub fn events(&self) -> &[Event] {
+        &self.events
     }
 
     /// How the nodes of the tree stand, in document order.

@@ -99,16 +99,20 @@ impl Camera {
         let state = live.truth().battery();
         let mut history = self.battery.clone();
         history.push((live.time(), state.charge_pct));
-        let threshold =
-            |level_pct, label: &str, critical| draw::Threshold { level_pct, label: label.to_owned(), critical };
         draw::Battery {
             history,
             level_pct: state.charge_pct,
             charging: state.charging,
-            thresholds: vec![threshold(30.0, "recharge", false), threshold(20.0, "unsafe", true)],
+            thresholds: thresholds(),
             faults: live.faults().iter().map(|fault| (fault.time, "fault".to_owned())).collect(),
         }
     }
+}
+
+/// The battery levels that mean something.
+pub(crate) fn thresholds() -> Vec<draw::Threshold> {
+    let threshold = |level_pct, label: &str, critical| draw::Threshold { level_pct, label: label.to_owned(), critical };
+    vec![threshold(30.0, "recharge", false), threshold(20.0, "unsafe", true)]
 }
 
 /// Where the beams of a scan ended on something, in the `map` frame.
@@ -150,16 +154,19 @@ fn tree(live: &Live) -> Vec<draw::TreeNode> {
         .map(|(node, state)| draw::TreeNode {
             parent: node.parent().map(bt::NodeId::index),
             label: node.kind().symbol().map_or_else(|| node.label().to_owned(), str::to_owned),
-            status: match state.outcome {
-                Some(bt::Outcome::Answered(bt::Status::Success)) => draw::NodeStatus::Success,
-                Some(bt::Outcome::Answered(bt::Status::Failure)) => draw::NodeStatus::Failure,
-                Some(bt::Outcome::Answered(bt::Status::Running)) => draw::NodeStatus::Running,
-                Some(bt::Outcome::Halted | bt::Outcome::Answered(bt::Status::Skipped)) | None => {
-                    draw::NodeStatus::NotTicked
-                }
-            },
+            status: node_status(&state),
         })
         .collect()
+}
+
+/// What a node did in the last tick, as pictures show it.
+pub(crate) fn node_status(state: &bt::NodeState) -> draw::NodeStatus {
+    match state.outcome {
+        Some(bt::Outcome::Answered(bt::Status::Success)) => draw::NodeStatus::Success,
+        Some(bt::Outcome::Answered(bt::Status::Failure)) => draw::NodeStatus::Failure,
+        Some(bt::Outcome::Answered(bt::Status::Running)) => draw::NodeStatus::Running,
+        Some(bt::Outcome::Halted | bt::Outcome::Answered(bt::Status::Skipped)) | None => draw::NodeStatus::NotTicked,
+    }
 }
 
 fn monitors(live: &Live, over: bool) -> Vec<draw::Monitor> {
@@ -179,7 +186,8 @@ fn monitors(live: &Live, over: bool) -> Vec<draw::Monitor> {
         .collect()
 }
 
-fn verdict(monitor: &dyn Monitor, over: bool) -> draw::Verdict {
+/// What can be said of a property now; `over` says whether the run has ended.
+pub(crate) fn verdict(monitor: &dyn Monitor, over: bool) -> draw::Verdict {
     match (monitor.verdict(), over) {
         (Verdict::False, _) => draw::Verdict::Violated,
         (Verdict::Inconclusive, false) => draw::Verdict::HoldsSoFar,

@@ -16,6 +16,8 @@ pub struct Report {
     pub outcome: OutcomeReport,
     /// What differs from `[expect]`, in words; empty when nothing does.
     pub differences: Vec<String>,
+    /// Everything that `[expect]` says, and whether it was so.
+    pub expectations: Vec<ExpectationReport>,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
     /// Why the run ended.
@@ -52,6 +54,15 @@ pub enum OutcomeReport {
     AsExpected,
     /// It was not.
     NotAsExpected,
+}
+
+/// Something that the scenario expects of its runs.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExpectationReport {
+    /// What, in words: `phi1 is violated`.
+    pub expected: String,
+    /// What was found instead, in words; null if it was as expected.
+    pub difference: Option<String>,
 }
 
 /// What a monitor says at the end of a run.

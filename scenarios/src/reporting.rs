@@ -6,10 +6,10 @@ use channels::{Event, EventKind};
 use monitors::{Outcome, ScopeMonitor, Sighting, Witness};
 use serde_json::json;
 
-use crate::live::Live;
+use crate::live::{Live, Watched};
 use crate::report::{
-    BatteryReport, FaultReport, LocalizationReport, MonitorReport, OutcomeReport, PlaceReport, Report, RobotReport,
-    SnapshotReport, TimingReport,
+    BatteryReport, ExpectationReport, FaultReport, LocalizationReport, MonitorReport, OutcomeReport, PlaceReport,
+    Report, RobotReport, SnapshotReport, TimingReport,
 };
 use crate::trace::message_json;
 
@@ -21,7 +21,8 @@ pub(crate) fn report(
     snapshots: Vec<SnapshotReport>,
     wall_time: Duration,
 ) -> Report {
-    let differences = differences(live);
+    let expectations = expectations(live);
+    let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
     let outcome = if differences.is_empty() { OutcomeReport::AsExpected } else { OutcomeReport::NotAsExpected };
     let sim_time_s = live.time().as_secs_f64();
     let wall_time_s = wall_time.as_secs_f64();
@@ -31,6 +32,7 @@ pub(crate) fn report(
         version: env!("CARGO_PKG_VERSION").to_owned(),
         outcome,
         differences,
+        expectations,
         sim_time_s,
         ended_because,
         ticks: live.system().ticks(),
@@ -51,34 +53,37 @@ pub(crate) fn report(
     }
 }
 
-/// What the run is not as the scenario expects, in words.
-fn differences(live: &Live) -> Vec<String> {
+/// What the scenario expects of the run, and where it is not so.
+fn expectations(live: &Live) -> Vec<ExpectationReport> {
     let expect = &live.scenario().file.expect;
-    let mut differences = Vec::new();
+    let mut expectations = Vec::new();
+    let mut note = |expected: String, difference: Option<String>| {
+        expectations.push(ExpectationReport { expected, difference });
+    };
     for (name, expected) in &expect.outcomes {
         let watched = live.watched().iter().zip(live.system().monitors());
-        let found = watched.filter(|(watched, _)| watched.name == name.value);
-        for (watched, attached) in found {
+        for (Watched { name, .. }, attached) in watched.filter(|(watched, _)| watched.name == name.value) {
             let outcome = Outcome::of(attached.monitor.as_ref());
-            if outcome != *expected {
-                differences.push(format!("{} was expected to be {expected} and is {outcome}", watched.name));
-            }
+            let difference = format!("{name} was expected to be {expected} and is {outcome}");
+            note(format!("{name} is {expected}"), (outcome != *expected).then_some(difference));
         }
     }
     for place in &expect.reached {
-        if live.visits().iter().any(|visit| visit.place == place.value && visit.at.is_none()) {
-            differences.push(format!("{} was expected to be reached and was not", place.value));
-        }
+        let missed = live.visits().iter().any(|visit| visit.place == place.value && visit.at.is_none());
+        let difference = format!("{} was expected to be reached and was not", place.value);
+        note(format!("{} is reached", place.value), missed.then_some(difference));
     }
-    let collisions = live.truth().collisions();
-    if let Some(limit) = expect.max_collisions.filter(|limit| collisions > *limit) {
-        differences.push(format!("at most {limit} collisions were expected, and there were {collisions}"));
+    if let Some(limit) = expect.max_collisions {
+        let collisions = live.truth().collisions();
+        let difference = format!("at most {limit} collisions were expected, and there were {collisions}");
+        note(format!("there are at most {limit} collisions"), (collisions > limit).then_some(difference));
     }
-    let minimum = live.tally().minimum_pct;
-    if let Some(limit) = expect.min_battery_pct.filter(|limit| minimum < *limit) {
-        differences.push(format!("the battery was expected to stay at {limit} % or more and fell to {minimum:.2} %"));
+    if let Some(limit) = expect.min_battery_pct {
+        let minimum = live.tally().minimum_pct;
+        let difference = format!("the battery was expected to stay at {limit} % or more and fell to {minimum:.2} %");
+        note(format!("the battery stays at {limit} % or more"), (minimum < limit).then_some(difference));
     }
-    differences
+    expectations
 }
 
 fn monitors(live: &Live) -> Vec<MonitorReport> {

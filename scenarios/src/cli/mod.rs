@@ -50,6 +50,9 @@ struct RunArgs {
     /// Writes every communication to an event log (JSON Lines)
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    /// Writes the results as JUnit XML: a test case a property and expectation
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
     /// Takes no pictures
     #[arg(long)]
     no_snapshots: bool,

@@ -8,6 +8,7 @@ use super::progress::Progress;
 use super::{RunArgs, print, summary};
 use crate::Error;
 use crate::conduct::{Outputs, conduct};
+use crate::junit;
 use crate::report::OutcomeReport;
 use crate::scenario::{Scenario, find};
 
@@ -23,13 +24,16 @@ pub(super) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     };
     let seed = args.seed.unwrap_or(scenario.file.seed);
     let progress = Progress::new(args.quiet || args.json, scenario.file.execution.max_time);
-    let report = conduct(scenario, seed, !args.no_monitors, &outputs, |live| {
+    let report = conduct(Arc::clone(&scenario), seed, !args.no_monitors, &outputs, |live| {
         if live.time().is_zero() {
             live.warnings().iter().for_each(super::warn);
         }
         progress.show(live);
     })?;
     progress.finish();
+    if let Some(path) = &args.junit {
+        junit::write(path, &scenario, &report)?;
+    }
     if args.json {
         print(&(serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"))?;
     } else if !args.quiet {

@@ -3,12 +3,12 @@
 use super::font::Face;
 use super::geometry::{Area, Spot};
 use super::path::{Path, number};
-use super::text::{Font, Run, runs};
+use super::text::{Font, Run, Weight, runs};
 use super::theme::{self, Color};
 
 /// Which end of a text its position is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Anchor {
+pub(crate) enum Anchor {
     /// The text begins there.
     Start,
     /// The text is centred there.
@@ -19,34 +19,34 @@ pub(super) enum Anchor {
 
 /// What a text looks like.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TextStyle {
-    pub(super) font: Font,
-    pub(super) color: Color,
-    pub(super) anchor: Anchor,
+pub(crate) struct TextStyle {
+    pub(crate) font: Font,
+    pub(crate) color: Color,
+    pub(crate) anchor: Anchor,
     /// Whether the letters stand in a band of the colour of paper, so that lines beneath stay readable.
-    pub(super) halo: bool,
+    pub(crate) halo: bool,
 }
 
 impl TextStyle {
     /// Left-aligned text without halo.
-    pub(super) const fn new(font: Font, color: Color) -> Self {
+    pub(crate) const fn new(font: Font, color: Color) -> Self {
         Self { font, color, anchor: Anchor::Start, halo: false }
     }
 
     /// The same, anchored differently.
-    pub(super) const fn anchored(self, anchor: Anchor) -> Self {
+    pub(crate) const fn anchored(self, anchor: Anchor) -> Self {
         Self { anchor, ..self }
     }
 
     /// The same with a halo.
-    pub(super) const fn with_halo(self) -> Self {
+    pub(crate) const fn with_halo(self) -> Self {
         Self { halo: true, ..self }
     }
 }
 
 /// How the inside and the outline of a shape are painted.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Paint {
+pub(crate) struct Paint {
     fill: Option<Color>,
     fill_opacity: f64,
     stroke: Option<(Color, f64)>,
@@ -56,49 +56,75 @@ pub(super) struct Paint {
 
 impl Paint {
     /// Filled, without outline.
-    pub(super) const fn fill(color: Color) -> Self {
+    pub(crate) const fn fill(color: Color) -> Self {
         Self { fill: Some(color), fill_opacity: 1.0, stroke: None, stroke_opacity: 1.0, dash: None }
     }
 
     /// An outline of that width in pixels, not filled; ends and corners are round.
-    pub(super) const fn stroke(color: Color, width: f64) -> Self {
+    pub(crate) const fn stroke(color: Color, width: f64) -> Self {
         Self { fill: None, fill_opacity: 1.0, stroke: Some((color, width)), stroke_opacity: 1.0, dash: None }
     }
 
     /// The same with an outline.
-    pub(super) const fn outlined(self, color: Color, width: f64) -> Self {
+    pub(crate) const fn outlined(self, color: Color, width: f64) -> Self {
         Self { stroke: Some((color, width)), ..self }
     }
 
     /// The same with the inside only so opaque (0 to 1).
-    pub(super) const fn fill_opacity(self, opacity: f64) -> Self {
+    pub(crate) const fn fill_opacity(self, opacity: f64) -> Self {
         Self { fill_opacity: opacity, ..self }
     }
 
     /// The same with the outline only so opaque (0 to 1).
-    pub(super) const fn stroke_opacity(self, opacity: f64) -> Self {
+    pub(crate) const fn stroke_opacity(self, opacity: f64) -> Self {
         Self { stroke_opacity: opacity, ..self }
     }
 
     /// The same with a dashed outline (lengths of dashes and gaps in pixels).
-    pub(super) const fn dashed(self, dash: &'static str) -> Self {
+    pub(crate) const fn dashed(self, dash: &'static str) -> Self {
         Self { dash: Some(dash), ..self }
     }
 }
 
+/// Who will draw the letters of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Letters {
+    /// The renderer, with the fonts that they were measured with.
+    #[default]
+    Embedded,
+    /// A browser, with whatever fonts it has: every text is told how long to be.
+    Browser,
+}
+
 /// The elements of a picture so far, in drawing order.
 #[derive(Debug, Default)]
-pub(super) struct Canvas {
+pub(crate) struct Canvas {
     elements: String,
+    letters: Letters,
 }
 
 impl Canvas {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
+    /// A canvas for a picture inside a web page.
+    pub(crate) fn for_browsers() -> Self {
+        Self { letters: Letters::Browser, ..Self::default() }
+    }
+
+    /// Draws the other canvas's picture in front of this one.
+    pub(crate) fn append(&mut self, other: Self) {
+        self.elements += &other.elements;
+    }
+
+    /// What has been drawn, for a picture that is put together elsewhere.
+    pub(crate) fn into_elements(self) -> String {
+        self.elements
+    }
+
     /// The finished picture, a standalone SVG of that size in pixels.
-    pub(super) fn finish(self, width: f64, height: f64) -> String {
+    pub(crate) fn finish(self, width: f64, height: f64) -> String {
         let (width, height) = (number(width), number(height));
         format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
@@ -110,7 +136,7 @@ impl Canvas {
     }
 
     /// Draws a shape.
-    pub(super) fn path(&mut self, path: &Path, paint: Paint) {
+    pub(crate) fn path(&mut self, path: &Path, paint: Paint) {
         if path.data().is_empty() {
             return;
         }
@@ -119,20 +145,20 @@ impl Canvas {
         self.elements += "/>\n";
     }
 
-    pub(super) fn circle(&mut self, center: Spot, radius: f64, paint: Paint) {
+    pub(crate) fn circle(&mut self, center: Spot, radius: f64, paint: Paint) {
         self.path(&Path::circle(center, radius), paint);
     }
 
-    pub(super) fn rounded(&mut self, area: Area, radius: f64, paint: Paint) {
+    pub(crate) fn rounded(&mut self, area: Area, radius: f64, paint: Paint) {
         self.path(&Path::rounded(area, radius), paint);
     }
 
-    pub(super) fn line(&mut self, from: Spot, to: Spot, paint: Paint) {
+    pub(crate) fn line(&mut self, from: Spot, to: Spot, paint: Paint) {
         self.path(&Path::through([from, to]), paint);
     }
 
     /// Writes a text with its baseline at `at`.
-    pub(super) fn text(&mut self, at: Spot, text: &str, style: TextStyle) {
+    pub(crate) fn text(&mut self, at: Spot, text: &str, style: TextStyle) {
         let runs = runs(text);
         if runs.iter().all(|run| run.text.trim().is_empty()) {
             return;
@@ -142,18 +168,25 @@ impl Canvas {
             let paint = format!("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"", theme::PAPER, number(width));
             self.letters(at, &runs, style, &format!("{paint} stroke-opacity=\"0.85\""));
         }
-        let stroke = number(style.font.size * style.font.weight.stroke_em());
         let color = style.color;
-        self.letters(at, &runs, style, &format!("fill=\"{color}\" stroke=\"{color}\" stroke-width=\"{stroke}\""));
+        let paint = match (self.letters, style.font.weight) {
+            (Letters::Browser, Weight::Regular) => format!("fill=\"{color}\""),
+            (Letters::Browser, Weight::Bold) => format!("fill=\"{color}\" font-weight=\"600\""),
+            (Letters::Embedded, weight) => {
+                let stroke = number(style.font.size * weight.stroke_em());
+                format!("fill=\"{color}\" stroke=\"{color}\" stroke-width=\"{stroke}\"")
+            }
+        };
+        self.letters(at, &runs, style, &paint);
     }
 
     /// Writes a text with its middle at the height of `at`.
-    pub(super) fn centered_text(&mut self, at: Spot, text: &str, style: TextStyle) {
+    pub(crate) fn centered_text(&mut self, at: Spot, text: &str, style: TextStyle) {
         self.text((at.0, at.1 + style.font.baseline_below_middle()), text, style);
     }
 
     /// Draws what `draw` draws, cut off at the edges of `area`. `name` is the clip's id, one of its own.
-    pub(super) fn clipped(&mut self, name: &str, area: Area, draw: impl FnOnce(&mut Self)) {
+    pub(crate) fn clipped(&mut self, name: &str, area: Area, draw: impl FnOnce(&mut Self)) {
         self.elements += &format!(
             "<clipPath id=\"{name}\"><path d=\"{}\"/></clipPath><g clip-path=\"url(#{name})\">\n",
             Path::rounded(area, 0.0).data()
@@ -163,7 +196,7 @@ impl Canvas {
     }
 
     /// Adds ready-made path data in other coordinates; `matrix` takes them to the page (as in SVG: a b c d e f).
-    pub(super) fn placed_path(&mut self, data: &str, matrix: [f64; 6], fill: Color) {
+    pub(crate) fn placed_path(&mut self, data: &str, matrix: [f64; 6], fill: Color) {
         if data.is_empty() {
             return;
         }
@@ -179,19 +212,28 @@ impl Canvas {
     fn letters(&mut self, at: Spot, runs: &[Run], style: TextStyle, paint: &str) {
         let font = style.font;
         let spacing = match font.weight.spacing_em() {
-            0.0 => String::new(),
-            ems => format!(" letter-spacing=\"{}\"", number(ems * font.size)),
+            ems if ems > 0.0 && self.letters == Letters::Embedded => {
+                format!(" letter-spacing=\"{}\"", number(ems * font.size))
+            }
+            _ => String::new(),
+        };
+        let fitted = |run: &Run| match self.letters {
+            Letters::Embedded => String::new(),
+            Letters::Browser => {
+                format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", number(font.run_width(run)))
+            }
         };
         let (y, size) = (number(at.1), number(font.size));
-        if let [Run { face: Face::Sans, text, .. }] = runs {
+        if let [run @ Run { face: Face::Sans, text, .. }] = runs {
             let anchor = match style.anchor {
                 Anchor::Start => "",
                 Anchor::Middle => " text-anchor=\"middle\"",
                 Anchor::End => " text-anchor=\"end\"",
             };
-            let (x, text) = (number(at.0), escape(text));
-            self.elements +=
-                &format!("<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{spacing} {paint}>{text}</text>\n");
+            let (x, text, fitted) = (number(at.0), escape(text), fitted(run));
+            self.elements += &format!(
+                "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{spacing}{fitted} {paint}>{text}</text>\n"
+            );
             return;
         }
         let width: f64 = runs.iter().map(|run| font.run_width(run)).sum();
@@ -202,8 +244,12 @@ impl Canvas {
         };
         self.elements += &format!("<text y=\"{y}\" font-size=\"{size}\"{spacing} {paint}>");
         for run in runs {
-            let (start, families, text) = (number(x), run.face.families(), escape(&run.text));
-            self.elements += &format!("<tspan x=\"{start}\" font-family=\"{families}\">{text}</tspan>");
+            let (start, text, fitted) = (number(x), escape(&run.text), fitted(run));
+            let family = match self.letters {
+                Letters::Embedded => format!(" font-family=\"{}\"", run.face.families()),
+                Letters::Browser => String::new(),
+            };
+            self.elements += &format!("<tspan x=\"{start}\"{family}{fitted}>{text}</tspan>");
             x += font.run_width(run);
         }
         self.elements += "</text>\n";
@@ -228,7 +274,7 @@ impl Canvas {
 }
 
 /// The text with all that means something to XML written as entities; characters that XML forbids are dropped.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

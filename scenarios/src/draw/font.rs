@@ -12,7 +12,7 @@ use resvg::usvg::{self, fontdb};
 
 /// One of the two embedded faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Face {
+pub(crate) enum Face {
     /// Ubuntu Light: all text.
     Sans,
     /// Hack: the arrows and mathematical signs that Ubuntu lacks.

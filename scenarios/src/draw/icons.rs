@@ -8,7 +8,7 @@ use super::theme::{self, Color};
 
 /// A sign that says the same as a colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Icon {
+pub(crate) enum Icon {
     /// ✓
     Check,
     /// ✗
@@ -27,7 +27,7 @@ pub(super) enum Icon {
 
 impl Icon {
     /// Draws the icon in a square of side `size` pixels around `center`.
-    pub(super) fn draw(self, canvas: &mut Canvas, center: Spot, size: f64, color: Color) {
+    pub(crate) fn draw(self, canvas: &mut Canvas, center: Spot, size: f64, color: Color) {
         let at = |x: f64, y: f64| (center.0 + x * size, center.1 + y * size);
         let line = Paint::stroke(color, size * 0.17);
         let through = |spots: &[(f64, f64)]| Path::through(spots.iter().map(|&(x, y)| at(x, y)));
@@ -60,19 +60,19 @@ impl Icon {
 
 /// How a status of a node is shown.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Look {
+pub(crate) struct Look {
     /// The ground.
-    pub(super) ground: Color,
+    pub(crate) ground: Color,
     /// Outline and sign.
-    pub(super) front: Color,
+    pub(crate) front: Color,
     /// The sign.
-    pub(super) icon: Icon,
+    pub(crate) icon: Icon,
     /// The same in words.
-    pub(super) words: &'static str,
+    pub(crate) words: &'static str,
 }
 
 impl Look {
-    pub(super) fn of_status(status: NodeStatus) -> Self {
+    pub(crate) fn of_status(status: NodeStatus) -> Self {
         let (ground, front, icon, words) = match status {
             NodeStatus::Success => (theme::GOOD_LIGHT, theme::GOOD, Icon::Check, "success"),
             NodeStatus::Failure => (theme::BAD_LIGHT, theme::BAD, Icon::Cross, "failure"),
@@ -82,7 +82,7 @@ impl Look {
         Self { ground, front, icon, words }
     }
 
-    pub(super) fn of_verdict(verdict: Verdict) -> Self {
+    pub(crate) fn of_verdict(verdict: Verdict) -> Self {
         let (front, icon, words) = match verdict {
             Verdict::HoldsSoFar => (theme::GOOD, Icon::Open, "holds so far"),
             Verdict::Satisfied => (theme::GOOD, Icon::Check, "satisfied"),

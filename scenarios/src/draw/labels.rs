@@ -5,7 +5,7 @@ use super::text::Font;
 
 /// Places labels one after another, each where it covers least.
 #[derive(Clone, Debug)]
-pub(super) struct LabelPlacer {
+pub(crate) struct LabelPlacer {
     within: Area,
     /// Symbols and labels that are there already.
     taken: Vec<Area>,
@@ -15,17 +15,17 @@ pub(super) struct LabelPlacer {
 
 impl LabelPlacer {
     /// A placer that keeps all labels inside `within`.
-    pub(super) fn new(within: Area) -> Self {
+    pub(crate) fn new(within: Area) -> Self {
         Self { within, taken: Vec::new(), lines: Vec::new() }
     }
 
     /// Keeps labels off a symbol.
-    pub(super) fn block(&mut self, area: Area) {
+    pub(crate) fn block(&mut self, area: Area) {
         self.taken.push(area);
     }
 
     /// Keeps labels off a line, where that is possible.
-    pub(super) fn avoid_line(&mut self, spots: impl IntoIterator<Item = Spot>) {
+    pub(crate) fn avoid_line(&mut self, spots: impl IntoIterator<Item = Spot>) {
         const STEP: f64 = 6.0;
         let mut previous: Option<Spot> = None;
         for spot in spots {
@@ -41,7 +41,7 @@ impl LabelPlacer {
     }
 
     /// The box for a text of that width at `site`. `cost` says how bad it would be to cover what is in a box (0 to 1).
-    pub(super) fn place(&mut self, site: &Site, (font, width): (Font, f64), cost: impl Fn(&Area) -> f64) -> Area {
+    pub(crate) fn place(&mut self, site: &Site, (font, width): (Font, f64), cost: impl Fn(&Area) -> f64) -> Area {
         let best = site
             .candidates(width, font.line_height())
             .into_iter()
@@ -72,11 +72,11 @@ impl LabelPlacer {
 
 /// What a label belongs to.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Site {
+pub(crate) struct Site {
     /// Its box, with some room around.
-    pub(super) symbol: Area,
+    pub(crate) symbol: Area,
     /// Whether the label may stand in the box: it is an area rather than a sign.
-    pub(super) roomy: bool,
+    pub(crate) roomy: bool,
 }
 
 impl Site {

@@ -25,7 +25,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
     canvas.rounded(frame, 4.0, Paint::fill(theme::UNKNOWN));
     canvas.clipped("map", frame, |canvas| {
         scene.map.draw(canvas, &view);
-        MapDrawing { canvas, view, placer: LabelPlacer::new(frame.inset(6.0)), labels: Vec::new(), scene }.draw();
+        MapDrawing::new(canvas, view, scene, FONT).draw();
     });
     let foot = Area::new(frame.x, frame.bottom(), frame.width, FOOT);
     let right_of_bar = scale_bar(canvas, foot, &view);
@@ -34,7 +34,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
 
 /// What must be in the picture: what is known of the map, and the places of the run. Things that move don't count, so that
 /// all pictures of a run show the same section.
-fn bounds(scene: &Scene) -> Bounds {
+pub(crate) fn bounds(scene: &Scene) -> Bounds {
     let poses = scene.start.iter().chain(&scene.station).map(|pose| Point::from(pose.translation.vector));
     let corners = scene.destination.iter().flat_map(|destination| destination.corners.iter().copied());
     let places = poses.chain(corners).filter(|point| point.x.is_finite() && point.y.is_finite());
@@ -51,12 +51,22 @@ struct Label {
     color: Color,
 }
 
-struct MapDrawing<'a> {
-    canvas: &'a mut Canvas,
+/// What is drawn on the floor of a map, with the labels that are still to be written.
+pub(crate) struct MapDrawing<'a> {
+    pub(crate) canvas: &'a mut Canvas,
+    pub(crate) placer: LabelPlacer,
     view: View,
-    placer: LabelPlacer,
     labels: Vec<Label>,
     scene: &'a Scene,
+    font: Font,
+}
+
+impl<'a> MapDrawing<'a> {
+    /// A drawing on a floor that is there already; labels are in that font.
+    pub(crate) fn new(canvas: &'a mut Canvas, view: View, scene: &'a Scene, font: Font) -> Self {
+        let placer = LabelPlacer::new(view.area.inset(6.0));
+        Self { canvas, placer, view, labels: Vec::new(), scene, font }
+    }
 }
 
 impl MapDrawing<'_> {
@@ -67,18 +77,23 @@ impl MapDrawing<'_> {
         }
         self.lines();
         self.bodies();
-        if let Some(start) = &scene.start {
-            self.start(start);
-        }
-        if let Some(station) = &scene.station {
-            self.station(station);
-        }
+        self.places();
         self.faults();
         self.robot();
         self.write_labels();
     }
 
-    fn destination(&mut self, destination: &Destination) {
+    /// Start and charging station.
+    pub(crate) fn places(&mut self) {
+        if let Some(start) = &self.scene.start {
+            self.start(start);
+        }
+        if let Some(station) = &self.scene.station {
+            self.station(station);
+        }
+    }
+
+    pub(crate) fn destination(&mut self, destination: &Destination) {
         let spots: Vec<Spot> = self.view.spots(&destination.corners).collect();
         let Some(&first) = spots.first() else { return };
         if spots.len() < 3 {
@@ -111,7 +126,7 @@ impl MapDrawing<'_> {
         self.canvas.path(&Path::dots(view.spots(&scene.laser_hits)), Paint::stroke(theme::LASER, 4.2));
     }
 
-    fn bodies(&mut self) {
+    pub(crate) fn bodies(&mut self) {
         for body in &self.scene.bodies {
             let paint = Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8);
             let (center, reach) = match &body.shape {
@@ -154,7 +169,7 @@ impl MapDrawing<'_> {
         self.label(spot, RADIUS + 11.0, "charging station", theme::GOOD);
     }
 
-    fn faults(&mut self) {
+    pub(crate) fn faults(&mut self) {
         const RADIUS: f64 = 8.0;
         for fault in &self.scene.faults {
             let Some(spot) = self.view.spot(fault.position) else { continue };
@@ -165,7 +180,7 @@ impl MapDrawing<'_> {
     }
 
     /// The robot where it is and, if that differs visibly, where it believes it is.
-    fn robot(&mut self) {
+    pub(crate) fn robot(&mut self) {
         let scene = self.scene;
         let radius = self.view.pixels(scene.robot_radius_m).max(7.0);
         let Some(spot) = self.spot(&scene.robot) else { return };
@@ -200,18 +215,19 @@ impl MapDrawing<'_> {
     }
 
     /// Notes a label for a sign of that radius; it is written last, when everything it should keep clear of is known.
-    fn label(&mut self, at: Spot, radius: f64, text: &str, color: Color) {
+    pub(crate) fn label(&mut self, at: Spot, radius: f64, text: &str, color: Color) {
         let site = Site { symbol: Area::around(at, 2.0 * radius, 2.0 * radius), roomy: false };
         self.placer.block(site.symbol);
         self.labels.push(Label { site, text: text.to_owned(), color });
     }
 
-    fn write_labels(&mut self) {
+    pub(crate) fn write_labels(&mut self) {
         for label in std::mem::take(&mut self.labels) {
-            let text = FONT.fit(&label.text, self.view.area.width * 0.4);
+            let font = self.font;
+            let text = font.fit(&label.text, self.view.area.width * 0.4);
             let (view, map) = (self.view, &self.scene.map);
-            let area = self.placer.place(&label.site, (FONT, FONT.width(&text)), |area| map.covered(area, &view));
-            let style = TextStyle::new(FONT, label.color).anchored(Anchor::Middle).with_halo();
+            let area = self.placer.place(&label.site, (font, font.width(&text)), |area| map.covered(area, &view));
+            let style = TextStyle::new(font, label.color).anchored(Anchor::Middle).with_halo();
             self.canvas.centered_text(area.center(), &text, style);
         }
     }
@@ -223,7 +239,7 @@ fn ahead(pose: &Pose, spot: Spot, pixels: f64) -> Spot {
 }
 
 /// The spots without those that are closer than `gap` pixels to the one before; the last one stays.
-pub(super) fn thinned(spots: impl Iterator<Item = Spot>, gap: f64) -> Vec<Spot> {
+pub(crate) fn thinned(spots: impl Iterator<Item = Spot>, gap: f64) -> Vec<Spot> {
     let mut kept: Vec<Spot> = Vec::new();
     let mut last = None;
     for spot in spots {

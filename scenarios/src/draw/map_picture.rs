@@ -39,24 +39,24 @@ pub struct MapPicture {
 
 /// A rectangle along the axes of the `map` frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Bounds {
-    pub(super) low: Point,
-    pub(super) high: Point,
+pub(crate) struct Bounds {
+    pub(crate) low: Point,
+    pub(crate) high: Point,
 }
 
 impl Bounds {
     /// The smallest rectangle around all points; `None` without points.
-    pub(super) fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+    pub(crate) fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
         points.into_iter().map(|point| Self { low: point, high: point }).reduce(Self::union)
     }
 
     /// The smallest rectangle around both.
-    pub(super) fn union(self, other: Self) -> Self {
+    pub(crate) fn union(self, other: Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
     /// The rectangle with a margin in metres on every side.
-    pub(super) fn grown(self, margin_m: f64) -> Self {
+    pub(crate) fn grown(self, margin_m: f64) -> Self {
         let margin = nalgebra::Vector2::repeat(margin_m);
         Self { low: self.low - margin, high: self.high + margin }
     }
@@ -94,12 +94,12 @@ impl MapPicture {
     }
 
     /// What there is to see, with a margin.
-    pub(super) fn bounds(&self) -> Bounds {
+    pub(crate) fn bounds(&self) -> Bounds {
         self.bounds
     }
 
     /// Draws the floor and the walls.
-    pub(super) fn draw(&self, canvas: &mut Canvas, view: &View) {
+    pub(crate) fn draw(&self, canvas: &mut Canvas, view: &View) {
         let matrix = view.matrix(self.corner, self.column_step, self.row_step);
         canvas.placed_path(&self.floor, matrix, theme::PAPER);
         canvas.placed_path(&self.walls, matrix, theme::WALL);
@@ -107,7 +107,7 @@ impl MapPicture {
     }
 
     /// How much of a box on the page is covered by walls, 0 to 1, by samples a few pixels apart.
-    pub(super) fn covered(&self, area: &Area, view: &View) -> f64 {
+    pub(crate) fn covered(&self, area: &Area, view: &View) -> f64 {
         const STEPS: usize = 12;
         let to_blocks = nalgebra::Matrix2::from_columns(&[self.column_step, self.row_step]).try_inverse();
         let Some(to_blocks) = to_blocks else { return 0.0 };

@@ -37,33 +37,33 @@
 
 mod animation;
 mod battery_panel;
-mod canvas;
+pub(crate) mod canvas;
 mod diagram_layout;
 mod diagram_tracks;
 mod error;
 mod font;
 mod frame;
 mod geometry;
-mod icons;
-mod labels;
+pub(crate) mod icons;
+pub(crate) mod labels;
 mod machine;
-mod map_panel;
-mod map_picture;
+pub(crate) mod map_panel;
+pub(crate) mod map_picture;
 mod monitor_panel;
 mod outline;
 mod page;
 mod palette;
-mod path;
+pub(crate) mod path;
 mod render;
 #[cfg(test)]
 mod sample;
 #[cfg(test)]
 mod tests;
-mod text;
-mod theme;
+pub(crate) mod text;
+pub(crate) mod theme;
 mod tree_layout;
 mod tree_panel;
-mod view;
+pub(crate) mod view;
 
 pub use animation::{ANIMATION_SIZE_PX, GifWriter};
 pub use diagram_layout::{DiagramLayout, PlacedEdge, PlacedLabel, PlacedLocation};

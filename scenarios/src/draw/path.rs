@@ -7,44 +7,44 @@ use super::geometry::{Area, Spot};
 
 /// The outline of a shape: SVG path data, numbers to a hundredth of a pixel.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Path {
+pub(crate) struct Path {
     data: String,
     pen: Spot,
 }
 
 impl Path {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self::default()
     }
 
     /// The path as SVG writes it.
-    pub(super) fn data(&self) -> &str {
+    pub(crate) fn data(&self) -> &str {
         &self.data
     }
 
-    pub(super) fn move_to(mut self, to: Spot) -> Self {
+    pub(crate) fn move_to(mut self, to: Spot) -> Self {
         self.push('M', &[to]);
         self
     }
 
-    pub(super) fn line_to(mut self, to: Spot) -> Self {
+    pub(crate) fn line_to(mut self, to: Spot) -> Self {
         self.push('L', &[to]);
         self
     }
 
     /// A quadratic curve towards `control`, ending at `to`.
-    pub(super) fn curve_to(mut self, control: Spot, to: Spot) -> Self {
+    pub(crate) fn curve_to(mut self, control: Spot, to: Spot) -> Self {
         self.push('Q', &[control, to]);
         self
     }
 
-    pub(super) fn close(mut self) -> Self {
+    pub(crate) fn close(mut self) -> Self {
         self.data.push('Z');
         self
     }
 
     /// A line through all spots.
-    pub(super) fn through(spots: impl IntoIterator<Item = Spot>) -> Self {
+    pub(crate) fn through(spots: impl IntoIterator<Item = Spot>) -> Self {
         let mut path = Self::new();
         for spot in spots {
             path.push(if path.data.is_empty() { 'M' } else { 'L' }, &[spot]);
@@ -53,7 +53,7 @@ impl Path {
     }
 
     /// A point at every spot, to be stroked: the round ends of a line of no length are a dot.
-    pub(super) fn dots(spots: impl IntoIterator<Item = Spot>) -> Self {
+    pub(crate) fn dots(spots: impl IntoIterator<Item = Spot>) -> Self {
         let mut path = Self::new();
         for spot in spots {
             path.push('M', &[spot]);
@@ -63,7 +63,7 @@ impl Path {
     }
 
     /// A circle, in eight curves (round to 0.03 % of its radius).
-    pub(super) fn circle(center: Spot, radius: f64) -> Self {
+    pub(crate) fn circle(center: Spot, radius: f64) -> Self {
         const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
         const CONTROL: f64 = std::f64::consts::SQRT_2 - 1.0;
         const ON: [Spot; 8] = [
@@ -95,7 +95,7 @@ impl Path {
     }
 
     /// A box with rounded corners.
-    pub(super) fn rounded(area: Area, radius: f64) -> Self {
+    pub(crate) fn rounded(area: Area, radius: f64) -> Self {
         let radius = radius.min(area.width / 2.0).min(area.height / 2.0).max(0.0);
         let (left, top, right, bottom) = (area.x, area.y, area.right(), area.bottom());
         if radius < 0.5 {
@@ -116,7 +116,7 @@ impl Path {
 
     /// Rounds the right angle at `corner`, from where the pen is to `to`, which are equally far from it: two eighths of a
     /// circle.
-    pub(super) fn corner(self, corner: Spot, to: Spot) -> Self {
+    pub(crate) fn corner(self, corner: Spot, to: Spot) -> Self {
         const CUT: f64 = std::f64::consts::SQRT_2 - 1.0;
         const MIDDLE: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
         let from = self.pen;
@@ -141,7 +141,7 @@ impl Path {
 }
 
 /// A number as SVG takes it: at most two decimals, no trailing zeros, never a NaN or an infinity.
-pub(super) fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let value = if value.is_finite() { value.clamp(-1e7, 1e7) } else { 0.0 };
     let text = format!("{value:.2}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

@@ -4,7 +4,7 @@ use super::font::{Face, REPLACEMENT, glyph};
 
 /// How heavy a text is. Only a light face is embedded, so weight is a stroke around the letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Weight {
+pub(crate) enum Weight {
     /// Running text.
     Regular,
     /// Headings, names, current values.
@@ -13,7 +13,7 @@ pub(super) enum Weight {
 
 impl Weight {
     /// Width of the stroke around the letters, in ems.
-    pub(super) fn stroke_em(self) -> f64 {
+    pub(crate) fn stroke_em(self) -> f64 {
         match self {
             Self::Regular => 0.02,
             Self::Bold => 0.065,
@@ -21,7 +21,7 @@ impl Weight {
     }
 
     /// Room between the letters, for what the stroke takes away from it, in ems.
-    pub(super) fn spacing_em(self) -> f64 {
+    pub(crate) fn spacing_em(self) -> f64 {
         match self {
             Self::Regular => 0.0,
             Self::Bold => 0.022,
@@ -31,53 +31,53 @@ impl Weight {
 
 /// The size and weight of a text: all that its width depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Font {
+pub(crate) struct Font {
     /// Font size, in pixels.
-    pub(super) size: f64,
+    pub(crate) size: f64,
     /// Weight.
-    pub(super) weight: Weight,
+    pub(crate) weight: Weight,
 }
 
 impl Font {
     /// Running text of that size, in pixels.
-    pub(super) const fn regular(size: f64) -> Self {
+    pub(crate) const fn regular(size: f64) -> Self {
         Self { size, weight: Weight::Regular }
     }
 
     /// A heading of that size, in pixels.
-    pub(super) const fn bold(size: f64) -> Self {
+    pub(crate) const fn bold(size: f64) -> Self {
         Self { size, weight: Weight::Bold }
     }
 
     /// The same weight at `factor` times the size.
-    pub(super) fn scaled(self, factor: f64) -> Self {
+    pub(crate) fn scaled(self, factor: f64) -> Self {
         Self { size: self.size * factor, ..self }
     }
 
     /// Distance between two lines, in pixels.
-    pub(super) fn line_height(self) -> f64 {
+    pub(crate) fn line_height(self) -> f64 {
         self.size * 1.2
     }
 
     /// How far below the middle of a line its baseline lies, in pixels (half the height of capitals).
-    pub(super) fn baseline_below_middle(self) -> f64 {
+    pub(crate) fn baseline_below_middle(self) -> f64 {
         self.size * 0.345
     }
 
     /// Width of a text, in pixels. Kerning is left out; it only makes a text narrower, by a hair.
-    pub(super) fn width(self, text: &str) -> f64 {
+    pub(crate) fn width(self, text: &str) -> f64 {
         let runs: f64 = runs(text).iter().map(|run| self.run_width(run)).sum();
         runs + self.weight.stroke_em() * self.size
     }
 
     /// How far a run moves the pen, in pixels.
-    pub(super) fn run_width(self, run: &Run) -> f64 {
+    pub(crate) fn run_width(self, run: &Run) -> f64 {
         let letters = run.text.chars().count() as f64;
         (run.advance_em + self.weight.spacing_em() * letters) * self.size
     }
 
     /// The text, or as much of its beginning as fits into `room` pixels with an ellipsis; empty if not even that fits.
-    pub(super) fn fit(self, text: &str, room: f64) -> String {
+    pub(crate) fn fit(self, text: &str, room: f64) -> String {
         if self.width(text) <= room {
             return text.to_owned();
         }
@@ -93,7 +93,7 @@ impl Font {
 
     /// The text in at most `lines` lines of at most `room` pixels, broken between words; what does not fit ends in an
     /// ellipsis.
-    pub(super) fn wrap(self, text: &str, room: f64, lines: usize) -> Vec<String> {
+    pub(crate) fn wrap(self, text: &str, room: f64, lines: usize) -> Vec<String> {
         let mut wrapped: Vec<String> = Vec::new();
         for word in text.split_whitespace() {
             let full = wrapped.len() == lines;
@@ -111,17 +111,17 @@ impl Font {
 
 /// A stretch of text in one face.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Run {
+pub(crate) struct Run {
     /// The face that has all of its characters.
-    pub(super) face: Face,
+    pub(crate) face: Face,
     /// The characters; those that no face has are replaced, control characters are dropped.
-    pub(super) text: String,
+    pub(crate) text: String,
     /// How far the run moves the pen, in ems.
-    pub(super) advance_em: f64,
+    pub(crate) advance_em: f64,
 }
 
 /// Splits a text into runs of one face each.
-pub(super) fn runs(text: &str) -> Vec<Run> {
+pub(crate) fn runs(text: &str) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     for character in text.chars().filter_map(printable) {
         let Some(glyph) = glyph(character) else { continue };

@@ -1,63 +1,63 @@
 //! The colours of every picture. Meaning never rests on colour alone: a symbol, a shape or a word goes with it.
 
 /// An RGB colour as SVG writes it, `#rrggbb`.
-pub(super) type Color = &'static str;
+pub(crate) type Color = &'static str;
 
 /// Behind everything.
-pub(super) const PAGE: Color = "#f4f6f8";
+pub(crate) const PAGE: Color = "#f4f6f8";
 /// Panels, the floor of a map, and the halo of labels.
-pub(super) const PAPER: Color = "#ffffff";
+pub(crate) const PAPER: Color = "#ffffff";
 /// Borders of panels and lines between their parts.
-pub(super) const RULE: Color = "#d5dbe1";
+pub(crate) const RULE: Color = "#d5dbe1";
 /// Text and whatever else is in front.
-pub(super) const INK: Color = "#1b2530";
+pub(crate) const INK: Color = "#1b2530";
 /// Text that explains.
-pub(super) const MUTED: Color = "#52606d";
+pub(crate) const MUTED: Color = "#52606d";
 /// Thin lines that connect things.
-pub(super) const LINE: Color = "#8a96a3";
+pub(crate) const LINE: Color = "#8a96a3";
 
 /// Cells nobody has seen.
-pub(super) const UNKNOWN: Color = "#e4e8ec";
+pub(crate) const UNKNOWN: Color = "#e4e8ec";
 /// Walls and the outlines of furniture.
-pub(super) const WALL: Color = "#2f3a45";
+pub(crate) const WALL: Color = "#2f3a45";
 /// The inside of furniture and of other thick things.
-pub(super) const SOLID: Color = "#bcc5ce";
+pub(crate) const SOLID: Color = "#bcc5ce";
 
 /// What is well, and the planned path.
-pub(super) const GOOD: Color = "#1a8a4c";
+pub(crate) const GOOD: Color = "#1a8a4c";
 /// A light ground for [`GOOD`].
-pub(super) const GOOD_LIGHT: Color = "#d9f2e3";
+pub(crate) const GOOD_LIGHT: Color = "#d9f2e3";
 /// What has failed, and faults.
-pub(super) const BAD: Color = "#c0392b";
+pub(crate) const BAD: Color = "#c0392b";
 /// A light ground for [`BAD`].
-pub(super) const BAD_LIGHT: Color = "#fde2df";
+pub(crate) const BAD_LIGHT: Color = "#fde2df";
 /// What is under way.
-pub(super) const BUSY: Color = "#d97f00";
+pub(crate) const BUSY: Color = "#d97f00";
 /// A light ground for [`BUSY`].
-pub(super) const BUSY_LIGHT: Color = "#fff0cf";
+pub(crate) const BUSY_LIGHT: Color = "#fff0cf";
 /// Text about a destination.
-pub(super) const BUSY_DARK: Color = "#7d5000";
+pub(crate) const BUSY_DARK: Color = "#7d5000";
 /// What is idle.
-pub(super) const IDLE: Color = "#a3aeb9";
+pub(crate) const IDLE: Color = "#a3aeb9";
 /// A light ground for [`IDLE`].
-pub(super) const IDLE_LIGHT: Color = "#eef1f4";
+pub(crate) const IDLE_LIGHT: Color = "#eef1f4";
 /// What the lasers see.
-pub(super) const LASER: Color = "#1f6fd0";
+pub(crate) const LASER: Color = "#1f6fd0";
 /// What localization believes.
-pub(super) const BELIEF: Color = "#0f7b8a";
+pub(crate) const BELIEF: Color = "#0f7b8a";
 /// People and other bodies that are on no map.
-pub(super) const BODY: Color = "#8e5bb5";
+pub(crate) const BODY: Color = "#8e5bb5";
 /// A light ground for [`BODY`].
-pub(super) const BODY_LIGHT: Color = "#eadff3";
+pub(crate) const BODY_LIGHT: Color = "#eadff3";
 
 /// All of the above.
-pub(super) const ALL: [Color; 23] = [
+pub(crate) const ALL: [Color; 23] = [
     PAGE, PAPER, RULE, INK, MUTED, LINE, UNKNOWN, WALL, SOLID, GOOD, GOOD_LIGHT, BAD, BAD_LIGHT, BUSY, BUSY_LIGHT,
     BUSY_DARK, IDLE, IDLE_LIGHT, LASER, BELIEF, BODY, BODY_LIGHT, "#000000",
 ];
 
 /// The red, green and blue of a colour of this file.
-pub(super) fn rgb(color: Color) -> [u8; 3] {
+pub(crate) fn rgb(color: Color) -> [u8; 3] {
     let value = u32::from_str_radix(&color[1..], 16).expect("the theme's colours are hexadecimal");
     let [_, red, green, blue] = value.to_be_bytes();
     [red, green, blue]

@@ -7,48 +7,48 @@ use super::map_picture::Bounds;
 
 /// Where the points of the `map` frame lie on the page: x to the right, y upwards, the same scale in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct View {
+pub(crate) struct View {
     /// The part of the page.
-    pub(super) area: Area,
+    pub(crate) area: Area,
     pixels_per_m: f64,
     center: Point,
 }
 
 impl View {
     /// The view in which `bounds` fills `area` as far as its shape allows, in the middle.
-    pub(super) fn fitting(bounds: Bounds, area: Area) -> Self {
+    pub(crate) fn fitting(bounds: Bounds, area: Area) -> Self {
         let extent = bounds.high - bounds.low;
         let pixels_per_m = (area.width / extent.x.max(1e-3)).min(area.height / extent.y.max(1e-3));
         Self { area, pixels_per_m, center: nalgebra::center(&bounds.low, &bounds.high) }
     }
 
     /// A length in metres, in pixels.
-    pub(super) fn pixels(&self, length_m: f64) -> f64 {
+    pub(crate) fn pixels(&self, length_m: f64) -> f64 {
         length_m * self.pixels_per_m
     }
 
     /// Where a point of the map lies on the page; `None` if it is not finite.
-    pub(super) fn spot(&self, point: Point) -> Option<Spot> {
+    pub(crate) fn spot(&self, point: Point) -> Option<Spot> {
         let offset = (point - self.center) * self.pixels_per_m;
         let (x, y) = self.area.center();
         (offset.x.is_finite() && offset.y.is_finite()).then_some((x + offset.x, y - offset.y))
     }
 
     /// Where those points lie that are finite and not far outside the picture.
-    pub(super) fn spots<'a>(&self, points: &'a [Point]) -> impl Iterator<Item = Spot> + 'a {
+    pub(crate) fn spots<'a>(&self, points: &'a [Point]) -> impl Iterator<Item = Spot> + 'a {
         let view = *self;
         let visible = view.area.inset(-view.area.width);
         points.iter().filter_map(move |&point| view.spot(point)).filter(move |&spot| visible.contains(spot))
     }
 
     /// The point of the map that lies there on the page.
-    pub(super) fn point_at(&self, spot: Spot) -> Point {
+    pub(crate) fn point_at(&self, spot: Spot) -> Point {
         let (x, y) = self.area.center();
         self.center + nalgebra::Vector2::new(spot.0 - x, y - spot.1) / self.pixels_per_m
     }
 
     /// The SVG matrix that takes coordinates counted from `corner` in steps of `column` and `row` to the page.
-    pub(super) fn matrix(
+    pub(crate) fn matrix(
         &self,
         corner: Point,
         column: nalgebra::Vector2<f64>,

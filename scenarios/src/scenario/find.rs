@@ -10,6 +10,8 @@ use crate::files::{Files, shipped_scenarios};
 pub struct Found {
     /// The scenario's name: its file's, without folder and ending.
     pub name: String,
+    /// How the command line calls it: the name of one that comes with the program, else its path.
+    pub argument: String,
     /// What diagnostics call the file.
     pub path: String,
     /// The text.
@@ -41,7 +43,7 @@ fn by_name(name: &str) -> Result<Found, Error> {
     let path = shipped(name)?;
     let files = Files::shipped();
     let text = files.read_text(Path::new(path)).map_err(|_| unknown(name))?;
-    Ok(Found { name: name.to_owned(), path: path.to_owned(), text, files })
+    Ok(Found { name: name.to_owned(), argument: name.to_owned(), path: path.to_owned(), text, files })
 }
 
 fn on_disk(path: &Path) -> Result<Found, Error> {
@@ -54,7 +56,8 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
     let name = path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy());
-    Ok(Found { name: name.into_owned(), path: path.display().to_string(), text, files: Files::beside(folder) })
+    let argument = path.display().to_string();
+    Ok(Found { name: name.into_owned(), path: argument.clone(), argument, text, files: Files::beside(folder) })
 }
 
 fn unknown(name: &str) -> Error {

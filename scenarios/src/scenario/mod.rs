@@ -19,6 +19,17 @@ pub use find::Found;
 use crate::Error;
 use crate::error::Complaints;
 
+/// Where a scenario comes from, for running it again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Origin {
+    /// How the command line calls it.
+    pub argument: String,
+    /// The text of its file.
+    pub text: String,
+    /// What the command line changed, as `--set` takes it.
+    pub overrides: Vec<String>,
+}
+
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
 #[derive(Clone, Debug)]
 pub struct Scenario {
@@ -26,6 +37,8 @@ pub struct Scenario {
     pub name: String,
     /// What its file says.
     pub file: ScenarioFile,
+    /// Where it comes from.
+    pub origin: Origin,
     /// The map.
     pub map: Arc<OccupancyGrid>,
     /// The places on the map.
@@ -48,10 +61,10 @@ impl Scenario {
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
     pub fn load(found: &Found, overrides: &[String]) -> Result<Self, Error> {
-        let overrides = overrides.iter().map(String::as_str);
-        let file = ScenarioFile::parse(&found.path, &found.text, overrides).map_err(Error::bad_input)?;
+        let assignments = overrides.iter().map(String::as_str);
+        let file = ScenarioFile::parse(&found.path, &found.text, assignments).map_err(Error::bad_input)?;
         let mut complaints = Complaints::default();
-        let loaded = Loader { found, complaints: &mut complaints }.load(file);
+        let loaded = Loader { found, overrides, complaints: &mut complaints }.load(file);
         complaints.check()?;
         Ok(loaded.expect("what could not be loaded was complained about"))
     }
@@ -60,6 +73,7 @@ impl Scenario {
 /// Loads the files that a scenario names and notes what is wrong with them.
 struct Loader<'a> {
     found: &'a Found,
+    overrides: &'a [String],
     complaints: &'a mut Complaints,
 }
 
@@ -84,6 +98,11 @@ impl Loader<'_> {
             properties,
             start,
             station,
+            origin: Origin {
+                argument: self.found.argument.clone(),
+                text: self.found.text.clone(),
+                overrides: self.overrides.to_vec(),
+            },
             file,
         })
     }

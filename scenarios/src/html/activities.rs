@@ -1,0 +1,43 @@
+//! What the tree was doing, in numbered stages: the same numbers and colours on the map, on the timeline and in words.
+
+use super::colors;
+use crate::draw::theme::{self, Color};
+use crate::timeline::{Stage, Timeline};
+
+/// A stage of the run with its number and colour.
+#[derive(Clone, Debug)]
+pub(super) struct Activity {
+    /// Counted from 1; none where no leaf was running.
+    pub(super) number: Option<usize>,
+    pub(super) color: Color,
+    pub(super) stage: Stage,
+}
+
+impl Activity {
+    /// The leaves that were running, in words.
+    pub(super) fn words(&self) -> &str {
+        if self.stage.doing.is_empty() { "no leaf running" } else { &self.stage.doing }
+    }
+}
+
+/// The stages of a run; those with the same leaves running have the same colour.
+pub(super) fn activities(timeline: &Timeline) -> Vec<Activity> {
+    let mut known: Vec<String> = Vec::new();
+    let mut color = |doing: &str| {
+        if doing.is_empty() {
+            return theme::IDLE;
+        }
+        let number = known.iter().position(|other| other == doing).unwrap_or_else(|| {
+            known.push(doing.to_owned());
+            known.len() - 1
+        });
+        colors::activity(number)
+    };
+    let mut count = 0;
+    let mut number = |doing: &str| {
+        count += usize::from(!doing.is_empty());
+        (!doing.is_empty()).then_some(count)
+    };
+    let stages = timeline.trail().stages(timeline.end()).into_iter();
+    stages.map(|stage| Activity { number: number(&stage.doing), color: color(&stage.doing), stage }).collect()
+}

@@ -1,0 +1,122 @@
+//! What happened at one moment: faults, violations, arrivals.
+
+use std::time::Duration;
+
+use super::Chart;
+use crate::draw::canvas::{Canvas, Paint, TextStyle};
+use crate::draw::icons::Icon;
+use crate::draw::theme::{self, Color};
+use crate::live::Live;
+use crate::timeline::Timeline;
+
+/// An arrival this early is where the robot stood from the start.
+const FROM_THE_START: Duration = Duration::from_secs(1);
+
+/// Something that happened at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Happening {
+    pub(super) time: Duration,
+    pub(super) words: String,
+    icon: Icon,
+    color: Color,
+    /// Whether it is marked across all lanes.
+    across: bool,
+}
+
+/// All that happened, in order.
+pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
+    let faults = live.faults().iter().map(|fault| Happening {
+        time: fault.time,
+        words: fault.kind.effect(),
+        icon: Icon::Alert,
+        color: theme::BAD,
+        across: true,
+    });
+    let violations = timeline.episodes().iter().map(|episode| Happening {
+        time: episode.decided.time,
+        words: format!("{} violated", live.watched()[episode.property].name),
+        icon: Icon::Cross,
+        color: theme::BAD,
+        across: true,
+    });
+    let visits = live.visits().iter().filter_map(|visit| Some((visit, visit.at?)));
+    let arrivals = visits.filter(|(_, at)| *at > FROM_THE_START).map(|(visit, at)| Happening {
+        time: at,
+        words: format!("at {}", visit.place),
+        icon: Icon::Check,
+        color: theme::GOOD,
+        across: false,
+    });
+    let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).collect();
+    happenings.sort_by_key(|happening| happening.time);
+    happenings
+}
+
+/// Where a happening's sign and words stand.
+struct Placed<'a> {
+    happening: &'a Happening,
+    x: f64,
+    row: usize,
+    text: String,
+    /// Whether the words stand left of the sign.
+    leftwards: bool,
+}
+
+const SIGN: f64 = 7.5;
+/// More rows than this make the chart a list.
+const MOST_ROWS: usize = 6;
+
+impl Chart {
+    /// The signs with their words, in as many rows as it takes.
+    pub(super) fn happenings(&mut self, happenings: &[Happening]) {
+        let placed = self.placed(happenings);
+        let rows = placed.iter().map(|placed| placed.row + 1).max().unwrap_or(0);
+        let pitch = self.sizes.font.line_height() + 7.0;
+        for Placed { happening, x, row, text, leftwards } in placed {
+            let y = self.y + (row as f64 + 0.5) * pitch;
+            self.canvas.circle((x, y), SIGN, Paint::fill(happening.color).outlined(theme::PAPER, 1.5));
+            happening.icon.draw(&mut self.canvas, (x, y), 10.5, theme::PAPER);
+            let style = TextStyle::new(self.sizes.font, happening.color).with_halo();
+            let width = self.sizes.font.width(&text);
+            let left = if leftwards { x - SIGN - 5.0 - width } else { x + SIGN + 5.0 };
+            self.canvas.centered_text((left, y), &text, style);
+        }
+        self.y += rows as f64 * pitch + if rows > 0 { 4.0 } else { 0.0 };
+    }
+
+    /// Finds room, first come, first served; words stand right of their sign where they can.
+    fn placed<'a>(&self, happenings: &'a [Happening]) -> Vec<Placed<'a>> {
+        let (low, high) = (1.0, self.sizes.width - 1.0);
+        let mut rows: Vec<Vec<(f64, f64)>> = vec![Vec::new(); MOST_ROWS];
+        let mut placed = Vec::new();
+        for happening in happenings {
+            let x = self.axis.x(happening.time);
+            let text = self.sizes.font.fit(&happening.words, (high - low) * 0.6);
+            let reach = SIGN + 8.0 + self.sizes.font.width(&text);
+            let sides = [(false, x - SIGN - 2.0, x + reach), (true, x - reach, x + SIGN + 2.0)];
+            let free = |taken: &[(f64, f64)], from: f64, to: f64| {
+                from >= low && to <= high && taken.iter().all(|(left, right)| to <= *left || from >= *right)
+            };
+            let found = rows.iter().enumerate().find_map(|(row, taken)| {
+                let side = sides.into_iter().find(|(_, from, to)| free(taken, *from, *to));
+                side.map(|side| (row, side))
+            });
+            if let Some((row, (leftwards, from, to))) = found {
+                rows[row].push((from, to));
+                placed.push(Placed { happening, x, row, text, leftwards });
+            }
+        }
+        placed
+    }
+
+    /// A line across all lanes for each fault and each violation.
+    pub(super) fn happening_lines(&mut self, happenings: &[Happening], top: f64) {
+        let mut lines = Canvas::for_browsers();
+        for happening in happenings.iter().filter(|happening| happening.across) {
+            let x = self.axis.x(happening.time);
+            lines.line((x, top), (x, self.y), Paint::stroke(happening.color, 1.4).stroke_opacity(0.75));
+        }
+        let front = std::mem::replace(&mut self.canvas, lines);
+        self.canvas.append(front);
+    }
+}

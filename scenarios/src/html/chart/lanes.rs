@@ -1,0 +1,226 @@
+//! States over time, as bars in lanes.
+
+use std::time::Duration;
+
+use super::Chart;
+use crate::draw::canvas::{Anchor, Paint, TextStyle};
+use crate::draw::icons::{Icon, Look};
+use crate::draw::text::{Font, Weight};
+use crate::draw::theme::{self, Color};
+use crate::draw::{Area, NodeStatus, Verdict};
+use crate::html::activities::{self, Activity};
+use crate::timeline::{Lane, Span, Timeline, Track};
+
+/// Lanes that belong together.
+pub(super) struct Group {
+    title: &'static str,
+    lanes: Vec<Bars>,
+}
+
+/// A lane: a name and its bars.
+struct Bars {
+    name: String,
+    bars: Vec<Bar>,
+}
+
+/// A stretch of time in a lane.
+#[derive(Clone)]
+struct Bar {
+    from: Duration,
+    to: Duration,
+    text: String,
+    style: BarStyle,
+}
+
+#[derive(Clone, Copy)]
+struct BarStyle {
+    ground: Color,
+    outline: Color,
+    ink: Color,
+    icon: Option<Icon>,
+}
+
+impl BarStyle {
+    const fn new(ground: Color, outline: Color, ink: Color) -> Self {
+        Self { ground, outline, ink, icon: None }
+    }
+
+    /// A state that means neither good nor bad.
+    const NEUTRAL: Self = Self::new(theme::PAPER, theme::LINE, theme::INK);
+    /// Rest: hardly there.
+    const QUIET: Self = Self::new(theme::IDLE_LIGHT, theme::RULE, theme::MUTED);
+
+    fn status(status: NodeStatus) -> Self {
+        let look = Look::of_status(status);
+        Self { icon: Some(look.icon), ..Self::new(look.ground, look.front, theme::INK) }
+    }
+
+    /// The style of a state whose name says what it means.
+    fn of_name(name: &str) -> Self {
+        let means = |words: &[&str]| words.iter().any(|word| name == *word || name.ends_with(&format!(": {word}")));
+        match () {
+            () if means(&["success", "goal_reached"]) => Self::status(NodeStatus::Success),
+            () if means(&["failure", "aborted", "error", "failing"]) => Self::status(NodeStatus::Failure),
+            () if means(&["running", "moving"]) => Self::status(NodeStatus::Running),
+            () if means(&["idle", "rest", "halted"]) => Self::QUIET,
+            () => Self::NEUTRAL,
+        }
+    }
+}
+
+/// All lanes of a run but the battery's.
+pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
+    let end = timeline.end();
+    let mut components = vec![bars("navigation's status", timeline.navigation(), end, |status| {
+        (status.name().replace('_', " "), BarStyle::of_name(status.name()))
+    })];
+    components.extend(timeline.components().iter().map(|lane| named(lane, end)));
+    let leaves = timeline.leaves().iter().map(|lane| {
+        bars(&lane.name, &lane.track, end, |status| {
+            let words = Look::of_status(*status).words;
+            (if *status == NodeStatus::NotTicked { String::new() } else { words.to_owned() }, BarStyle::status(*status))
+        })
+    });
+    let monitors = timeline
+        .monitors()
+        .iter()
+        .map(|lane| bars(&lane.name, &lane.track, end, |state| (state.location.clone(), verdict_style(state.verdict))));
+    let groups = vec![
+        Group { title: "What the tree was doing", lanes: vec![activities(timeline)] },
+        Group { title: "Leaves of the behavior tree", lanes: leaves.collect() },
+        Group { title: "States of the skills", lanes: timeline.skills().iter().map(|lane| named(lane, end)).collect() },
+        Group { title: "Components", lanes: components },
+        Group { title: "Monitors", lanes: monitors.collect() },
+    ];
+    groups.into_iter().filter(|group| !group.lanes.is_empty()).collect()
+}
+
+/// A lane whose states are names.
+fn named(lane: &Lane<String>, end: Duration) -> Bars {
+    bars(&lane.name, &lane.track, end, |state| (state.clone(), BarStyle::of_name(state)))
+}
+
+fn verdict_style(verdict: Verdict) -> BarStyle {
+    match verdict {
+        Verdict::Violated => {
+            BarStyle { icon: Some(Icon::Cross), ..BarStyle::new(theme::BAD, theme::BAD, theme::PAPER) }
+        }
+        Verdict::Satisfied => {
+            BarStyle { icon: Some(Icon::Check), ..BarStyle::new(theme::GOOD, theme::GOOD, theme::PAPER) }
+        }
+        Verdict::HoldsSoFar | Verdict::Inconclusive => BarStyle::new(theme::GOOD_LIGHT, theme::GOOD, theme::INK),
+    }
+}
+
+fn activities(timeline: &Timeline) -> Bars {
+    let bar = |activity: Activity| {
+        let style = match activity.stage.doing.as_str() {
+            "" => BarStyle::QUIET,
+            _ => BarStyle::new(activity.color, activity.color, theme::PAPER),
+        };
+        let text = activity.number.map_or(String::new(), |number| format!("{number} {}", activity.words()));
+        Bar { from: activity.stage.from, to: activity.stage.to, text, style }
+    };
+    Bars { name: "running leaf".to_owned(), bars: activities::activities(timeline).into_iter().map(bar).collect() }
+}
+
+fn bars<S>(name: &str, track: &Track<S>, end: Duration, show: impl Fn(&S) -> (String, BarStyle)) -> Bars {
+    let bar = |span: Span<'_, S>| {
+        let (text, style) = show(span.state);
+        Bar { from: span.from, to: span.to, text, style }
+    };
+    Bars { name: name.to_owned(), bars: track.spans(end).map(bar).collect() }
+}
+
+/// A bar that is narrower than this is drawn together with its neighbours, in pixels.
+const NARROWEST: f64 = 2.5;
+
+impl Chart {
+    pub(super) fn heading(&mut self, title: &str) {
+        let font = Font { weight: Weight::Bold, ..self.sizes.font };
+        self.y += 6.0;
+        let at = (1.0, self.y + font.line_height() / 2.0);
+        self.canvas.centered_text(at, title, TextStyle::new(font, theme::INK).with_halo());
+        self.y += font.line_height() + 6.0;
+    }
+
+    pub(super) fn group(&mut self, group: &Group) {
+        self.heading(group.title);
+        for lane in &group.lanes {
+            self.lane(lane);
+        }
+        self.y += 6.0;
+    }
+
+    fn lane(&mut self, lane: &Bars) {
+        let sizes = self.sizes;
+        let name_style = TextStyle::new(sizes.font, theme::MUTED);
+        let top = if sizes.names_above {
+            let room = sizes.width - self.plot.x;
+            let at = (self.plot.x, self.y + sizes.font.line_height() / 2.0);
+            self.canvas.centered_text(at, &sizes.font.fit(&lane.name, room), name_style.with_halo());
+            self.y + sizes.font.line_height() + 1.0
+        } else {
+            let at = (self.plot.x - 10.0, self.y + sizes.lane / 2.0);
+            let name = sizes.font.fit(&lane.name, self.plot.x - 14.0);
+            self.canvas.centered_text(at, &name, name_style.anchored(Anchor::End));
+            self.y
+        };
+        for (left, right, bar) in self.drawable(&lane.bars) {
+            self.bar(Area::new(left, top, right - left, sizes.lane - 1.0), &bar);
+        }
+        self.y += sizes.pitch();
+    }
+
+    /// The bars with where they lie; crowds of narrow ones become one bar.
+    fn drawable(&self, bars: &[Bar]) -> Vec<(f64, f64, Bar)> {
+        const CROWD: BarStyle = BarStyle::new(theme::SOLID, theme::LINE, theme::INK);
+        let mut drawn: Vec<(f64, f64, Bar)> = Vec::new();
+        let mut crowded = false;
+        for bar in bars {
+            let (left, right) = (self.axis.x(bar.from), self.axis.x(bar.to));
+            let narrow = right - left < NARROWEST;
+            match drawn.last_mut().filter(|_| narrow && crowded) {
+                Some(last) => {
+                    last.1 = right;
+                    last.2.style = CROWD;
+                    last.2.text = "many changes".to_owned();
+                }
+                None => drawn.push((left, right, bar.clone())),
+            }
+            crowded = narrow;
+        }
+        drawn
+    }
+
+    fn bar(&mut self, area: Area, bar: &Bar) {
+        let style = bar.style;
+        let quiet = style.icon == Some(Icon::Dash);
+        if quiet {
+            // Not ticked: a line says that there is nothing.
+            let y = area.center().1;
+            let paint = Paint::stroke(theme::RULE, 1.5);
+            self.canvas.line((area.x + 2.0, y), ((area.right() - 2.0).max(area.x + 2.0), y), paint);
+            return;
+        }
+        let gap = if area.width > 4.0 { 0.6 } else { 0.0 };
+        let body = Area::new(area.x + gap, area.y, (area.width - 2.0 * gap).max(1.2), area.height);
+        self.canvas.rounded(body, 3.5, Paint::fill(style.ground).outlined(style.outline, 1.0));
+        let mut left = body.x + 6.0;
+        if let Some(icon) = style.icon.filter(|_| body.width >= 16.0) {
+            let size = self.sizes.small.size * 0.85;
+            let ink = if style.ink == theme::PAPER { style.ink } else { style.outline };
+            icon.draw(&mut self.canvas, (body.x + 4.0 + size / 2.0, body.center().1), size, ink);
+            left += size + 2.0;
+        }
+        let room = body.right() - 3.0 - left;
+        let text = match self.sizes.small.width(&bar.text) <= room {
+            true => bar.text.clone(),
+            // The beginning of a word is better than nothing, but not less than a few letters.
+            false => {
+                Some(self.sizes.small.fit(&bar.text, room)).filter(|text| text.chars().count() > 4).unwrap_or_default()
+            }
+        };
+        self.canvas.centered_text((left, body.center().1), &text, TextStyle::new(self.sizes.small, style.ink));
+    }
+}

@@ -1,0 +1,75 @@
+//! The run in numbers, and stage by stage.
+
+use std::time::Duration;
+
+use super::activities::Activity;
+use super::markup::{escape, row};
+use super::words;
+use crate::report::Report;
+
+/// An arrival this early is where the robot stood from the start, in seconds.
+const FROM_THE_START_S: f64 = 1.0;
+
+/// The most telling numbers of a run.
+pub(super) fn numbers(report: &Report) -> String {
+    let battery = &report.battery;
+    let robot = &report.robot;
+    let localization = &robot.localization;
+    let percent = |level: f64| format!("{} %", words::decimals(level, 1));
+    let millimetres = |length_m: f64| format!("{} mm", words::decimals(length_m * 1000.0, 1));
+    let time = |time_s: f64| words::time(Duration::from_secs_f64(time_s));
+    let mut facts = vec![
+        ("simulated time", time(report.sim_time_s)),
+        ("ticks", overruns(report)),
+        ("messages received", report.steps.to_string()),
+        ("battery: start, least, end", [battery.initial, battery.minimum, battery.r#final].map(percent).join(", ")),
+        ("driven", format!("{} m", words::decimals(robot.distance_m, 1))),
+        ("collisions", robot.collisions.to_string()),
+        (
+            "localization's error",
+            format!("{} (rms), {} at most", millimetres(localization.rmse_m), millimetres(localization.max_m)),
+        ),
+        ("ended because", report.ended_because.clone()),
+    ];
+    let reached = report.places.iter().filter_map(|place| Some((place.reached_at_s?, &place.name)));
+    let mut reached: Vec<(f64, &String)> = reached.filter(|(at_s, _)| *at_s > FROM_THE_START_S).collect();
+    reached.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let reached = reached.iter().map(|(at_s, place)| format!("{place} ({})", time(*at_s)));
+    let reached: Vec<String> = reached.collect();
+    if !reached.is_empty() {
+        facts.push(("reached", reached.join(", ")));
+    }
+    let facts: String =
+        facts.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{}</dd></div>", escape(value))).collect();
+    format!("<dl class=\"facts\">{facts}</dl>\n")
+}
+
+fn overruns(report: &Report) -> String {
+    match report.overruns {
+        0 => report.ticks.to_string(),
+        overruns => format!("{}, {overruns} of them lost", report.ticks),
+    }
+}
+
+/// What the tree was doing, stage by stage.
+pub(super) fn stages(activities: &[Activity]) -> String {
+    let end_s = activities.last().map_or(0.0, |last| last.stage.to.as_secs_f64());
+    let line = |activity: &Activity| {
+        let stage = &activity.stage;
+        let badge = format!(
+            "<span class=\"stage\"><span class=\"badge\" style=\"background:{}\">{}</span>{}</span>",
+            super::colors::variable(activity.color),
+            activity.number.map_or(String::new(), |number| number.to_string()),
+            escape(activity.words())
+        );
+        let distance = stage.distance_m();
+        let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };
+        let from = super::axis::clock(stage.from.as_secs_f64(), end_s);
+        row(&badge, &[from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
+    };
+    let lines: String = activities.iter().map(line).collect();
+    format!(
+        "<table class=\"stages\"><thead><tr><th scope=\"col\">running leaf</th><th scope=\"col\">from</th>\
+         <th scope=\"col\">for</th><th scope=\"col\">driven</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
+    )
+}

@@ -1,0 +1,59 @@
+//! Small pieces of HTML.
+
+use super::figure::sign;
+use crate::draw::Verdict;
+use crate::draw::icons::Look;
+
+pub(super) use crate::draw::canvas::escape;
+
+/// A text set as code.
+pub(super) fn code(text: &str) -> String {
+    format!("<code>{}</code>", escape(text))
+}
+
+/// Words in which `backticks` enclose code; everything else is escaped.
+pub(super) fn prose(text: &str) -> String {
+    let parts = text.split('`').enumerate();
+    parts.map(|(index, part)| if index % 2 == 1 { code(part) } else { escape(part) }).collect()
+}
+
+/// The verdict of a report as pictures know it.
+pub(super) fn verdict_of(name: &str) -> Verdict {
+    match name {
+        "violated" => Verdict::Violated,
+        "satisfied" => Verdict::Satisfied,
+        _ => Verdict::Inconclusive,
+    }
+}
+
+/// The sign of a verdict on its ground.
+pub(super) fn verdict_sign(verdict: Verdict, side: f64) -> String {
+    let look = Look::of_verdict(verdict);
+    sign(side, |canvas, center| {
+        canvas.circle(center, side / 2.0, crate::draw::canvas::Paint::fill(look.ground));
+        look.icon.draw(canvas, center, side * 0.62, look.front);
+    })
+}
+
+/// A verdict with its sign, as a label.
+pub(super) fn pill(verdict: &str) -> String {
+    let look = Look::of_verdict(verdict_of(verdict));
+    let icon = sign(14.0, |canvas, center| look.icon.draw(canvas, center, 13.0, look.front));
+    format!("<span class=\"pill {}\">{icon}{}</span>", escape(verdict), escape(verdict))
+}
+
+/// A row of a table: the first cell names it.
+pub(super) fn row(name: &str, cells: &[String]) -> String {
+    let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
+    format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_between_backticks_is_code_and_nothing_is_markup() {
+        assert_eq!(prose("A told B `[<ok>]` & left"), "A told B <code>[&lt;ok&gt;]</code> &amp; left");
+    }
+}

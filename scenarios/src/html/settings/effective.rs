@@ -1,0 +1,236 @@
+//! The parameters of robot, world and execution with their values.
+
+use std::time::Duration;
+
+use maps::Pose;
+use robot::{LaserSpec, RobotModel};
+use sim::{
+    BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
+    OdometryConfig, Shape, SimConfig,
+};
+
+use crate::html::markup::{escape, row};
+use crate::html::words;
+use crate::scenario::{Execution, Policy, TreeForm};
+
+/// Parameters that belong together.
+pub(super) struct Group {
+    title: &'static str,
+    rows: Vec<(String, String)>,
+}
+
+impl Group {
+    fn new<const N: usize>(title: &'static str, rows: [(&str, String); N]) -> Self {
+        Self { title, rows: rows.map(|(name, value)| (name.to_owned(), value)).to_vec() }
+    }
+
+    /// The parameters as a table.
+    pub(super) fn table(&self) -> String {
+        let rows: String = self.rows.iter().map(|(name, value)| row(&escape(name), &[escape(value)])).collect();
+        format!("<div><h4>{}</h4><table class=\"parameters\"><tbody>\n{rows}</tbody></table></div>\n", self.title)
+    }
+}
+
+fn with_unit(number: f64, unit: &str) -> String {
+    format!("{} {unit}", words::decimals(number, 4))
+}
+
+fn duration(time: Duration) -> String {
+    with_unit(time.as_secs_f64(), "s")
+}
+
+/// All parameters of robot, world and execution. Every field is named here, so that a new one cannot be forgotten.
+pub(super) fn of(sim: &SimConfig, execution: &Execution) -> Vec<Group> {
+    let SimConfig { model, dt, body, drive, odometry, lasers, battery, docking, obstacles } = sim;
+    let mut groups = vec![
+        self::execution(execution, *dt),
+        self::battery(battery),
+        self::docking(docking),
+        robot(model),
+        self::body(body),
+        wheels(drive),
+        self::odometry(odometry),
+        self::lasers(model, lasers),
+        Group {
+            title: "Other bodies",
+            rows: obstacles.iter().map(|obstacle| (obstacle.name.clone(), obstacle_in_words(obstacle))).collect(),
+        },
+    ];
+    groups.retain(|group| !group.rows.is_empty());
+    groups
+}
+
+fn execution(execution: &Execution, dt: Duration) -> Group {
+    let Execution { tick, policy, tree, max_time, step_budget } = execution;
+    let policy = match policy {
+        Policy::Random => "random".to_owned(),
+        Policy::RoundRobin => "round-robin".to_owned(),
+        Policy::Starve(victim) => format!("starve {}", victim.value),
+    };
+    let tree = match tree {
+        TreeForm::Whole => "one process",
+        TreeForm::Nodes => "a process for each node",
+    };
+    Group::new(
+        "Execution",
+        [
+            ("step of the simulation", duration(dt)),
+            ("time between ticks", duration(*tick)),
+            ("scheduler", policy),
+            ("behavior tree", tree.to_owned()),
+            ("longest run", duration(*max_time)),
+            ("transitions a step, at most", step_budget.to_string()),
+        ],
+    )
+}
+
+fn battery(battery: &BatteryConfig) -> Group {
+    let BatteryConfig {
+        initial_pct,
+        drain_pct_per_s,
+        standstill_drain_pct_per_s,
+        charge_pct_per_s,
+        full_pct,
+        recharge_below_pct,
+        period,
+    } = battery;
+    Group::new(
+        "Battery",
+        [
+            ("charge at the start", with_unit(*initial_pct, "%")),
+            ("driving costs", with_unit(*drain_pct_per_s, "%/s")),
+            ("standing costs", with_unit(*standstill_drain_pct_per_s, "%/s")),
+            ("charging gives", with_unit(*charge_pct_per_s, "%/s")),
+            ("charging ends at", with_unit(*full_pct, "%")),
+            ("charging begins again below", with_unit(*recharge_below_pct, "%")),
+            ("time between readings", duration(*period)),
+        ],
+    )
+}
+
+fn docking(docking: &DockingConfig) -> Group {
+    let DockingConfig { distance_m, angle_rad, rest } = docking;
+    Group::new(
+        "Docked is a robot",
+        [
+            ("within", with_unit(*distance_m, "m")),
+            ("facing within", with_unit(angle_rad.to_degrees(), "°")),
+            ("at rest for", duration(*rest)),
+        ],
+    )
+}
+
+fn robot(model: &RobotModel) -> Group {
+    let RobotModel {
+        radius_m,
+        max_linear_mps,
+        max_angular_radps,
+        max_linear_acceleration_mps2,
+        max_angular_acceleration_radps2,
+        lasers: _,
+    } = model;
+    Group::new(
+        "Robot",
+        [
+            ("radius", with_unit(*radius_m, "m")),
+            ("largest speed", with_unit(*max_linear_mps, "m/s")),
+            ("largest turning rate", with_unit(*max_angular_radps, "rad/s")),
+            ("largest acceleration", with_unit(*max_linear_acceleration_mps2, "m/s²")),
+            ("largest angular acceleration", with_unit(*max_angular_acceleration_radps2, "rad/s²")),
+        ],
+    )
+}
+
+fn body(body: &BodyConfig) -> Group {
+    let BodyConfig { mass_kg, friction } = body;
+    let friction = words::decimals(*friction, 4);
+    Group::new("Body", [("mass", with_unit(*mass_kg, "kg")), ("friction of its side", friction)])
+}
+
+fn wheels(drive: &DriveConfig) -> Group {
+    let DriveConfig { wheel_separation_m, max_wheel_mps, noise } = drive;
+    let mut group = Group::new(
+        "Wheels",
+        [
+            ("distance between the wheels", with_unit(*wheel_separation_m, "m")),
+            ("largest speed of a wheel", with_unit(*max_wheel_mps, "m/s")),
+        ],
+    );
+    group.rows.extend(drift(noise));
+    group
+}
+
+fn odometry(odometry: &OdometryConfig) -> Group {
+    let OdometryConfig { period, noise, distance_bias, angle_bias, angle_bias_rad_per_m } = odometry;
+    let mut group = Group::new(
+        "Odometry",
+        [
+            ("time between readings", duration(*period)),
+            ("too much distance", with_unit(distance_bias * 100.0, "%")),
+            ("too much angle", with_unit(angle_bias * 100.0, "%")),
+            ("angle too much a metre", with_unit(*angle_bias_rad_per_m, "rad/m")),
+        ],
+    );
+    group.rows.extend(drift(noise));
+    group
+}
+
+fn drift(noise: &DriftNoise) -> [(String, String); 4] {
+    let DriftNoise { angle_per_sqrt_rad, angle_per_sqrt_m, distance_per_sqrt_m, distance_per_sqrt_rad } = noise;
+    [
+        ("noise of the angle after 1 rad", with_unit(*angle_per_sqrt_rad, "rad")),
+        ("noise of the angle after 1 m", with_unit(*angle_per_sqrt_m, "rad")),
+        ("noise of the distance after 1 m", with_unit(*distance_per_sqrt_m, "m")),
+        ("noise of the distance after 1 rad", with_unit(*distance_per_sqrt_rad, "m")),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+}
+
+fn lasers(model: &RobotModel, lasers: &LaserConfig) -> Group {
+    let LaserConfig { range_sigma_m } = lasers;
+    let mut group = Group::new("Lasers", [("noise of a range", with_unit(*range_sigma_m, "m"))]);
+    group.rows.extend(model.lasers.iter().map(|laser| (laser.name.clone(), laser_in_words(laser))));
+    group
+}
+
+fn laser_in_words(laser: &LaserSpec) -> String {
+    let LaserSpec { name: _, mount, angle_min_rad, angle_increment_rad, beams, period, range_min_m, range_max_m } =
+        laser;
+    format!(
+        "{beams} beams from {}°, {}° apart, {} to {}, every {}, mounted at {}",
+        words::decimals(angle_min_rad.to_degrees(), 1),
+        words::decimals(angle_increment_rad.to_degrees(), 2),
+        words::decimals(*range_min_m, 2),
+        with_unit(*range_max_m, "m"),
+        duration(*period),
+        pose(mount),
+    )
+}
+
+fn obstacle_in_words(obstacle: &ObstacleConfig) -> String {
+    let ObstacleConfig { name: _, shape, pose, motion } = obstacle;
+    let shape = match shape {
+        Shape::Disc { radius_m } => format!("a disc of radius {}", with_unit(*radius_m, "m")),
+        Shape::Box { length_m, width_m } => {
+            format!("a box of {} by {}", with_unit(*length_m, "m"), with_unit(*width_m, "m"))
+        }
+    };
+    let motion = match motion {
+        ObstacleMotion::Fixed => "fixed".to_owned(),
+        ObstacleMotion::Movable { mass_kg } => format!("can be pushed, {}", with_unit(*mass_kg, "kg")),
+        ObstacleMotion::Route { waypoints, speed_mps, end } => {
+            let corners: Vec<String> = waypoints.iter().map(|corner| position(corner.x, corner.y)).collect();
+            format!("moves at {} by {}, then: {end:?}", with_unit(*speed_mps, "m/s"), corners.join(", "))
+        }
+    };
+    format!("{shape} at {}, {motion}", self::pose(pose))
+}
+
+fn position(x: f64, y: f64) -> String {
+    format!("({}, {}) m", words::decimals(x, 2), words::decimals(y, 2))
+}
+
+fn pose(pose: &Pose) -> String {
+    let heading = words::decimals(maps::heading(pose).to_degrees(), 1);
+    format!("{} facing {heading}°", position(pose.translation.x, pose.translation.y))
+}

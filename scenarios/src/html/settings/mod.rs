@@ -1,0 +1,78 @@
+//! Every parameter of a scenario with the value that was in effect, and the command that runs it again.
+
+mod effective;
+mod given;
+
+use super::markup::{code, escape};
+use crate::live::Live;
+use crate::report::Report;
+
+use effective::Group;
+use given::Given;
+
+/// The section of the parameters.
+pub(super) fn section(live: &Live) -> String {
+    let scenario = live.scenario();
+    let given: String = given::of(&scenario.origin).iter().map(Given::row).collect();
+    let (sim, execution) = (&scenario.file.sim, &scenario.file.execution);
+    let groups: String = effective::of(sim, execution).iter().map(Group::table).collect();
+    format!(
+        "<section id=\"parameters\">\n<h2>Parameters</h2>\n<div class=\"panel\">\n<h3>What the scenario says</h3>\n\
+         <div class=\"scroll\"><table class=\"parameters\"><tbody>\n{given}</tbody></table></div>\n\
+         <details><summary>Everything else: robot, world and execution in effect</summary>\n<div class=\"groups\">{groups}</div>\
+         </details>\n</div>\n</section>\n"
+    )
+}
+
+/// The section with the command line.
+pub(super) fn reproduction(live: &Live, report: &Report) -> String {
+    let pictures: String = report
+        .snapshots
+        .iter()
+        .map(|picture| format!("<li><a href=\"{0}\">{0}</a></li>", escape(&picture.file)))
+        .collect();
+    format!(
+        "<section id=\"reproduce\">\n<h2>Run it again</h2>\n<div class=\"panel\">\n<pre class=\"command\"><code>{}</code></pre>\n\
+         <p>With version {} of the program this gives the same run to the last bit, wherever it is run. The hash of its \
+         trace is {}.</p>\n<p>Beside this page: <a href=\"report.json\">report.json</a>, the same for programs.</p>\n\
+         <ul class=\"files\">{pictures}</ul>\n</div>\n</section>\n",
+        escape(&command(live, report)),
+        escape(&report.version),
+        code(&report.trace_hash),
+    )
+}
+
+/// The command line that runs the scenario again.
+pub(super) fn command(live: &Live, report: &Report) -> String {
+    let origin = &live.scenario().origin;
+    let mut command = format!("steward --scenario {} --seed {}", quoted(&origin.argument), report.seed);
+    for assignment in &origin.overrides {
+        command += &format!(" --set {}", quoted(assignment));
+    }
+    if live.watched().is_empty() && !live.scenario().file.properties.is_empty() {
+        command += " --no-monitors";
+    }
+    command
+}
+
+/// A word as a shell takes it.
+fn quoted(word: &str) -> String {
+    let plain = |character: char| character.is_ascii_alphanumeric() || "-_./=:,+@%".contains(character);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shell_reads_every_word_as_one() {
+        assert_eq!(quoted("battery.initial_pct=35"), "battery.initial_pct=35");
+        assert_eq!(quoted("faults=[]"), "'faults=[]'");
+        assert_eq!(quoted("about=it's"), r"'about=it'\''s'");
+    }
+}

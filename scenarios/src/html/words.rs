@@ -1,0 +1,150 @@
+//! Times, numbers and messages in words.
+
+use std::time::Duration;
+
+use channels::{Message, Relation, Value};
+use monitors::MessageCondition;
+
+/// A time or duration: `21.02 s`, `24 min 43.94 s`.
+pub(super) fn time(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    let minutes = time.as_secs() / 60;
+    match time.as_secs() {
+        ..120 => format!("{} s", decimals(seconds, 2)),
+        120..7200 => format!("{minutes} min {} s", decimals(seconds - 60.0 * minutes as f64, 2)),
+        _ => format!("{} h {} min", minutes / 60, minutes % 60),
+    }
+}
+
+/// A duration, roughly: `14 s`, `23 min`.
+pub(super) fn roughly(seconds: f64) -> String {
+    match seconds {
+        ..10.0 => format!("{} s", decimals(seconds, 1)),
+        ..120.0 => format!("{seconds:.0} s"),
+        ..7200.0 => format!("{:.0} min", seconds / 60.0),
+        _ => format!("{:.1} h", seconds / 3600.0),
+    }
+}
+
+/// A number with at most so many decimals.
+pub(super) fn decimals(number: f64, most: usize) -> String {
+    let text = format!("{number:.most$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+}
+
+/// A count with its noun: `1 tick`, `3 ticks`.
+pub(super) fn count(number: impl TryInto<u64>, noun: &str) -> String {
+    let number = number.try_into().unwrap_or(u64::MAX);
+    if number == 1 { format!("1 {noun}") } else { format!("{number} {noun}s") }
+}
+
+/// A message as the paper writes it, reals to three decimals: `[<ok>, 9.974]`.
+pub(super) fn message(message: &Message) -> String {
+    let fields: Vec<String> = message.fields().iter().map(value).collect();
+    format!("[{}]", fields.join(", "))
+}
+
+fn value(value: &Value) -> String {
+    match value {
+        Value::Real(number) => decimals(*number, 3),
+        other => other.to_string(),
+    }
+}
+
+/// A message that a condition asks for: as a message where the condition says so of every field, else the condition.
+pub(super) fn wanted(condition: &MessageCondition) -> String {
+    let parts = match condition {
+        MessageCondition::And(parts) => parts.as_slice(),
+        other => std::slice::from_ref(other),
+    };
+    let field = |number: usize| {
+        parts.iter().find_map(|part| match part {
+            MessageCondition::Compare { field, relation: Relation::Equal, value } if *field == number => Some(value),
+            _ => None,
+        })
+    };
+    let fields: Option<Vec<String>> = (1..=parts.len()).map(|number| field(number).map(value)).collect();
+    fields.map_or_else(
+        || format!("a message with {}", self::condition(condition)),
+        |fields| format!("[{}]", fields.join(", ")),
+    )
+}
+
+fn condition(condition: &MessageCondition) -> String {
+    let join =
+        |parts: &[MessageCondition], word: &str| parts.iter().map(self::condition).collect::<Vec<_>>().join(word);
+    match condition {
+        MessageCondition::True => "any content".to_owned(),
+        MessageCondition::False => "impossible content".to_owned(),
+        MessageCondition::Compare { field, relation, value } => {
+            format!("m[{field}] {} {}", sign(*relation), self::value(value))
+        }
+        MessageCondition::Not(part) => format!("not ({})", self::condition(part)),
+        MessageCondition::And(parts) => join(parts, " and "),
+        MessageCondition::Or(parts) => format!("({})", join(parts, " or ")),
+        MessageCondition::Implies(a, b) => format!("({} implies {})", self::condition(a), self::condition(b)),
+    }
+}
+
+fn sign(relation: Relation) -> &'static str {
+    match relation {
+        Relation::Equal => "=",
+        Relation::NotEqual => "≠",
+        Relation::Less => "<",
+        Relation::LessOrEqual => "≤",
+        Relation::Greater => ">",
+        Relation::GreaterOrEqual => "≥",
+    }
+}
+
+/// A list as a person writes it: `a, b and c`.
+pub(super) fn list(items: &[String]) -> String {
+    match items {
+        [] => "nothing".to_owned(),
+        [only] => only.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// A text that begins with a capital and ends with a full stop.
+pub(super) fn sentence(text: &str) -> String {
+    let text = text.trim();
+    let mut characters = text.chars();
+    let Some(first) = characters.next() else { return String::new() };
+    let end = if text.ends_with(['.', '!', '?']) { "" } else { "." };
+    format!("{}{}{end}", first.to_uppercase(), characters.as_str())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_said_as_people_say_them() {
+        let said = [0.02, 21.02, 119.0, 120.0, 1483.94, 7201.0].map(|seconds| time(Duration::from_secs_f64(seconds)));
+        assert_eq!(said, ["0.02 s", "21.02 s", "119 s", "2 min 0 s", "24 min 43.94 s", "2 h 0 min"]);
+    }
+
+    #[test]
+    fn numbers_have_no_tail() {
+        let said = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
+        assert_eq!(said, ["9.974", "10", "0", "100"]);
+        assert_eq!(decimals(100.0, 0), "100");
+    }
+
+    #[test]
+    fn a_condition_on_every_field_is_a_message() {
+        let equals = |field, value| MessageCondition::Compare { field, relation: Relation::Equal, value };
+        let start = [equals(1, Value::symbol("start_navigation")), equals(2, Value::symbol("RechargingStation"))];
+        assert_eq!(wanted(&MessageCondition::And(start.to_vec())), "[<start_navigation>, <RechargingStation>]");
+        assert_eq!(wanted(&equals(2, true.into())), "a message with m[2] = true");
+    }
+
+    #[test]
+    fn sentences_begin_and_end_as_they_should() {
+        assert_eq!(sentence("the level is never below 20 %"), "The level is never below 20 %.");
+        assert_eq!(sentence("Done!"), "Done!");
+        assert_eq!(list(&["a".into(), "b".into(), "c".into()]), "a, b and c");
+    }
+}

@@ -1,0 +1,59 @@
+//! The latest events, for when one of them turns out to matter.
+
+use std::collections::VecDeque;
+
+use channels::Event;
+
+/// So many events are remembered: about a thousand ticks of the shipped tree.
+const CAPACITY: usize = 16_384;
+
+/// A violation, with the events that led to it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Episode {
+    /// Which property was violated: its position in the scenario.
+    pub property: usize,
+    /// The event at which the verdict fell.
+    pub decided: Event,
+    /// The events up to the end of that step, oldest first, as far back as they are remembered.
+    pub events: Vec<Event>,
+}
+
+/// The latest events of a run.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Recent {
+    events: VecDeque<Event>,
+}
+
+impl Recent {
+    /// Takes in what has just happened.
+    pub(super) fn see(&mut self, events: &[Event]) {
+        self.events.extend(events.iter().cloned());
+        let surplus = self.events.len().saturating_sub(CAPACITY);
+        self.events.drain(..surplus);
+    }
+
+    /// What has led to a violation that has just been found.
+    pub(super) fn episode(&self, property: usize, decided: Event) -> Episode {
+        Episode { property, decided, events: self.events.iter().cloned().collect() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use channels::EventKind;
+
+    use super::*;
+
+    #[test]
+    fn memory_is_bounded_and_the_oldest_go_first() {
+        let mut recent = Recent::default();
+        for tick in 0..50_000 {
+            recent.see(&[Event { step: 0, tick, time: Duration::ZERO, kind: EventKind::Tick }]);
+        }
+        assert_eq!(recent.events.len(), CAPACITY);
+        assert_eq!(recent.events.back().map(|event| event.tick), Some(49_999));
+        assert_eq!(recent.events.front().map(|event| event.tick), Some(50_000 - CAPACITY as u64));
+    }
+}

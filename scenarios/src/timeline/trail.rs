@@ -1,0 +1,127 @@
+//! The way of the robot, and what the tree was doing on it.
+
+use std::time::Duration;
+
+use maps::Point;
+
+/// The trail has a point this often, in metres.
+const STEP_M: f64 = 0.10;
+/// What the tree does for no longer than this, in passing, is no stage of its own: a leaf whose answer took a step.
+const IN_PASSING: Duration = Duration::from_millis(250);
+
+/// A stretch of the way on which the tree was doing one thing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage {
+    /// The leaves that were running, by name; empty where none was.
+    pub doing: String,
+    /// When it began.
+    pub from: Duration,
+    /// When it ended.
+    pub to: Duration,
+    /// When the robot was where, in the `map` frame: its first and last position, and one every few centimetres between.
+    pub points: Vec<(Duration, Point)>,
+}
+
+impl Stage {
+    /// How long the way was, in metres.
+    #[must_use]
+    pub fn distance_m(&self) -> f64 {
+        self.points.windows(2).map(|pair| (pair[1].1 - pair[0].1).norm()).sum()
+    }
+}
+
+/// The way of a robot, in stages.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Trail {
+    stages: Vec<Stage>,
+    here: Option<(Duration, Point)>,
+}
+
+impl Trail {
+    /// Notes where the robot is now.
+    pub(super) fn note(&mut self, now: Duration, here: Point) {
+        self.here = Some((now, here));
+        match self.stages.last_mut().map(|stage| &mut stage.points) {
+            None => self.stages.push(Stage { doing: String::new(), from: now, to: now, points: vec![(now, here)] }),
+            Some(points) => {
+                if points.last().is_none_or(|(_, last)| (last - here).norm() >= STEP_M) {
+                    points.push((now, here));
+                }
+            }
+        }
+    }
+
+    /// Notes what the tree is doing now.
+    pub(super) fn set_doing(&mut self, now: Duration, doing: &str) {
+        let Some(last) = self.stages.last_mut().filter(|stage| stage.doing != doing) else { return };
+        last.to = now;
+        last.points.extend(self.here);
+        let points = self.here.into_iter().collect();
+        self.stages.push(Stage { doing: doing.to_owned(), from: now, to: now, points });
+    }
+
+    /// The stages of a run that has come to `end`. What was done in passing belongs to the stage before.
+    #[must_use]
+    pub fn stages(&self, end: Duration) -> Vec<Stage> {
+        let mut stages: Vec<Stage> = Vec::new();
+        for (index, stage) in self.stages.iter().enumerate() {
+            let mut stage = stage.clone();
+            if index + 1 == self.stages.len() {
+                stage.to = end;
+                stage.points.extend(self.here);
+            }
+            let in_passing = |stage: &Stage| stage.to - stage.from <= IN_PASSING;
+            match stages.last_mut() {
+                Some(before) if before.doing == stage.doing || in_passing(&stage) => {
+                    before.to = stage.to;
+                    before.points.extend(stage.points);
+                }
+                Some(before) if index == 1 && in_passing(before) => {
+                    before.doing = stage.doing;
+                    before.to = stage.to;
+                    before.points.extend(stage.points);
+                }
+                _ => stages.push(stage),
+            }
+        }
+        stages
+    }
+
+    /// Where the robot was at a time, to within a few centimetres.
+    #[must_use]
+    pub fn position(&self, time: Duration) -> Option<Point> {
+        let points = self.stages.iter().flat_map(|stage| &stage.points).chain(&self.here);
+        points.take_while(|(at, _)| *at <= time).last().map(|(_, point)| *point)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(time_ms: u64) -> Duration {
+        Duration::from_millis(time_ms)
+    }
+
+    #[test]
+    fn stages_join_and_what_happens_in_passing_is_none() {
+        let mut trail = Trail::default();
+        for step in 0..500_u64 {
+            let doing = match step {
+                0..100 => "Go",
+                100 => "Ask",
+                101..200 => "Go",
+                _ => "Wait",
+            };
+            trail.note(at(step * 20), Point::new(step.min(200) as f64 * 0.01, 0.0));
+            trail.set_doing(at(step * 20), doing);
+        }
+        let stages = trail.stages(at(10_000));
+        let told: Vec<_> = stages.iter().map(|stage| (stage.doing.as_str(), stage.from, stage.to)).collect();
+        assert_eq!(told, [("Go", at(0), at(4000)), ("Wait", at(4000), at(10_000))]);
+        assert!((stages[0].distance_m() - 2.0).abs() < 1e-9);
+        assert!(stages[1].distance_m() < 0.02);
+        let halfway = trail.position(at(2000)).expect("there is a way");
+        assert!((halfway.x - 1.0).abs() < 0.1, "{halfway}");
+    }
+}
