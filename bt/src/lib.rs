@@ -56,6 +56,7 @@ mod kind;
 mod leaf;
 mod process;
 mod program;
+mod rehearsal;
 mod script;
 mod semantics;
 mod settings;
@@ -73,6 +74,7 @@ pub use process::{
     BlackboardProcess, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in, declare_channels,
     node_processes, reply_domain, request_domain, states_in, tick_domain,
 };
+pub use rehearsal::{Cue, Moment, Part, Rehearsal, table};
 pub use status::{NodeState, Outcome, Status};
 pub use tree::{Node, NodeId, Tree};
 pub use xml::Loader;

@@ -35,52 +35,223 @@ fn snapshot(name: &str, report: String) {
 }
 
 #[test]
-fn mistakes_in_nodes() {
+fn broken_1_nodes_that_are_none() {
     let text = r#"<root BTCPP_format="4">
   <BehaviorTree ID="Main">
     <Sequence>
       <Fallbck> <Action ID="Inside"/> </Fallbck>
-      <ReactiveFallback/>
-      <Inverter> <Action ID="A"/> <Action ID="B"/> </Inverter>
-      <Action/>
-      <Condition ID=""/>
-      <Action ID="Sequence"/>
-      <Action ID="A"> <AlwaysSuccess/> </Action>
-      <Condition ID="A"/>
-      <Parallel success_count="2"> <Sleep msec="5"/> </Parallel>
-      <Action ID="C" _skipIf="battery &lt; 30"/>
       <GoThere/>
-      <Wait ID="Other"/>
+      <Main/>
       <Control ID="MyControl"> <AlwaysSuccess/> </Control>
       <YourDecorator> <AlwaysSuccess/> </YourDecorator>
       <Control ID="Sequense"> <AlwaysSuccess/> </Control>
+      <BlackboardCheckInt value_A="{x}" value_B="1"> <AlwaysSuccess/> </BlackboardCheckInt>
+    </Sequence>
+  </BehaviorTree>
+  <TreeNodesModel>
+    <Decorator ID="YourDecorator"/>
+  </TreeNodesModel>
+</root>"#;
+    snapshot("broken_1", refused(text));
+}
+
+#[test]
+fn broken_2_ids_and_categories() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <Action/>
+      <Condition ID=""/>
+      <Action ID="Sequence"/>
+      <Action ID="A"/>
+      <Condition ID="A"/>
+      <Wait ID="Other"/>
+      <Condition ID="Wait"/>
+      <SubTree/>
     </Sequence>
   </BehaviorTree>
   <TreeNodesModel>
     <Action ID="Wait"/>
     <Action/>
     <Actoin ID="X"/>
-    <Decorator ID="YourDecorator"/>
+    <Action ID="Inverter"/>
   </TreeNodesModel>
 </root>"#;
-    snapshot("nodes", refused(text));
+    snapshot("broken_2", refused(text));
 }
 
 #[test]
-fn mistakes_in_trees() {
+fn broken_3_numbers_of_children() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <ReactiveFallback/>
+      <Inverter> <Action ID="A"/> <Action ID="B"/> </Inverter>
+      <Action ID="A"> <AlwaysSuccess/> </Action>
+      <IfThenElse> <Action ID="A"/> </IfThenElse>
+      <WhileDoElse> <AlwaysSuccess/> <AlwaysSuccess/> <AlwaysSuccess/> <AlwaysSuccess/> </WhileDoElse>
+      <TryCatch> <Action ID="A"/> </TryCatch>
+      <Switch3 variable="{x}" case_1="1" case_2="2" case_3="3"> <Action ID="A"/> </Switch3>
+      <Script code="x := 1"> <AlwaysSuccess/> </Script>
+    </Sequence>
+  </BehaviorTree>
+</root>"#;
+    snapshot("broken_3", refused(text));
+}
+
+#[test]
+fn broken_4_trees_and_subtrees() {
     let text = r#"<root BTCPP_format="5" main_tree_to_execute="Mian">
-  <include path="other.xml"/>
   <BehaviorTree ID="Main"> <SubTree ID="Chrage"/> </BehaviorTree>
   <BehaviorTree ID="Charge"> <Sequence> <SubTree ID="Drive"/> </Sequence> </BehaviorTree>
   <BehaviorTree ID="Drive"> <Sequence> <SubTree ID="Charge"/> <Charge/> </Sequence> </BehaviorTree>
   <BehaviorTree ID="Main"> <AlwaysSuccess/> <AlwaysFailure/> </BehaviorTree>
   <BehaviorTree> </BehaviorTree>
+  <BehaviorTree ID="Fallback"> <AlwaysSuccess/> </BehaviorTree>
   <BehaviourTree ID="Spelled"> <AlwaysSuccess/> </BehaviourTree>
   <Remark/>
   <TreeNodesModel/>
   <TreeNodesModel/>
 </root>"#;
-    snapshot("trees", refused(text));
+    snapshot("broken_4", refused(text));
+}
+
+#[test]
+fn broken_5_ports_that_are_missing_or_misspelled() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <Repeat> <AlwaysSuccess/> </Repeat>
+      <Repeat num_cycle="3"> <AlwaysSuccess/> </Repeat>
+      <Parallel sucess_count="1"> <AlwaysSuccess/> </Parallel>
+      <Delay> <Timeout> <Sleep/> </Timeout> </Delay>
+      <SetBlackboard output_key="x"/>
+      <UnsetBlackboard/>
+      <SkipUnlessUpdated> <Script/> </SkipUnlessUpdated>
+      <LoopInt> <Precondition> <ScriptCondition/> </Precondition> </LoopInt>
+      <GoTo gaol="home"/>
+      <Sequence colour="kept, since nobody knows what it means"> <AlwaysSuccess/> </Sequence>
+    </Sequence>
+  </BehaviorTree>
+  <TreeNodesModel>
+    <Action ID="GoTo"> <input_port name="goal"/> <input_port/> <output_port name="ID"/> </Action>
+  </TreeNodesModel>
+</root>"#;
+    snapshot("broken_5", refused(text));
+}
+
+#[test]
+fn broken_6_values_of_ports() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <Repeat num_cycles="often"> <AlwaysSuccess/> </Repeat>
+      <Delay delay_msec="-5"> <AlwaysSuccess/> </Delay>
+      <RunOnce then_skip="maybe"> <AlwaysSuccess/> </RunOnce>
+      <Parallel success_count="3" failure_count="99999999999"> <AlwaysSuccess/> </Parallel>
+      <ParallelAll max_failures="2"> <AlwaysSuccess/> </ParallelAll>
+      <Precondition if="true" else="failure"> <AlwaysSuccess/> </Precondition>
+      <LoopInt queue="1;two;3"> <AlwaysSuccess/> </LoopInt>
+      <LoopDouble queue="1.5;2" if_empty="NOTHING"> <AlwaysSuccess/> </LoopDouble>
+      <GoTo speed="fast" tries="1.5"/>
+    </Sequence>
+  </BehaviorTree>
+  <TreeNodesModel>
+    <Action ID="GoTo">
+      <input_port name="speed" type="double" default="quick"/>
+      <input_port name="tries" type="int"/>
+    </Action>
+  </TreeNodesModel>
+</root>"#;
+    snapshot("broken_6", refused(text));
+}
+
+#[test]
+fn broken_7_scripts() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <Script code="x := "/>
+      <Script code=""/>
+      <Script code="1 + 2 = x"/>
+      <Script code="x := (1 + 2; y := 3"/>
+      <ScriptCondition code="x == 'open"/>
+      <ScriptCondition code="x # 3"/>
+      <ScriptCondition code="12abc &lt; 3"/>
+      <Script code="{script}"/>
+      <Precondition if="x ? 1"> <AlwaysSuccess/> </Precondition>
+      <AlwaysSuccess _skipIf="x ==" _while="&amp;&amp; x" _onSuccess="y = 1 2" _post="0x := 3"/>
+    </Sequence>
+  </BehaviorTree>
+</root>"#;
+    snapshot("broken_7", refused(text));
+}
+
+#[test]
+fn broken_8_types_of_entries() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <Find pose="{goal}" found="{yes}"/>
+      <GoTo goal="{goal}"/>
+      <Repeat num_cycles="{goal}"> <GoTo goal="{yes}"/> </Repeat>
+      <Delay delay_msec="{yes}"> <AlwaysSuccess/> </Delay>
+    </Sequence>
+  </BehaviorTree>
+  <TreeNodesModel>
+    <Action ID="Find"> <output_port name="pose" type="Pose2D"/> <output_port name="found" type="bool"/> </Action>
+    <Action ID="GoTo"> <input_port name="goal" type="geometry_msgs::Pose"/> </Action>
+  </TreeNodesModel>
+</root>"#;
+    snapshot("broken_8", refused(text));
+}
+
+#[test]
+fn broken_9_subtrees_without_what_they_need() {
+    let text = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
+  <BehaviorTree ID="Main">
+    <Sequence>
+      <SubTree ID="Drive"/>
+      <SubTree ID="Drive" goal="home"/>
+      <SubTree ID="Drive" _autoremap="perhaps"/>
+      <SubTree ID="Drive" goal="{x}" _skipIf="x =="> <AlwaysSuccess/> </SubTree>
+      <SubTree ID="Main"/>
+    </Sequence>
+  </BehaviorTree>
+  <BehaviorTree ID="Drive"> <Action ID="Go" goal="{goal}"/> </BehaviorTree>
+  <TreeNodesModel>
+    <SubTree ID="Drive"> <input_port name="goal"/> <input_port name="speed" default="1"/> </SubTree>
+  </TreeNodesModel>
+</root>"#;
+    snapshot("broken_9", refused(text));
+}
+
+#[test]
+fn broken_10_files_that_include_others() {
+    let main = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
+  <include path="parts/arm.xml"/>
+  <include path="parts/missing.xml"/>
+  <include ros_pkg="robot" path="tree.xml"/>
+  <include/>
+  <BehaviorTree ID="Main"> <Sequence> <SubTree ID="Arm"/> <SubTree ID="Leg"/> </Sequence> </BehaviorTree>
+</root>"#;
+    let arm = r#"<root BTCPP_format="4">
+  <include path="hand.xml"/>
+  <BehaviorTree ID="Arm"> <Sequence> <Lift/> <SubTree ID="Hand"/> </Sequence> </BehaviorTree>
+</root>"#;
+    let hand = "<root BTCPP_format=\"4\">\n  <BehaviorTree ID=\"Hand\"> <Repeat/> </BehaviorTree>\n</rot>";
+    let files = [("parts/arm.xml", arm), ("parts/hand.xml", hand)];
+    let read = |path: &std::path::Path| {
+        let found = files.iter().find(|(name, _)| std::path::Path::new(name) == path);
+        found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| std::io::Error::other("no such file"))
+    };
+    let error = Loader::default().load_with("main.xml", main, read).unwrap_err();
+    let mut all = report(main, &error);
+    for included in error.included() {
+        let text = files.iter().find(|(name, _)| *name == included.file()).unwrap().1;
+        all.push_str(&report(text, included));
+    }
+    snapshot("broken_10", all);
 }
 
 #[test]

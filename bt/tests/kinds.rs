@@ -1,72 +1,11 @@
-//! What each kind of node does, one behaviour a test.
-//!
-//! A line of a script is a tick: the calls that the tree makes, with the answers to ticks (S, F, R) and `halt` where a
-//! leaf is halted, and what the tree answers.
+//! What the nodes of the paper's tree do, and their relatives; and what the states say of it.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
-use bt::{Execution, Leaf, Leaves, NodeId, Status, Tree};
+use bt::{Execution, Status, Tree};
 
 use crate::NOW;
-
-fn tree(body: &str) -> Arc<Tree> {
-    let text = format!(r#"<root BTCPP_format="4"><BehaviorTree ID="T">{body}</BehaviorTree></root>"#);
-    Arc::new(Tree::from_xml("test.xml", &text).unwrap())
-}
-
-/// Leaves that follow the script of one tick and insist on it.
-struct Script<'a> {
-    tree: Arc<Tree>,
-    calls: VecDeque<&'a str>,
-}
-
-impl<'a> Script<'a> {
-    fn next(&mut self, leaf: NodeId) -> &'a str {
-        let id = self.tree.node(leaf).type_id().to_owned();
-        let call = self.calls.pop_front().unwrap_or_else(|| panic!("{id} is called out of turn"));
-        let (name, rest) = call.split_once('=').unwrap();
-        assert_eq!(name, id, "expected {call}");
-        rest
-    }
-}
-
-impl Leaves for Script<'_> {
-    fn tick(&mut self, leaf: Leaf<'_>) -> Status {
-        status(self.next(leaf.id()))
-    }
-
-    fn halt(&mut self, leaf: Leaf<'_>) {
-        assert_eq!(self.next(leaf.id()), "halt");
-    }
-}
-
-fn status(letter: &str) -> Status {
-    match letter {
-        "S" => Status::Success,
-        "F" => Status::Failure,
-        "R" => Status::Running,
-        other => panic!("{other} is no status"),
-    }
-}
-
-/// Runs the lines of a script: ticks (`a=S b=R -> R`) and `halt tree: b=halt`.
-fn play(body: &str, lines: &[&str]) {
-    let tree = tree(body);
-    let mut execution = Execution::new(tree.clone());
-    for line in lines {
-        let (calls, expected) = match line.strip_prefix("halt tree:") {
-            Some(calls) => (calls, None),
-            None => line.split_once("->").map(|(calls, result)| (calls, Some(result.trim()))).unwrap(),
-        };
-        let mut script = Script { tree: tree.clone(), calls: calls.split_whitespace().collect() };
-        match expected {
-            Some(expected) => assert_eq!(execution.tick(NOW, &mut script), status(expected), "{line}"),
-            None => execution.halt(NOW, &mut script),
-        }
-        assert!(script.calls.is_empty(), "{line}: not called: {:?}", script.calls);
-    }
-}
+use crate::stage::{Script, play, tree};
 
 const ABC: &str = r#"<Action ID="a"/><Action ID="b"/><Action ID="c"/>"#;
 
@@ -188,9 +127,9 @@ fn a_subtree_is_ticked_and_halted_as_part_of_the_tree() {
     assert_eq!(tree.to_string(), "→\n  ok\n  ▸ the other\n    →*\n      a\n      b\n");
     let mut execution = Execution::new(tree.clone());
     let mut tick = |line: &'static str| {
-        let mut script = Script { tree: tree.clone(), calls: line.split_whitespace().collect() };
+        let mut script = Script::new(&tree, line);
         let status = execution.tick(NOW, &mut script);
-        assert!(script.calls.is_empty());
+        assert!(script.is_over());
         status
     };
     assert_eq!(tick("ok=S a=S b=R"), Status::Running);
@@ -204,7 +143,7 @@ fn the_states_say_what_the_last_tick_did() {
     let tree = tree(&with_abc("ReactiveFallback"));
     let mut execution = Execution::new(tree.clone());
     let mut tick = |line: &'static str| {
-        execution.tick(NOW, &mut Script { tree: tree.clone(), calls: line.split_whitespace().collect() });
+        execution.tick(NOW, &mut Script::new(&tree, line));
         execution
             .states()
             .into_iter()

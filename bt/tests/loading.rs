@@ -130,3 +130,112 @@ fn subtrees_are_read_into_their_places() {
     let tree = Tree::from_xml("f.xml", text).unwrap();
     assert_eq!(tree.to_string(), "→*\n  ▸ B\n    ?*\n      ▸ C\n        c\n      ▸ again\n        c\n  a\n");
 }
+
+/// Files by their paths.
+fn reader<'a>(files: &'a [(&str, &str)]) -> impl Fn(&std::path::Path) -> std::io::Result<String> + 'a {
+    move |path| {
+        let found = files.iter().find(|(name, _)| std::path::Path::new(name) == path);
+        found.map(|(_, text)| (*text).to_owned()).ok_or_else(|| std::io::Error::other("no such file"))
+    }
+}
+
+#[test]
+fn included_files_are_read_relative_to_the_file_that_includes_them() {
+    let main = r#"<root main_tree_to_execute="Main" BTCPP_format="4"><include path="parts/arm.xml"/>
+        <BehaviorTree ID="Main"><Sequence><SubTree ID="Arm"/><SubTree ID="Hand"/></Sequence></BehaviorTree></root>"#;
+    let arm = r#"<root BTCPP_format="4"><include path="./../hands/hand.xml"/><include path="../main.xml"/>
+        <BehaviorTree ID="Arm"><Lift/></BehaviorTree><TreeNodesModel><Action ID="Lift"/></TreeNodesModel></root>"#;
+    let hand = r#"<root BTCPP_format="4"><BehaviorTree ID="Hand"><Condition ID="Open"/></BehaviorTree></root>"#;
+    let files = [("trees/parts/arm.xml", arm), ("trees/hands/hand.xml", hand)];
+    let tree = Loader::default().load_with("trees/main.xml", main, reader(&files)).unwrap();
+    assert_eq!(tree.to_string(), "→*\n  ▸ Arm\n    Lift\n  ▸ Hand\n    Open\n");
+    assert_eq!(tree.sources().len(), 3);
+    let lift = tree.leaves().next().unwrap();
+    assert_eq!(tree.sources()[lift.file()].name(), "trees/parts/arm.xml");
+    let error = tree.error(vec![tree.problem_at(lift.id(), "no skill", "here", "write one")]);
+    assert_eq!((error.problems().len(), error.included().len()), (0, 1));
+    assert_eq!(error.included()[0].file(), "trees/parts/arm.xml");
+}
+
+#[test]
+fn the_including_files_tree_counts_where_two_have_the_same_id() {
+    let main = r#"<root main_tree_to_execute="Main" BTCPP_format="4"><include path="a.xml"/>
+        <BehaviorTree ID="Main"><SubTree ID="S"/></BehaviorTree><BehaviorTree ID="S"><AlwaysFailure/></BehaviorTree></root>"#;
+    let files = [("a.xml", r#"<root BTCPP_format="4"><BehaviorTree ID="S"><AlwaysSuccess/></BehaviorTree></root>"#)];
+    let tree = Loader::default().load_with("main.xml", main, reader(&files)).unwrap();
+    assert_eq!(tree.to_string(), "▸ S\n  AlwaysFailure\n");
+}
+
+#[test]
+fn a_file_is_opened_and_so_are_those_that_it_includes() {
+    let folder = std::env::temp_dir().join(format!("bt-loading-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let main = r#"<root main_tree_to_execute="M" BTCPP_format="4"><include path="part.xml"/><BehaviorTree ID="M"><SubTree ID="P"/></BehaviorTree></root>"#;
+    std::fs::write(folder.join("main.xml"), main).unwrap();
+    let part = r#"<root BTCPP_format="4"><BehaviorTree ID="P"><AlwaysSuccess/></BehaviorTree></root>"#;
+    std::fs::write(folder.join("part.xml"), part).unwrap();
+    let tree = Tree::from_file(folder.join("main.xml"));
+    let missing = Tree::from_file(folder.join("other.xml"));
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(tree.unwrap().to_string(), "▸ P\n  AlwaysSuccess\n");
+    assert!(matches!(missing.unwrap_err().problems(), [bt::Problem::Unreadable { .. }]));
+}
+
+#[test]
+fn what_is_written_is_the_same_tree() {
+    let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
+    let again = Tree::from_xml("again.xml", &tree.to_xml()).unwrap();
+    assert_eq!(again.to_string(), tree.to_string());
+    assert_eq!(again.to_xml(), tree.to_xml());
+    let old = Tree::from_xml("old.xml", RECHARGE_V3).unwrap().to_xml();
+    assert!(
+        old.starts_with("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<root BTCPP_format=\"4\" main_tree_to_execute=")
+    );
+    assert!(old.contains("<Condition ID=\"AtDestination\" editable=\"true\"/>"), "leaves are declared: {old}");
+    assert_eq!(kinds(&Tree::from_xml("new.xml", &old).unwrap()), kinds(&tree));
+}
+
+#[test]
+fn attributes_and_ports_are_written_as_they_were() {
+    let text = r#"<root BTCPP_format="4" main_tree_to_execute="A"><BehaviorTree ID="A">
+        <Parallel failure_count="2" _x="12" colour="&lt;red&gt;"><Action ID="not a name" goal="{x}" name="a &quot;b&quot;&#10;c"/>
+        <SubTree ID="B" in="{x}" _autoremap="true"/></Parallel></BehaviorTree>
+        <BehaviorTree ID="B"><Script code="x := 1 &amp;&amp; y &lt; 3" _skipIf="z"/></BehaviorTree>
+        <BehaviorTree ID="Unused"><AlwaysFailure/></BehaviorTree>
+        <TreeNodesModel><SubTree ID="B"><input_port name="in" default="7">what goes &lt;in&gt;</input_port></SubTree></TreeNodesModel></root>"#;
+    let tree = Tree::from_xml("a.xml", text).unwrap();
+    insta::assert_snapshot!(tree.to_xml(), @r#"
+    <?xml version="1.0" encoding="UTF-8"?>
+    <root BTCPP_format="4" main_tree_to_execute="A">
+      <BehaviorTree ID="A">
+        <Parallel failure_count="2" _x="12" colour="&lt;red&gt;">
+          <Action ID="not a name" goal="{x}" name="a &quot;b&quot;&#10;c"/>
+          <SubTree ID="B" in="{x}" _autoremap="true"/>
+        </Parallel>
+      </BehaviorTree>
+      <BehaviorTree ID="B">
+        <Script code="x := 1 &amp;&amp; y &lt; 3" _skipIf="z"/>
+      </BehaviorTree>
+      <BehaviorTree ID="Unused">
+        <AlwaysFailure/>
+      </BehaviorTree>
+      <TreeNodesModel>
+        <SubTree ID="B" editable="true">
+          <input_port name="in" default="7">what goes &lt;in&gt;</input_port>
+        </SubTree>
+        <Action ID="not a name" editable="true"/>
+      </TreeNodesModel>
+    </root>
+    "#);
+    let again = Tree::from_xml("b.xml", &tree.to_xml()).unwrap();
+    let attributes = |tree: &Tree| tree.nodes().iter().map(|node| node.attributes().to_vec()).collect::<Vec<_>>();
+    assert_eq!(attributes(&again), attributes(&tree));
+}
+
+#[test]
+fn version_3_ports_have_their_new_names() {
+    let text = r#"<root><BehaviorTree ID="T"><Parallel success_threshold="1" failure_threshold="2"><AlwaysSuccess/><AlwaysFailure/></Parallel></BehaviorTree></root>"#;
+    let tree = Tree::from_xml("old.xml", text).unwrap();
+    assert_eq!(tree.nodes()[0].attribute("success_count"), Some("1"));
+    assert_eq!(tree.nodes()[0].attribute("failure_count"), Some("2"));
+}

@@ -6,8 +6,10 @@ mod broken;
 mod forest;
 mod kinds;
 mod loading;
+mod nodes;
 mod oracle;
 mod processes;
+mod stage;
 
 use std::time::Duration;
 

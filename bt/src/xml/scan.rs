@@ -297,8 +297,12 @@ impl Scan<'_> {
         let children = element.children().filter(Element::is_element).count();
         let ports = ["success_count", "failure_count", "max_failures"];
         for attribute in scanned.attributes.iter().filter(|attribute| ports.contains(&attribute.name.as_str())) {
-            if attribute.value.parse::<usize>().is_ok_and(|limit| limit > children) {
-                let message = format!("there are only {children} children");
+            if attribute
+                .value
+                .parse::<i32>()
+                .is_ok_and(|limit| usize::try_from(limit).is_ok_and(|limit| limit > children))
+            {
+                let message = format!("the node has only {children} of them to count");
                 let (port, span) = (attribute.name.clone(), attribute.value_span);
                 self.problems.push(Problem::PortValue { port, message, span, help: None });
             }

@@ -1,0 +1,287 @@
+//! Ticking a tree without a robot: its leaves answer by a script, and every node's status is written down.
+
+use std::fmt::Write;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::{Call, Execution, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Request, Status, Tree, Value};
+
+/// What a leaf does at one of its ticks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cue {
+    /// What it answers.
+    pub status: Status,
+    /// What it writes to its ports before.
+    pub outputs: Vec<(String, Value)>,
+}
+
+impl From<Status> for Cue {
+    fn from(status: Status) -> Self {
+        Self { status, outputs: Vec::new() }
+    }
+}
+
+/// What a leaf does, tick by tick; after the last cue, that cue again, or all from the first on.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    cues: Vec<Cue>,
+    repeats: bool,
+}
+
+impl Part {
+    /// A part whose last cue is for all ticks that follow.
+    ///
+    /// # Panics
+    /// If there is no cue.
+    #[must_use]
+    pub fn new(cues: impl IntoIterator<Item = Cue>) -> Self {
+        let cues: Vec<Cue> = cues.into_iter().collect();
+        assert!(!cues.is_empty(), "a part has at least one cue");
+        Self { cues, repeats: false }
+    }
+
+    /// The same, but after the last cue comes the first again.
+    #[must_use]
+    pub fn repeating(self) -> Self {
+        Self { repeats: true, ..self }
+    }
+
+    /// How many cues there are.
+    #[must_use]
+    pub fn length(&self) -> usize {
+        self.cues.len()
+    }
+
+    fn cue(&self, tick: usize) -> &Cue {
+        let last = self.cues.len() - 1;
+        &self.cues[if self.repeats { tick % self.cues.len() } else { tick.min(last) }]
+    }
+}
+
+/// A tree that is ticked with leaves that follow a script.
+///
+/// ```
+/// use std::sync::Arc;
+/// use std::time::Duration;
+/// use bt::{Part, Rehearsal, Status, Tree, table};
+///
+/// let tree = Arc::new(Tree::from_xml("door.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Door">
+///     <Fallback> <Condition ID="IsOpen"/> <Action ID="Push"/> </Fallback>
+/// </BehaviorTree> </root>"#)?);
+/// let parts = tree.leaves().map(|leaf| match leaf.type_id() {
+///     "IsOpen" => Part::new([Status::Failure.into()]),
+///     _ => Part::new([Status::Running.into(), Status::Success.into()]),
+/// });
+/// let mut rehearsal = Rehearsal::new(tree.clone(), parts);
+/// let moments = [rehearsal.tick(Duration::ZERO), rehearsal.tick(Duration::from_secs(1))];
+/// assert_eq!(moments[1].status, Some(Status::Success));
+/// let lines = ["           1 2", "?*         R S", "  IsOpen   F ·", "  Push     R S"];
+/// assert_eq!(table(&tree, &moments).lines().collect::<Vec<_>>(), lines);
+/// # Ok::<(), bt::TreeError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Rehearsal {
+    execution: Execution,
+    cast: Cast,
+    ticks: u64,
+}
+
+#[derive(Clone, Debug)]
+struct Cast {
+    /// By leaf, in document order.
+    parts: Vec<Part>,
+    /// How often each has been ticked.
+    ticked: Vec<usize>,
+    /// By node, the place of its part.
+    places: Vec<usize>,
+    calls: Vec<Call>,
+    faults: Vec<Fault>,
+}
+
+/// A tick of a rehearsal, or a halt of the tree.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Moment {
+    /// The number of the tick, from 1 on; of a halt, that of the tick before.
+    pub tick: u64,
+    /// When it was.
+    pub time: Duration,
+    /// What the tree answered; none if it was halted.
+    pub status: Option<Status>,
+    /// How the nodes stood then, in document order.
+    pub nodes: Vec<NodeState>,
+    /// The leaf calls that it made, in their order.
+    pub calls: Vec<Call>,
+    /// What went wrong.
+    pub faults: Vec<Fault>,
+}
+
+impl Rehearsal {
+    /// A rehearsal of that tree, with a part for each of its [leaves](Tree::leaves).
+    ///
+    /// # Panics
+    /// If there are fewer parts than leaves.
+    #[must_use]
+    pub fn new(tree: Arc<Tree>, parts: impl IntoIterator<Item = Part>) -> Self {
+        let parts: Vec<Part> = parts.into_iter().take(tree.leaves().count()).collect();
+        assert_eq!(parts.len(), tree.leaves().count(), "every leaf has a part");
+        let mut places = vec![0; tree.nodes().len()];
+        for (place, leaf) in tree.leaves().enumerate() {
+            places[leaf.id().index()] = place;
+        }
+        let ticked = vec![0; parts.len()];
+        let cast = Cast { parts, ticked, places, calls: Vec::new(), faults: Vec::new() };
+        Self { execution: Execution::new(tree), cast, ticks: 0 }
+    }
+
+    /// The tree at work.
+    #[must_use]
+    pub fn execution(&self) -> &Execution {
+        &self.execution
+    }
+
+    /// The tree at work: to write to its blackboard.
+    pub fn execution_mut(&mut self) -> &mut Execution {
+        &mut self.execution
+    }
+
+    /// Ticks the tree.
+    pub fn tick(&mut self, now: Duration) -> Moment {
+        self.ticks += 1;
+        let status = self.execution.tick(now, &mut self.cast);
+        self.moment(now, Some(status), 0)
+    }
+
+    /// Halts the tree.
+    pub fn halt(&mut self, now: Duration) -> Moment {
+        let old = self.execution.faults().len();
+        self.execution.halt(now, &mut self.cast);
+        self.moment(now, None, old)
+    }
+
+    fn moment(&mut self, time: Duration, status: Option<Status>, old_faults: usize) -> Moment {
+        let calls = std::mem::take(&mut self.cast.calls);
+        let mut faults = self.execution.faults()[old_faults..].to_vec();
+        faults.append(&mut self.cast.faults);
+        Moment { tick: self.ticks, time, status, nodes: self.execution.states(), calls, faults }
+    }
+}
+
+impl Leaves for Cast {
+    fn tick(&mut self, mut leaf: Leaf<'_>) -> Status {
+        self.calls.push(Call { leaf: leaf.id(), request: Request::Tick });
+        let place = self.places[leaf.id().index()];
+        let cue = self.parts[place].cue(self.ticked[place]);
+        self.ticked[place] += 1;
+        for (port, value) in &cue.outputs {
+            if let Err(error) = leaf.output(port, value.clone()) {
+                self.faults.push(Fault { node: leaf.id(), message: error.to_string() });
+            }
+        }
+        cue.status
+    }
+
+    fn halt(&mut self, leaf: Leaf<'_>) {
+        self.calls.push(Call { leaf: leaf.id(), request: Request::Halt });
+    }
+}
+
+/// How many ticks stand beside one another.
+const COLUMNS: usize = 25;
+
+/// The statuses of all nodes as a text: a line a node, a column a tick. `S`, `F`, `R` and `K` are success, failure,
+/// running and skipped, `H` is halted, and `·` is a node that the tick did not reach. What went wrong follows.
+#[must_use]
+pub fn table(tree: &Tree, moments: &[Moment]) -> String {
+    let outline = tree.to_string();
+    let labels: Vec<&str> = outline.lines().collect();
+    let label_width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0).max(8) + 2;
+    let mut text = String::new();
+    for (number, block) in moments.chunks(COLUMNS).enumerate() {
+        text.push_str(if number > 0 { "\n" } else { "" });
+        let names: Vec<String> = block.iter().map(column_name).collect();
+        let width = names.iter().map(String::len).max().unwrap_or(1);
+        let mut head = format!("{:label_width$}", "");
+        names.iter().for_each(|name| head.push_str(&format!(" {name:>width$}")));
+        push_line(&mut text, &head);
+        for (node, label) in labels.iter().enumerate() {
+            let mut line = format!("{label:label_width$}");
+            for moment in block {
+                line.push_str(&format!(" {:>width$}", letter(moment.nodes[node].outcome)));
+            }
+            push_line(&mut text, &line);
+        }
+    }
+    for moment in moments {
+        for Fault { node, message } in &moment.faults {
+            let label = tree.node(*node).label();
+            push_line(&mut text, &format!("tick {}: {label} (node {node}): {message}", moment.tick));
+        }
+    }
+    text
+}
+
+fn push_line(text: &mut String, line: &str) {
+    writeln!(text, "{}", line.trim_end()).expect("writing to a text succeeds");
+}
+
+fn column_name(moment: &Moment) -> String {
+    if moment.status.is_some() { moment.tick.to_string() } else { "halt".to_owned() }
+}
+
+fn letter(outcome: Option<Outcome>) -> &'static str {
+    match outcome {
+        Some(Outcome::Answered(Status::Success)) => "S",
+        Some(Outcome::Answered(Status::Failure)) => "F",
+        Some(Outcome::Answered(Status::Running)) => "R",
+        Some(Outcome::Answered(Status::Skipped)) => "K",
+        Some(Outcome::Halted) => "H",
+        None => "·",
+    }
+}
+
+impl Tree {
+    /// The tree in Graphviz's language, each node with its number and, if they are given, coloured by how it stands.
+    ///
+    /// ```
+    /// let tree = bt::Tree::from_xml("wave.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Wave">
+    ///     <Inverter> <Action ID="Wave"/> </Inverter>
+    /// </BehaviorTree> </root>"#)?;
+    /// assert!(tree.to_dot(None).contains("n0 -> n1;"));
+    /// # Ok::<(), bt::TreeError>(())
+    /// ```
+    #[must_use]
+    pub fn to_dot(&self, states: Option<&[NodeState]>) -> String {
+        let quoted = |label: &str| label.replace('\\', "\\\\").replace('"', "\\\"");
+        let mut dot =
+            format!("digraph \"{}\" {{\n  ordering=out;\n  node [fontname=\"sans-serif\"];\n", quoted(self.name()));
+        for node in self.nodes() {
+            let id: NodeId = node.id();
+            let label = match (node.kind().symbol(), node.name()) {
+                (Some(symbol), Some(name)) => format!("{symbol} {name}"),
+                (Some(symbol), None) if node.kind() == crate::Kind::SubTree => format!("{symbol} {}", node.type_id()),
+                (Some(symbol), None) => symbol.to_owned(),
+                (None, _) => node.label().to_owned(),
+            };
+            let shape = if node.kind().is_leaf() { "ellipse" } else { "box" };
+            let outcome = states.and_then(|states| states.get(id.index())?.outcome);
+            let fill = colour(outcome).map_or(String::new(), |fill| format!(" style=filled fillcolor=\"{fill}\""));
+            writeln!(dot, "  n{id} [label=\"{}\" shape={shape}{fill}];", quoted(&label)).expect("writing succeeds");
+            if let Some(parent) = node.parent() {
+                writeln!(dot, "  n{parent} -> n{id};").expect("writing to a text succeeds");
+            }
+        }
+        dot.push_str("}\n");
+        dot
+    }
+}
+
+/// A colour that goes with dark letters.
+fn colour(outcome: Option<Outcome>) -> Option<&'static str> {
+    Some(match outcome? {
+        Outcome::Answered(Status::Success) => "#b7e1b0",
+        Outcome::Answered(Status::Failure) => "#f4b9b3",
+        Outcome::Answered(Status::Running) => "#bcd7f5",
+        Outcome::Answered(Status::Skipped) => "#e4e4e4",
+        Outcome::Halted => "#f3ddb0",
+    })
+}

@@ -1,0 +1,71 @@
+//! AlwaysSuccess, AlwaysFailure, Script, ScriptCondition, SetBlackboard and UnsetBlackboard.
+
+use bt::{Execution, Status};
+
+use crate::NOW;
+use crate::stage::{Script, behaviours, tree};
+
+behaviours! {
+    always_success_succeeds: "<AlwaysSuccess/>" => ["-> S", "-> S"];
+    always_failure_fails: "<AlwaysFailure/>" => ["-> F", "-> F"];
+
+    script_runs_and_succeeds: r#"<Script code="x := 1; y := x + 1"/>"# => ["-> S | x=1 y=2.0"];
+    script_runs_at_every_tick: r#"<Sequence><RunOnce><Script code="x := 0"/></RunOnce><Script code="x += 1"/></Sequence>"# => [
+        "-> S | x=1",
+        "-> S | x=2",
+    ];
+    script_condition_that_holds_succeeds: r#"<ScriptCondition code="1 &lt; 2"/>"# => ["-> S"];
+    script_condition_that_does_not_hold_fails: r#"<ScriptCondition code="1 > 2"/>"# => ["-> F"];
+    script_condition_reads_entries: r#"<Sequence><Script code="x := 'go'"/><ScriptCondition code="x == 'go'"/></Sequence>"# => ["-> S"];
+
+    set_blackboard_writes_a_text: r#"<SetBlackboard value="42" output_key="x"/>"# => ["-> S | x='42'"];
+    set_blackboard_copies_an_entry:
+        r#"<Sequence><Script code="x := 4.5"/><SetBlackboard value="{x}" output_key="y"/></Sequence>"# => ["-> S | y=4.5"];
+    set_blackboard_reads_the_key_from_the_blackboard:
+        r#"<Sequence><Script code="k := 'goal'"/><SetBlackboard value="home" output_key="{k}"/></Sequence>"# => ["-> S | goal='home' k='goal'"];
+    set_blackboard_converts_to_the_type_of_the_entry:
+        r#"<Sequence><SetBlackboard value="2" output_key="n"/><Repeat num_cycles="{n}"><a/></Repeat></Sequence>"# => ["a=S a=S -> S | n=2"];
+
+    unset_blackboard_removes_an_entry: r#"<Sequence><Script code="x := 1"/><UnsetBlackboard key="x"/></Sequence>"# => ["-> S | x=-"];
+    unset_blackboard_of_what_is_not_there_succeeds: r#"<UnsetBlackboard key="x"/>"# => ["-> S"];
+    unset_blackboard_lets_the_entry_be_made_anew_with_another_type:
+        r#"<Sequence><Script code="x := 1"/><UnsetBlackboard key="x"/><Script code="x := 'a'"/></Sequence>"# => ["-> S | x='a'"];
+    unset_blackboard_does_not_reach_the_main_tree: r#"<Sequence><Script code="x := 1"/><UnsetBlackboard key="@x"/></Sequence>"# => ["-> S | x=1"];
+}
+
+/// What went wrong in the first tick, which fails.
+fn fault(body: &str) -> String {
+    let tree = tree(body);
+    let mut execution = Execution::new(tree.clone());
+    assert_eq!(execution.tick(NOW, &mut Script::new(&tree, "")), Status::Failure);
+    assert_eq!(execution.faults().len(), 1, "{:?}", execution.faults());
+    execution.faults()[0].message.clone()
+}
+
+#[test]
+fn script_that_cannot_be_evaluated_fails_and_says_why() {
+    assert_eq!(fault(r#"<Script code="x = 1"/>"#), "there is no entry `x` on the blackboard; `:=` makes one");
+    assert_eq!(fault(r#"<Script code="x := y"/>"#), "there is no entry `y` on the blackboard");
+    assert_eq!(fault(r#"<Script code="x := 'a' * 2"/>"#), "`*` cannot be applied to `a` and `2`");
+    assert_eq!(fault(r#"<Script code="x := 1; x = 'a'"/>"#), "`a` is not a number");
+    assert_eq!(fault(r#"<Script code="x := 'a'; x = 1"/>"#), "the entry `x` holds `a`, and cannot take `1`");
+    assert_eq!(fault(r#"<Script code="x := 1; x = 0.5"/>"#), "the entry `x` holds `1`, and cannot take `0.500000`");
+}
+
+#[test]
+fn script_condition_that_is_no_truth_value_fails_and_says_why() {
+    assert_eq!(fault(r#"<ScriptCondition code="'yes'"/>"#), "`yes` is not true or false");
+    assert_eq!(fault(r#"<ScriptCondition code="2"/>"#), "`2` is not true or false");
+}
+
+#[test]
+fn set_blackboard_from_an_entry_that_does_not_exist_fails_and_says_why() {
+    assert_eq!(fault(r#"<SetBlackboard value="1" output_key="{k}"/>"#), "the entry `k` has no value");
+}
+
+#[test]
+fn set_blackboard_cannot_write_a_text_where_a_number_is_wanted() {
+    let body =
+        r#"<Sequence><SetBlackboard value="many" output_key="n"/><Repeat num_cycles="{n}"><a/></Repeat></Sequence>"#;
+    assert_eq!(fault(body), "`many` is not a whole number in range");
+}
