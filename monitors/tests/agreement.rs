@@ -5,11 +5,13 @@ use monitors::{Formula, Method, ScopeMonitor};
 
 use crate::support::{self, Dice, Tally, check, random_event, random_formula, random_sequence, topology};
 
+/// Ten thousand pairs, or as many as `AGREE_PAIRS` says: mutation testing takes fewer.
 #[test]
 fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     let topology = topology();
     let mut tally = Tally::default();
-    for seed in 0..10_000 {
+    let pairs = std::env::var("AGREE_PAIRS").ok().and_then(|pairs| pairs.parse().ok()).unwrap_or(10_000);
+    for seed in 0..pairs {
         let mut dice = Dice(seed);
         let depth = 1 + seed as u32 % 3;
         let formula = random_formula(&mut dice, &topology, depth);
@@ -19,7 +21,8 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
             panic!("pair {seed}: {what}\n{formula:#?}\n{sequence:#?}");
         }
     }
-    assert!(tally.graphs > 200 && tally.automata > 5_000 && tally.settled > 1_000, "{tally:?}");
+    let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
+    assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
 }
 
 /// The formula with all bounds multiplied.
