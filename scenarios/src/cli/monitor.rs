@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use channels::{Monitor as _, Topology};
 use clap::{Args, Subcommand, ValueEnum};
-use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor};
+use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor, explain};
 use robot::Streams;
 
 use super::print;
@@ -75,13 +75,7 @@ pub(super) fn run(command: &MonitorCommand) -> Result<(), Error> {
         }
         MonitorCommand::Explain(source) => {
             let file = source.load()?;
-            print(
-                &file
-                    .properties
-                    .iter()
-                    .map(|property| format!("{}: {}\n", property.name, property.summary))
-                    .collect::<String>(),
-            )
+            print(&file.properties.iter().map(explained).collect::<String>())
         }
         MonitorCommand::Export { source, format, property, out } => {
             let file = source.load()?;
@@ -140,6 +134,17 @@ fn text(path: &Path) -> io::Result<String> {
         (Ok(bytes), _) => String::from_utf8(bytes).map_err(|_| io::Error::other("the file is not UTF-8 text")),
         (Err(_), Some((_, text))) => Ok((*text).to_owned()),
         (Err(error), None) => Err(error),
+    }
+}
+
+/// What a property asks for: in the words of its file, and as the formula has it.
+fn explained(property: &Property) -> String {
+    let formula = property.scope_monitor().map(|monitor| explain(monitor.formula(), monitor.topology()));
+    match formula {
+        Some(formula) if formula != property.summary => {
+            format!("{}: {}\n{:>width$}  {formula}\n", property.name, property.summary, "", width = property.name.len())
+        }
+        _ => format!("{}: {}\n", property.name, property.summary),
     }
 }
 
