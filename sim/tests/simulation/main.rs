@@ -6,6 +6,7 @@ mod driving;
 mod lasers;
 mod obstacles;
 mod refusals;
+mod walls;
 
 use maps::{Cell, CellIndex, OccupancyGrid, Pose, pose};
 use robot::{LaserScan, Reading, Robot, Streams, VelocityCommand};
