@@ -7,4 +7,6 @@ mod bad_input;
 mod command_line;
 mod determinism;
 mod experiments;
+mod report_page;
 mod steward;
+mod tree_command;

@@ -74,6 +74,9 @@ impl Case {
             CaseResult::Skipped(why) => {
                 format!("{head}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", escape(why))
             }
+            CaseResult::Failed { message, details } if details.is_empty() => {
+                format!("{head}>\n      <failure message=\"{}\"/>\n    </testcase>\n", escape(message))
+            }
             CaseResult::Failed { message, details } => format!(
                 "{head}>\n      <failure message=\"{}\">{}</failure>\n    </testcase>\n",
                 escape(message),
@@ -110,7 +113,8 @@ fn details(monitor: &MonitorReport) -> String {
         details += &format!("\nat tick {tick}, {time_s:.2} s");
     }
     if let Some(witness) = &monitor.witness {
-        details += &format!("\n{witness}");
+        let words = witness["words"].as_str().map_or_else(|| witness.to_string(), str::to_owned);
+        details += &format!("\n{}", words.trim_end());
     }
     details
 }

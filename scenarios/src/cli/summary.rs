@@ -3,6 +3,7 @@
 use std::fmt::Write;
 use std::path::Path;
 
+use crate::html;
 use crate::report::{MonitorReport, OutcomeReport, Report};
 
 /// The summary of a run whose files went to `folder`.
@@ -60,7 +61,8 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
         1 => " and a picture".to_owned(),
         count => format!(" and {count} pictures"),
     };
-    writeln!(text, "  wrote    {}{pictures}", folder.join("report.json").display())
+    let comma = if report.snapshots.is_empty() { " and" } else { "," };
+    writeln!(text, "  wrote    {}{comma} report.json{pictures}", folder.join(html::FILE).display())
 }
 
 fn collisions(count: u64) -> String {

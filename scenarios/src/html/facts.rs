@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::activities::Activity;
-use super::markup::{escape, row};
+use super::markup::{breakable, row, text};
 use super::words;
 use crate::report::Report;
 
@@ -40,7 +40,7 @@ pub(super) fn numbers(report: &Report) -> String {
         facts.push(("reached", reached.join(", ")));
     }
     let facts: String =
-        facts.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{}</dd></div>", escape(value))).collect();
+        facts.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{}</dd></div>", text(value))).collect();
     format!("<dl class=\"facts\">{facts}</dl>\n")
 }
 
@@ -57,10 +57,10 @@ pub(super) fn stages(activities: &[Activity]) -> String {
     let line = |activity: &Activity| {
         let stage = &activity.stage;
         let badge = format!(
-            "<span class=\"stage\"><span class=\"badge\" style=\"background:{}\">{}</span>{}</span>",
+            "<span class=\"stage\"><span class=\"badge\" style=\"background:{}\">{}</span><span>{}</span></span>",
             super::colors::variable(activity.color),
             activity.number.map_or(String::new(), |number| number.to_string()),
-            escape(activity.words())
+            breakable(activity.words())
         );
         let distance = stage.distance_m();
         let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };

@@ -11,10 +11,29 @@ pub(super) fn code(text: &str) -> String {
     format!("<code>{}</code>", escape(text))
 }
 
+/// A text for people: escaped, and with no line's end between a number and its percent sign.
+pub(super) fn text(text: &str) -> String {
+    escape(text).replace(" %", "&nbsp;%")
+}
+
+/// A name that may be broken between the words that it is made of.
+pub(super) fn breakable(name: &str) -> String {
+    let mut markup = String::new();
+    let mut before = ' ';
+    for character in name.chars() {
+        if character.is_uppercase() && before.is_lowercase() {
+            markup.push_str("<wbr>");
+        }
+        markup.push_str(&escape(character.encode_utf8(&mut [0; 4])));
+        before = character;
+    }
+    markup
+}
+
 /// Words in which `backticks` enclose code; everything else is escaped.
-pub(super) fn prose(text: &str) -> String {
-    let parts = text.split('`').enumerate();
-    parts.map(|(index, part)| if index % 2 == 1 { code(part) } else { escape(part) }).collect()
+pub(super) fn prose(words: &str) -> String {
+    let parts = words.split('`').enumerate();
+    parts.map(|(index, part)| if index % 2 == 1 { code(part) } else { self::text(part) }).collect()
 }
 
 /// The verdict of a report as pictures know it.
@@ -51,6 +70,11 @@ pub(super) fn row(name: &str, cells: &[String]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_break_between_words() {
+        assert_eq!(breakable("GotoRechargingStation, <B>"), "Goto<wbr>Recharging<wbr>Station, &lt;B&gt;");
+    }
 
     #[test]
     fn what_is_written_between_backticks_is_code_and_nothing_is_markup() {

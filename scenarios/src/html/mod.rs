@@ -33,7 +33,7 @@ use crate::timeline::Timeline;
 pub use pictures::Picture;
 
 use figure::figure;
-use markup::escape;
+use markup::{escape, text};
 
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
@@ -110,7 +110,7 @@ fn head(live: &Live, report: &Report) -> String {
         "<header class=\"head\">\n<p class=\"over\">A run of a service robot under runtime monitors</p>\n<h1>{}</h1>\n\
          <p class=\"about\">{}</p>\n<p class=\"quiet\">seed {} · {} simulated · {}</p>\n<nav>{links}</nav>\n</header>\n",
         escape(&report.scenario),
-        escape(&words::sentence(&live.scenario().file.about)),
+        text(&words::sentence(&live.scenario().file.about)),
         report.seed,
         words::time(live.time()),
         words::count(report.ticks, "tick"),

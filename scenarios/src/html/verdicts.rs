@@ -1,7 +1,7 @@
 //! What was required, and what came of it.
 
 use super::evidence::Evidence;
-use super::markup::{code, escape, pill, verdict_sign};
+use super::markup::{code, escape, pill, text, verdict_sign};
 use super::words;
 use crate::draw::Verdict;
 use crate::live::Live;
@@ -32,7 +32,7 @@ fn outcome(report: &Report) -> String {
             None => (Verdict::Satisfied, &expectation.expected),
             Some(difference) => (Verdict::Violated, difference),
         };
-        format!("<li>{}<span>{}</span></li>\n", verdict_sign(verdict, 16.0), escape(words))
+        format!("<li>{}<span>{}</span></li>\n", verdict_sign(verdict, 16.0), text(words))
     };
     let lines: String = report.expectations.iter().map(line).collect();
     let lines = if lines.is_empty() { lines } else { format!("<ul>\n{lines}</ul>") };
@@ -61,7 +61,7 @@ fn card(live: &Live, report: &Report, index: usize, evidence: Option<&Evidence<'
         said.verdict,
         pill(said.verdict),
         escape(&watched.name),
-        escape(&words::sentence(&watched.summary)),
+        text(&words::sentence(&watched.summary)),
         escape(&watched.formula),
     )
 }

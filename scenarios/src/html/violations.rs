@@ -6,7 +6,7 @@ use channels::{EventKind, Topology};
 
 use super::evidence::{Evidence, Missing, Seen};
 use super::figure::figure;
-use super::markup::{escape, prose};
+use super::markup::{escape, prose, text};
 use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
 use crate::live::{FaultRecord, Live};
@@ -54,10 +54,10 @@ fn story(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) -> String {
     format!(
         "<article class=\"panel\" id=\"{}\">\n<h3>{} is violated</h3>\n<p>Required: {}</p>\n<ol class=\"story\">\n{steps}</ol>\n\
          <figure>{chart}<figcaption>Time runs downwards. Orange: the messages that caused it. Red: where the verdict \
-         fell.</figcaption></figure>\n<details><summary>The same messages as text</summary>\n{}</details>\n</article>\n",
+         fell.</figcaption></figure>\n<details class=\"again\"><summary>The same messages as text</summary>\n{}</details>\n</article>\n",
         anchor(evidence),
         escape(evidence.name),
-        escape(&words::sentence(evidence.summary)),
+        text(&words::sentence(evidence.summary)),
         transcript(&sequence),
     )
 }
@@ -70,6 +70,7 @@ fn story_sentences(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) ->
     sentences.push(cause_sentence(evidence));
     sentences.extend(owed_sentence(evidence));
     sentences.extend(channel_sentences(evidence, topology));
+    sentences.extend(going_on_sentence(evidence, topology));
     sentences.extend(answer_sentence(evidence, topology, live));
     sentences.extend(activity_sentence(evidence, timeline));
     sentences.push(match evidence.missing.is_empty() {
@@ -183,6 +184,17 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
         }
     };
     evidence.missing.iter().map(sentence).collect()
+}
+
+/// How what had begun it went on.
+fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<String> {
+    let cause = evidence.causes.last().filter(|_| !evidence.missing.is_empty())?;
+    let later = evidence.episode.events.iter().filter(|event| event.step > cause.at.step);
+    let later = later.filter(|event| event.step <= evidence.episode.decided.step);
+    let mut later = later.filter_map(|event| Seen::of(event, topology));
+    let last = later.rfind(|seen| seen.from == cause.from && seen.to == cause.to)?;
+    let Seen { at, from, to, message } = &last;
+    Some(format!("{from} went on telling {to}: at tick {} it was `{message}`.", at.tick))
 }
 
 /// What the leaves that the property concerns answered the tree.

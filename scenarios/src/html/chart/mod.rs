@@ -6,12 +6,12 @@ mod lanes;
 
 use std::time::Duration;
 
-use super::axis::TimeAxis;
+use super::axis::{Piece, TimeAxis};
 use super::figure::{Drawing, Layout, NARROW};
 use super::words;
 use crate::draw::canvas::{Anchor, Canvas, Paint, TextStyle};
 use crate::draw::text::Font;
-use crate::draw::{Area, theme};
+use crate::draw::{Area, Spot, theme};
 use crate::live::Live;
 use crate::timeline::Timeline;
 
@@ -29,6 +29,8 @@ struct Sizes {
     lane: f64,
     lane_gap: f64,
     names_above: bool,
+    /// Room for a label of the time axis.
+    label_room: f64,
 }
 
 impl Sizes {
@@ -41,6 +43,7 @@ impl Sizes {
             lane: layout.pick(20.0, 15.0),
             lane_gap: layout.pick(4.0, 4.0),
             names_above: layout == Layout::Narrow,
+            label_room: layout.pick(56.0, 40.0),
         }
     }
 
@@ -61,7 +64,7 @@ pub(super) fn draw(live: &Live, timeline: &Timeline, layout: Layout) -> Drawing 
     chart.draw(live, timeline, &happenings, &groups);
     let height = chart.y;
     let mut canvas = Canvas::for_browsers();
-    chart.grid(&mut canvas, layout, height);
+    chart.grid(&mut canvas, height);
     canvas.append(chart.canvas);
     Drawing { canvas, width: sizes.width, height }
 }
@@ -96,6 +99,7 @@ struct Chart {
 impl Chart {
     fn draw(&mut self, live: &Live, timeline: &Timeline, happenings: &[Happening], groups: &[Group]) {
         self.axis_labels();
+        self.shortened_labels();
         let top = self.y;
         self.happenings(happenings);
         self.battery(live, timeline);
@@ -110,25 +114,38 @@ impl Chart {
     fn axis_labels(&mut self) {
         let style = TextStyle::new(self.sizes.small, theme::MUTED).anchored(Anchor::Middle);
         let y = self.y + self.sizes.small.line_height() / 2.0;
-        for (x, text) in self.axis.labels(if self.sizes.names_above { 40.0 } else { 56.0 }) {
-            let half = self.sizes.small.width(&text) / 2.0;
-            let x = x.max(half + 1.0).min(self.sizes.width - half - 1.0);
-            self.canvas.centered_text((x, y), &text, style);
-        }
-        for piece in self.axis.shortened() {
-            let text = format!("{} later", words::roughly(piece.to_s - piece.from_s));
-            let text = self.sizes.small.fit(&text, piece.right - piece.left - 34.0);
-            let middle = (piece.left + piece.right) / 2.0;
-            self.canvas.centered_text((middle, y), &text, style.with_halo());
+        for (x, text) in self.axis.labels(self.sizes.label_room) {
+            self.centered((x, y), &text, style);
         }
         self.y += self.sizes.small.line_height() + 6.0;
     }
 
+    /// How long the stretches are that are drawn shorter than they are.
+    fn shortened_labels(&mut self) {
+        let style = TextStyle::new(self.sizes.small, theme::MUTED).anchored(Anchor::Middle);
+        let pieces: Vec<Piece> = self.axis.shortened().copied().collect();
+        for piece in &pieces {
+            let text = words::roughly(piece.to_s - piece.from_s);
+            let y = self.y + self.sizes.small.line_height() / 2.0;
+            self.centered(((piece.left + piece.right) / 2.0, y), &text, style);
+        }
+        if !pieces.is_empty() {
+            self.y += self.sizes.small.line_height() + 6.0;
+        }
+    }
+
+    /// A text centred at a place, or as near as the edges let it.
+    fn centered(&mut self, (x, y): Spot, text: &str, style: TextStyle) {
+        let half = style.font.width(text) / 2.0;
+        let x = x.max(half + 1.0).min(self.sizes.width - half - 1.0);
+        self.canvas.centered_text((x, y), text, style);
+    }
+
     /// The ground: lines at the labelled times, and stretches that are drawn shorter than they are.
-    fn grid(&self, canvas: &mut Canvas, layout: Layout, height: f64) {
+    fn grid(&self, canvas: &mut Canvas, height: f64) {
         let room = self.sizes.small.line_height() + 8.0;
         let (top, bottom) = (room, height - room);
-        for (x, _) in self.axis.labels(if layout == Layout::Narrow { 40.0 } else { 56.0 }) {
+        for (x, _) in self.axis.labels(self.sizes.label_room) {
             canvas.line((x, top), (x, bottom), Paint::stroke(theme::RULE, 1.0));
         }
         for piece in self.axis.shortened() {

@@ -5,7 +5,7 @@ mod given;
 
 use super::markup::{code, escape};
 use crate::live::Live;
-use crate::report::Report;
+use crate::report::{Report, SnapshotReport};
 
 use effective::Group;
 use given::Given;
@@ -26,16 +26,14 @@ pub(super) fn section(live: &Live) -> String {
 
 /// The section with the command line.
 pub(super) fn reproduction(live: &Live, report: &Report) -> String {
-    let pictures: String = report
-        .snapshots
-        .iter()
-        .map(|picture| format!("<li><a href=\"{0}\">{0}</a></li>", escape(&picture.file)))
-        .collect();
+    let link = |picture: &SnapshotReport| format!("<li><a href=\"{0}\">{0}</a></li>", escape(&picture.file));
+    let pictures: String = report.snapshots.iter().map(link).collect();
+    let pictures = if pictures.is_empty() { pictures } else { format!("<ul class=\"files\">{pictures}</ul>\n") };
     format!(
         "<section id=\"reproduce\">\n<h2>Run it again</h2>\n<div class=\"panel\">\n<pre class=\"command\"><code>{}</code></pre>\n\
-         <p>With version {} of the program this gives the same run to the last bit, wherever it is run. The hash of its \
-         trace is {}.</p>\n<p>Beside this page: <a href=\"report.json\">report.json</a>, the same for programs.</p>\n\
-         <ul class=\"files\">{pictures}</ul>\n</div>\n</section>\n",
+         <p>With version {} of the program this gives the same run to the last bit, on any machine of its kind. \
+         The hash of its trace is {}.</p>\n<p>Beside this page: <a href=\"report.json\">report.json</a>, the same for programs.</p>\n\
+         {pictures}</div>\n</section>\n",
         escape(&command(live, report)),
         escape(&report.version),
         code(&report.trace_hash),

@@ -1,0 +1,225 @@
+//! The report as a page: in a browser, at the widths of a phone, a tablet and a desk.
+//!
+//! Chromium does the looking; where there is none, the tests say so and pass (CI installs it). Screenshots of every page
+//! stay in `target/tmp/report_page/`.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::bad_input::copy_of_battery_fault;
+use crate::steward::{report, steward};
+
+const WIDTHS_PX: [u32; 3] = [375, 1024, 1920];
+
+/// Finds out, in the browser, what is wrong with the page, and tells the page around it.
+const PROBE: &str = r#"<script>
+addEventListener('load', () => {
+  const width = document.documentElement.clientWidth, problems = [];
+  const seen = element => element.getClientRects().length > 0 && getComputedStyle(element).visibility !== 'hidden';
+  const name = element => element.tagName + '.' + (element.getAttribute('class') || '') + ' ' + (element.textContent || '').trim().slice(0, 40);
+  if (document.documentElement.scrollWidth > width) problems.push('the page is ' + document.documentElement.scrollWidth + ' px wide');
+  for (const element of document.querySelectorAll('body *:not(svg *)')) {
+    const box = element.getBoundingClientRect();
+    if (seen(element) && (box.left < -0.5 || box.right > width + 0.5)) problems.push('leaves the page: ' + name(element));
+    if (seen(element) && element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).display !== 'inline')
+      problems.push('is cut: ' + name(element));
+  }
+  for (const image of document.images)
+    if (!image.complete || image.naturalWidth === 0) problems.push('does not load: ' + image.alt);
+  for (const chart of document.querySelectorAll('svg.chart')) {
+    if (!seen(chart)) continue;
+    const area = chart.getBoundingClientRect(), texts = [];
+    for (const text of chart.querySelectorAll('text')) {
+      const box = text.getBoundingClientRect();
+      if (box.left < area.left - 1 || box.right > area.right + 1 || box.top < area.top - 1 || box.bottom > area.bottom + 1)
+        problems.push('leaves its chart: ' + name(text));
+      // A halo is the same text at the same place. A box is higher than its letters.
+      const trim = box.height * 0.2;
+      const letters = { left: box.left + 1, right: box.right - 1, top: box.top + trim, bottom: box.bottom - trim, text };
+      const twin = texts[texts.length - 1];
+      if (twin && twin.text.textContent === text.textContent && Math.abs(twin.left - letters.left) < 1) continue;
+      for (const other of texts)
+        if (letters.left < other.right && other.left < letters.right && letters.top < other.bottom && other.top < letters.bottom)
+          problems.push('overlap: ' + name(text) + ' / ' + name(other.text));
+      texts.push(letters);
+    }
+  }
+  const loaded = performance.getEntriesByType('resource').map(entry => entry.name).filter(entry => !entry.startsWith('data:'));
+  const charts = [...document.querySelectorAll('svg.chart')].filter(seen).length;
+  const height = document.documentElement.scrollHeight;
+  parent.postMessage(JSON.stringify({ width: innerWidth, height, problems, loaded, charts }), '*');
+});
+</script>"#;
+
+/// A page around the page: a browser's window is never as narrow as a phone, but a frame is. Writes down what it is told.
+fn frame(width: u32) -> String {
+    format!(
+        "<!DOCTYPE html><pre id=\"probe\"></pre><script>addEventListener('message', event => \
+         document.getElementById('probe').textContent = event.data)</script>\
+         <iframe src=\"probed.html\" style=\"width:{width}px;height:900px;border:0\"></iframe>"
+    )
+}
+
+/// The browser, if there is one.
+fn browser() -> Option<PathBuf> {
+    let named = std::env::var_os("CHROMIUM").map(PathBuf::from);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let found = std::env::split_paths(&path)
+        .flat_map(|folder| ["chromium", "chromium-browser", "google-chrome"].map(|name| folder.join(name)))
+        .find(|path| path.is_file());
+    let browser = named.or(found);
+    if browser.is_none() {
+        eprintln!("skipped: no Chromium in PATH, and CHROMIUM names none");
+    }
+    browser
+}
+
+/// Opens a page at a width with these further arguments; what the browser writes.
+fn open(browser: &Path, page: &Path, (width, height): (u32, u32), arguments: &[&str]) -> String {
+    let profile = tempdir().unwrap();
+    let output = Command::new(browser)
+        .args(["--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--hide-scrollbars"])
+        .args(["--disable-background-networking", "--disable-component-update", "--disable-sync", "--timeout=30000"])
+        .arg(format!("--user-data-dir={}", profile.path().display()))
+        .arg(format!("--window-size={width},{height}"))
+        .args(arguments)
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .expect("the browser starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// What the probe found at that width.
+fn probe(browser: &Path, folder: &Path, width: u32) -> Value {
+    let page = folder.join("frame.html");
+    std::fs::write(&page, frame(width)).unwrap();
+    let dom = open(browser, &page, (2000, 1000), &["--dump-dom", "--virtual-time-budget=10000"]);
+    let found = dom.split_once("<pre id=\"probe\">{").and_then(|(_, found)| found.split_once("</pre>"));
+    let (found, _) = found.unwrap_or_else(|| panic!("the probe has said nothing: {dom}"));
+    let found = format!("{{{found}");
+    let found = found.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
+    serde_json::from_str(&found).unwrap()
+}
+
+/// Looks at the page of a run, and keeps screenshots of it, light and dark.
+fn look_at(name: &str, folder: &Path, charts: u64) {
+    let Some(browser) = browser() else { return };
+    let text = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    std::fs::write(folder.join("probed.html"), text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
+    let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
+    std::fs::create_dir_all(&kept).unwrap();
+    for width in WIDTHS_PX {
+        let found = probe(&browser, folder, width);
+        assert_eq!(found["width"], width, "{name}: the page gets the width it is to get");
+        assert_eq!(found["problems"], Value::Array(Vec::new()), "{name} at {width} px");
+        assert_eq!(found["loaded"], Value::Array(Vec::new()), "{name} at {width} px loads something");
+        assert_eq!(found["charts"], charts, "{name} at {width} px");
+        let height = u32::try_from(found["height"].as_u64().unwrap()).unwrap();
+        for (surroundings, scheme) in [("light", 1), ("dark", 0)] {
+            if surroundings == "dark" && width == WIDTHS_PX[2] {
+                continue; // Nothing new to see, and a browser takes its time.
+            }
+            let picture = kept.join(format!("{name}-{width}-{surroundings}.png"));
+            let screenshot = format!("--screenshot={}", picture.display());
+            let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
+            open(&browser, &folder.join("report.html"), (width, height), &[&screenshot, &scheme]);
+            assert_eq!(image::image_dimensions(&picture).unwrap(), (width, height));
+        }
+    }
+}
+
+#[test]
+fn the_page_of_the_first_experiment_fits_every_screen() {
+    let out = tempdir().unwrap();
+    report("battery_fault", out.path(), &[]);
+    look_at("battery_fault", out.path(), 3); // map, timeline, one violation
+}
+
+#[test]
+fn a_long_run_fits_too() {
+    let out = tempdir().unwrap();
+    report("nominal", out.path(), &["--no-snapshots"]);
+    look_at("nominal", out.path(), 2);
+}
+
+/// A run in which BatteryLevel says success although the level is low: phi2 is violated, by a message that does not come.
+fn skill_bug() -> TempDir {
+    let out = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(out.path());
+    let machine = scenario.parent().unwrap().join("skills/BatteryLevel.scxml");
+    let text = std::fs::read_to_string(&machine).unwrap();
+    assert!(text.contains("expr=\"30\""), "the machine has its threshold: {text}");
+    std::fs::write(&machine, text.replace("expr=\"30\"", "expr=\"20\"")).unwrap();
+    let changes = ["faults.0.level_pct=25", "execution.max_time_s=45", "expect={ phi2 = \"violated\" }"];
+    let arguments: Vec<&str> = changes.into_iter().flat_map(|change| ["--set", change]).collect();
+    report(scenario.to_str().unwrap(), out.path(), &[&["--no-snapshots"], arguments.as_slice()].concat());
+    out
+}
+
+#[test]
+fn a_missing_message_is_told_in_words_and_drawn() {
+    let out = skill_bug();
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    for words in [
+        "At 20.5 s a fault took hold: battery level set to 25&nbsp;%.",
+        "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.975]</code>",
+        "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 30.",
+        "But GotoRechargingStation told Navigation nothing at all in that time.",
+        "BatteryLevel answered the tree <code>[&lt;success&gt;]</code> 11 times",
+        "GotoRechargingStation was not asked by the tree",
+        "At tick 31 (31.02 s) it was too late: phi2 is violated.",
+        "Ticks 22 to 30: the same 8 messages at each of 9 ticks, none from GotoRechargingStation to Navigation",
+        "missing until tick 30: GotoRechargingStation → Navigation",
+    ] {
+        assert!(page.contains(words), "the page does not say: {words}");
+    }
+    look_at("skill_bug", out.path(), 3);
+}
+
+#[test]
+fn the_page_is_one_file_and_the_same_every_time() {
+    let pages = ["a", "b"].map(|_| {
+        let out = tempdir().unwrap();
+        report("battery_fault", out.path(), &["--seed", "7", "--set", "battery.initial_pct=70"]);
+        std::fs::read_to_string(out.path().join("report.html")).unwrap()
+    });
+    assert!(pages[0] == pages[1], "two runs of one seed give the same page");
+    for elsewhere in ["src=\"http", "href=\"http", "url(http", "@import", "<script"] {
+        assert!(!pages[0].contains(elsewhere), "the page has {elsewhere}");
+    }
+    let command = "steward --scenario battery_fault --seed 7 --set battery.initial_pct=70</code>";
+    assert!(pages[0].contains(command), "the page says how to run it again");
+    let sections = ["verdicts", "way", "timeline", "violations", "pictures", "parameters", "reproduce"];
+    let places = sections.map(|id| pages[0].find(&format!("<section id=\"{id}\">")));
+    assert!(places.iter().all(Option::is_some) && places.is_sorted(), "{places:?}");
+}
+
+#[test]
+fn junit_has_a_case_for_each_property_and_expectation() {
+    let out = tempdir().unwrap();
+    let file = out.path().join("results/junit.xml");
+    let file_text = file.to_str().unwrap();
+    let arguments = ["--no-snapshots", "--junit", file_text, "--set", "expect.max_collisions=0"];
+    report("battery_fault", out.path(), &arguments);
+    let passed = std::fs::read_to_string(&file).unwrap();
+    assert!(passed.contains("<testsuite name=\"battery_fault\" tests=\"6\" failures=\"0\""), "{passed}");
+    assert_eq!(passed.matches("classname=\"battery_fault.properties\"").count(), 2, "{passed}");
+    report("battery_fault", out.path(), &[&arguments[..], &["--set", "expect.phi1=satisfied"]].concat());
+    let failed = std::fs::read_to_string(&file).unwrap();
+    assert!(failed.contains("tests=\"6\" failures=\"2\""), "{failed}");
+    assert!(failed.contains("<failure message=\"phi1 was expected to be satisfied and is violated\">"), "{failed}");
+}
+
+#[test]
+fn a_page_that_cannot_be_written_is_an_error_that_names_it() {
+    let out = tempdir().unwrap();
+    std::fs::create_dir_all(out.path().join("report.html")).unwrap();
+    let output = steward(&["--scenario", "battery_fault", "--no-snapshots", "--out", out.path().to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(3));
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("report.html"), "{said}");
+}
