@@ -9,4 +9,3 @@ mod determinism;
 mod experiments;
 mod report_page;
 mod steward;
-mod tree_command;
