@@ -58,7 +58,7 @@ mod render;
 #[cfg(test)]
 mod sample;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 pub(crate) mod text;
 pub(crate) mod theme;
 mod tree_layout;

@@ -34,7 +34,7 @@ fn samples() -> Vec<(&'static str, Frame)> {
 }
 
 /// All texts of a picture with their boxes; the box is trimmed to the height of the letters.
-fn texts(svg: &str) -> Vec<(String, Area)> {
+pub(crate) fn texts(svg: &str) -> Vec<(String, Area)> {
     fn collect(group: &usvg::Group, found: &mut Vec<(String, Area)>) {
         for node in group.children() {
             match node {

@@ -5,10 +5,14 @@ use std::time::Duration;
 use super::activities::Activity;
 use super::markup::{breakable, row, text};
 use super::words;
-use crate::report::Report;
+use crate::report::{FaultReport, Report};
 
 /// An arrival this early is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
+
+/// Of more stages than these, only so many of the first and the last ones are in the table.
+const MOST_STAGES: usize = 40;
+const FIRST_STAGES: usize = 32;
 
 /// The most telling numbers of a run.
 pub(super) fn numbers(report: &Report) -> String {
@@ -51,6 +55,19 @@ fn overruns(report: &Report) -> String {
     }
 }
 
+/// The faults that took hold; empty without any.
+pub(super) fn faults(report: &Report) -> String {
+    let line = |fault: &FaultReport| row(&words::time(Duration::from_secs_f64(fault.time_s)), &[text(&fault.effect)]);
+    let lines: String = report.faults.iter().map(line).collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!(
+            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">fault at</th><th scope=\"col\">what it did</th></tr>\
+             </thead><tbody>\n{lines}</tbody></table>\n"
+        ),
+    }
+}
+
 /// What the tree was doing, stage by stage.
 pub(super) fn stages(activities: &[Activity]) -> String {
     let end_s = activities.last().map_or(0.0, |last| last.stage.to.as_secs_f64());
@@ -67,7 +84,14 @@ pub(super) fn stages(activities: &[Activity]) -> String {
         let from = super::axis::clock(stage.from.as_secs_f64(), end_s);
         row(&badge, &[from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
     };
-    let lines: String = activities.iter().map(line).collect();
+    let mut lines: Vec<String> = activities.iter().map(line).collect();
+    if lines.len() > MOST_STAGES {
+        let hidden = lines.len() - MOST_STAGES;
+        let note =
+            row(&format!("… {}", words::count(hidden, "more stage")), &[String::new(), String::new(), String::new()]);
+        lines.splice(FIRST_STAGES..FIRST_STAGES + hidden, [note]);
+    }
+    let lines = lines.concat();
     format!(
         "<table class=\"stages\"><thead><tr><th scope=\"col\">running leaf</th><th scope=\"col\">from</th>\
          <th scope=\"col\">for</th><th scope=\"col\">driven</th></tr></thead><tbody>\n{lines}</tbody></table>\n"

@@ -21,7 +21,12 @@ const MOST_NUMBERS: usize = 24;
 
 /// What the map shows: the run's last moment without what the robot sensed and planned then.
 pub(super) fn scene(live: &Live) -> Scene {
+    /// More faults than these are marked without words: the list beside the map has them.
+    const MOST_WORDS: usize = 4;
     let mut scene = Camera::new(live).frame(live, 0, "", true).scene;
+    if scene.faults.len() > MOST_WORDS {
+        scene.faults.iter_mut().for_each(|fault| fault.label.clear());
+    }
     scene.laser_hits.clear();
     scene.particles.clear();
     scene.path.clear();

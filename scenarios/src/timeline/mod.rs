@@ -198,6 +198,27 @@ impl Timeline {
 }
 
 #[cfg(test)]
+impl Timeline {
+    /// Goes on until `end` with leaves and skills that change their minds ten times a second.
+    pub(crate) fn shake(&mut self, end: Duration) {
+        let statuses = [draw::NodeStatus::Success, draw::NodeStatus::Failure, draw::NodeStatus::Running];
+        for (count, now) in (0_usize..).map(|i| (i, self.end + Duration::from_millis(100) * i as u32)) {
+            if now > end {
+                break;
+            }
+            for (shift, lane) in self.leaves.iter_mut().enumerate() {
+                lane.track.note(now, &statuses[(count + shift) % 3]);
+            }
+            for lane in &mut self.skills {
+                lane.track.note(now, &format!("state {}", count % 7));
+            }
+            self.trail.set_doing(now, if count % 40 < 20 { "Go" } else { "Wait" });
+        }
+        self.end = end;
+    }
+}
+
+#[cfg(test)]
 mod tests {
     use std::sync::Arc;
 

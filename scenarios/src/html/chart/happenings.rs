@@ -57,6 +57,7 @@ struct Placed<'a> {
     happening: &'a Happening,
     x: f64,
     row: usize,
+    /// Empty where there is no room for it.
     text: String,
     /// Whether the words stand left of the sign.
     leftwards: bool,
@@ -84,24 +85,29 @@ impl Chart {
         self.y += rows as f64 * pitch + if rows > 0 { 4.0 } else { 0.0 };
     }
 
-    /// Finds room, first come, first served; words stand right of their sign where they can.
+    /// Finds room: for violations first, then in the order of time. Words stand right of their sign where they can; where
+    /// there is no room at all, the sign stands alone.
     fn placed<'a>(&self, happenings: &'a [Happening]) -> Vec<Placed<'a>> {
         let (low, high) = (1.0, self.sizes.width - 1.0);
         let mut rows: Vec<Vec<(f64, f64)>> = vec![Vec::new(); MOST_ROWS];
         let mut placed = Vec::new();
-        for happening in happenings {
+        let (first, then): (Vec<_>, Vec<_>) = happenings.iter().partition(|happening| happening.icon == Icon::Cross);
+        for happening in first.into_iter().chain(then) {
             let x = self.axis.x(happening.time);
             let text = self.sizes.font.fit(&happening.words, (high - low) * 0.6);
             let reach = SIGN + 8.0 + self.sizes.font.width(&text);
-            let sides = [(false, x - SIGN - 2.0, x + reach), (true, x - reach, x + SIGN + 2.0)];
+            let (near, far) = (x - SIGN - 1.0, x + SIGN + 1.0);
+            let ways = [(text.clone(), false, near, x + reach), (text, true, x - reach, far)];
+            let alone = (String::new(), false, near, far);
             let free = |taken: &[(f64, f64)], from: f64, to: f64| {
                 from >= low && to <= high && taken.iter().all(|(left, right)| to <= *left || from >= *right)
             };
-            let found = rows.iter().enumerate().find_map(|(row, taken)| {
-                let side = sides.into_iter().find(|(_, from, to)| free(taken, *from, *to));
-                side.map(|side| (row, side))
-            });
-            if let Some((row, (leftwards, from, to))) = found {
+            let place = |ways: &[(String, bool, f64, f64)]| {
+                rows.iter().enumerate().find_map(|(row, taken)| {
+                    ways.iter().find(|(.., from, to)| free(taken, *from, *to)).map(|way| (row, way.clone()))
+                })
+            };
+            if let Some((row, (text, leftwards, from, to))) = place(&ways).or_else(|| place(&[alone])) {
                 rows[row].push((from, to));
                 placed.push(Placed { happening, x, row, text, leftwards });
             }

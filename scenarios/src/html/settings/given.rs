@@ -38,8 +38,13 @@ pub(super) fn of(origin: &Origin) -> Vec<Given> {
         });
         flatten(key, &value, true, &mut given);
     }
-    given.sort_by(|a, b| a.key.contains('.').cmp(&b.key.contains('.')).then_with(|| a.key.cmp(&b.key)));
+    given.sort_by_cached_key(|given| (given.key.contains('.'), order(&given.key)));
     given
+}
+
+/// What keys are sorted by: part by part, numbers by their value.
+fn order(key: &str) -> Vec<(Option<u64>, String)> {
+    key.split('.').map(|part| (part.parse().ok(), part.to_owned())).collect()
 }
 
 fn flatten(key: &str, value: &toml::Value, overridden: bool, given: &mut Vec<Given>) {
