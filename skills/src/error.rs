@@ -10,6 +10,13 @@ use crate::problem::Problem;
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
 #[non_exhaustive]
 pub enum SkillError {
+    /// The file cannot be read.
+    #[error("{reason}")]
+    #[diagnostic(code(skills::read))]
+    Read {
+        /// Which file, and why not.
+        reason: String,
+    },
     /// The file is not a machine that can run.
     #[error("the skill {file} cannot be loaded: {}", count(.problems))]
     #[diagnostic(code(skills::load))]
@@ -20,6 +27,19 @@ pub enum SkillError {
         #[source_code]
         text: NamedSource<Arc<str>>,
         /// Everything that is wrong with it, in the order of the file.
+        #[related]
+        problems: Vec<Problem>,
+    },
+    /// The events that a machine is to be given cannot be read.
+    #[error("the events in {file} cannot be read: {}", count(.problems))]
+    #[diagnostic(code(skills::events))]
+    Events {
+        /// The file's name.
+        file: String,
+        /// The file with its text.
+        #[source_code]
+        text: NamedSource<Arc<str>>,
+        /// Every line that is wrong.
         #[related]
         problems: Vec<Problem>,
     },
@@ -60,6 +80,24 @@ pub enum SkillError {
         #[help]
         help: String,
     },
+}
+
+/// What looks odd in a machine that can run nevertheless: something to render, not an error.
+#[derive(Clone, Debug, thiserror::Error, Diagnostic)]
+#[error("the skill {file} can run, but: {}", count(.problems))]
+#[diagnostic(code(skills::load), severity(Warning))]
+pub struct Concerns {
+    file: String,
+    #[source_code]
+    text: NamedSource<Arc<str>>,
+    #[related]
+    problems: Vec<Problem>,
+}
+
+impl Concerns {
+    pub(crate) fn new(text: NamedSource<Arc<str>>, problems: Vec<Problem>) -> Self {
+        Self { file: text.name().to_owned(), text, problems }
+    }
 }
 
 fn count(problems: &[Problem]) -> String {

@@ -71,22 +71,25 @@
 mod chart;
 mod datum;
 mod delay;
+mod engine;
 mod error;
 mod expression;
 mod load;
 mod machine;
 mod problem;
 mod process;
+mod rehearsal;
 mod shipped;
 mod suggest;
 mod unobserved;
 
 pub use chart::{CHANNEL_PROCESSOR, Chart, HistoryKind, State, StateId, StateKind, Transition, TransitionId};
 pub use datum::{Array, Datum, Object, TooLarge};
-pub use error::SkillError;
+pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Status, Transcript, Undelivered};
 pub use problem::Problem;
 pub use process::{CLIENT, SkillProcess};
+pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
 pub use shipped::{SHIPPED, shipped};
 
 /// What becomes of an expression that cannot be compiled, a name that stands for nothing, a delay that is none.

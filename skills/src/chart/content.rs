@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{DataId, EventClass};
+use super::{Chart, DataId, EventClass};
 use crate::Datum;
+use crate::engine::Code;
 use crate::expression::{Expr, Location, Statement};
 use crate::problem::Span;
 
@@ -26,7 +27,7 @@ pub(crate) enum ActionKind {
     },
     Send(Box<Send>),
     Cancel(Source),
-    Assign(Location, Expr),
+    Assign(Place, Expr),
     If(Vec<Branch>),
     Foreach(Box<Foreach>),
     Log {
@@ -34,6 +35,8 @@ pub(crate) enum ActionKind {
         value: Option<Expr>,
     },
     Script(Vec<Statement>),
+    /// A script outside the compiled subset.
+    Foreign(Arc<Code>),
     /// Something that was found wrong when the file was loaded and that the recommendation makes an error at run time.
     Fail(Arc<str>),
 }
@@ -93,9 +96,56 @@ pub(crate) struct Send {
     pub(crate) processor: Option<Attribute>,
     pub(crate) id: SendId,
     pub(crate) delay: Delay,
-    pub(crate) name_list: Vec<(Arc<str>, Location)>,
+    pub(crate) name_list: Vec<Named>,
     pub(crate) payload: Payload,
     pub(crate) span: Span,
+}
+
+/// A word of a `namelist`: the name, and where its value is.
+#[derive(Clone, Debug)]
+pub(crate) struct Named {
+    pub(crate) name: Arc<str>,
+    pub(crate) value: Expr,
+    /// Where a value that comes back goes; none if the word is no location.
+    pub(crate) location: Option<Place>,
+    pub(crate) span: Span,
+}
+
+/// What an assignment changes.
+#[derive(Clone, Debug)]
+pub(crate) enum Place {
+    Compiled(Location),
+    /// Code that puts a value there.
+    Foreign(Arc<Code>),
+}
+
+/// `<invoke>`
+#[derive(Clone, Debug)]
+pub(crate) struct Invoke {
+    /// The attribute `id`.
+    pub(crate) id: Option<Arc<str>>,
+    /// Where an id that is made up is put.
+    pub(crate) id_location: Option<Place>,
+    pub(crate) kind: Option<Attribute>,
+    pub(crate) source: InvokeSource,
+    pub(crate) name_list: Vec<Named>,
+    pub(crate) params: Vec<Param>,
+    pub(crate) auto_forward: bool,
+    pub(crate) finalize: Option<Block>,
+    pub(crate) span: Span,
+}
+
+/// What an `<invoke>` starts.
+#[derive(Clone, Debug)]
+pub(crate) enum InvokeSource {
+    /// A machine that stands in the file.
+    Inline(Arc<Chart>),
+    /// A file beside the machine's.
+    File(Source),
+    /// A machine as text or XML.
+    Computed(Expr),
+    /// Nothing that could be started, and why.
+    Broken(Arc<str>),
 }
 
 #[derive(Clone, Debug)]
@@ -103,7 +153,7 @@ pub(crate) enum SendId {
     None,
     Literal(Arc<str>),
     /// An id is made up and put there.
-    Generated(Location),
+    Generated(Place),
 }
 
 #[derive(Clone, Debug)]
@@ -123,6 +173,8 @@ pub(crate) struct Payload {
 pub(crate) struct Param {
     pub(crate) name: Arc<str>,
     pub(crate) value: Expr,
+    /// Where a value that comes back goes, if the parameter is given by its location.
+    pub(crate) location: Option<Place>,
     pub(crate) span: Span,
 }
 

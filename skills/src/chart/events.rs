@@ -15,6 +15,11 @@ pub(crate) struct Matches {
 }
 
 impl Matches {
+    /// Whether whatever the other descriptor matches is matched by this one too.
+    pub(crate) fn covers(self, other: Self) -> bool {
+        self.first <= other.first && other.last <= self.last
+    }
+
     /// Whether the descriptor matches events of that class.
     pub(crate) fn contains(self, class: EventClass) -> bool {
         self.first <= class && class <= self.last

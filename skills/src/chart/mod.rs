@@ -4,16 +4,19 @@ mod bit_set;
 mod content;
 mod events;
 mod relations;
+mod show;
 mod state;
 
+use std::collections::BTreeSet;
 use std::fmt;
 use std::hash::{Hash, Hasher};
+use std::path::Path;
 use std::sync::Arc;
 
 pub(crate) use bit_set::BitSet;
 pub(crate) use content::{
-    Action, ActionKind, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Param, Payload, Send, SendId,
-    Source, visit_actions,
+    Action, ActionKind, Attribute, Block, Branch, Condition, Content, Delay, Foreach, Invoke, InvokeSource, Named,
+    Param, Payload, Place, Send, SendId, Source, visit_actions,
 };
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
 pub(crate) use state::{Descriptor, Domain, Initial};
@@ -23,11 +26,15 @@ use miette::NamedSource;
 
 use crate::expression::Expr;
 use crate::problem::{Problem, Span};
+use crate::{Concerns, Strictness};
 
 /// The name of SCXML's own event I/O processor (SCXML C.1); `scxml` is accepted as well.
 pub(crate) const SCXML_PROCESSOR: &str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor";
 /// The name of the event I/O processor that sends messages on channels.
 pub const CHANNEL_PROCESSOR: &str = "channel";
+
+/// The types of `<invoke>` that mean a machine (SCXML 6.4.2).
+pub(crate) const INVOKE_KINDS: [&str; 3] = ["scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml"];
 
 /// A datum of a chart: its place in the data model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -66,7 +73,7 @@ pub(crate) enum Binding {
 /// States are numbered in document order, so that a state's descendants are the numbers behind its own; state 0 is the
 /// `<scxml>` element itself.
 ///
-/// Two charts are equal if they were compiled from the same text.
+/// Two charts are equal if they were compiled from the same place of the same text.
 pub struct Chart {
     pub(crate) file: NamedSource<Arc<str>>,
     pub(crate) name: Arc<str>,
@@ -76,6 +83,13 @@ pub struct Chart {
     pub(crate) data: Vec<DataItem>,
     pub(crate) scripts: Vec<Block>,
     pub(crate) events: EventTree,
+    /// Data that code for the engine may change.
+    pub(crate) foreign: BTreeSet<DataId>,
+    /// Where `<scxml>` stands in the file: a file may hold machines inside of machines.
+    pub(crate) span: Span,
+    /// The folder that `src` is looked up in; none if files are out of reach.
+    pub(crate) folder: Option<Arc<Path>>,
+    pub(crate) strictness: Strictness,
     pub(crate) warnings: Vec<Problem>,
 }
 
@@ -96,6 +110,13 @@ impl Chart {
     #[must_use]
     pub fn warnings(&self) -> &[Problem] {
         &self.warnings
+    }
+
+    /// What looks odd, to be rendered with the file; none if there is nothing.
+    #[must_use]
+    pub fn concerns(&self) -> Option<Concerns> {
+        let problems = || Concerns::new(self.file.clone(), self.warnings.clone());
+        (!self.warnings.is_empty()).then(problems)
     }
 
     /// The `<scxml>` element as the ancestor of all states.
@@ -145,7 +166,8 @@ impl Chart {
     pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block> {
         let of_states = self.states.iter().flat_map(|state| {
             let initial = state.initial.as_ref().map(|initial| &initial.content);
-            state.on_entry.iter().chain(&state.on_exit).chain(initial)
+            let finalize = state.invokes.iter().filter_map(|invoke| invoke.finalize.as_ref());
+            state.on_entry.iter().chain(&state.on_exit).chain(initial).chain(finalize)
         });
         let of_transitions = self.transitions.iter().map(|transition| &transition.content);
         self.scripts.iter().chain(of_states).chain(of_transitions)
@@ -168,6 +190,15 @@ impl Chart {
         messages
     }
 
+    /// The machines that stand inside of this one, to be invoked.
+    pub fn inner(&self) -> impl Iterator<Item = &Arc<Self>> {
+        let invokes = self.states.iter().flat_map(|state| &state.invokes);
+        invokes.filter_map(|invoke| match &invoke.source {
+            InvokeSource::Inline(chart) => Some(chart),
+            _ => None,
+        })
+    }
+
     /// Calls `visit` with every `<send>`.
     pub(crate) fn visit_sends<'a>(&'a self, visit: &mut dyn FnMut(&'a Send)) {
         for block in self.blocks() {
@@ -188,7 +219,7 @@ impl fmt::Debug for Chart {
 
 impl PartialEq for Chart {
     fn eq(&self, other: &Self) -> bool {
-        self.file.name() == other.file.name() && self.file.inner() == other.file.inner()
+        self.file.name() == other.file.name() && self.span == other.span && self.file.inner() == other.file.inner()
     }
 }
 
@@ -197,5 +228,6 @@ impl Eq for Chart {}
 impl Hash for Chart {
     fn hash<H: Hasher>(&self, state: &mut H) {
         self.file.name().hash(state);
+        self.span.hash(state);
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Block, Condition, DataId, EventClass, Matches, Payload};
+use super::{Block, Condition, DataId, EventClass, Invoke, Matches, Payload};
 use crate::problem::Span;
 
 /// A state of a chart: its place in document order.
@@ -79,6 +79,7 @@ pub struct State {
     pub(crate) transitions: Vec<TransitionId>,
     pub(crate) on_entry: Vec<Block>,
     pub(crate) on_exit: Vec<Block>,
+    pub(crate) invokes: Vec<Invoke>,
     /// Data that late binding initialises here.
     pub(crate) data: Vec<DataId>,
     pub(crate) done_data: Payload,

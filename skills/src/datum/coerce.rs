@@ -17,7 +17,7 @@ impl Datum {
             Self::Bool(truth) => *truth,
             Self::Number(number) => *number != 0.0 && !number.is_nan(),
             Self::Text(text) => !text.is_empty(),
-            Self::Array(_) | Self::Object(_) => true,
+            Self::Array(_) | Self::Object(_) | Self::Function(_) | Self::Xml(_) => true,
         }
     }
 
@@ -25,7 +25,7 @@ impl Datum {
     #[must_use]
     pub fn to_number(&self) -> f64 {
         match self {
-            Self::Undefined | Self::Object(_) => f64::NAN,
+            Self::Undefined | Self::Object(_) | Self::Function(_) | Self::Xml(_) => f64::NAN,
             Self::Null => 0.0,
             Self::Bool(truth) => f64::from(u8::from(*truth)),
             Self::Number(number) => *number,
@@ -43,7 +43,7 @@ impl Datum {
             Self::Bool(true) => "true".into(),
             Self::Bool(false) => "false".into(),
             Self::Number(number) => number_text(*number).into(),
-            Self::Text(text) => Arc::clone(text),
+            Self::Text(text) | Self::Function(text) | Self::Xml(text) => Arc::clone(text),
             Self::Array(array) => {
                 let items: Vec<Arc<str>> = array.items().iter().map(Self::to_joined_text).collect();
                 items.join(",").into()
@@ -67,12 +67,24 @@ impl Datum {
             Self::Bool(_) => "boolean",
             Self::Number(_) => "number",
             Self::Text(_) => "string",
-            Self::Null | Self::Array(_) | Self::Object(_) => "object",
+            Self::Null | Self::Array(_) | Self::Object(_) | Self::Xml(_) => "object",
+            Self::Function(_) => "function",
         }
     }
 
-    fn is_composite(&self) -> bool {
-        matches!(self, Self::Array(_) | Self::Object(_))
+    /// Whether the value is an object in the sense of ECMAScript, which has an identity.
+    pub(crate) fn is_composite(&self) -> bool {
+        self.identity().is_some()
+    }
+
+    /// What tells an object from all others, equal ones too.
+    pub(crate) fn identity(&self) -> Option<Identity> {
+        Some(Identity(match self {
+            Self::Array(array) => Arc::as_ptr(array).addr(),
+            Self::Object(object) => Arc::as_ptr(object).addr(),
+            Self::Function(text) | Self::Xml(text) => Arc::as_ptr(text).addr(),
+            _ => return None,
+        }))
     }
 
     /// An array or object as the string that operators make of it; anything else as it is (ToPrimitive, 7.1.1).
@@ -80,28 +92,27 @@ impl Datum {
         if self.is_composite() { Self::Text(self.to_text()) } else { self.clone() }
     }
 
-    /// `a === b` (7.2.15); `None` for two composites, whose identity a value does not have.
-    pub(crate) fn identical(&self, other: &Self) -> Option<bool> {
-        Some(match (self, other) {
+    /// `a === b` (7.2.15). Objects are identical if they are the same one, not if they are equal.
+    pub(crate) fn identical(&self, other: &Self) -> bool {
+        match (self, other) {
             (Self::Undefined, Self::Undefined) | (Self::Null, Self::Null) => true,
             (Self::Bool(a), Self::Bool(b)) => a == b,
             (Self::Number(a), Self::Number(b)) => a == b,
             (Self::Text(a), Self::Text(b)) => a == b,
-            (a, b) if a.is_composite() && b.is_composite() => return None,
-            _ => false,
-        })
+            (a, b) => a.is_composite() && a.identity() == b.identity(),
+        }
     }
 
-    /// `a == b` (7.2.14); `None` for two composites, whose identity a value does not have.
-    pub(crate) fn equal(&self, other: &Self) -> Option<bool> {
-        Some(match (self, other) {
+    /// `a == b` (7.2.14)
+    pub(crate) fn equal(&self, other: &Self) -> bool {
+        match (self, other) {
             (Self::Undefined | Self::Null, Self::Undefined | Self::Null) => true,
             (Self::Undefined | Self::Null, _) | (_, Self::Undefined | Self::Null) => false,
-            (a, b) if a.is_composite() && b.is_composite() => return None,
-            (a, b) if a.is_composite() || b.is_composite() => return a.to_primitive().equal(&b.to_primitive()),
+            (a, b) if a.is_composite() && b.is_composite() => a.identity() == b.identity(),
+            (a, b) if a.is_composite() || b.is_composite() => a.to_primitive().equal(&b.to_primitive()),
             (Self::Text(a), Self::Text(b)) => a == b,
             (a, b) => a.to_number() == b.to_number(),
-        })
+        }
     }
 
     /// How `<` and its kin order two values (7.2.13); `None` where every one of them is false.
@@ -112,6 +123,11 @@ impl Datum {
         }
     }
 }
+
+/// Which object something is: two are the same one only if their identities are equal. It means nothing once the object
+/// is gone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Identity(usize);
 
 /// The number that a string stands for (StringToNumber, 7.1.4.1): NaN where it stands for none.
 pub(crate) fn numeric(text: &str) -> f64 {
@@ -223,13 +239,14 @@ mod tests {
     #[test]
     fn loose_equality_coerces_and_strict_equality_does_not() {
         let equal = |a: Datum, b: Datum| (a.equal(&b), a.identical(&b));
-        assert_eq!(equal(Datum::Null, Datum::Undefined), (Some(true), Some(false)));
-        assert_eq!(equal("1".into(), 1.0.into()), (Some(true), Some(false)));
-        assert_eq!(equal(true.into(), 1.0.into()), (Some(true), Some(false)));
-        assert_eq!(equal(f64::NAN.into(), f64::NAN.into()), (Some(false), Some(false)));
-        assert_eq!(equal(Datum::Null, 0.0.into()), (Some(false), Some(false)));
+        assert_eq!(equal(Datum::Null, Datum::Undefined), (true, false));
+        assert_eq!(equal("1".into(), 1.0.into()), (true, false));
+        assert_eq!(equal(true.into(), 1.0.into()), (true, false));
+        assert_eq!(equal(f64::NAN.into(), f64::NAN.into()), (false, false));
+        assert_eq!(equal(Datum::Null, 0.0.into()), (false, false));
         let one = Datum::array([1.0.into()]).unwrap();
-        assert_eq!(equal(one.clone(), 1.0.into()), (Some(true), Some(false)));
-        assert_eq!(equal(one.clone(), one), (None, None));
+        assert_eq!(equal(one.clone(), 1.0.into()), (true, false));
+        assert_eq!(equal(one.clone(), one.clone()), (true, true), "the same array");
+        assert_eq!(equal(one, Datum::array([1.0.into()]).unwrap()), (false, false), "one that is like it");
     }
 }

@@ -1,17 +1,28 @@
 //! The values that a machine computes with: those of ECMAScript, as plain data.
 
 mod coerce;
+mod json;
+mod memory;
+mod xml;
 
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
+#[cfg(feature = "ecmascript")]
+pub(crate) use coerce::Identity;
 pub(crate) use coerce::{MAX_TEXT_BYTES, numeric};
+pub(crate) use memory::Memory;
+#[cfg(feature = "ecmascript")]
+pub(crate) use memory::Renewed;
+#[cfg(feature = "ecmascript")]
+pub(crate) use xml::describe_xml;
+pub(crate) use xml::standalone;
 
 /// A value of a machine's data model.
 ///
-/// Copies are cheap: texts, arrays and objects are shared until one of the copies changes. Unlike in ECMAScript, arrays
-/// and objects are values: changing one copy never changes another, so that the state of a machine is a value as well.
+/// Copies are cheap: texts, arrays and objects are shared. Whoever holds a copy of an array or an object outside of a
+/// machine holds a value that nothing changes; within one machine's data two copies are one object, as in ECMAScript.
 ///
 /// `==` on this type asks whether two values are the same in every respect: a number equals another of the same bits,
 /// NaN included. It is not the `==` of ECMAScript, which expressions have.
@@ -32,6 +43,11 @@ pub enum Datum {
     Array(Arc<Array>),
     /// An object: members by name, in the order they were put in.
     Object(Arc<Object>),
+    /// A function, as its source. Only the cargo feature `ecmascript` can call it.
+    Function(Arc<str>),
+    /// An XML element or several, as text that stands alone: every element declares its namespace. Only the cargo feature
+    /// `ecmascript` can look into it.
+    Xml(Arc<str>),
 }
 
 /// A value would be nested too deeply or hold too much to be compared and hashed in reasonable time.
@@ -186,7 +202,7 @@ impl Extent {
         match datum {
             Datum::Array(array) => array.extent,
             Datum::Object(object) => object.extent,
-            Datum::Text(text) => {
+            Datum::Text(text) | Datum::Function(text) | Datum::Xml(text) => {
                 let parts = u32::try_from(text.len() / Self::BYTES_PER_PART).unwrap_or(u32::MAX);
                 Self { height: 0, weight: parts.saturating_add(1) }
             }
@@ -219,6 +235,7 @@ impl PartialEq for Datum {
             (Self::Text(a), Self::Text(b)) => a == b,
             (Self::Array(a), Self::Array(b)) => a == b,
             (Self::Object(a), Self::Object(b)) => a == b,
+            (Self::Function(a), Self::Function(b)) | (Self::Xml(a), Self::Xml(b)) => a == b,
             _ => false,
         }
     }
@@ -233,7 +250,7 @@ impl Hash for Datum {
             Self::Undefined | Self::Null => {}
             Self::Bool(truth) => truth.hash(state),
             Self::Number(number) => number_bits(*number).hash(state),
-            Self::Text(text) => text.hash(state),
+            Self::Text(text) | Self::Function(text) | Self::Xml(text) => text.hash(state),
             Self::Array(array) => array.hash(state),
             Self::Object(object) => object.hash(state),
         }
@@ -247,6 +264,7 @@ impl fmt::Display for Datum {
             Self::Text(text) => fmt::Debug::fmt(text, f),
             Self::Array(array) => f.debug_list().entries(&array.items).finish(),
             Self::Object(object) => f.debug_map().entries(object.members()).finish(),
+            Self::Function(text) | Self::Xml(text) => f.write_str(text),
             Self::Undefined | Self::Null | Self::Bool(_) | Self::Number(_) => f.write_str(&self.to_text()),
         }
     }

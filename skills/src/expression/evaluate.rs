@@ -1,9 +1,9 @@
 //! Evaluating a compiled expression.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::{BinaryOp, EventField, Expr, LogicOp, UnaryOp};
-use crate::chart::{BitSet, Chart, SCXML_PROCESSOR};
+use crate::chart::{BitSet, Chart};
 use crate::datum::MAX_TEXT_BYTES;
 use crate::{Datum, Event, TooLarge};
 
@@ -16,14 +16,18 @@ pub(crate) enum EvaluationError {
     Broken(Arc<str>),
     #[error("there is no member {member} of {value}")]
     NoMembers { value: &'static str, member: Arc<str> },
-    #[error("two objects cannot be compared, only their members")]
-    Identity,
     #[error("a string may be {MAX_TEXT_BYTES} bytes long at most")]
     LongText,
+    #[error("what is inherited as {0} is no plain value")]
+    Inherited(Arc<str>),
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
     #[error("{0} cannot be assigned to")]
     NotAssignable(String),
+    /// What the engine has thrown.
+    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "there is no engine to throw it"))]
+    #[error("{0}")]
+    Thrown(String),
 }
 
 type Result<T> = std::result::Result<T, EvaluationError>;
@@ -36,9 +40,29 @@ pub(crate) struct Scope<'a> {
     pub(crate) configuration: Option<&'a BitSet>,
     pub(crate) data: &'a [Datum],
     pub(crate) event: Option<&'a Event>,
+    /// `_event` as an object, once somebody has asked for it: it is the same one until the next event.
+    pub(crate) event_object: Option<&'a OnceLock<Datum>>,
+    pub(crate) io_processors: Option<&'a Datum>,
 }
 
 impl Scope<'_> {
+    /// `_event`; undefined before the first event.
+    pub(crate) fn whole_event(&self) -> Result<Datum> {
+        if self.event.is_none() {
+            return Ok(Datum::Undefined);
+        }
+        if let Some(known) = self.event_object.and_then(OnceLock::get) {
+            return Ok(known.clone());
+        }
+        let fields = EventField::ALL.map(|(name, field)| event_field(field, self).map(|value| (name, value)));
+        let fields: Vec<_> = fields.into_iter().collect::<Result<_>>()?;
+        let object = Datum::object(fields)?;
+        Ok(match self.event_object {
+            Some(cell) => cell.get_or_init(|| object).clone(),
+            None => object,
+        })
+    }
+
     fn is_active(&self, state: usize) -> bool {
         self.configuration.is_some_and(|active| active.contains(state))
     }
@@ -61,11 +85,12 @@ impl Expr {
             }
             Self::Unknown(name) => return Err(EvaluationError::Unknown(Arc::clone(name))),
             Self::Broken(reason) => return Err(EvaluationError::Broken(Arc::clone(reason))),
-            Self::Event => whole_event(scope)?,
+            Self::Foreign(_) => return Err(EvaluationError::Broken("only an engine can evaluate this".into())),
+            Self::Event => scope.whole_event()?,
             Self::EventField(field) => event_field(*field, scope)?,
             Self::MachineName => scope.chart.map_or(Datum::Undefined, |chart| Datum::text(chart.name())),
             Self::SessionId => Datum::text(scope.session),
-            Self::IoProcessors => io_processors(scope)?,
+            Self::IoProcessors => scope.io_processors.cloned().unwrap_or_default(),
             Self::Index(parts) => {
                 let [value, index] = &**parts;
                 let value = value.evaluate(scope)?;
@@ -105,6 +130,7 @@ impl Expr {
             Self::Data(id) => Ok(scope.data.get(id.index())),
             Self::EventField(EventField::Data) => Ok(Some(&current_event(scope, "data")?.data)),
             Self::Member(value, name) => Ok(match value.place(scope)? {
+                // What is not there is looked for once more, with the care that takes.
                 Some(Datum::Object(object)) => object.get(name),
                 _ => None,
             }),
@@ -156,50 +182,61 @@ fn event_field(field: EventField, scope: &Scope<'_>) -> Result<Datum> {
         EventField::SendId => optional(&event.send_id),
         EventField::Origin => optional(&event.origin),
         EventField::OriginType => optional(&event.origin_type),
-        EventField::InvokeId => Datum::Undefined,
+        EventField::InvokeId => optional(&event.invoke_id),
         EventField::Data => event.data.clone(),
     })
-}
-
-fn whole_event(scope: &Scope<'_>) -> Result<Datum> {
-    if scope.event.is_none() {
-        return Ok(Datum::Undefined);
-    }
-    let fields = EventField::ALL.map(|(name, field)| event_field(field, scope).map(|value| (name, value)));
-    let fields: Vec<_> = fields.into_iter().collect::<Result<_>>()?;
-    Ok(Datum::object(fields)?)
-}
-
-fn io_processors(scope: &Scope<'_>) -> Result<Datum> {
-    let location = Datum::text(&format!("#_scxml_{}", scope.session));
-    let processor = Datum::object([("location", location)])?;
-    Ok(Datum::object([(SCXML_PROCESSOR, processor.clone()), ("scxml", processor)])?)
 }
 
 /// `value[key]` (ECMA-262, 13.3.2).
 fn member_of(value: &Datum, key: &Datum) -> Result<Datum> {
     let length = |count: usize| Datum::Number(count as f64);
-    let index = |key: &Datum| {
-        let number = key.to_number();
-        (number >= 0.0 && number.fract() == 0.0).then_some(number as usize)
-    };
     Ok(match (value, key) {
         (Datum::Undefined | Datum::Null, key) => {
             let value = if matches!(value, Datum::Null) { "null" } else { "undefined" };
             return Err(EvaluationError::NoMembers { value, member: key.to_text() });
         }
-        (Datum::Object(object), key) => object.get(&key.to_text()).cloned().unwrap_or_default(),
+        (Datum::Object(object), key) => {
+            let name = key.to_text();
+            match object.get(&name) {
+                Some(value) => value.clone(),
+                None => return missing(&name),
+            }
+        }
         (Datum::Array(array), Datum::Text(name)) if &**name == "length" => length(array.items().len()),
         (Datum::Text(text), Datum::Text(name)) if &**name == "length" => length(text.encode_utf16().count()),
         (Datum::Array(array), key) => {
-            index(key).and_then(|index| array.items().get(index)).cloned().unwrap_or_default()
+            let item = |index| Ok(array.items().get(index).cloned().unwrap_or_default());
+            return index(key).map_or_else(|| missing(&key.to_text()), item);
         }
         (Datum::Text(text), key) => {
-            let letter = index(key).and_then(|index| text.chars().nth(index));
-            letter.map_or(Datum::Undefined, |letter| Datum::text(letter.encode_utf8(&mut [0; 4])))
+            let letter = |index| {
+                let unit = text.encode_utf16().nth(index);
+                Ok(unit.map_or(Datum::Undefined, |unit| Datum::text(&String::from_utf16_lossy(&[unit]))))
+            };
+            return index(key).map_or_else(|| missing(&key.to_text()), letter);
         }
-        (Datum::Bool(_) | Datum::Number(_), _) => Datum::Undefined,
+        (Datum::Bool(_) | Datum::Number(_) | Datum::Function(_) | Datum::Xml(_), key) => {
+            return missing(&key.to_text());
+        }
     })
+}
+
+/// The index that a key stands for: a whole number, or a string as such a number is written.
+fn index(key: &Datum) -> Option<usize> {
+    match key {
+        Datum::Number(number) if *number >= 0.0 && number.fract() == 0.0 => Some(*number as usize),
+        Datum::Text(text) => text.parse().ok().filter(|index: &usize| index.to_string() == **text),
+        _ => None,
+    }
+}
+
+/// A member that a value does not have itself: undefined, or something that it inherits, which only an engine knows.
+fn missing(name: &str) -> Result<Datum> {
+    if super::vocabulary::is_inherited(name) {
+        Err(EvaluationError::Inherited(name.into()))
+    } else {
+        Ok(Datum::Undefined)
+    }
 }
 
 fn unary(op: UnaryOp, operand: &Datum) -> Datum {
@@ -218,7 +255,6 @@ pub(crate) fn binary(op: BinaryOp, left: &Datum, right: &Datum) -> Result<Datum>
     use std::cmp::Ordering::{Equal, Greater, Less};
     let (a, b) = (left, right);
     let numbers = || (a.to_number(), b.to_number());
-    let equal = |truth: Option<bool>| truth.ok_or(EvaluationError::Identity);
     Ok(match op {
         BinaryOp::Add => return add(a, b),
         BinaryOp::Subtract => (numbers().0 - numbers().1).into(),
@@ -229,10 +265,10 @@ pub(crate) fn binary(op: BinaryOp, left: &Datum, right: &Datum) -> Result<Datum>
         BinaryOp::LessEqual => matches!(a.order(b), Some(Less | Equal)).into(),
         BinaryOp::Greater => (a.order(b) == Some(Greater)).into(),
         BinaryOp::GreaterEqual => matches!(a.order(b), Some(Greater | Equal)).into(),
-        BinaryOp::Equal => equal(a.equal(b))?.into(),
-        BinaryOp::NotEqual => (!equal(a.equal(b))?).into(),
-        BinaryOp::Identical => equal(a.identical(b))?.into(),
-        BinaryOp::NotIdentical => (!equal(a.identical(b))?).into(),
+        BinaryOp::Equal => a.equal(b).into(),
+        BinaryOp::NotEqual => (!a.equal(b)).into(),
+        BinaryOp::Identical => a.identical(b).into(),
+        BinaryOp::NotIdentical => (!a.identical(b)).into(),
         BinaryOp::BitAnd => f64::from(to_int32(a) & to_int32(b)).into(),
         BinaryOp::BitOr => f64::from(to_int32(a) | to_int32(b)).into(),
         BinaryOp::BitXor => f64::from(to_int32(a) ^ to_int32(b)).into(),
@@ -363,7 +399,8 @@ mod tests {
     fn what_has_no_value_says_why() {
         assert_eq!(value("x.y"), "there is no member y of undefined".into());
         assert_eq!(value("nothing"), "nothing is not defined".into());
-        assert_eq!(value("list == thing"), "two objects cannot be compared, only their members".into());
+        assert_eq!(value("list == thing"), false.into());
+        assert_eq!(value("list === list"), true.into());
         assert_eq!(value("thing.missing"), Datum::Undefined);
         assert_eq!(value("_event"), Datum::Undefined);
     }

@@ -3,8 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{EvaluationError, Expr, ExpressionProblem, Scope};
-use crate::Datum;
+use super::{EvaluationError, Expr, ExpressionProblem, ProblemKind, Scope};
 use crate::chart::DataId;
 
 /// A datum, or a part of one: `x`, `x.y`, `x[i].z`.
@@ -21,11 +20,6 @@ enum Step {
 }
 
 impl Location {
-    /// The whole datum.
-    pub(crate) fn whole(data: DataId) -> Self {
-        Self { data, path: Vec::new() }
-    }
-
     /// The location that an expression names. `span` is where the expression stands.
     pub(super) fn from_expr(expr: Expr, span: Range<usize>) -> Result<Self, ExpressionProblem> {
         let mut path = Vec::new();
@@ -38,7 +32,7 @@ impl Location {
                 }
                 Expr::Unknown(name) => {
                     let message = format!("there is no data named `{name}` to assign to");
-                    return Err(ExpressionProblem::new(message, span, "unknown name"));
+                    return Err(ExpressionProblem::new(message, span, "unknown name").of_kind(ProblemKind::Name));
                 }
                 Expr::Member(value, name) => {
                     path.push(Step::Member(name));
@@ -51,7 +45,9 @@ impl Location {
                 }
                 Expr::Event | Expr::EventField(_) | Expr::MachineName | Expr::SessionId | Expr::IoProcessors => {
                     let problem = ExpressionProblem::new("system variables cannot be assigned to", span, "read-only");
-                    return Err(problem.help("copy what you need of it to a <data> item of your own"));
+                    return Err(problem
+                        .of_kind(ProblemKind::Name)
+                        .help("copy what you need of it to a <data> item of your own"));
                 }
                 _ => {
                     let problem =
@@ -62,8 +58,8 @@ impl Location {
         }
     }
 
-    /// The value that stands there.
-    pub(crate) fn read(&self, scope: &Scope<'_>) -> Result<Datum, EvaluationError> {
+    /// The expression whose value stands there.
+    pub(crate) fn to_expr(&self) -> Expr {
         let mut expr = Expr::Data(self.data);
         for step in &self.path {
             expr = match step {
@@ -71,7 +67,7 @@ impl Location {
                 Step::Index(index) => Expr::Index(Box::new([expr, index.clone()])),
             };
         }
-        expr.evaluate(scope)
+        expr
     }
 
     /// The names that lead from the datum to the location, evaluated.
@@ -82,28 +78,4 @@ impl Location {
         };
         self.path.iter().map(key).collect()
     }
-}
-
-/// Puts a value into the part of `target` that the keys lead to.
-pub(crate) fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), EvaluationError> {
-    let Some((key, rest)) = keys.split_first() else {
-        *target = value;
-        return Ok(());
-    };
-    match target {
-        Datum::Object(object) => {
-            let object = Arc::make_mut(object);
-            put(object.member_mut(key), rest, value)?;
-            object.measure()?;
-        }
-        Datum::Array(array) => {
-            let index =
-                key.parse().map_err(|_| EvaluationError::NotAssignable(format!("the item {key} of an array")))?;
-            let array = Arc::make_mut(array);
-            put(array.item_mut(index)?, rest, value)?;
-            array.measure()?;
-        }
-        other => return Err(EvaluationError::NotAssignable(format!("the member {key} of {}", other.type_name()))),
-    }
-    Ok(())
 }

@@ -3,13 +3,13 @@
 //! In the subset: literals of every kind (arrays and objects too), names of data, `_event` and the other system
 //! variables, member access and indexing, arithmetic, bit operations, comparison, `&&`, `||`, `??`, `!`, `typeof`,
 //! `void`, `?:`, parentheses, and `In('state')`. Assignments stand in `<assign>` and, with `=`, `+=`, `++` and their kin,
-//! in `<script>`. Conversions are ECMAScript's, with two exceptions that come from values having no identity: comparing
-//! two objects or arrays is an error, and an assignment changes one copy only.
+//! in `<script>`. Conversions are ECMAScript's. What is outside the subset is for [`crate::engine`].
 
 mod evaluate;
 mod location;
 mod parse;
 mod problem;
+pub(crate) mod scan;
 mod script;
 mod token;
 mod vocabulary;
@@ -19,13 +19,13 @@ use std::sync::Arc;
 
 pub(crate) use evaluate::{EvaluationError, Scope, binary};
 pub(crate) use location::Location;
-pub(crate) use location::put;
 pub(crate) use parse::{Parsed, expression, literal, location};
-pub(crate) use problem::ExpressionProblem;
-pub(crate) use script::{Statement, declared_names, script};
+pub(crate) use problem::{ExpressionProblem, ProblemKind};
+pub(crate) use script::{Statement, script};
 
 use crate::Datum;
 use crate::chart::{DataId, StateId};
+use crate::engine::Code;
 
 /// What the names in an expression stand for.
 #[derive(Debug, Default)]
@@ -51,6 +51,8 @@ pub(crate) enum Expr {
     Unknown(Arc<str>),
     /// What could not be compiled, and why: evaluating it is an error.
     Broken(Arc<str>),
+    /// A whole expression outside the subset; it is no part of another one.
+    Foreign(Arc<Code>),
     /// `_event` as a whole.
     Event,
     /// `_event.name` and its kin.
@@ -148,7 +150,7 @@ impl Expr {
         match self {
             Self::Constant(_) | Self::MachineName => true,
             Self::Data(id) => fixed(*id),
-            Self::Unknown(_) | Self::Broken(_) | Self::In(_) | Self::InDynamic(_) => false,
+            Self::Unknown(_) | Self::Broken(_) | Self::Foreign(_) | Self::In(_) | Self::InDynamic(_) => false,
             Self::Event | Self::EventField(_) | Self::SessionId | Self::IoProcessors => false,
             Self::Member(part, _) | Self::Unary(_, part) => part.is_fixed(fixed),
             Self::Index(parts) | Self::Binary(_, parts) | Self::Logic(_, parts) => all(&parts[..]),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::token::{Kind, Token, tokens};
 use super::vocabulary::{Infix, UNARY_POWER, infix, is_reserved, prefix, system_name};
-use super::{EventField, Expr, ExpressionProblem, Location, Names, Scope, UnaryOp};
+use super::{EventField, Expr, ExpressionProblem, Location, Names, ProblemKind, Scope, UnaryOp};
 use crate::Datum;
 use crate::suggest::did_you_mean;
 
@@ -109,7 +109,8 @@ impl<'s, 't> Parser<'s, 't> {
             Kind::End => Ok(()),
             Kind::Mark("=") => {
                 let help = "`==` or `===` compares; an assignment is an <assign> element";
-                Err(self.unexpected("`=` assigns and does not compare").help(help))
+                let problem = self.unexpected("`=` assigns and does not compare").help(help);
+                Err(problem.of_kind(ProblemKind::Suspicious))
             }
             Kind::Mark(mark @ ("++" | "--" | "+=" | "-=" | "*=" | "/=" | "%=")) => {
                 let message = format!("`{mark}` assigns, which an expression here may not");

@@ -9,11 +9,25 @@ pub(crate) struct ExpressionProblem {
     pub(crate) span: Range<usize>,
     pub(crate) label: String,
     pub(crate) help: Option<String>,
+    pub(crate) kind: ProblemKind,
+}
+
+/// What a whole engine would make of the expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum ProblemKind {
+    /// It is not as the subset has it; an engine might read it.
+    Grammar,
+    /// It is known to be outside the subset.
+    Beyond,
+    /// An engine would read it as something that is hardly meant.
+    Suspicious,
+    /// An engine could do nothing else with it.
+    Name,
 }
 
 impl ExpressionProblem {
     pub(crate) fn new(message: impl Into<String>, span: Range<usize>, label: impl Into<String>) -> Self {
-        Self { message: message.into(), span, label: label.into(), help: None }
+        Self { message: message.into(), span, label: label.into(), help: None, kind: ProblemKind::Grammar }
     }
 
     pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
@@ -21,10 +35,16 @@ impl ExpressionProblem {
         self
     }
 
+    pub(crate) fn of_kind(mut self, kind: ProblemKind) -> Self {
+        self.kind = kind;
+        self
+    }
+
     /// ECMAScript that is outside the subset.
     pub(crate) fn outside_subset(what: &str, span: Range<usize>) -> Self {
-        let subset =
-            "expressions here may use literals, data, `_event`, member access, operators, `?:` and `In('state')`";
-        Self::new(format!("{what} cannot be evaluated here"), span, "outside the expression subset").help(subset)
+        let subset = "without the feature `ecmascript`, expressions may use literals, data, `_event`, member access, operators, `?:` and `In('state')`";
+        Self::new(format!("{what} cannot be evaluated here"), span, "outside the expression subset")
+            .help(subset)
+            .of_kind(ProblemKind::Beyond)
     }
 }

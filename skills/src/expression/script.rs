@@ -18,16 +18,6 @@ pub(crate) enum Statement {
 
 const DECLARATORS: [&str; 3] = ["var", "let", "const"];
 
-/// The names that a script declares with `var`, `let` and `const`.
-pub(crate) fn declared_names(source: &str) -> Vec<&str> {
-    let tokens = tokens(source).unwrap_or_default();
-    let declared = tokens.windows(2).filter_map(|pair| match (&pair[0].kind, &pair[1].kind) {
-        (Kind::Name(keyword), Kind::Name(name)) if DECLARATORS.contains(keyword) => Some(*name),
-        _ => None,
-    });
-    declared.collect()
-}
-
 /// Compiles a script.
 pub(crate) fn script(source: &str, names: &Names) -> Parsed<Vec<Statement>> {
     let mut unknown = Vec::new();

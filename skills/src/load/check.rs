@@ -2,7 +2,7 @@
 
 use roxmltree::Node;
 
-use super::rules::{EXCLUSIVE, RULES, Rule, UNSUPPORTED};
+use super::rules::{EXCLUSIVE, RULES, Rule};
 use super::xml::{NAMESPACE, Written, is_scxml, name_span};
 use crate::problem::Problem;
 use crate::suggest::{did_you_mean, nearest_or_all};
@@ -62,23 +62,23 @@ fn element(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
 
 fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
     let name = node.tag_name().name();
+    if ["data", "assign", "content"].contains(&parent.element) {
+        let invokes =
+            node.parent().and_then(|content| content.parent()).is_some_and(|node| node.tag_name().name() == "invoke");
+        if parent.element == "content" && invokes && is_scxml(&node) {
+            structure(node, problems);
+        }
+        // Otherwise XML is a value.
+        return;
+    }
     if !is_scxml(&node) {
-        // Whoever put it there knows what it is for (SCXML 4.10); in a <data> or <content> it would be a value.
-        let problem = if parent.text {
-            Problem::new(format!("XML is no value here: <{name}>")).help("a JSON value, or text")
-        } else {
-            Problem::new(format!("<{name}> is not of SCXML and is ignored")).warning()
-        };
+        // Whoever put it there knows what it is for (SCXML 4.10).
+        let problem = Problem::new(format!("<{name}> is not of SCXML and is ignored")).warning();
         problems.push(problem.at(name_span(node), "of another namespace"));
         return;
     }
-    if UNSUPPORTED.contains(&name) {
-        let problem = Problem::new(format!("<{name}> is not supported yet")).at(name_span(node), "not supported");
-        problems.push(problem.help("a skill talks to others with <send type=\"channel\">"));
-        return;
-    }
     let Some(rule) = Rule::of(name) else {
-        let known: Vec<&str> = RULES.iter().map(|rule| rule.element).filter(|name| *name != "finalize").collect();
+        let known: Vec<&str> = RULES.iter().map(|rule| rule.element).collect();
         let near = did_you_mean(name, parent.contents()).or_else(|| did_you_mean(name, known));
         let problem = Problem::new(format!("there is no element <{name}> in SCXML"));
         problems.push(problem.at(name_span(node), "unknown element").help(near.unwrap_or_else(|| contents(parent))));
@@ -106,10 +106,7 @@ fn attributes(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
         }
         let problem = Problem::new(format!("<{}> has no attribute `{name}`", rule.element));
         let problem = problem.at(attribute.range_qname(), "unknown attribute");
-        problems.push(problem.help(match (rule.element, name) {
-            ("data" | "script", "src") => "files beside the machine are not read: write the content here".to_owned(),
-            _ => nearest_or_all(name, "its attributes", &rule.attributes()),
-        }));
+        problems.push(problem.help(nearest_or_all(name, "its attributes", &rule.attributes())));
     }
     for name in rule.required {
         if Written::attribute(node, name).is_none() {

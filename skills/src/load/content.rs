@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::compile::{Compiler, literal};
+use super::compile::{Compiler, Value};
 use super::rules::EXECUTABLE;
 use super::xml::{Written, elements, elements_named, name_span};
+use crate::Datum;
 use crate::chart::{
     Action, ActionKind, Attribute, Block, Branch, Content, Foreach, Param, Payload, Source, is_event_name,
 };
+use crate::engine::Form;
 use crate::expression::{self, Expr, is_identifier};
 use crate::problem::Problem;
 
@@ -31,7 +33,9 @@ impl Compiler<'_> {
             "foreach" => self.foreach(node)?,
             "log" => ActionKind::Log {
                 label: node.attribute("label").unwrap_or_default().into(),
-                value: Written::attribute(node, "expr").map(|written| self.expression(&written)),
+                value: Written::attribute(node, "expr")
+                    .filter(|written| !written.value.trim().is_empty())
+                    .map(|written| self.expression(&written)),
             },
             "assign" => self.assign(node)?,
             "script" => return Some(self.script(node)),
@@ -98,17 +102,18 @@ impl Compiler<'_> {
     }
 
     fn assign(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
-        let location = self.location(&Written::attribute(node, "location")?);
-        let value = match (Written::attribute(node, "expr"), Written::text(node)) {
+        let location = self.place(&Written::attribute(node, "location")?);
+        let value = match (Written::attribute(node, "expr"), Value::of(node)) {
+            (Some(expr), None) if expr.value.trim().is_empty() => Expr::Constant(Datum::Undefined),
             (Some(expr), None) => self.expression(&expr),
-            (None, Some(text)) => Expr::Constant(literal(text.value)),
+            (None, Some(text)) => Expr::Constant(text.value),
             (None, None) => {
                 let problem = Problem::new("nothing is assigned").at(name_span(node), "`expr` is missing");
                 Expr::Broken(self.defer(problem))
             }
             (Some(expr), Some(text)) => {
                 let problem = Problem::new("an assignment has an expression or a content, not both");
-                self.problems.push(problem.at(expr.span(), "either this").at(text.span(), "or this"));
+                self.problems.push(problem.at(expr.span(), "either this").at(text.span, "or this"));
                 return None;
             }
         };
@@ -119,16 +124,36 @@ impl Compiler<'_> {
     }
 
     pub(super) fn script(&mut self, node: Node<'_, '_>) -> Action {
-        let statements = Written::text(node).map(|text| {
-            let parsed = expression::script(text.value, &self.names);
-            self.report(&text, parsed)
-        });
-        let kind = match statements {
-            None => ActionKind::Script(Vec::new()),
-            Some(Ok(statements)) => ActionKind::Script(statements),
-            Some(Err(reason)) => ActionKind::Fail(reason),
+        let kind = match (Written::attribute(node, "src"), Written::text(node)) {
+            (Some(src), Some(text)) => {
+                let problem = Problem::new("a script is in a file or here, not both");
+                self.problems.push(problem.at(src.span(), "either this").at(text.span(), "or this"));
+                ActionKind::Script(Vec::new())
+            }
+            (Some(src), None) => self.script_file(&src),
+            (None, Some(text)) => {
+                let parsed = expression::script(text.value, &self.names);
+                self.compiled(&text, parsed, Form::Script, ActionKind::Script, ActionKind::Foreign)
+                    .unwrap_or_else(ActionKind::Fail)
+            }
+            (None, None) => ActionKind::Script(Vec::new()),
         };
         Action { kind, span: name_span(node).into() }
+    }
+
+    /// A script from a file. A machine whose script cannot be had is refused (SCXML 5.8).
+    fn script_file(&mut self, src: &Written<'_>) -> ActionKind {
+        let text = match self.origin.read(src.value) {
+            Ok(text) => text,
+            Err(reason) => {
+                self.problems.push(Problem::new(reason).at(src.span(), "cannot be read"));
+                return ActionKind::Script(Vec::new());
+            }
+        };
+        let parsed = expression::script(&text, &self.names);
+        let whole = src.whole(&text);
+        self.compiled(&whole, parsed, Form::Script, ActionKind::Script, ActionKind::Foreign)
+            .unwrap_or_else(ActionKind::Fail)
     }
 
     /// What is written in the attribute `literal` or computed by the attribute `computed`.
@@ -151,7 +176,7 @@ impl Compiler<'_> {
         Payload { params, content: content.map(|content| self.content(content)) }
     }
 
-    fn param(&mut self, node: Node<'_, '_>) -> Option<Param> {
+    pub(super) fn param(&mut self, node: Node<'_, '_>) -> Option<Param> {
         let name: Arc<str> = Written::attribute(node, "name")?.value.into();
         let written = Written::attribute(node, "expr").or_else(|| Written::attribute(node, "location"));
         let Some(written) = written else {
@@ -159,13 +184,13 @@ impl Compiler<'_> {
             self.problems.push(problem.at(name_span(node), "`expr` is missing"));
             return None;
         };
-        Some(Param { name, value: self.expression(&written), span: written.span().into() })
+        Some(Param { name, value: self.expression(&written), location: None, span: written.span().into() })
     }
 
     fn content(&mut self, node: Node<'_, '_>) -> Content {
         match Written::attribute(node, "expr") {
             Some(written) => Content::Computed(self.expression(&written), written.span().into()),
-            None => Content::Literal(Written::text(node).map_or_else(|| "".into(), |text| literal(text.value))),
+            None => Content::Literal(Value::of(node).map_or_else(|| "".into(), |text| text.value)),
         }
     }
 }

@@ -3,7 +3,10 @@
 mod check;
 mod compile;
 mod content;
+mod files;
+mod invoke;
 mod outline;
+mod reach;
 mod rules;
 mod send;
 mod targets;
@@ -17,12 +20,13 @@ use std::sync::Arc;
 use miette::NamedSource;
 use roxmltree::{Document, ParsingOptions};
 
+use compile::Origin;
+use files::MAX_BYTES;
+
 use crate::chart::Chart;
 use crate::problem::Problem;
 use crate::{SkillError, Strictness};
 
-/// A file may be so long.
-const MAX_BYTES: usize = 4 << 20;
 /// A file may have so many elements, attributes and texts.
 const MAX_NODES: u32 = 100_000;
 
@@ -53,6 +57,42 @@ impl Chart {
     /// # Errors
     /// [`SkillError::Load`] with everything that is wrong with the file.
     pub fn load_with(file: &str, text: &str, strictness: Strictness) -> Result<Arc<Self>, SkillError> {
+        Self::load_from(file, text, strictness, None, false)
+    }
+
+    /// Reads and compiles a machine's file. Its attributes `src` and `srcexpr` name files in the same folder.
+    ///
+    /// # Errors
+    /// [`SkillError::Read`] if the file cannot be read, [`SkillError::Load`] with everything that is wrong with it.
+    pub fn open(path: &Path, strictness: Strictness) -> Result<Arc<Self>, SkillError> {
+        Self::open_with(path, strictness, true)
+    }
+
+    pub(crate) fn open_with(path: &Path, strictness: Strictness, looks_further: bool) -> Result<Arc<Self>, SkillError> {
+        let text = files::read(path).map_err(|reason| SkillError::Read { reason })?;
+        let folder: Arc<Path> = path.parent().unwrap_or_else(|| Path::new("")).into();
+        Self::load_from(&path.to_string_lossy(), &text, strictness, Some(folder), looks_further)
+    }
+
+    /// The machine in a file beside this one's, as `srcexpr` names it.
+    pub(crate) fn beside(&self, address: &str) -> Result<Arc<Self>, String> {
+        let path = files::path(address, self.folder.as_deref())?;
+        Self::open_with(&path, self.strictness, false).map_err(|error| error.to_string())
+    }
+
+    /// A machine that was computed.
+    pub(crate) fn computed(&self, text: &str) -> Result<Arc<Self>, String> {
+        let (name, folder) = (format!("{} (computed)", self.file.name()), self.folder.clone());
+        Self::load_from(&name, text, self.strictness, folder, false).map_err(|error| error.to_string())
+    }
+
+    fn load_from(
+        file: &str,
+        text: &str,
+        strictness: Strictness,
+        folder: Option<Arc<Path>>,
+        looks_further: bool,
+    ) -> Result<Arc<Self>, SkillError> {
         let named = NamedSource::new(file, Arc::from(text)).with_language("XML");
         let refuse = |mut problems: Vec<Problem>| {
             problems.sort_by_key(Problem::offset);
@@ -62,13 +102,15 @@ impl Chart {
             Ok(document) => document,
             Err(problem) => return refuse(vec![problem]),
         };
+        let root = document.root_element();
         let mut problems = Vec::new();
-        check::structure(document.root_element(), &mut problems);
-        if document.root_element().tag_name().name() != "scxml" {
+        check::structure(root, &mut problems);
+        if root.tag_name().name() != "scxml" {
             return refuse(problems);
         }
         let stem = Path::new(file).file_stem().map_or(file.into(), |stem| stem.to_string_lossy());
-        let mut chart = compile::chart(&document, named.clone(), &stem, strictness, &mut problems);
+        let origin = Origin { file: named.clone(), stem: &stem, strictness, folder, looks_further };
+        let mut chart = compile::chart(root, &origin, &mut problems);
         if problems.iter().any(Problem::is_error) {
             return refuse(problems);
         }

@@ -6,9 +6,11 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::xml::{Written, elements, elements_named, is_scxml, name_span};
+use super::compile::Origin;
+use super::xml::{Written, elements, elements_named, name_span, own_elements};
 use crate::chart::{DataId, DataItem, EventClass, HistoryKind, Payload, State, StateId, StateKind, is_descriptor};
-use crate::expression::{Names, declared_names, is_identifier};
+use crate::expression::scan::{Declarations, declarations};
+use crate::expression::{Names, is_identifier};
 use crate::problem::Problem;
 
 const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
@@ -23,12 +25,12 @@ pub(super) struct Outline<'a, 'i> {
 }
 
 impl<'a, 'i: 'a> Outline<'a, 'i> {
-    pub(super) fn of(root: Node<'a, 'i>, problems: &mut Vec<Problem>) -> Self {
+    pub(super) fn of(root: Node<'a, 'i>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> Self {
         let names = Names::default();
         let mut outline = Self { states: Vec::new(), data: Vec::new(), names, defined: BTreeMap::new() };
         outline.state(root, None, problems);
-        for node in root.descendants().filter(is_scxml) {
-            outline.declared_in_passing(node);
+        for node in own_elements(root) {
+            outline.declared_in_passing(node, origin);
         }
         if outline.states.len() == 1 {
             let problem = Problem::new("the machine has no states").at(name_span(root), "nothing in here is a state");
@@ -109,23 +111,31 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
     }
 
     /// `<foreach>` declares its item and index, a script its variables (SCXML 4.6, 5.8).
-    fn declared_in_passing(&mut self, node: Node<'a, 'i>) {
-        let names: Vec<&str> = match node.tag_name().name() {
-            "foreach" => ["item", "index"].into_iter().filter_map(|name| node.attribute(name)).collect(),
-            "script" => Written::text(node).map(|text| declared_names(text.value)).unwrap_or_default(),
+    fn declared_in_passing(&mut self, node: Node<'a, 'i>, origin: &Origin<'_>) {
+        let names: Vec<String> = match node.tag_name().name() {
+            "foreach" => {
+                ["item", "index"].into_iter().filter_map(|name| node.attribute(name)).map(str::to_owned).collect()
+            }
+            "script" => {
+                // What is wrong with the file is said when the script is compiled.
+                let file = Written::attribute(node, "src").and_then(|src| origin.read(src.value).ok());
+                let text = Written::text(node).map(|text| text.value.to_owned()).or(file).unwrap_or_default();
+                let Declarations { variables, functions, .. } = declarations(&text);
+                [variables, functions].concat()
+            }
             _ => return,
         };
         for name in names {
-            if is_identifier(name) && !self.names.data.contains_key(name) {
-                self.add_data(name, None, name_span(node), false);
+            if is_identifier(&name) && !self.names.data.contains_key(&name) {
+                self.add_data(&name, None, name_span(node), false);
             }
         }
     }
 }
 
 /// The event descriptors of all transitions.
-pub(super) fn descriptors<'a>(root: Node<'a, '_>) -> impl Iterator<Item = &'a str> {
-    let transitions = root.descendants().filter(|node| is_scxml(node) && node.tag_name().name() == "transition");
+pub(super) fn descriptors<'a, 'i: 'a>(root: Node<'a, 'i>) -> impl Iterator<Item = &'a str> {
+    let transitions = own_elements(root).into_iter().filter(|node| node.tag_name().name() == "transition");
     let words = transitions.flat_map(|transition| transition.attribute("event").unwrap_or_default().split_whitespace());
     words.filter(|word| is_descriptor(word))
 }
@@ -161,6 +171,7 @@ fn skeleton(node: Node<'_, '_>, id: Arc<str>, kind: StateKind, parent: Option<St
         transitions: Vec::new(),
         on_entry: Vec::new(),
         on_exit: Vec::new(),
+        invokes: Vec::new(),
         data: Vec::new(),
         done_data: Payload::default(),
         done_event: ("".into(), EventClass::default()),

@@ -21,10 +21,7 @@ const fn rule(element: &'static str) -> Rule {
 /// Elements that do something.
 pub(super) const EXECUTABLE: [&str; 8] = ["raise", "if", "foreach", "log", "assign", "script", "send", "cancel"];
 
-/// Elements of the recommendation that this processor does not have yet.
-pub(super) const UNSUPPORTED: [&str; 2] = ["invoke", "finalize"];
-
-pub(super) const RULES: [Rule; 25] = [
+pub(super) const RULES: [Rule; 26] = [
     Rule {
         optional: &["version", "initial", "name", "datamodel", "binding"],
         children: &["state", "parallel", "final", "datamodel", "script"],
@@ -32,12 +29,23 @@ pub(super) const RULES: [Rule; 25] = [
     },
     Rule {
         optional: &["id", "initial"],
-        children: &["onentry", "onexit", "transition", "initial", "state", "parallel", "final", "history", "datamodel"],
+        children: &[
+            "onentry",
+            "onexit",
+            "transition",
+            "initial",
+            "state",
+            "parallel",
+            "final",
+            "history",
+            "datamodel",
+            "invoke",
+        ],
         ..rule("state")
     },
     Rule {
         optional: &["id"],
-        children: &["onentry", "onexit", "transition", "state", "parallel", "history", "datamodel"],
+        children: &["onentry", "onexit", "transition", "state", "parallel", "history", "datamodel", "invoke"],
         ..rule("parallel")
     },
     Rule { optional: &["id"], children: &["onentry", "onexit", "donedata"], ..rule("final") },
@@ -47,7 +55,7 @@ pub(super) const RULES: [Rule; 25] = [
     Rule { executable: true, ..rule("onentry") },
     Rule { executable: true, ..rule("onexit") },
     Rule { children: &["data"], ..rule("datamodel") },
-    Rule { required: &["id"], optional: &["expr"], text: true, ..rule("data") },
+    Rule { required: &["id"], optional: &["expr", "src"], text: true, ..rule("data") },
     Rule { children: &["content", "param"], ..rule("donedata") },
     Rule { required: &["event"], ..rule("raise") },
     Rule { required: &["cond"], children: &["elseif", "else"], executable: true, ..rule("if") },
@@ -56,7 +64,7 @@ pub(super) const RULES: [Rule; 25] = [
     Rule { required: &["array", "item"], optional: &["index"], executable: true, ..rule("foreach") },
     Rule { optional: &["label", "expr"], ..rule("log") },
     Rule { required: &["location"], optional: &["expr"], text: true, ..rule("assign") },
-    Rule { text: true, ..rule("script") },
+    Rule { optional: &["src"], text: true, ..rule("script") },
     Rule {
         optional: &[
             "event",
@@ -77,7 +85,11 @@ pub(super) const RULES: [Rule; 25] = [
     Rule { optional: &["sendid", "sendidexpr"], ..rule("cancel") },
     Rule { required: &["name"], optional: &["expr", "location"], ..rule("param") },
     Rule { optional: &["expr"], text: true, ..rule("content") },
-    // So that what stands inside is not reported once more.
+    Rule {
+        optional: &["type", "typeexpr", "src", "srcexpr", "id", "idlocation", "namelist", "autoforward"],
+        children: &["param", "content", "finalize"],
+        ..rule("invoke")
+    },
     Rule { executable: true, ..rule("finalize") },
 ];
 
@@ -102,12 +114,16 @@ impl Rule {
 }
 
 /// Attributes that cannot stand together, by element.
-pub(super) const EXCLUSIVE: [(&str, [&str; 2]); 7] = [
+pub(super) const EXCLUSIVE: [(&str, [&str; 2]); 11] = [
     ("send", ["event", "eventexpr"]),
     ("send", ["target", "targetexpr"]),
     ("send", ["type", "typeexpr"]),
     ("send", ["id", "idlocation"]),
     ("send", ["delay", "delayexpr"]),
     ("cancel", ["sendid", "sendidexpr"]),
+    ("invoke", ["type", "typeexpr"]),
+    ("invoke", ["src", "srcexpr"]),
+    ("invoke", ["id", "idlocation"]),
+    ("data", ["src", "expr"]),
     ("param", ["expr", "location"]),
 ];

@@ -22,22 +22,13 @@ impl Compiler<'_> {
         let delay = self.delay(node);
         let id = match (Written::attribute(node, "id"), Written::attribute(node, "idlocation")) {
             (Some(id), _) => SendId::Literal(id.value.into()),
-            (None, Some(written)) => match self.location(&written) {
-                Ok(location) => SendId::Generated(location),
+            (None, Some(written)) => match self.place(&written) {
+                Ok(place) => SendId::Generated(place),
                 Err(reason) => return ActionKind::Fail(reason),
             },
             (None, None) => SendId::None,
         };
-        let mut name_list = Vec::new();
-        for (word, span) in Written::attribute(node, "namelist").iter().flat_map(Written::words) {
-            match self.names.data.get(word) {
-                Some(data) => name_list.push((word.into(), crate::expression::Location::whole(*data))),
-                None => {
-                    let problem = Problem::new(format!("there is no data named `{word}`")).at(span, "unknown name");
-                    return ActionKind::Fail(self.defer(problem));
-                }
-            }
-        }
+        let name_list = self.name_list(node);
         ActionKind::Send(Box::new(Send {
             event: self.alternative(node, "event", "eventexpr"),
             target: self.alternative(node, "target", "targetexpr"),

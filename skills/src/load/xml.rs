@@ -22,6 +22,19 @@ pub(super) fn elements_named<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str)
     elements(node).filter(move |child| child.tag_name().name() == name)
 }
 
+/// The elements of a machine, itself included, without those of machines inside of it and of XML that is data.
+pub(super) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> {
+    let mut found = Vec::new();
+    let mut open = vec![root];
+    while let Some(node) = open.pop() {
+        found.push(node);
+        if !["content", "data", "assign"].contains(&node.tag_name().name()) {
+            open.extend(elements(node).collect::<Vec<_>>().into_iter().rev());
+        }
+    }
+    found
+}
+
 /// Where an element's name stands.
 pub(super) fn name_span(node: Node<'_, '_>) -> Range<usize> {
     let start = (node.range().start + 1).min(node.range().end);
@@ -93,6 +106,18 @@ impl<'a> Written<'a> {
             raw = &raw[length..];
         }
         self.start + self.raw.len() - raw.len()
+    }
+
+    /// Another text in the place of this one: it stands in a file that the attribute names, and what is wrong with it is
+    /// reported here.
+    pub(super) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
+        Written { value: text, raw: "", start: self.start }
+    }
+
+    /// A word of the value as a piece of its own.
+    pub(super) fn part(&self, word: &'a str, span: Range<usize>) -> Self {
+        let raw = self.raw.get(span.start - self.start..span.end - self.start).unwrap_or_default();
+        Self { value: word, raw, start: span.start }
     }
 
     /// The words of the value, each with its place in the file.

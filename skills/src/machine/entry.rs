@@ -60,6 +60,11 @@ impl Run<'_, '_> {
             for block in &self.chart.state(*state).on_exit {
                 self.execute(block);
             }
+            let invokes = !self.chart.state(*state).invokes.is_empty();
+            if invokes {
+                self.cancel_invoked(*state);
+                self.machine.to_invoke.remove(state.index());
+            }
             self.machine.configuration.remove(state.index());
         }
         self.machine.scratch.leaving = leaving;
@@ -172,12 +177,18 @@ impl Run<'_, '_> {
             from = index + 1;
             self.enter(StateId::new(index));
         }
+        if from > 0 {
+            self.host.entered(self.machine);
+        }
     }
 
     fn enter(&mut self, id: StateId) {
         let chart = self.chart;
         let state = chart.state(id);
         self.machine.configuration.insert(id.index());
+        if !state.invokes.is_empty() {
+            self.machine.to_invoke.insert(id.index());
+        }
         if chart.binding == Binding::Late {
             self.initialise_state(id);
         }

@@ -18,6 +18,8 @@ pub struct Event {
     pub origin: Option<Arc<str>>,
     /// `_event.origintype`: the event I/O processor that would bring it there.
     pub origin_type: Option<Arc<str>>,
+    /// `_event.invokeid`: the id by which the machine knows the one that sent it, if it has invoked that one.
+    pub invoke_id: Option<Arc<str>>,
     /// `_event.data`
     pub data: Datum,
 }
@@ -51,7 +53,7 @@ impl Event {
     }
 
     pub(crate) fn new(name: Arc<str>, kind: EventKind) -> Self {
-        Self { name, kind, send_id: None, origin: None, origin_type: None, data: Datum::Undefined }
+        Self { name, kind, send_id: None, origin: None, origin_type: None, invoke_id: None, data: Datum::Undefined }
     }
 
     /// The same event with these data.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use super::run::Run;
 use super::{Event, EventKind, Note};
 use crate::Datum;
-use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload};
-use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary, put};
+use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload, Place};
+use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary};
 use crate::problem::Span;
 
 /// An action failed: the rest of its block is left out (SCXML 3.12.2). The error event is in the queue already.
@@ -37,6 +37,10 @@ impl Run<'_, '_> {
             ActionKind::If(branches) => self.choose(branches),
             ActionKind::Foreach(foreach) => self.foreach(foreach, action.span),
             ActionKind::Log { label, value } => self.log(label, value.as_ref(), action.span),
+            ActionKind::Foreign(code) => match self.run_code(code, None) {
+                Ok(_) => Ok(()),
+                Err(error) => self.abort(error.to_string(), action.span),
+            },
             ActionKind::Script(statements) => {
                 statements.iter().try_for_each(|statement| self.statement(statement, action.span))
             }
@@ -51,7 +55,7 @@ impl Run<'_, '_> {
     }
 
     pub(super) fn value(&mut self, expr: &Expr, span: Span) -> Result<Datum, Aborted> {
-        match expr.evaluate(&self.scope()) {
+        match self.evaluate(expr) {
             Ok(value) => Ok(value),
             Err(error) => self.abort(error.to_string(), span),
         }
@@ -59,28 +63,31 @@ impl Run<'_, '_> {
 
     /// Whether a condition holds; one that cannot be evaluated does not, and is an error (SCXML 5.9.1).
     pub(super) fn holds(&mut self, condition: &Condition) -> bool {
-        condition.test.truth(&self.scope()).unwrap_or_else(|error| {
+        let truth = match &condition.test {
+            Expr::Foreign(code) => self.run_code(code, None).map(|value| value.truthy()),
+            test => test.truth(&self.scope()),
+        };
+        truth.unwrap_or_else(|error| {
             self.fail(error.to_string(), condition.span, None);
             false
         })
     }
 
-    pub(super) fn assign(&mut self, location: &Location, value: Datum, span: Span) -> Result<(), Aborted> {
+    pub(super) fn assign(&mut self, place: &Place, value: Datum, span: Span) -> Result<(), Aborted> {
+        let outcome = match place {
+            Place::Compiled(location) => self.try_assign(location, value),
+            Place::Foreign(code) => self.run_code(code, Some(&value)).map(|_| ()),
+        };
+        outcome.or_else(|error| self.abort(error.to_string(), span))
+    }
+
+    fn assign_here(&mut self, location: &Location, value: Datum, span: Span) -> Result<(), Aborted> {
         self.try_assign(location, value).or_else(|error| self.abort(error.to_string(), span))
     }
 
     fn try_assign(&mut self, location: &Location, value: Datum) -> Result<(), EvaluationError> {
         let keys = location.keys(&self.scope())?;
-        let slot = &mut self.machine.data[location.data.index()];
-        if keys.is_empty() {
-            *slot = value;
-        } else {
-            // What fails half-way changes nothing.
-            let mut changed = slot.clone();
-            put(&mut changed, &keys, value)?;
-            *slot = changed;
-        }
-        Ok(())
+        self.machine.data.put(location.data, &keys, value)
     }
 
     fn choose(&mut self, branches: &[Branch]) -> Result<(), Aborted> {
@@ -107,7 +114,7 @@ impl Run<'_, '_> {
     }
 
     fn set(&mut self, data: DataId, value: Datum) {
-        self.machine.data[data.index()] = value;
+        self.machine.data.set(data, value);
     }
 
     fn log(&mut self, label: &Arc<str>, value: Option<&Expr>, span: Span) -> Result<(), Aborted> {
@@ -126,12 +133,12 @@ impl Run<'_, '_> {
         match statement {
             Statement::Assign(location, value) => {
                 let value = self.value(value, span)?;
-                self.assign(location, value, span)
+                self.assign_here(location, value, span)
             }
             Statement::Update(location, op, operand) => {
                 let value =
                     self.updated(location, *op, operand).or_else(|error| self.abort(error.to_string(), span))?;
-                self.assign(location, value, span)
+                self.assign_here(location, value, span)
             }
             Statement::Evaluate(expr) => self.value(expr, span).map(|_| ()),
         }
@@ -139,15 +146,15 @@ impl Run<'_, '_> {
 
     fn updated(&self, location: &Location, op: BinaryOp, operand: &Expr) -> Result<Datum, EvaluationError> {
         let scope = self.scope();
-        binary(op, &location.read(&scope)?, &operand.evaluate(&scope)?)
+        binary(op, &location.to_expr().evaluate(&scope)?, &operand.evaluate(&scope)?)
     }
 
     /// The data of an event out of parameters or content. A parameter that cannot be evaluated is an error and left out
-    /// (SCXML 5.7); a content that cannot is an error and empty (SCXML 5.6).
+    /// (SCXML 5.7); a content that cannot is an error and nothing (SCXML 5.6).
     pub(super) fn payload(&mut self, payload: &Payload) -> Datum {
         match &payload.content {
             Some(Content::Literal(value)) => return value.clone(),
-            Some(Content::Computed(expr, span)) => return self.value(expr, *span).unwrap_or_else(|Aborted| "".into()),
+            Some(Content::Computed(expr, span)) => return self.value(expr, *span).unwrap_or_default(),
             None => {}
         }
         let mut members = Vec::new();

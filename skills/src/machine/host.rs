@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::Machine;
 use crate::Datum;
 
 /// Whoever runs a machine: takes what it sends away and what it has to say.
@@ -16,6 +17,11 @@ pub trait Host {
     /// Takes note of a log line or an error.
     fn note(&mut self, note: Note) {
         let _ = note;
+    }
+
+    /// Is told whenever the machine has entered a configuration; not of machines that it invokes.
+    fn entered(&mut self, machine: &Machine) {
+        let _ = machine;
     }
 }
 
@@ -63,6 +69,13 @@ pub enum Note {
     UnhandledError {
         /// The event's name.
         event: Arc<str>,
+    },
+    /// A machine that the machine has invoked has something to say.
+    Invoked {
+        /// The id that it is known by.
+        id: Arc<str>,
+        /// What it says; places are in its own file.
+        note: Box<Note>,
     },
     /// The machine ran in circles and was stopped.
     Stuck {

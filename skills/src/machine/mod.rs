@@ -4,12 +4,13 @@ mod entry;
 mod event;
 mod execute;
 mod host;
+mod invoke;
 mod run;
 mod select;
 mod send;
 
 use std::collections::VecDeque;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 pub use event::{Event, EventKind};
@@ -17,9 +18,11 @@ pub(crate) use host::Silence;
 pub use host::{Host, Note, Outgoing, Transcript, Undelivered};
 
 use crate::chart::{BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
+use crate::datum::Memory;
 use crate::suggest::nearest_or_all;
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
+use invoke::{Invoked, earlier};
 use run::Run;
 use send::Timer;
 
@@ -61,12 +64,26 @@ pub struct Machine {
     remembered: Vec<Option<BitSet>>,
     /// States whose data have got their first values; empty with early binding.
     initialised: BitSet,
-    data: Vec<Datum>,
+    data: Memory,
     event: Option<Event>,
+    event_object: Unobserved<OnceLock<Datum>>,
     internal: VecDeque<Queued>,
     external: VecDeque<Queued>,
     timers: Vec<Timer>,
     generated_ids: u32,
+    /// How many machines it has invoked so far.
+    children: u32,
+    /// States that were entered and whose machines are to be invoked; empty for a machine that invokes none.
+    to_invoke: BitSet,
+    invoked: Vec<Invoked>,
+    /// The id by which the machine that invoked it knows it.
+    under: Option<Arc<str>>,
+    /// How many machines are around it.
+    generation: u32,
+    /// Where the sequence of `Math.random` stands.
+    random: u64,
+    /// The data of the final state that it ended in.
+    result: Datum,
     scratch: Unobserved<Scratch>,
 }
 
@@ -79,12 +96,25 @@ struct Session {
     location: Arc<str>,
     /// The name of the event I/O processor that brings its own events.
     processor: Arc<str>,
+    /// `_ioprocessors`
+    io_processors: Datum,
 }
 
 impl Session {
     fn new(id: &str) -> Arc<Self> {
-        let location = format!("#_scxml_{id}").into();
-        Arc::new(Self { id: id.into(), location, processor: SCXML_PROCESSOR.into() })
+        let location: Arc<str> = format!("#_scxml_{id}").into();
+        let processor = Datum::object([("location", Datum::Text(Arc::clone(&location)))]);
+        let io_processors =
+            processor.and_then(|processor| Datum::object([(SCXML_PROCESSOR, processor.clone()), ("scxml", processor)]));
+        let io_processors = io_processors.unwrap_or_default();
+        Arc::new(Self { id: id.into(), location, processor: SCXML_PROCESSOR.into(), io_processors })
+    }
+
+    /// A number that the session's id stands for (FNV-1a).
+    fn seed(&self) -> u64 {
+        self.id
+            .bytes()
+            .fold(0xCBF2_9CE4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3))
     }
 }
 
@@ -128,20 +158,30 @@ impl Machine {
     pub fn new(chart: Arc<Chart>) -> Self {
         let states = chart.states.len();
         let has_history = chart.states.iter().any(|state| !state.histories.is_empty());
+        let invokes = chart.states.iter().any(|state| !state.invokes.is_empty());
+        let session = Session::new(&chart.name);
         let scratch = Scratch { entering: BitSet::new(states), by_default: BitSet::new(states), ..Scratch::default() };
         Self {
-            session: Session::new(&chart.name),
+            random: session.seed(),
+            session,
             given: Vec::new(),
             status: Status::Ready,
             configuration: BitSet::new(states),
             remembered: if has_history { vec![None; states] } else { Vec::new() },
             initialised: BitSet::new(states),
-            data: vec![Datum::Undefined; chart.data.len()],
+            data: Memory::new(chart.data.len()),
             event: None,
+            event_object: Unobserved::default(),
             internal: VecDeque::new(),
             external: VecDeque::new(),
             timers: Vec::new(),
             generated_ids: 0,
+            children: 0,
+            to_invoke: if invokes { BitSet::new(states) } else { BitSet::default() },
+            invoked: Vec::new(),
+            under: None,
+            generation: 0,
+            result: Datum::Undefined,
             scratch: Unobserved(scratch),
             chart,
         }
@@ -173,6 +213,12 @@ impl Machine {
     /// Sets `_sessionid`, which is the chart's name otherwise.
     pub(crate) fn set_session(&mut self, session: &str) {
         self.session = Session::new(session);
+        self.random = self.session.seed();
+    }
+
+    /// Lets the sequence of `Math.random` begin elsewhere; it begins with the session's name otherwise.
+    pub fn set_seed(&mut self, seed: u64) {
+        self.random = seed;
     }
 
     /// Gives the data their first values, enters the initial states and runs until the machine comes to rest. Does
@@ -187,17 +233,17 @@ impl Machine {
     /// Hands the machine an external event and runs until it comes to rest. A machine that is not running drops it.
     pub fn handle(&mut self, event: Event, now: Duration, host: &mut dyn Host) {
         if self.status == Status::Running {
-            let class = self.chart.events.class(&event.name);
-            self.external.push_back(Queued { event, class });
+            self.enqueue(event);
             let chart = Arc::clone(&self.chart);
             Run::new(&chart, self, now, host).until_rest();
         }
     }
 
-    /// When the next delayed event is due.
+    /// When the next delayed event is due, here or in a machine that was invoked.
     #[must_use]
     pub fn next_timer(&self) -> Option<Duration> {
-        self.timers.first().map(|timer| timer.due)
+        let own = self.timers.first().map(|timer| timer.due);
+        self.invoked.iter().fold(own, |first, invoked| earlier(first, invoked.machine.next_timer()))
     }
 
     /// Delivers the delayed events that are due at `now`, in the order they are due; the machine comes to rest after
@@ -205,10 +251,7 @@ impl Machine {
     pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
         let chart = Arc::clone(&self.chart);
         while self.status == Status::Running && self.next_timer().is_some_and(|due| due <= now) {
-            let timer = self.timers.remove(0);
-            let mut run = Run::new(&chart, self, now, host);
-            run.deliver(timer.parcel);
-            run.until_rest();
+            Run::new(&chart, self, now, host).fire_next();
         }
     }
 
@@ -251,8 +294,14 @@ impl Machine {
         self.chart.find_data(id).map(|id| &self.data[id.index()])
     }
 
+    /// The data of the final state that the machine ended in (`<donedata>`); undefined before its end.
+    #[must_use]
+    pub fn result(&self) -> &Datum {
+        &self.result
+    }
+
     /// The first values of all data, with nothing else run.
-    pub(crate) fn first_values(&self) -> Vec<Datum> {
+    pub(crate) fn first_values(&self) -> Memory {
         let mut machine = self.clone();
         let chart = Arc::clone(&self.chart);
         Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence).initialise_all();

@@ -5,9 +5,11 @@ use std::time::Duration;
 
 use super::{Event, EventKind, Host, Machine, Note, Queued, Status};
 use crate::Datum;
-use crate::chart::{Binding, BitSet, Chart, DataId, EventClass, StateId};
-use crate::expression::Scope;
+use crate::chart::{Binding, BitSet, Chart, DataId, EventClass, StateId, StateKind};
+use crate::engine::{Code, World};
+use crate::expression::{EvaluationError, Expr, Scope};
 use crate::problem::Span;
+use crate::unobserved::Unobserved;
 
 /// A machine that has not come to rest after so many microsteps runs in circles.
 const MAX_MICROSTEPS: u32 = 10_000;
@@ -18,11 +20,26 @@ pub(super) struct Run<'c, 'm> {
     pub(super) machine: &'m mut Machine,
     pub(super) now: Duration,
     pub(super) host: &'m mut dyn Host,
+    pub(super) kin: Kin<'m>,
+}
+
+/// The machines around one that was invoked.
+pub(super) struct Kin<'k> {
+    /// The sessions that are neither it nor inside it.
+    pub(super) outside: &'k [Arc<str>],
+    /// What it sends to them.
+    pub(super) mail: Vec<Mail>,
+}
+
+/// An event for a machine further out.
+pub(super) enum Mail {
+    Parent(Event),
+    Session(Arc<str>, Event),
 }
 
 impl<'c, 'm> Run<'c, 'm> {
     pub(super) fn new(chart: &'c Chart, machine: &'m mut Machine, now: Duration, host: &'m mut dyn Host) -> Self {
-        Self { chart, machine, now, host }
+        Self { chart, machine, now, host, kin: Kin { outside: &[], mail: Vec::new() } }
     }
 
     /// The procedure `interpret` of Appendix D up to its first rest.
@@ -57,17 +74,41 @@ impl<'c, 'm> Run<'c, 'm> {
     fn next_microstep(&mut self) -> bool {
         self.select(None);
         if self.machine.scratch.enabled.is_empty() {
-            let Some(next) = self.machine.internal.pop_front().or_else(|| self.machine.external.pop_front()) else {
+            if let Some(next) = self.machine.internal.pop_front() {
+                self.set_event(next.event);
+                self.select(Some(next.class));
+                self.note_unhandled();
+            } else if self.machine.to_invoke.next_from(0).is_some() {
+                self.invoke_all();
+            } else if self.run_children() {
+                return true;
+            } else if let Some(next) = self.machine.external.pop_front() {
+                self.take_external(next);
+            } else {
                 return false;
-            };
-            self.machine.event = Some(next.event);
-            self.select(Some(next.class));
-            self.note_unhandled();
+            }
         }
         if !self.machine.scratch.enabled.is_empty() {
             self.microstep();
         }
         true
+    }
+
+    fn set_event(&mut self, event: Event) {
+        self.machine.event = Some(event);
+        if self.machine.event_object.get().is_some() {
+            self.machine.event_object = Unobserved::default();
+        }
+    }
+
+    fn take_external(&mut self, next: Queued) {
+        if self.machine.invoked.is_empty() {
+            self.set_event(next.event);
+        } else {
+            self.set_event(next.event.clone());
+            self.finalize_and_forward(&next.event);
+        }
+        self.select(Some(next.class));
     }
 
     fn note_unhandled(&mut self) {
@@ -81,12 +122,17 @@ impl<'c, 'm> Run<'c, 'm> {
     }
 
     /// Runs the exit handlers of all active states (exitInterpreter). The configuration stays to be looked at.
-    fn exit_interpreter(&mut self) {
+    pub(super) fn exit_interpreter(&mut self) {
         let ended_in = self.machine.configuration.clone();
         let mut limit = self.chart.states.len();
         while let Some(state) = self.machine.configuration.last_below(limit) {
             for block in &self.chart.states[state].on_exit {
                 self.execute(block);
+            }
+            self.cancel_invoked(StateId::new(state));
+            let particulars = &self.chart.states[state];
+            if particulars.kind == StateKind::Final && particulars.parent == Some(StateId::ROOT) {
+                self.machine.result = self.payload(&particulars.done_data);
             }
             self.machine.configuration.remove(state);
             limit = state;
@@ -100,6 +146,8 @@ impl<'c, 'm> Run<'c, 'm> {
         self.machine.internal.clear();
         self.machine.external.clear();
         self.machine.timers.clear();
+        self.machine.to_invoke.clear();
+        self.machine.invoked.clear();
     }
 
     /// Gives the data their first values: all of them with early binding, those of the machine with late binding.
@@ -124,7 +172,7 @@ impl<'c, 'm> Run<'c, 'm> {
         let value = match (given, &item.init) {
             (Some((_, value)), _) => value.clone(),
             (None, None) => return,
-            (None, Some(expr)) => match expr.evaluate(&self.scope()) {
+            (None, Some(expr)) => match self.evaluate(expr) {
                 Ok(value) => value,
                 Err(error) => {
                     self.fail(format!("{} has no value: {error}", item.id), item.span, None);
@@ -132,7 +180,31 @@ impl<'c, 'm> Run<'c, 'm> {
                 }
             },
         };
-        self.machine.data[id.index()] = value;
+        self.machine.data.set(id, value);
+    }
+
+    /// The value of an expression.
+    pub(super) fn evaluate(&mut self, expr: &Expr) -> Result<Datum, EvaluationError> {
+        match expr {
+            Expr::Foreign(code) => self.run_code(code, None),
+            expr => expr.evaluate(&self.scope()),
+        }
+    }
+
+    /// Lets the engine run a piece of code.
+    pub(super) fn run_code(&mut self, code: &Code, argument: Option<&Datum>) -> Result<Datum, EvaluationError> {
+        let machine = &mut *self.machine;
+        let scope = Scope {
+            chart: Some(self.chart),
+            session: &machine.session.id,
+            configuration: Some(&machine.configuration),
+            data: &[],
+            event: machine.event.as_ref(),
+            event_object: Some(&machine.event_object),
+            io_processors: Some(&machine.session.io_processors),
+        };
+        let mut world = World { scope, memory: &mut machine.data, now: self.now, random: &mut machine.random };
+        code.run(&mut world, argument)
     }
 
     /// What expressions see now.
@@ -143,6 +215,8 @@ impl<'c, 'm> Run<'c, 'm> {
             configuration: Some(&self.machine.configuration),
             data: &self.machine.data,
             event: self.machine.event.as_ref(),
+            event_object: Some(&self.machine.event_object),
+            io_processors: Some(&self.machine.session.io_processors),
         }
     }
 

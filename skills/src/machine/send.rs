@@ -4,13 +4,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::execute::Aborted;
-use super::run::Run;
-use super::{Event, EventKind, Outgoing, Queued, Session};
+use super::invoke::Invoked;
+use super::run::{Mail, Run};
+use super::{Event, EventKind, Outgoing, Queued, Session, Status};
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
 use crate::delay;
 use crate::load::INTERNAL_TARGET;
 use crate::problem::Span;
+
+/// Where an event goes that is meant for the machine that has invoked this one.
+const PARENT_TARGET: &str = "#_parent";
 
 /// A delayed event, and when it is due. Timers are kept in the order they are due, earlier sent ones first.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -28,14 +32,14 @@ pub(super) enum Parcel {
     /// To the machine's own external queue.
     Own(Event),
     /// To somebody else.
-    Away(Outgoing, Place),
+    Away(Outgoing, Spot),
 }
 
 /// Where a `<send>` stands in the file, for messages; two machines of one chart have equal places for equal parcels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Place(Span);
+pub(super) struct Spot(Span);
 
-impl std::hash::Hash for Place {
+impl std::hash::Hash for Spot {
     fn hash<H: std::hash::Hasher>(&self, _: &mut H) {}
 }
 
@@ -78,9 +82,9 @@ impl Run<'_, '_> {
         let target = self.attribute(send.target.as_ref())?;
         let processor = self.attribute(send.processor.as_ref())?;
         let mut members = Vec::new();
-        for (name, location) in &send.name_list {
-            let value = location.read(&self.scope()).map_err(|error| error.to_string())?;
-            members.push((Arc::clone(name), value));
+        for named in &send.name_list {
+            let value = self.evaluate(&named.value).map_err(|error| error.to_string())?;
+            members.push((Arc::clone(&named.name), value));
         }
         let data = match self.payload(&send.payload) {
             Datum::Object(params) if !members.is_empty() => {
@@ -98,7 +102,7 @@ impl Run<'_, '_> {
     /// others that it could reach.
     fn route(&self, outgoing: Outgoing, span: Span) -> Result<Parcel, String> {
         if &*outgoing.processor == CHANNEL_PROCESSOR {
-            return Ok(Parcel::Away(outgoing, Place(span)));
+            return Ok(Parcel::Away(outgoing, Spot(span)));
         }
         if ![SCXML_PROCESSOR, "scxml"].contains(&&*outgoing.processor) {
             return Err(format!("there is no event processor `{}`", outgoing.processor));
@@ -108,7 +112,7 @@ impl Run<'_, '_> {
             Some(INTERNAL_TARGET) => Ok(Parcel::Internal(own_event(outgoing, EventKind::Internal))),
             Some(target) if target == &*session.location => Ok(self.to_itself(outgoing)),
             None => Ok(self.to_itself(outgoing)),
-            Some(target) if target.starts_with("#_") => Ok(Parcel::Away(outgoing, Place(span))),
+            Some(target) if target.starts_with("#_") => Ok(Parcel::Away(outgoing, Spot(span))),
             Some(target) => Err(format!("`{target}` is no target of an SCXML event")),
         }
     }
@@ -119,25 +123,25 @@ impl Run<'_, '_> {
         Parcel::Own(event.with_origin(Arc::clone(location), Arc::clone(processor)))
     }
 
-    fn attribute(&mut self, attribute: Option<&Attribute>) -> Result<Option<Arc<str>>, String> {
+    pub(super) fn attribute(&mut self, attribute: Option<&Attribute>) -> Result<Option<Arc<str>>, String> {
         attribute.map(|attribute| self.source(&attribute.source)).transpose()
     }
 
-    fn source(&self, source: &Source) -> Result<Arc<str>, String> {
+    pub(super) fn source(&mut self, source: &Source) -> Result<Arc<str>, String> {
         match source {
             Source::Literal(text) => Ok(Arc::clone(text)),
-            Source::Computed(expr) => match expr.evaluate(&self.scope()) {
+            Source::Computed(expr) => match self.evaluate(expr) {
                 Ok(value) => Ok(value.to_text()),
                 Err(error) => Err(error.to_string()),
             },
         }
     }
 
-    fn delay(&self, send: &Send) -> Result<Duration, String> {
+    fn delay(&mut self, send: &Send) -> Result<Duration, String> {
         match &send.delay {
             Delay::Literal(delay) => Ok(*delay),
             Delay::Computed(expr) => {
-                let text = expr.evaluate(&self.scope()).map_err(|error| error.to_string())?.to_text();
+                let text = self.evaluate(expr).map_err(|error| error.to_string())?.to_text();
                 delay::parse(&text).ok_or_else(|| format!("`{text}` is no delay; {}", delay::FORMS))
             }
         }
@@ -154,17 +158,45 @@ impl Run<'_, '_> {
                 let class = self.chart.events.class(&event.name);
                 self.machine.external.push_back(Queued { event, class });
             }
-            Parcel::Away(outgoing, Place(span)) => {
+            Parcel::Away(outgoing, Spot(span)) => {
+                let send_id = outgoing.send_id.clone();
                 let result = if &*outgoing.processor == CHANNEL_PROCESSOR {
                     self.host.send(&outgoing).map_err(|undelivered| undelivered.0)
                 } else {
-                    Err(format!("there is no session {}", outgoing.target.as_deref().unwrap_or_default()))
+                    self.send_to_kin(outgoing)
                 };
                 if let Err(reason) = result {
-                    self.raise_error("error.communication", reason, span, outgoing.send_id);
+                    self.raise_error("error.communication", reason, span, send_id);
                 }
             }
         }
+    }
+
+    /// Sends an event to a machine further out or further in (SCXML C.1).
+    fn send_to_kin(&mut self, outgoing: Outgoing) -> Result<(), String> {
+        let Session { location, processor, .. } = &*self.machine.session;
+        let target = outgoing.target.clone().unwrap_or_default();
+        let event = own_event(outgoing, EventKind::External).with_origin(Arc::clone(location), Arc::clone(processor));
+        if &*target == PARENT_TARGET && self.machine.under.is_some() {
+            self.kin.mail.push(Mail::Parent(event));
+        } else if let Some(session) = target.strip_prefix("#_scxml_") {
+            match self.machine.descendant(session) {
+                Some(machine) => machine.enqueue(event),
+                None if self.kin.outside.iter().any(|known| &**known == session) => {
+                    self.kin.mail.push(Mail::Session(session.into(), event));
+                }
+                None => return Err(format!("there is no session {session}")),
+            }
+        } else {
+            let is_meant = |invoked: &&mut Invoked| {
+                target.strip_prefix("#_") == Some(&*invoked.id) && invoked.machine.status == Status::Running
+            };
+            match self.machine.invoked.iter_mut().find(is_meant) {
+                Some(invoked) => invoked.machine.enqueue(event),
+                None => return Err(format!("there is nobody at `{target}`")),
+            }
+        }
+        Ok(())
     }
 
     /// Takes back the delayed events of that id; one that is on its way already cannot be.

@@ -8,9 +8,10 @@ use channels::{FieldKind, Message, Shape, Topology};
 use super::wiring::{Incoming, Outgoing, Wiring};
 use crate::Datum;
 use crate::chart::{
-    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Param, Send, SendId,
+    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Param, Place, Send, SendId,
     is_event_name, visit_actions,
 };
+use crate::datum::Memory;
 use crate::expression::{Expr, Scope, Statement};
 use crate::machine::Machine;
 use crate::problem::{Problem, Span};
@@ -30,14 +31,14 @@ pub(super) fn problems(machine: &Machine, wiring: &Wiring, topology: &Topology) 
 /// Data that nothing changes once the machine runs, and what they hold.
 pub(super) struct Constants<'a> {
     chart: &'a Chart,
-    values: Vec<Datum>,
+    values: Memory,
     changed: BTreeSet<DataId>,
 }
 
 impl<'a> Constants<'a> {
     pub(super) fn of(machine: &'a Machine) -> Self {
         let chart = machine.chart();
-        let mut changed = BTreeSet::new();
+        let mut changed = chart.foreign.clone();
         for block in chart.blocks() {
             visit_actions(block, &mut |action| changed.extend(changed_by(&action.kind)));
         }
@@ -61,7 +62,7 @@ impl<'a> Constants<'a> {
 
 fn changed_by(action: &ActionKind) -> Vec<DataId> {
     match action {
-        ActionKind::Assign(location, _) => vec![location.data],
+        ActionKind::Assign(Place::Compiled(location), _) => vec![location.data],
         ActionKind::Foreach(foreach) => std::iter::once(foreach.item).chain(foreach.index).collect(),
         ActionKind::Script(statements) => {
             let changed = |statement: &Statement| match statement {
@@ -71,7 +72,7 @@ fn changed_by(action: &ActionKind) -> Vec<DataId> {
             statements.iter().filter_map(changed).collect()
         }
         ActionKind::Send(send) => match &send.id {
-            SendId::Generated(location) => vec![location.data],
+            SendId::Generated(Place::Compiled(location)) => vec![location.data],
             _ => Vec::new(),
         },
         _ => Vec::new(),
@@ -140,7 +141,7 @@ impl<'a> Check<'a> {
         let help = carried(out, head);
         let params = send.payload.params.iter().map(|param| (&*param.name, param.span));
         let given: Vec<(&str, Span)> =
-            params.chain(send.name_list.iter().map(|(name, _)| (&**name, send.span))).collect();
+            params.chain(send.name_list.iter().map(|named| (&*named.name, named.span))).collect();
         for (name, span) in &given {
             if !fields(out, head).any(|(field, _)| field == name) {
                 let problem = Problem::new(format!("<{head}> has no field `{name}`")).at(*span, "unknown field");

@@ -10,6 +10,9 @@ mod seven_skills;
 mod spec_3_core;
 mod spec_4_content;
 mod spec_5_data;
+mod spec_6_4_invoke;
 mod spec_6_send;
+#[cfg(feature = "ecmascript")]
+mod spec_b_2_engine;
 mod stage;
 mod system;

@@ -1,0 +1,15 @@
+//! There is no engine: the feature `ecmascript` is off.
+
+use super::{Code, Form, World};
+use crate::Datum;
+use crate::expression::{EvaluationError, ExpressionProblem};
+
+pub(super) const AVAILABLE: bool = false;
+
+pub(super) fn check(_: &str, _: Form) -> Result<(), ExpressionProblem> {
+    Ok(())
+}
+
+pub(super) fn run(_: &Code, _: &mut World<'_>, _: Option<&Datum>) -> Result<Datum, EvaluationError> {
+    Err(EvaluationError::Broken("there is no engine".into()))
+}

@@ -1,0 +1,142 @@
+//! ECMAScript beyond the compiled subset.
+//!
+//! With the cargo feature `ecmascript`, what [`crate::expression`] does not compile is [`Code`] for a real engine. The data
+//! stay where they are: before an evaluation the engine is given those that the code mentions (all of them, if functions
+//! are among them), afterwards they are taken back. So a machine remains a value, and two machines share nothing. What is
+//! kept between evaluations is what data can hold: plain values, arrays, plain objects, functions as their source. A
+//! function therefore sees data and other functions, but no variables of a function around it; an object loses its class,
+//! and a class is known in its own script only;
+//! what has a `toJSON` (a `Date`) is kept as that. A `Map`, a `RegExp` and their kin cannot be kept.
+//!
+//! The engine is deterministic: `Date` tells simulated time, counted from 1970, `Math.random` continues a sequence that the
+//! machine carries along, the functions of `Math` are those of libm. Code is strict, the engine's own objects are frozen,
+//! there is no `eval`. `**` is refused: how exact it is depends on the machine that runs it. Loops are bounded.
+
+#[cfg(not(feature = "ecmascript"))]
+mod absent;
+#[cfg(feature = "ecmascript")]
+mod boa;
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+#[cfg(not(feature = "ecmascript"))]
+use absent as present;
+#[cfg(feature = "ecmascript")]
+use boa as present;
+
+use crate::Datum;
+use crate::chart::DataId;
+use crate::datum::Memory;
+use crate::expression::scan::{Declarations, Piece, declarations, pieces, too_deep, words};
+use crate::expression::{EvaluationError, ExpressionProblem, Names, Scope};
+
+/// What a piece of code is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Form {
+    /// It has a value.
+    Expression,
+    /// It does something.
+    Script,
+    /// A value is assigned to it.
+    Location,
+}
+
+/// Code for the engine, found to be readable.
+#[derive(Clone, Debug)]
+pub(crate) struct Code {
+    /// The program that the engine runs.
+    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
+    program: Arc<str>,
+    /// The data that the code mentions.
+    mentions: Vec<DataId>,
+    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
+    mentions_event: bool,
+}
+
+/// What code can see and change.
+#[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine looks at it"))]
+pub(crate) struct World<'a> {
+    /// Without data.
+    pub(crate) scope: Scope<'a>,
+    pub(crate) memory: &'a mut Memory,
+    pub(crate) now: Duration,
+    /// Where the sequence of `Math.random` stands.
+    pub(crate) random: &'a mut u64,
+}
+
+/// A source may be so long.
+const MAX_BYTES: usize = 1 << 18;
+/// Names that programs use for what the code must not reach: the object whose members all data are while the engine runs,
+/// and what is assigned to a location.
+const OWN_NAMES: [&str; 2] = ["$data", "$value"];
+
+impl Code {
+    /// Reads a source; `None` if there is no engine.
+    pub(crate) fn new(source: &str, form: Form, names: &Names) -> Option<Result<Self, ExpressionProblem>> {
+        // `new Thing();` is a statement, but what is meant is clear.
+        let source = if form == Form::Expression { source.trim_end().trim_end_matches(';') } else { source };
+        present::AVAILABLE.then(|| {
+            refuse(source)?;
+            present::check(source, form)?;
+            let mentions: BTreeSet<DataId> = words(source).filter_map(|word| names.data.get(word)).copied().collect();
+            let mentions_event = words(source).any(|word| word == "_event");
+            Ok(Self { program: program(source, form).into(), mentions: mentions.into_iter().collect(), mentions_event })
+        })
+    }
+
+    /// The data that the code may change.
+    pub(crate) fn mentions(&self) -> &[DataId] {
+        &self.mentions
+    }
+
+    /// The value of the code; `argument` is what is assigned to a location.
+    pub(crate) fn run(&self, world: &mut World<'_>, argument: Option<&Datum>) -> Result<Datum, EvaluationError> {
+        present::run(self, world, argument)
+    }
+}
+
+/// Refuses what the engine had better not read.
+fn refuse(source: &str) -> Result<(), ExpressionProblem> {
+    if source.len() > MAX_BYTES {
+        let message = format!("code may be {MAX_BYTES} bytes long at most");
+        return Err(ExpressionProblem::new(message, 0..source.len(), "too long"));
+    }
+    if let Some(word) = words(source).find(|word| OWN_NAMES.contains(word)) {
+        let start = word.as_ptr().addr() - source.as_ptr().addr();
+        return Err(ExpressionProblem::new(format!("`{word}` is taken"), start..start + word.len(), "not a name here"));
+    }
+    if let Some(span) = too_deep(source) {
+        return Err(ExpressionProblem::new("this is nested too deeply", span, "here"));
+    }
+    let pieces = pieces(source);
+    let power = pieces.windows(2).find(|pair| {
+        let [(first, at), (second, next)] = pair else {
+            return false;
+        };
+        (*first, *second) == (Piece::Mark(b'*'), Piece::Mark(b'*')) && at.end == next.start
+    });
+    match power {
+        Some([(_, at), (_, next)]) => {
+            let problem =
+                ExpressionProblem::new("`**` has not the same value everywhere", at.start..next.end, "refused");
+            Err(problem.help("Math.pow(a, b)"))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The program that evaluates a source: strict code in a function of its own, with the functions that a script declares
+/// made data.
+fn program(source: &str, form: Form) -> String {
+    match form {
+        Form::Expression => format!("(function(){{'use strict';return (\n{source}\n)}})()"),
+        Form::Location => format!("(function(){{'use strict';(\n{source}\n) = $value}})()"),
+        Form::Script => {
+            let Declarations { functions, script, .. } = declarations(source);
+            let keep: String = functions.iter().map(|name| format!("$data.{name}={name};")).collect();
+            format!("(function(){{'use strict';{keep}\n{script}\n;{keep}}})()")
+        }
+    }
+}

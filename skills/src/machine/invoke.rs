@@ -1,0 +1,306 @@
+//! Machines that a machine invokes (SCXML 6.4): they live inside it, and run when it is at rest.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::run::{Kin, Mail, Run};
+use super::{Event, Host, Machine, Note, Outgoing, Queued, Status, Undelivered};
+use crate::Datum;
+use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
+
+/// A family may have so many machines; more come from machines that invoke themselves.
+const MAX_SESSIONS: usize = 256;
+/// Machines may invoke machines so deeply.
+const MAX_GENERATIONS: u32 = 16;
+
+/// A machine that another one has invoked, and from where. It stays when it has ended, until the state is left: what it
+/// has sent may not have been taken yet, and is to be finalized.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Invoked {
+    pub(super) state: StateId,
+    /// Which `<invoke>` of the state.
+    pub(super) index: usize,
+    /// The id that the parent knows it by.
+    pub(super) id: Arc<str>,
+    pub(super) machine: Machine,
+}
+
+impl Machine {
+    /// Puts an event into the external queue.
+    pub(super) fn enqueue(&mut self, event: Event) {
+        if self.status == Status::Running {
+            let class = self.chart.events.class(&event.name);
+            self.external.push_back(Queued { event, class });
+        }
+    }
+
+    /// Whether an event waits for it, or for a machine inside.
+    fn has_work(&self) -> bool {
+        self.status == Status::Running && !self.external.is_empty()
+            || self.invoked.iter().any(|invoked| invoked.machine.has_work())
+    }
+
+    /// The machine of that session, if it is inside this one.
+    pub(super) fn descendant(&mut self, session: &str) -> Option<&mut Self> {
+        let mut running = self.invoked.iter_mut().filter(|invoked| invoked.machine.status == Status::Running);
+        running.find_map(
+            |Invoked { machine, .. }| {
+                if &*machine.session.id == session { Some(machine) } else { machine.descendant(session) }
+            },
+        )
+    }
+
+    fn descendants(&self, sessions: &mut Vec<Arc<str>>) {
+        for (_, machine) in self.invoked() {
+            sessions.push(Arc::clone(&machine.session.id));
+            machine.descendants(sessions);
+        }
+    }
+
+    /// The machines that it has invoked and that still run: the ids it knows them by, and how they stand.
+    pub fn invoked(&self) -> impl Iterator<Item = (&str, &Self)> {
+        let running = self.invoked.iter().filter(|invoked| invoked.machine.status == Status::Running);
+        running.map(|invoked| (&*invoked.id, &invoked.machine))
+    }
+}
+
+impl Run<'_, '_> {
+    /// Starts what the states that were entered invoke, in document order.
+    pub(super) fn invoke_all(&mut self) {
+        let mut from = 0;
+        while let Some(state) = self.machine.to_invoke.next_from(from) {
+            from = state + 1;
+            self.machine.to_invoke.remove(state);
+            for (index, invoke) in self.chart.states[state].invokes.iter().enumerate() {
+                match self.prepare(StateId::new(state), index, invoke) {
+                    Ok(invoked) => {
+                        self.machine.invoked.push(invoked);
+                        self.with_child(self.machine.invoked.len() - 1, |run| run.start());
+                    }
+                    Err(Some(reason)) => self.fail(reason, invoke.span, None),
+                    Err(None) => {}
+                }
+            }
+        }
+    }
+
+    /// The machine that is to be started; without one, why not, if that is not in the queue yet.
+    fn prepare(&mut self, state: StateId, index: usize, invoke: &Invoke) -> Result<Invoked, Option<String>> {
+        let kind = self.attribute(invoke.kind.as_ref())?;
+        if let Some(kind) = kind.filter(|kind| !INVOKE_KINDS.contains(&&**kind)) {
+            return Err(Some(format!("there is no service of type `{kind}`")));
+        }
+        let chart = self.invoked_chart(&invoke.source)?;
+        let mut given = Vec::new();
+        for named in &invoke.name_list {
+            let value = self.evaluate(&named.value).map_err(|error| error.to_string())?;
+            given.push((Arc::clone(&named.name), value));
+        }
+        for param in &invoke.params {
+            if let Ok(value) = self.value(&param.value, param.span) {
+                given.push((Arc::clone(&param.name), value));
+            }
+        }
+        let id = self.invoke_id(state, invoke)?;
+        let machine = self.child(chart, &id, given)?;
+        Ok(Invoked { state, index, id, machine })
+    }
+
+    fn invoke_id(&mut self, state: StateId, invoke: &Invoke) -> Result<Arc<str>, Option<String>> {
+        if let Some(id) = &invoke.id {
+            return Ok(Arc::clone(id));
+        }
+        self.machine.generated_ids += 1;
+        let id: Arc<str> = format!("{}.{}", self.chart.state(state).id(), self.machine.generated_ids).into();
+        if let Some(place) = &invoke.id_location {
+            self.assign(place, Datum::Text(Arc::clone(&id)), invoke.span).map_err(|_| None)?;
+        }
+        Ok(id)
+    }
+
+    fn invoked_chart(&mut self, source: &InvokeSource) -> Result<Arc<Chart>, String> {
+        match source {
+            InvokeSource::Inline(chart) => Ok(Arc::clone(chart)),
+            InvokeSource::File(address) => {
+                let address = self.source(address)?;
+                self.chart.beside(&address)
+            }
+            InvokeSource::Computed(expr) => match self.evaluate(expr).map_err(|error| error.to_string())? {
+                Datum::Text(text) | Datum::Xml(text) => self.chart.computed(&text),
+                other => Err(format!("{other} is no machine")),
+            },
+            InvokeSource::Broken(reason) => Err(reason.to_string()),
+        }
+    }
+
+    fn child(&mut self, chart: Arc<Chart>, id: &Arc<str>, given: Vec<(Arc<str>, Datum)>) -> Result<Machine, String> {
+        let mut sessions = self.kin.outside.to_vec();
+        self.machine.descendants(&mut sessions);
+        if sessions.len() >= MAX_SESSIONS || self.machine.generation >= MAX_GENERATIONS {
+            return Err("too many machines invoke each other".to_owned());
+        }
+        self.machine.children += 1;
+        let mut machine = Machine::new(chart);
+        machine.set_session(&format!("{}.{}", self.machine.session.id, self.machine.children));
+        machine.generation = self.machine.generation + 1;
+        machine.under = Some(Arc::clone(id));
+        for (name, value) in given {
+            let known = machine.chart.find_data(&name).filter(|data| machine.chart.data[data.index()].top_level);
+            machine.given.extend(known.map(|data| (data, value)));
+        }
+        Ok(machine)
+    }
+
+    /// Lets one of the machines inside take what waits for it; false if nothing waits.
+    pub(super) fn run_children(&mut self) -> bool {
+        let waiting = self.machine.invoked.iter().position(|invoked| invoked.machine.has_work());
+        if let Some(index) = waiting {
+            self.with_child(index, |run| run.until_rest());
+        }
+        waiting.is_some()
+    }
+
+    /// Delivers the delayed events that are due next, here or inside, and comes to rest.
+    pub(super) fn fire_next(&mut self) {
+        let due = self.machine.next_timer();
+        if self.machine.timers.first().map(|timer| timer.due) == due {
+            if due.is_some() {
+                let timer = self.machine.timers.remove(0);
+                self.deliver(timer.parcel);
+            }
+        } else if let Some(index) = self.machine.invoked.iter().position(|inner| inner.machine.next_timer() == due) {
+            self.with_child(index, |run| run.fire_next());
+        }
+        self.until_rest();
+    }
+
+    /// Runs a machine inside, takes what it sends, and notices its end.
+    fn with_child(&mut self, index: usize, act: impl FnOnce(&mut Run<'_, '_>)) {
+        let mut invoked = self.machine.invoked.remove(index);
+        let mail = self.run_child(&mut invoked, act);
+        let (id, status) = (Arc::clone(&invoked.id), invoked.machine.status);
+        let (result, span) = (invoked.machine.result.clone(), self.invoke(&invoked).span);
+        self.machine.invoked.insert(index, invoked);
+        for letter in mail {
+            self.pass_on(letter, &id);
+        }
+        match status {
+            Status::Done => {
+                let event = Event::external(format!("done.invoke.{id}")).with_data(result);
+                self.machine.enqueue(Event { invoke_id: Some(id), ..event });
+            }
+            Status::Stuck => {
+                self.raise_error("error.communication", format!("{id} runs in circles and was stopped"), span, None);
+            }
+            Status::Ready | Status::Running => {}
+        }
+    }
+
+    fn run_child(&mut self, invoked: &mut Invoked, act: impl FnOnce(&mut Run<'_, '_>)) -> Vec<Mail> {
+        let mut outside = self.kin.outside.to_vec();
+        outside.push(Arc::clone(&self.machine.session.id));
+        self.machine.descendants(&mut outside);
+        let chart = Arc::clone(&invoked.machine.chart);
+        let mut host = Inside { id: &invoked.id, host: self.host };
+        let kin = Kin { outside: &outside, mail: Vec::new() };
+        let mut run = Run { chart: &chart, machine: &mut invoked.machine, now: self.now, host: &mut host, kin };
+        act(&mut run);
+        run.kin.mail
+    }
+
+    /// Brings what a machine inside has sent to where it belongs.
+    fn pass_on(&mut self, letter: Mail, sender: &Arc<str>) {
+        match letter {
+            Mail::Parent(event) => self.machine.enqueue(Event { invoke_id: Some(Arc::clone(sender)), ..event }),
+            Mail::Session(session, event) if session == self.machine.session.id => self.machine.enqueue(event),
+            Mail::Session(session, event) => match self.machine.descendant(&session) {
+                Some(machine) => machine.enqueue(event),
+                None => self.kin.mail.push(Mail::Session(session, event)),
+            },
+        }
+    }
+
+    /// Ends what a state has invoked; nothing of what it still says to this machine is heard.
+    pub(super) fn cancel_invoked(&mut self, state: StateId) {
+        while let Some(index) = self.machine.invoked.iter().position(|invoked| invoked.state == state) {
+            let mut invoked = self.machine.invoked.remove(index);
+            if invoked.machine.status != Status::Running {
+                continue;
+            }
+            let id = Arc::clone(&invoked.id);
+            for letter in self.run_child(&mut invoked, |run| run.exit_interpreter()) {
+                if matches!(letter, Mail::Session(..)) {
+                    self.pass_on(letter, &id);
+                }
+            }
+        }
+    }
+
+    fn invoke(&self, invoked: &Invoked) -> &Invoke {
+        &self.chart.state(invoked.state).invokes[invoked.index]
+    }
+
+    /// What an external event does before transitions are looked for: it is finalized if it comes from a machine inside,
+    /// and forwarded to those that want everything.
+    pub(super) fn finalize_and_forward(&mut self, event: &Event) {
+        let chart = self.chart;
+        for place in 0..self.machine.invoked.len() {
+            let Some(Invoked { state, index, id, .. }) = self.machine.invoked.get(place) else {
+                return;
+            };
+            let invoke = &chart.state(*state).invokes[*index];
+            let comes_from_it = event.invoke_id.as_ref() == Some(id);
+            if comes_from_it {
+                self.finalize(invoke, event);
+            }
+            if invoke.auto_forward
+                && let Some(invoked) = self.machine.invoked.get_mut(place)
+            {
+                invoked.machine.enqueue(event.clone());
+            }
+        }
+    }
+
+    /// An empty `<finalize>` takes the values that come back under the names that were sent (SCXML 6.5.2).
+    fn finalize(&mut self, invoke: &Invoke, event: &Event) {
+        let Some(block) = &invoke.finalize else {
+            return;
+        };
+        self.execute(block);
+        if !block.is_empty() {
+            return;
+        }
+        let named = invoke.name_list.iter().map(|named| (&named.name, &named.location, named.span));
+        let params = invoke.params.iter().map(|param| (&param.name, &param.location, param.span));
+        for (name, place, span) in named.chain(params) {
+            if let (Some(place), Some(value)) = (place, event.data.member(name)) {
+                // What goes wrong is in the queue.
+                let _ = self.assign(place, value.clone(), span);
+            }
+        }
+    }
+}
+
+/// What is around a machine that was invoked.
+struct Inside<'h> {
+    id: &'h Arc<str>,
+    host: &'h mut dyn Host,
+}
+
+impl Host for Inside<'_> {
+    fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
+        self.host.send(outgoing)
+    }
+
+    fn note(&mut self, note: Note) {
+        self.host.note(Note::Invoked { id: Arc::clone(self.id), note: Box::new(note) });
+    }
+}
+
+/// The earlier of two times, if there are any.
+pub(super) fn earlier(one: Option<Duration>, other: Option<Duration>) -> Option<Duration> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
+    }
+}

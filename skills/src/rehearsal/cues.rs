@@ -1,0 +1,99 @@
+//! The events that a machine is given when it runs alone: a file with one event a line.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use miette::NamedSource;
+
+use crate::expression::literal;
+use crate::machine::Event;
+use crate::problem::Problem;
+use crate::suggest::did_you_mean;
+use crate::{Datum, SkillError};
+
+/// An event and when it comes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cue {
+    /// Since the start of the run.
+    pub at: Duration,
+    /// The event.
+    pub event: Event,
+}
+
+/// Events in the order they come.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cues(Vec<Cue>);
+
+const MEMBERS: [&str; 6] = ["event", "time_s", "data", "origin", "origintype", "sendid"];
+
+impl Cues {
+    /// Reads events, one JSON object a line: `{"event": "BatteryReader.ok", "time_s": 1.5, "data": {"level": 83.2}}`. Only
+    /// `event` must be there. Without `time_s`, in seconds since the start, an event comes right after the one before it.
+    /// `origin`, `origintype` and `sendid` are those of `_event`. Empty lines and lines that begin with `#` or `//` mean
+    /// nothing.
+    ///
+    /// # Errors
+    /// [`SkillError::Events`] with every line that is no event, or that lies before the one above it.
+    pub fn parse(file: &str, text: &str) -> Result<Self, SkillError> {
+        let (mut cues, mut problems) = (Vec::new(), Vec::new());
+        let (mut start, mut last) = (0, Duration::ZERO);
+        for line in text.split_inclusive('\n') {
+            let trimmed = line.trim();
+            let span = start..start + line.trim_end().len();
+            start += line.len();
+            if trimmed.is_empty() || trimmed.starts_with('#') || trimmed.starts_with("//") {
+                continue;
+            }
+            match cue(trimmed, last) {
+                Ok(cue) => {
+                    last = cue.at;
+                    cues.push(cue);
+                }
+                Err((message, help)) => problems.push(Problem::new(message).at(span, "this line").maybe_help(help)),
+            }
+        }
+        if problems.is_empty() {
+            return Ok(Self(cues));
+        }
+        let text = NamedSource::new(file, Arc::from(text));
+        Err(SkillError::Events { file: file.to_owned(), text, problems })
+    }
+
+    /// The events in the order they come.
+    pub fn iter(&self) -> impl Iterator<Item = &Cue> {
+        self.0.iter()
+    }
+}
+
+type Complaint = (String, Option<String>);
+
+fn cue(line: &str, last: Duration) -> Result<Cue, Complaint> {
+    let example = || Some(r#"{"event": "BT.tick", "time_s": 1.5, "data": {}}"#.to_owned());
+    let Some(Datum::Object(object)) = literal(line) else {
+        return Err(("this is not a JSON object".to_owned(), example()));
+    };
+    if let Some((name, _)) = object.members().find(|(name, _)| !MEMBERS.contains(name)) {
+        return Err((format!("an event has no `{name}`"), did_you_mean(name, MEMBERS).or_else(example)));
+    }
+    let text = |name: &str| match object.get(name) {
+        None | Some(Datum::Null) => Ok(None),
+        Some(Datum::Text(text)) => Ok(Some(Arc::clone(text))),
+        Some(other) => Err((format!("`{name}` is a string, and {other} is none"), None)),
+    };
+    let Some(name) = text("event")? else {
+        return Err(("the event has no name".to_owned(), example()));
+    };
+    let at = match object.get("time_s") {
+        None => last,
+        Some(Datum::Number(seconds)) => Duration::try_from_secs_f64(*seconds)
+            .map_err(|_| (format!("{seconds} s is no time since the start"), None))?,
+        Some(other) => return Err((format!("`time_s` is a number of seconds, and {other} is none"), None)),
+    };
+    if at < last {
+        let help = format!("the event before it comes at {} s", last.as_secs_f64());
+        return Err(("events stand in the order they come".to_owned(), Some(help)));
+    }
+    let mut event = Event::external(name).with_data(object.get("data").cloned().unwrap_or_default());
+    (event.origin, event.origin_type, event.send_id) = (text("origin")?, text("origintype")?, text("sendid")?);
+    Ok(Cue { at, event })
+}

@@ -1,0 +1,114 @@
+//! Running a machine alone, from a list of events, in simulated time that jumps from one thing to the next.
+
+mod cues;
+mod line;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+pub use cues::{Cue, Cues};
+pub use line::{Line, LineKind};
+
+use crate::chart::Chart;
+use crate::machine::{Host, Machine, Note, Outgoing, Status, Undelivered};
+
+/// So often may events and timers wake a machine.
+const MAX_WAKES: u32 = 1_000_000;
+
+/// How a rehearsal ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Ending {
+    /// How far the machine is: [`Status::Running`] if it ran out of events or time.
+    pub status: Status,
+    /// Whether error events came up that no transition took, here or in a machine that was invoked.
+    pub unhandled_errors: bool,
+    /// Whether it was stopped at the end of its time with timers still to come.
+    pub out_of_time: bool,
+}
+
+/// Runs a machine from its start through all cues and delayed events, until it reaches a final state, nothing is left to
+/// come, or simulated time is up. Every log line, error, sent message and configuration goes to `tell`, the last
+/// configuration at the end. An event that comes at the time of a delayed one comes after it.
+///
+/// ```
+/// use std::time::Duration;
+/// use skills::{Chart, Cues, rehearse};
+///
+/// let chart = Chart::load("Lamp.scxml", r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+///   <state id="off"><transition event="press" target="on"/></state>
+///   <state id="on">
+///     <onentry><send event="dim" delay="10s"/></onentry>
+///     <transition event="dim" target="off"/>
+///   </state>
+/// </scxml>"#)?;
+/// let cues = Cues::parse("evening.jsonl", r#"{"event": "press", "time_s": 1}"#)?;
+/// let mut told = Vec::new();
+/// rehearse(&chart, &cues, Duration::from_secs(60), &mut |line| told.push(line.to_string()));
+/// assert_eq!(told, ["0.000 s  in off", "1.000 s  in on", "11.000 s  in off", "11.000 s  final configuration: off (waiting)"]);
+/// # Ok::<(), skills::SkillError>(())
+/// ```
+pub fn rehearse(chart: &Arc<Chart>, cues: &Cues, until: Duration, tell: &mut dyn FnMut(Line)) -> Ending {
+    let mut machine = Machine::new(Arc::clone(chart));
+    let mut observer = Observer { chart, now: Duration::ZERO, tell, unhandled_errors: false };
+    machine.start(Duration::ZERO, &mut observer);
+    let mut cues = cues.iter().peekable();
+    let mut out_of_time = false;
+    for _ in 0..MAX_WAKES {
+        let cue = cues.peek().map(|cue| cue.at);
+        let timer = machine.next_timer();
+        let Some(next) = [timer, cue].into_iter().flatten().min().filter(|_| machine.status() == Status::Running)
+        else {
+            break;
+        };
+        if next > until {
+            out_of_time = true;
+            break;
+        }
+        observer.now = next;
+        if timer == Some(next) {
+            machine.fire_timers(next, &mut observer);
+        } else if let Some(cue) = cues.next() {
+            machine.handle(cue.event.clone(), next, &mut observer);
+        }
+    }
+    observer.say(LineKind::Final(line::Situation::of(&machine)));
+    Ending { status: machine.status(), unhandled_errors: observer.unhandled_errors, out_of_time }
+}
+
+struct Observer<'o> {
+    chart: &'o Arc<Chart>,
+    now: Duration,
+    tell: &'o mut dyn FnMut(Line),
+    unhandled_errors: bool,
+}
+
+impl Observer<'_> {
+    fn say(&mut self, kind: LineKind) {
+        (self.tell)(Line { at: self.now, kind });
+    }
+}
+
+impl Host for Observer<'_> {
+    fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
+        self.say(LineKind::Sent(outgoing.clone()));
+        Ok(())
+    }
+
+    fn note(&mut self, note: Note) {
+        let mut innermost = &note;
+        while let Note::Invoked { note, .. } = innermost {
+            innermost = note;
+        }
+        self.unhandled_errors |= matches!(innermost, Note::UnhandledError { .. });
+        let place = match &note {
+            Note::Error { span, .. } => Some(line::place(self.chart, span.start)),
+            _ => None,
+        };
+        self.say(LineKind::Note(note, place));
+    }
+
+    fn entered(&mut self, machine: &Machine) {
+        self.say(LineKind::Entered(line::Situation::of(machine)));
+    }
+}
