@@ -169,7 +169,7 @@ fn a_missing_message_is_told_in_words_and_drawn() {
         "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.975]</code>",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 30.",
         "But GotoRechargingStation told Navigation nothing at all in that time.",
-        "BatteryLevel answered the tree <code>[&lt;success&gt;]</code> 11 times",
+        "BatteryLevel answered the tree <code>[&lt;success&gt;]</code> 10 times",
         "GotoRechargingStation was not asked by the tree",
         "At tick 31 (31.02 s) it was too late: phi2 is violated.",
         "Ticks 22 to 30: the same 8 messages at each of 9 ticks, none from GotoRechargingStation to Navigation",

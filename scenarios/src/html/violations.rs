@@ -203,11 +203,12 @@ fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, live: &Live) ->
         return None;
     }
     let (from, _) = window(evidence);
+    let decided = evidence.episode.decided.step;
     let leaves: Vec<&str> = live.scenario().charts.keys().map(String::as_str).collect();
     let asked = evidence.concerned.iter().filter(|name| leaves.contains(&name.as_str()));
     let answers = |name: &String| {
         let mut counts: Vec<(String, usize)> = Vec::new();
-        let messages = evidence.episode.events.iter().filter(|event| event.time >= from);
+        let messages = evidence.episode.events.iter().filter(|event| event.time >= from && event.step <= decided);
         for seen in messages.filter_map(|event| Seen::of(event, topology)) {
             // A leaf's answers to the tree have one word; what it asks components has more, or goes elsewhere.
             if seen.from == *name && !evidence.concerned.contains(&seen.to) {
