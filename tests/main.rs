@@ -9,3 +9,4 @@ mod determinism;
 mod experiments;
 mod report_page;
 mod steward;
+mod tree_command;

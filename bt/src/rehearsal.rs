@@ -153,9 +153,14 @@ impl Rehearsal {
 
     /// Halts the tree.
     pub fn halt(&mut self, now: Duration) -> Moment {
-        let old = self.execution.faults().len();
+        let (old_faults, before) = (self.execution.faults().len(), self.execution.states());
         self.execution.halt(now, &mut self.cast);
-        self.moment(now, None, old)
+        let mut moment = self.moment(now, None, old_faults);
+        for (node, old) in moment.nodes.iter_mut().zip(before) {
+            // What it answered in the tick before is no news.
+            node.outcome = node.outcome.filter(|outcome| Some(*outcome) != old.outcome);
+        }
+        moment
     }
 
     fn moment(&mut self, time: Duration, status: Option<Status>, old_faults: usize) -> Moment {

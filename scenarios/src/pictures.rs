@@ -148,8 +148,13 @@ fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {
 }
 
 fn tree(live: &Live) -> Vec<draw::TreeNode> {
-    let states = live.tree_states();
-    let nodes = live.scenario().tree.nodes().iter().zip(states);
+    tree_nodes(&live.scenario().tree, &live.tree_states())
+}
+
+/// A tree as it is drawn, its nodes standing so; those of which nothing is known have not been ticked.
+pub(crate) fn tree_nodes(tree: &bt::Tree, states: &[bt::NodeState]) -> Vec<draw::TreeNode> {
+    let states = states.iter().copied().chain(std::iter::repeat(bt::NodeState::default()));
+    let nodes = tree.nodes().iter().zip(states);
     nodes
         .map(|(node, state)| draw::TreeNode {
             parent: node.parent().map(bt::NodeId::index),

@@ -9,6 +9,8 @@ mod monitor;
 mod progress;
 mod run;
 mod summary;
+mod tree;
+mod tree_script;
 mod verify;
 
 use std::io::{self, Write};
@@ -82,6 +84,9 @@ enum Command {
     /// Property files: check them, have them explained, write their monitors out
     #[command(subcommand)]
     Monitor(monitor::MonitorCommand),
+    /// Behavior trees: check files, show them, tick them without a robot
+    #[command(subcommand)]
+    Tree(tree::TreeCommand),
     /// Holds properties against a recorded run
     Verify(verify::VerifyArgs),
 }
@@ -94,6 +99,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
         Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
+        Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),
     };
     done.unwrap_or_else(|error| {

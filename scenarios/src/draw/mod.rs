@@ -63,6 +63,7 @@ pub(crate) mod text;
 pub(crate) mod theme;
 mod tree_layout;
 mod tree_panel;
+mod tree_picture;
 pub(crate) mod view;
 
 pub use animation::{ANIMATION_SIZE_PX, GifWriter};
@@ -78,6 +79,7 @@ pub use map_picture::MapPicture;
 pub use page::Page;
 pub use render::Renderer;
 pub use tree_layout::{Link, PlacedNode, TreeLayout};
+pub use tree_picture::tree_svg;
 
 /// The frame as a standalone SVG picture of 1600 × 900 pixels.
 #[must_use]

@@ -18,6 +18,11 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
     legend(canvas, area);
     let layout = TreeLayout::new(tree, inner.width, inner.height);
     let (dx, dy) = (inner.x, inner.y + (inner.height - layout.height).max(0.0) / 2.0);
+    draw_nodes(canvas, &layout, tree, (dx, dy));
+}
+
+/// Draws the nodes and their links, moved by that much.
+pub(super) fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (dx, dy): (f64, f64)) {
     for link in &layout.links {
         draw_link(canvas, link, (dx, dy), tree[link.child].status);
     }

@@ -1,0 +1,20 @@
+//! A behavior tree as a picture of its own.
+
+use super::canvas::Canvas;
+use super::frame::TreeNode;
+use super::tree_layout::TreeLayout;
+use super::tree_panel::draw_nodes;
+
+/// The widest that a tree becomes before its labels are shortened, and the margin around it, in pixels.
+const WIDEST: f64 = 1600.0;
+const MARGIN: f64 = 24.0;
+
+/// The tree as a standalone SVG picture, as large as it has to be.
+#[must_use]
+pub fn tree_svg(tree: &[TreeNode]) -> String {
+    let (height, _) = TreeLayout::wanted_height(tree);
+    let layout = TreeLayout::new(tree, WIDEST, height);
+    let mut canvas = Canvas::new();
+    draw_nodes(&mut canvas, &layout, tree, (MARGIN, MARGIN));
+    canvas.finish(layout.width + 2.0 * MARGIN, layout.height + 2.0 * MARGIN)
+}

@@ -1,0 +1,131 @@
+//! `steward tree`: trees checked, shown and ticked without a robot.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, steward};
+
+const TREE: &str = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Door">
+    <ReactiveSequence>
+      <Condition ID="Safe"/>
+      <Fallback> <Condition ID="IsOpen"/> <Push name="push it" strength="{strength}"/> </Fallback>
+    </ReactiveSequence>
+  </BehaviorTree>
+  <TreeNodesModel> <Action ID="Push"> <inout_port name="strength" type="double"/> </Action> </TreeNodesModel>
+</root>"#;
+
+const LEAVES: &str = r#"
+halt_after = [5]
+[leaves]
+Safe = "success success failure success"
+IsOpen = { answers = ["failure", "failure", "success"], repeat = true }
+"push it" = ["running", { answer = "success", outputs = { strength = 2.5 } }, "running", "running", "running"]
+[blackboard]
+strength = 1
+"#;
+
+/// The files of a test, and the folder that they are in.
+fn files(tree: &str, leaves: &str) -> (TempDir, PathBuf, PathBuf) {
+    let folder = tempdir().unwrap();
+    let (tree_file, leaves_file) = (folder.path().join("door.xml"), folder.path().join("leaves.toml"));
+    std::fs::write(&tree_file, tree).unwrap();
+    std::fs::write(&leaves_file, leaves).unwrap();
+    (folder, tree_file, leaves_file)
+}
+
+fn said(arguments: &[&str], status: i32) -> String {
+    let output = steward(arguments);
+    assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn a_tree_that_is_right_is_said_to_be() {
+    let (_folder, tree, _) = files(TREE, "");
+    assert_eq!(
+        said(&["tree", "check", text(&tree)], 0),
+        "Door: 5 nodes, 3 of them leaves; nothing to complain about\n"
+    );
+}
+
+#[test]
+fn a_tree_that_is_wrong_is_refused_with_all_its_mistakes() {
+    let (_folder, tree, _) =
+        files(&TREE.replace("ReactiveSequence>", "ReactiveSequenz>").replace("<Push", "<Pull"), "");
+    let said = refusal(&["tree", "check", text(&tree)]);
+    for part in
+        ["<ReactiveSequenz> is no node", "did you mean <ReactiveSequence>?", "<Pull> is no node", "door.xml:3:5"]
+    {
+        assert!(said.contains(part), "does not say {part}: {said}");
+    }
+}
+
+#[test]
+fn a_tree_is_shown_in_four_ways() {
+    let (_folder, tree, _) = files(TREE, "");
+    let show = |format: &str| said(&["tree", "show", text(&tree), "--format", format], 0);
+    assert_eq!(said(&["tree", "show", text(&tree)], 0), "→\n  Safe\n  ?*\n    IsOpen\n    push it\n");
+    assert!(show("dot").starts_with("digraph \"Door\" {"));
+    assert!(show("svg").starts_with("<svg ") && show("svg").contains("push it"));
+    assert!(show("xml").contains("<Push name=\"push it\" strength=\"{strength}\"/>"));
+}
+
+#[test]
+fn every_nodes_status_is_printed_at_every_tick() {
+    let (_folder, tree, leaves) = files(TREE, LEAVES);
+    let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves)], 0);
+    let lines = [
+        "                1    2    3    4    5 halt",
+        "→               R    S    F    R    R    H",
+        "  Safe          S    S    F    S    S    ·",
+        "  ?*            R    S    ·    R    R    H",
+        "    IsOpen      F    ·    ·    F    ·    ·",
+        "    push it     R    S    ·    R    R    H",
+    ];
+    let letters = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    let found: Vec<Vec<String>> = table.lines().map(letters).collect();
+    assert_eq!(found, lines.map(letters), "{table}");
+}
+
+#[test]
+fn json_has_calls_times_and_statuses() {
+    let (_folder, tree, leaves) = files(TREE, LEAVES);
+    let arguments = ["tree", "run", text(&tree), "--leaves", text(&leaves), "--ticks", "2", "--json"];
+    let report: Value = serde_json::from_str(&said(&arguments, 0)).unwrap();
+    assert_eq!(report["tree"], "Door");
+    assert_eq!(report["nodes"][4], json!({"node": 4, "parent": 2, "kind": "Action", "id": "Push", "label": "push it"}));
+    assert_eq!(report["ticks"].as_array().unwrap().len(), 2);
+    let second = &report["ticks"][1];
+    assert_eq!((&second["tick"], &second["time_s"], &second["status"]), (&json!(2), &json!(1.0), &json!("success")));
+    assert_eq!(second["nodes"], json!(["success", "success", "success", null, "success"]));
+    assert_eq!(second["calls"], json!([{"node": 1, "request": "tick"}, {"node": 4, "request": "tick"}]));
+}
+
+#[test]
+fn a_script_with_mistakes_is_refused_with_all_of_them() {
+    let wrong = "ticks = -1\n[leaves]\nSafe = \"perhaps\"\nIsOpen = []\nNobody = \"success\"\n";
+    let (_folder, tree, leaves) = files(TREE, wrong);
+    let said = refusal(&["tree", "run", text(&tree), "--leaves", text(&leaves)]);
+    for part in ["ticks", "`Safe` must be an answer", "`IsOpen` must be an answer", "the leaf `push it`", "Nobody"] {
+        assert!(said.contains(part), "does not say {part}: {said}");
+    }
+}
+
+#[test]
+fn what_goes_wrong_in_a_node_is_printed_and_is_exit_status_1() {
+    let tree = TREE.replace("<Condition ID=\"Safe\"/>", "<ScriptCondition code=\"missing == 1\"/>");
+    let leaves = LEAVES.replace("Safe = \"success success failure success\"\n", "");
+    let (_folder, tree, leaves) = files(&tree, &leaves);
+    let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves), "--ticks", "1"], 1);
+    assert!(
+        table.contains("tick 1: ScriptCondition (node 1): there is no entry `missing` on the blackboard"),
+        "{table}"
+    );
+}
