@@ -8,7 +8,7 @@ use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, from_disk, load_map, pos
 use crate::floor;
 
 /// Poses that each place has at most.
-const POSES: usize = 100;
+const POSES: usize = 400;
 
 /// A map and poses all over it wherever it is free, with all sorts of headings.
 pub(crate) struct Place {
