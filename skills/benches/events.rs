@@ -7,8 +7,12 @@ use channels::{
     Capacity, Domain, Envelope, FieldKind, Message, Offer, Process, RequestNumber, Shape, Topology, TransitionId,
     Value, WiringError,
 };
-use divan::{Bencher, black_box};
+use divan::counter::ItemsCount;
+use divan::{AllocProfiler, Bencher, black_box};
 use skills::{Chart, Datum, Event, Host, Machine, Outgoing, SkillProcess, Undelivered, shipped};
+
+#[global_allocator]
+static ALLOCATOR: AllocProfiler = AllocProfiler::system();
 
 fn main() {
     divan::main();
@@ -29,6 +33,22 @@ const SAFETY: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="
   <state id="get">
     <transition cond="_event.data.level >= 20" target="idle"/>
     <transition target="failure"/>
+  </state>
+  <state id="failure"/>
+</scxml>"#;
+
+/// The paper's response monitor as a machine: a low battery is to be answered within ten ticks.
+const RESPONSE: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+  <datamodel><data id="timer" expr="0"/></datamodel>
+  <state id="idle">
+    <transition event="BatteryReader.ok" cond="_event.data.level &lt; 30" target="wait">
+      <assign location="timer" expr="10"/>
+    </transition>
+  </state>
+  <state id="wait">
+    <transition event="GotoRechargingStation.start_navigation" target="idle"/>
+    <transition event="TickGenerator.tick" cond="timer > 0"><assign location="timer" expr="timer - 1"/></transition>
+    <transition event="TickGenerator.tick" target="failure"/>
   </state>
   <state id="failure"/>
 </scxml>"#;
@@ -66,6 +86,33 @@ fn level(level: f64) -> Datum {
 #[divan::bench]
 fn safety_monitor(bencher: Bencher) {
     let mut machine = started(Chart::load("safety.scxml", SAFETY).expect("a machine"));
+    let event = Event::external("BatteryReader.ok").with_data(level(83.2));
+    bencher.bench_local(|| machine.handle(black_box(event.clone()), Duration::ZERO, &mut Nobody));
+}
+
+/// Four events: a low level, two ticks, the answer. One of them is what counts.
+#[divan::bench]
+fn response_monitor(bencher: Bencher) {
+    let mut machine = started(Chart::load("response.scxml", RESPONSE).expect("a machine"));
+    let events = [
+        Event::external("BatteryReader.ok").with_data(level(25.0)),
+        Event::external("TickGenerator.tick"),
+        Event::external("TickGenerator.tick"),
+        Event::external("GotoRechargingStation.start_navigation"),
+    ];
+    bencher.counter(ItemsCount::new(events.len())).bench_local(|| {
+        for event in &events {
+            machine.handle(black_box(event.clone()), Duration::ZERO, &mut Nobody);
+        }
+    });
+}
+
+/// The same by the engine, to know what falling back to it costs.
+#[cfg(feature = "ecmascript")]
+#[divan::bench]
+fn safety_monitor_by_the_engine(bencher: Bencher) {
+    let text = SAFETY.replace("_event.data.level >= 20", "Math.max(_event.data.level, 0) >= 20");
+    let mut machine = started(Chart::load("safety.scxml", &text).expect("a machine"));
     let event = Event::external("BatteryReader.ok").with_data(level(83.2));
     bencher.bench_local(|| machine.handle(black_box(event.clone()), Duration::ZERO, &mut Nobody));
 }

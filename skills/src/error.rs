@@ -68,6 +68,16 @@ pub enum SkillError {
         #[help]
         help: String,
     },
+    /// A leaf of the tree has nobody to carry it out.
+    #[error("there is no skill for the leaf {leaf}")]
+    #[diagnostic(code(skills::leaf))]
+    NoSkill {
+        /// The leaf.
+        leaf: String,
+        /// What may have been meant.
+        #[help]
+        help: String,
+    },
     /// A value is given for a datum that the machine does not have.
     #[error("the skill {file} has no parameter named {name}")]
     #[diagnostic(code(skills::parameter))]

@@ -88,7 +88,7 @@ pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Status, Transcript, Undelivered};
 pub use problem::Problem;
-pub use process::{CLIENT, SkillProcess};
+pub use process::{CLIENT, SkillOfSystem, SkillProcess, check_system};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
 pub use shipped::{SHIPPED, shipped};
 

@@ -173,6 +173,14 @@ impl Chart {
         self.scripts.iter().chain(of_states).chain(of_transitions)
     }
 
+    /// Whether some transition takes events of that name.
+    #[must_use]
+    pub fn hears(&self, event: &str) -> bool {
+        let class = self.events.class(event);
+        let mut descriptors = self.transitions.iter().flat_map(|transition| &transition.descriptors);
+        descriptors.any(|descriptor| descriptor.matches.contains(class))
+    }
+
     /// What the machine sends over channels, as far as that is written out: the process it goes to, and the symbol that the
     /// message begins with.
     #[must_use]

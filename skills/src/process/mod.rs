@@ -1,6 +1,7 @@
 //! A machine as a process of a channel system.
 
 mod check;
+mod system;
 mod translate;
 mod wiring;
 
@@ -16,6 +17,7 @@ use crate::suggest::nearest_or_all;
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use check::Constants;
+pub use system::{SkillOfSystem, check_system};
 use wiring::Wiring;
 
 /// The process that asks skills: what it sends is a request, and what goes to it an answer.

@@ -22,7 +22,7 @@ fn refused(text: &str) -> String {
 }
 
 /// One line a problem: the labelled text, the message, the help.
-fn in_short(text: &str, problems: &[Problem]) -> String {
+pub(crate) fn in_short(text: &str, problems: &[Problem]) -> String {
     let mut short = String::new();
     for problem in problems {
         let labels: Vec<&str> = problem

@@ -3,8 +3,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed, and says where")]
 
 mod appendix_d;
+mod broken_machines;
 mod conversation;
 mod diagnostics;
+mod eighth_skill;
 mod properties;
 mod seven_skills;
 mod spec_3_core;
@@ -16,3 +18,4 @@ mod spec_6_send;
 mod spec_b_2_engine;
 mod stage;
 mod system;
+mod whole_system;

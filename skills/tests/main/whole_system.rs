@@ -1,0 +1,63 @@
+//! The wiring of a tree with all its skills.
+
+use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+use skills::{Chart, SkillError, check_system};
+
+use crate::stage::file;
+
+fn topology() -> Topology {
+    let mut topology = Topology::default();
+    let [tree, skill, reader] = ["BT", "Look", "Reader"].map(|name| topology.process(name).unwrap());
+    let head = |symbols: [&str; 2]| Domain::new([Shape::new([("m", FieldKind::symbols(symbols))])]);
+    topology.channel(tree, skill, Capacity::One, head(["tick", "halt"])).unwrap();
+    topology.channel(skill, tree, Capacity::One, head(["success", "halted"])).unwrap();
+    topology.channel(skill, reader, Capacity::One, head(["get", "stop"])).unwrap();
+    topology.channel(reader, skill, Capacity::One, head(["ok", "error"])).unwrap();
+    topology
+}
+
+fn complaints(content: &str, leaves: &[&str]) -> Vec<String> {
+    let chart = Chart::load("Look.scxml", &file("", content)).unwrap();
+    let errors = check_system(leaves, &[("Look", &chart, &[])], &topology());
+    let mut said = Vec::new();
+    for error in errors {
+        match error {
+            SkillError::Wiring { problems, .. } => said.extend(problems.iter().map(ToString::to_string)),
+            other => said.push(other.to_string()),
+        }
+    }
+    said
+}
+
+const ASKS: &str = "<onentry><send type='channel' target='Reader' event='get'/></onentry>";
+const ANSWERS: &str =
+    "<transition event='BT.tick BT.halt'><send type='channel' target='BT' event='success'/></transition>";
+
+#[test]
+fn a_skill_that_hears_and_answers_fits() {
+    let content = format!("<state id='s'>{ASKS}{ANSWERS}<transition event='Reader.ok'/></state>");
+    assert_eq!(complaints(&content, &["Look"]), Vec::<String>::new());
+}
+
+#[test]
+fn a_leaf_without_a_skill_is_named() {
+    let content = format!("<state id='s'>{ANSWERS}<transition event='Reader'/></state>");
+    assert_eq!(complaints(&content, &["Look", "Loook"]), ["there is no skill for the leaf Loook"]);
+}
+
+#[test]
+fn answers_that_nobody_reads_and_questions_that_nobody_hears_are_named() {
+    let content = format!("<state id='s'>{ASKS}<transition event='BT.tick'/></state>");
+    assert_eq!(
+        complaints(&content, &["Look"]),
+        ["Look never answers BT", "nobody reads `BT.halt`", "nobody reads `Reader.ok`", "nobody reads `Reader.error`"]
+    );
+}
+
+#[test]
+fn services_that_do_not_exist_are_named() {
+    let content = format!(
+        "<state id='s'><onentry><send type='channel' target='Writer' event='get'/></onentry>{ANSWERS}<transition event='Reader'/></state>"
+    );
+    assert_eq!(complaints(&content, &["Look"]), ["there is no process Writer"]);
+}
