@@ -8,6 +8,7 @@ mod list;
 mod monitor;
 mod progress;
 mod run;
+mod skill;
 mod summary;
 mod tree;
 mod tree_script;
@@ -87,6 +88,9 @@ enum Command {
     /// Behavior trees: check files, show them, tick them without a robot
     #[command(subcommand)]
     Tree(tree::TreeCommand),
+    /// Skills: check machines, show them, run them without a robot
+    #[command(subcommand)]
+    Skill(skill::SkillCommand),
     /// Holds properties against a recorded run
     Verify(verify::VerifyArgs),
 }
@@ -98,6 +102,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         None => run::run(&cli.run),
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
+        Some(Command::Skill(command)) => skill::skill(command),
         Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),

@@ -57,6 +57,7 @@ pub(crate) mod path;
 mod render;
 #[cfg(test)]
 mod sample;
+mod state_chart;
 #[cfg(test)]
 pub(crate) mod tests;
 pub(crate) mod text;
@@ -78,6 +79,7 @@ pub use machine::diagram_svg;
 pub use map_picture::MapPicture;
 pub use page::Page;
 pub use render::Renderer;
+pub use state_chart::state_chart_svg;
 pub use tree_layout::{Link, PlacedNode, TreeLayout};
 pub use tree_picture::tree_svg;
 

@@ -1,0 +1,118 @@
+//! `steward skill`: machines without a robot.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::{Subcommand, ValueEnum};
+use skills::{Chart, Cues, SkillError, Status, Strictness, rehearse};
+
+use super::{complain, print};
+use crate::Error;
+
+/// What can be done with a machine.
+#[derive(Debug, Subcommand)]
+pub(super) enum SkillCommand {
+    /// Says everything that is wrong with a machine, or looks wrong
+    Check {
+        /// The machine, an SCXML file
+        file: PathBuf,
+    },
+    /// Shows a machine's states and transitions
+    Show {
+        /// The machine, an SCXML file
+        file: PathBuf,
+        /// An outline, a graph for Graphviz, or a drawing
+        #[arg(long, value_enum, default_value_t = Format::Text)]
+        format: Format,
+    },
+    /// Runs a machine alone: prints its log, every configuration that it enters, and the last one
+    Run {
+        /// The machine, an SCXML file
+        file: PathBuf,
+        /// Events to give it, one JSON object a line: {"event": "BT.tick", "time_s": 1.5, "data": {}}
+        #[arg(long, value_name = "FILE")]
+        events: Option<PathBuf>,
+        /// Simulated seconds after which it is stopped, if delayed events keep it going
+        #[arg(long, value_name = "SECONDS", default_value_t = 3600.0)]
+        until: f64,
+        /// Prints a JSON object a line
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// How a machine is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(super) enum Format {
+    Text,
+    Dot,
+    Svg,
+}
+
+/// Carries out a command on a machine.
+pub(super) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
+    match command {
+        SkillCommand::Check { file } => check(file),
+        SkillCommand::Show { file, format } => show(file, *format),
+        SkillCommand::Run { file, events, until, json } => run(file, events.as_deref(), *until, *json),
+    }
+}
+
+fn check(file: &Path) -> Result<ExitCode, Error> {
+    let chart = Chart::open(file, Strictness::Strict).map_err(Error::bad_input)?;
+    warn(&chart);
+    let states = chart.states().count();
+    let note = if chart.warnings().is_empty() { "nothing to complain about" } else { "it can run" };
+    print(&format!("{}: {states} states, {} transitions; {note}\n", chart.name(), chart.transitions().count()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
+    let chart = Chart::open(file, Strictness::Standard).map_err(Error::bad_input)?;
+    match format {
+        Format::Text => print(&chart.outline())?,
+        Format::Dot => print(&chart.to_dot())?,
+        Format::Svg => print(&crate::draw::state_chart_svg(&chart))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<ExitCode, Error> {
+    let chart = Chart::open(file, Strictness::Standard).map_err(Error::bad_input)?;
+    let cues = match events {
+        Some(events) => read_cues(events)?,
+        None => Cues::default(),
+    };
+    let until = Duration::try_from_secs_f64(until_s)
+        .map_err(|_| Error::refused(format!("{until_s} s is no time"), "a number of seconds, zero or more"))?;
+    let mut printed = Ok(());
+    let ending = rehearse(&chart, &cues, until, &mut |line| {
+        if printed.is_ok() {
+            let text = if json { line.to_json() } else { line.to_string() };
+            printed = print(&format!("{text}\n"));
+        }
+    });
+    printed?;
+    Ok(match ending.status {
+        Status::Done => ExitCode::SUCCESS,
+        Status::Stuck => ExitCode::FAILURE,
+        _ if ending.unhandled_errors => ExitCode::FAILURE,
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+fn read_cues(file: &Path) -> Result<Cues, Error> {
+    let name = file.to_string_lossy();
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") })
+    })?;
+    Cues::parse(&name, &text).map_err(Error::bad_input)
+}
+
+/// Writes what looks odd in a machine to stderr.
+fn warn(chart: &Chart) {
+    if let Some(concerns) = chart.concerns() {
+        complain(&Error::bad_input(concerns));
+    }
+}
