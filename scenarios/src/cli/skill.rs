@@ -104,9 +104,8 @@ fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<E
 
 fn read_cues(file: &Path) -> Result<Cues, Error> {
     let name = file.to_string_lossy();
-    let text = std::fs::read_to_string(file).map_err(|error| {
-        Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") })
-    })?;
+    let text = std::fs::read_to_string(file)
+        .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
     Cues::parse(&name, &text).map_err(Error::bad_input)
 }
 
