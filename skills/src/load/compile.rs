@@ -362,12 +362,18 @@ impl Compiler<'_> {
         let fatal = parsed.outcome.as_ref().err().map(|problem| problem.span.clone());
         let overlaps =
             |span: &Range<usize>| fatal.as_ref().is_some_and(|fatal| span.start < fatal.end && fatal.start < span.end);
+        let mut meant = None;
         for problem in parsed.unknown {
-            if !overlaps(&problem.span) {
+            if overlaps(&problem.span) {
+                meant = problem.help;
+            } else {
                 self.defer(in_file(written, problem));
             }
         }
-        parsed.outcome.map_err(|problem| self.defer(in_file(written, problem)))
+        parsed.outcome.map_err(|problem| {
+            let help = problem.help.clone().or(meant);
+            self.defer(in_file(written, ExpressionProblem { help, ..problem }))
+        })
     }
 
     /// Reports what the recommendation leaves to be an error at run time, and says what is wrong.

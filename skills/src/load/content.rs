@@ -40,7 +40,14 @@ impl Compiler<'_> {
             "assign" => self.assign(node)?,
             "script" => return Some(self.script(node)),
             "send" => self.send(node),
-            "cancel" => ActionKind::Cancel(self.alternative(node, "sendid", "sendidexpr")?.source),
+            "cancel" => match self.alternative(node, "sendid", "sendidexpr") {
+                Some(id) => ActionKind::Cancel(id.source),
+                None => {
+                    let problem = Problem::new("<cancel> does not say what").at(name_span(node), "`sendid` is missing");
+                    self.problems.push(problem.help("the `id` of the <send> that is taken back"));
+                    return None;
+                }
+            },
             _ => return None,
         };
         Some(Action { kind, span: name_span(node).into() })

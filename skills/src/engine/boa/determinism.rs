@@ -91,8 +91,11 @@ fn random() -> f64 {
     (mixed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
+type Unary = fn(f64) -> f64;
+type Binary = fn(f64, f64) -> f64;
+
 /// Functions of one number.
-const UNARY: [(&str, fn(f64) -> f64); 19] = [
+const UNARY: [(&str, Unary); 19] = [
     ("acos", libm::acos),
     ("acosh", libm::acosh),
     ("asin", libm::asin),
@@ -127,7 +130,7 @@ pub(super) fn install(context: &mut Context) -> JsResult<()> {
         };
         method(name, 1, NativeFunction::from_copy_closure(call), context)?;
     }
-    let binary: [(&str, fn(f64, f64) -> f64); 2] = [("atan2", libm::atan2), ("pow", power)];
+    let binary: [(&str, Binary); 2] = [("atan2", libm::atan2), ("pow", power)];
     for (name, function) in binary {
         let call = move |_: &JsValue, arguments: &[JsValue], context: &mut Context| {
             Ok(JsValue::from(function(number(arguments, 0, context)?, number(arguments, 1, context)?)))
