@@ -40,7 +40,7 @@ struct Box {
 pub fn state_chart_svg(chart: &Chart) -> String {
     let mut whole = measured(chart, chart.root(), false);
     whole.at = (MARGIN, MARGIN);
-    let mut canvas = Canvas::new();
+    let mut canvas = Canvas::for_browsers();
     let (width, height) = (whole.width + 2.0 * MARGIN, whole.height + 2.0 * MARGIN);
     canvas.rounded(Area::new(0.0, 0.0, width, height), 0.0, Paint::fill(theme::PAGE));
     draw(&mut canvas, chart, &whole, (0.0, 0.0), 0);
