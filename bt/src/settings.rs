@@ -258,7 +258,11 @@ impl Loop {
     /// Takes the first thing out of the queue and writes it down.
     fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
         if starts {
-            *board.queue(self.number) = None;
+            // A queue in the file is copied only now: a loop that was left standing with an answer has none.
+            *board.queue(self.number) = match &self.queue {
+                Input::Constant(constant) => Some(self.copy(constant)?),
+                Input::Entry(..) => None,
+            };
         }
         let first = match &self.queue {
             Input::Entry(slot, name) if !matches!(board.value(*slot), Some(Value::List(_))) => {
@@ -278,12 +282,7 @@ impl Loop {
                 Some(Value::List(items)) => items.pop_front(),
                 _ => None,
             },
-            Input::Constant(constant) => {
-                if board.queue_is_empty(self.number) {
-                    *board.queue(self.number) = Some(self.copy(constant)?);
-                }
-                board.queue(self.number).as_mut().and_then(VecDeque::pop_front)
-            }
+            Input::Constant(_) => board.queue(self.number).as_mut().and_then(VecDeque::pop_front),
         };
         let Some(first) = first else { return Ok(Reading::Status(self.if_empty.status(board)?)) };
         if let Some(slot) = self.value {
