@@ -12,12 +12,22 @@
 //! - [`SHIPPED`]: the seven machines of the shipped tree, by the names of its leaves.
 //!
 //! # What runs
-//! Compound, parallel and final states, `<initial>`, shallow and deep history; transitions with any number of events
-//! and targets, internal ones too; `<raise>`, `<if>`, `<foreach>`, `<log>`, `<assign>`, `<script>`, `<send>` with delays,
-//! `<cancel>`, `<donedata>`; early and late binding; `In()` and the system variables; the data models `ecmascript`, as far
-//! as expressions go that are compiled here (literals, data, `_event`, member access, operators, `?:`; a script is a
-//! sequence of assignments), and `null`. Elements of other namespaces are ignored with a warning. `<invoke>`, files
-//! beside the machine (`src`) and the rest of ECMAScript are refused with the place where they stand.
+//! All of SCXML 1.0 but the optional event I/O processor of HTTP: compound, parallel and final states, `<initial>`, shallow
+//! and deep history; transitions with any number of events and targets, internal ones too; `<raise>`, `<if>`, `<foreach>`,
+//! `<log>`, `<assign>`, `<script>`, `<send>` with delays, `<cancel>`, `<donedata>`; `<invoke>` of machines that stand in the
+//! file, beside it ([`Chart::open`]) or are computed, with `<finalize>` and `autoforward`; early and late binding; `In()`
+//! and the system variables; the data models `ecmascript` and `null`. Elements of other namespaces are ignored with a
+//! warning.
+//!
+//! ECMAScript runs at two speeds. Literals, data, `_event`, member access, operators, `?:` and assignments are compiled here,
+//! and an event costs a few hundred nanoseconds and no memory. With the cargo feature `ecmascript` everything else goes to
+//! a real engine, which costs microseconds: functions, methods, loops, regular expressions, `Math`, XML as objects. Without
+//! it, such an expression is refused with its place when the file is loaded. Either way the state of a machine is a value.
+//! The engine's time is that of the run, its chance begins with the session's name ([`Machine::set_seed`]), its mathematics
+//! is libm's, its loops are bounded. Data hold what is plain: a function is kept as its source and sees data but no
+//! variables around it, an object loses its class, `Map` and its kin are refused.
+//!
+//! [`rehearse`] runs a machine alone, [`check_system`] holds a tree's skills against their channels.
 //!
 //! # Messages and events
 //! A [`SkillProcess`] turns messages into events and events into messages:

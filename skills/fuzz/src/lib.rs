@@ -57,20 +57,99 @@ const ACTIONS: [&str; 8] = ["raise", "if", "foreach", "log", "assign", "script",
 const ODD: [&str; 10] =
     ["scxml", "initial", "donedata", "content", "param", "finalize", "else", "elseif", "data", "stat"];
 const ATTRIBUTES: [&str; 29] = [
-    "id", "initial", "event", "cond", "target", "type", "expr", "location", "array", "item", "index", "label", "delay",
-    "delayexpr", "name", "namelist", "src", "srcexpr", "sendid", "idlocation", "autoforward", "eventexpr", "targetexpr",
-    "typeexpr", "binding", "datamodel", "version", "sendidexpr", "xmlns:x",
+    "id",
+    "initial",
+    "event",
+    "cond",
+    "target",
+    "type",
+    "expr",
+    "location",
+    "array",
+    "item",
+    "index",
+    "label",
+    "delay",
+    "delayexpr",
+    "name",
+    "namelist",
+    "src",
+    "srcexpr",
+    "sendid",
+    "idlocation",
+    "autoforward",
+    "eventexpr",
+    "targetexpr",
+    "typeexpr",
+    "binding",
+    "datamodel",
+    "version",
+    "sendidexpr",
+    "xmlns:x",
 ];
 const VALUES: [&str; 44] = [
-    "s", "t", "u", "s t", "a", "b.c", "*", "a.*", ".*", "x", "y", "1", "x + 1", "x == 1", "In('s')", "_event.data.x",
-    "[1, 2, x]", "{a: 1}", "x.y.z", "x[0]", "1 +", "'open", "((((((((1))))))))", "!!!!!x", "deep", "shallow", "internal",
-    "1s", "10ms", "-1s", "#_internal", "#_parent", "#_s", "channel", "scxml", "true", "false", "", "late", "null",
-    "x = 2", "x++", "f(x)", "&#x10FFFF;&lt;&amp;",
+    "s",
+    "t",
+    "u",
+    "s t",
+    "a",
+    "b.c",
+    "*",
+    "a.*",
+    ".*",
+    "x",
+    "y",
+    "1",
+    "x + 1",
+    "x == 1",
+    "In('s')",
+    "_event.data.x",
+    "[1, 2, x]",
+    "{a: 1}",
+    "x.y.z",
+    "x[0]",
+    "1 +",
+    "'open",
+    "((((((((1))))))))",
+    "!!!!!x",
+    "deep",
+    "shallow",
+    "internal",
+    "1s",
+    "10ms",
+    "-1s",
+    "#_internal",
+    "#_parent",
+    "#_s",
+    "channel",
+    "scxml",
+    "true",
+    "false",
+    "",
+    "late",
+    "null",
+    "x = 2",
+    "x++",
+    "f(x)",
+    "&#x10FFFF;&lt;&amp;",
 ];
 const TEXTS: [&str; 16] = [
-    "x = 1", "x += 1; y = x", "var z = 3, w", "[1, 2]", "{\"a\": [1]}", "some  text", "function f(n) { return n + 1 }",
-    "for (var i = 0; i &lt; 3; i++) { x = i }", "while (x) { x-- }", "if (x", "`${x}`", "x = [].concat(x)",
-    "<a b='c'>d</a>", "/re/.test(x)", "throw x", "]]&gt;",
+    "x = 1",
+    "x += 1; y = x",
+    "var z = 3, w",
+    "[1, 2]",
+    "{\"a\": [1]}",
+    "some  text",
+    "function f(n) { return n + 1 }",
+    "for (var i = 0; i &lt; 3; i++) { x = i }",
+    "while (x) { x-- }",
+    "if (x",
+    "`${x}`",
+    "x = [].concat(x)",
+    "<a b='c'>d</a>",
+    "/re/.test(x)",
+    "throw x",
+    "]]&gt;",
 ];
 
 /// The text of that number: a machine that is right but for a few mistakes, bytes changed in it now and then.
@@ -86,8 +165,9 @@ pub fn text(number: u64) -> String {
     if !random.one_in(4) {
         text.push_str("<datamodel><data id='x' expr='0'/><data id='y'/></datamodel>");
     }
+    let mut count = 0;
     for _ in 0..=random.below(3) {
-        state(&mut random, 0, &mut text);
+        state(&mut random, 0, &mut count, &mut text);
     }
     text.push_str("</scxml>");
     if random.one_in(3) { damaged(&mut random, text) } else { text }
@@ -95,15 +175,26 @@ pub fn text(number: u64) -> String {
 
 const HEAD: &str = "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'>";
 
-fn state(random: &mut Random, depth: usize, text: &mut String) {
-    let name = random.pick(&STATES);
-    let id = ["s", "t", "u", "v", "w", "q"][random.below(6)];
-    text.push_str(&format!("<{name} id='{id}{}'>", if random.one_in(3) { "" } else { random.pick(&["1", "2", "3", "4", "5"]) }));
+/// A state with all that is in it. Ids repeat now and then only, and targets are the first of them.
+fn state(random: &mut Random, depth: usize, count: &mut usize, text: &mut String) {
+    let leaf = depth > 3 || random.one_in(2);
+    let name = if leaf || !random.one_in(8) { random.pick(&["state", "state", "final"]) } else { random.pick(&STATES) };
+    let name = if leaf || name != "final" { name } else { "state" };
+    let id = match ["s", "t", "u", "s1", "t2"].get(*count) {
+        Some(id) => (*id).to_owned(),
+        None => format!("n{}", if random.one_in(50) { 7 } else { *count }),
+    };
+    *count += 1;
+    text.push_str(&format!("<{name} id='{id}'>"));
+    if name == "final" {
+        text.push_str("</final>");
+        return;
+    }
     for _ in 0..random.below(3) {
         handler(random, text);
     }
-    for _ in 0..random.below(if depth > 3 { 1 } else { 3 }) {
-        state(random, depth + 1, text);
+    for _ in 0..if leaf { 0 } else { random.below(3) } {
+        state(random, depth + 1, count, text);
     }
     text.push_str(&format!("</{name}>"));
 }
@@ -112,13 +203,16 @@ fn handler(random: &mut Random, text: &mut String) {
     let name = random.pick(&HANDLERS);
     match name {
         "transition" => {
-            let (event, target) = (random.pick(&["a", "b.c", "*", "error", "done"]), random.pick(&["s", "t", "u", "s1", "t2"]));
+            let (event, target) =
+                (random.pick(&["a", "b.c", "*", "error", "done"]), random.pick(&["s", "t", "u", "s1", "t2"]));
             text.push_str(&format!("<transition event='{event}' target='{target}'>"));
             for _ in 0..random.below(2) {
                 action(random, 0, text);
             }
         }
-        "datamodel" => text.push_str(&format!("<datamodel><data id='d{}' expr=\"{}\"/>", random.below(9), random.pick(&VALUES))),
+        "datamodel" => {
+            text.push_str(&format!("<datamodel><data id='d{}' expr=\"{}\"/>", random.below(9), random.pick(&VALUES)))
+        }
         "invoke" => {
             text.push_str("<invoke>");
             if random.one_in(2) {
@@ -138,7 +232,7 @@ fn handler(random: &mut Random, text: &mut String) {
 }
 
 fn action(random: &mut Random, depth: usize, text: &mut String) {
-    let name = if random.one_in(12) { random.pick(&ODD) } else { random.pick(&ACTIONS) };
+    let name = if random.one_in(40) { random.pick(&ODD) } else { random.pick(&ACTIONS) };
     let needed = match name {
         "raise" => "event='a'",
         "if" => "cond='x == 1'",
@@ -149,7 +243,7 @@ fn action(random: &mut Random, depth: usize, text: &mut String) {
         _ => "",
     };
     text.push_str(&format!("<{name} {needed}"));
-    if random.one_in(2) {
+    if random.one_in(6) {
         let attribute = random.pick(&ATTRIBUTES);
         if !needed.contains(attribute) {
             text.push_str(&format!(" {attribute}=\"{}\"", random.pick(&VALUES)));
