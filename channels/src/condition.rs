@@ -22,7 +22,7 @@ impl VariableId {
         self.0
     }
 
-    /// Field m[`number`] of the message in the variable, counted from 1, as a term.
+    /// Field `m[number]` of the message in the variable, counted from 1, as a term.
     #[must_use]
     pub fn field(self, number: usize) -> Term {
         Term::Field(self, number)

@@ -60,13 +60,13 @@ pub struct Shape {
 }
 
 impl Shape {
-    /// The shape with these fields, in the order m[1], m[2], …
+    /// The shape with these fields, in the order `m[1]`, `m[2]`, …
     #[must_use]
     pub fn new<const N: usize>(fields: [(&str, FieldKind); N]) -> Self {
         Self { fields: fields.map(|(name, kind)| (name.to_owned(), kind)).to_vec() }
     }
 
-    /// The fields' names and kinds, in the order m[1], m[2], …
+    /// The fields' names and kinds, in the order `m[1]`, `m[2]`, …
     #[must_use]
     pub fn fields(&self) -> &[(String, FieldKind)] {
         &self.fields

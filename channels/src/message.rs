@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::Value;
 
-/// A message: a tuple of values m[1], m[2], …
+/// A message: a tuple of values `m[1]`, `m[2]`, …
 ///
 /// Copies share their values, so passing a message on is cheap.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -24,19 +24,19 @@ impl Message {
         Self::new(names.map(Value::symbol))
     }
 
-    /// Field m[`number`], counted from 1 as in the paper; `None` where the message has no such field.
+    /// Field `m[number]`, counted from 1 as in the paper; `None` where the message has no such field.
     #[must_use]
     pub fn field(&self, number: usize) -> Option<&Value> {
         self.0.get(number.checked_sub(1)?)
     }
 
-    /// All fields in order; the first is m[1].
+    /// All fields in order; the first is `m[1]`.
     #[must_use]
     pub fn fields(&self) -> &[Value] {
         &self.0
     }
 
-    /// The name of m[1], if it is a symbol: what kind of message this is.
+    /// The name of `m[1]`, if it is a symbol: what kind of message this is.
     #[must_use]
     pub fn head(&self) -> Option<&str> {
         match self.0.first() {

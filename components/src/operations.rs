@@ -15,7 +15,7 @@ pub const NAVIGATION: &str = "Navigation";
 pub struct Operation {
     /// The component.
     pub component: &'static str,
-    /// m[1] of the request.
+    /// `m[1]` of the request.
     pub name: &'static str,
     /// The request.
     pub request: Shape,

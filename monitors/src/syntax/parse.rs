@@ -24,7 +24,7 @@ const MAX_DEPTH: usize = 100;
 /// A text that has been read.
 #[derive(Clone, Debug)]
 pub struct Parsed {
-    /// Its tree; what could not be read is [`ConstraintKind::Unreadable`] there.
+    /// Its tree; what could not be read is `ConstraintKind::Unreadable` there.
     pub file: File,
     /// Everything that is wrong with the text, and what looks wrong, in its order.
     pub problems: Vec<Problem>,
