@@ -392,6 +392,8 @@ fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<(Vec<Watche
         }
         warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
     }
+    // A property in a file that is wrong is not unknown.
+    complaints.check()?;
     let known = || watched.iter().map(|watched| watched.name.as_str());
     for (name, _) in scenario.file.expect.outcomes.iter().filter(|(name, _)| !known().any(|other| other == name.value))
     {

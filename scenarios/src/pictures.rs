@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{GraphTransition, Label, LocationId, Monitor, ProgramGraph, Topology, Verdict};
+use channels::{ChannelId, GraphTransition, Label, LocationId, Monitor, ProgramGraph, Topology, Verdict};
 use maps::{Place, Point, Pose};
 use robot::RobotModel;
 
@@ -216,15 +216,13 @@ fn diagram(monitor: &dyn Monitor, live: &Live) -> draw::Diagram {
 }
 
 /// The transitions as a picture shows them. Loops are left out: a monitor without a matching transition stays where it
-/// is. A receive action is named by the sender, and the negation of another transition's label is "else".
+/// is. A receive action is named by what the message tells, and the negation of another transition's label is "else".
 fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<draw::Transition> {
     let shown = || graph.transitions().iter().filter(|transition| transition.from != transition.to);
     let label = |transition: &GraphTransition| {
         let caption = graph.caption(transition, topology);
         match &transition.label {
-            Label::Receive(channel, _) if caption == topology.describe(*channel) => {
-                topology.ends(*channel).0.to_owned()
-            }
+            Label::Receive(channel, _) if caption == topology.describe(*channel) => what_passes(topology, *channel),
             _ => caption,
         }
     };
@@ -238,4 +236,12 @@ fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<draw::Transitio
             draw::Transition { from: transition.from.index(), to: transition.to.index(), label }
         })
         .collect()
+}
+
+/// What a channel's messages tell, in a word: `request`, or the last field of a reply, such as `level`.
+fn what_passes(topology: &Topology, channel: ChannelId) -> String {
+    let fields = topology.get(channel).domain.shapes().first().map_or(&[][..], |shape| shape.fields());
+    let request = fields.first().filter(|(name, _)| name == "request");
+    let told = request.or(fields.last()).map(|(name, _)| name.clone());
+    told.unwrap_or_else(|| topology.ends(channel).0.to_owned())
 }
