@@ -62,6 +62,18 @@ pub enum WiringError {
         /// The process.
         process: String,
     },
+    /// A process that is the sum of its members has no behaviour of its own that could be replaced.
+    #[error("{process} is the sum of its members, which have to be replaced one by one")]
+    Composed {
+        /// The process.
+        process: String,
+    },
+    /// A disturbance of a channel that never holds a message.
+    #[error("the channel {channel} hands messages over without holding them, so nothing can happen to them there")]
+    HoldsNothing {
+        /// The channel in words.
+        channel: String,
+    },
     /// A program graph's transition names a location that it does not have, or it has no initial location.
     #[error("the program graph {graph} {problem}")]
     Graph {
@@ -91,6 +103,16 @@ pub enum RunError {
     OutsideDomain {
         /// The process.
         process: String,
+        /// The message.
+        message: Message,
+        /// The channel in words.
+        channel: String,
+        /// The channel's domain in words.
+        domain: String,
+    },
+    /// A disturbance replaced a message by one that the channel cannot carry.
+    #[error("a disturbance put {message} into the channel {channel}, which carries {domain}")]
+    Corrupted {
         /// The message.
         message: Message,
         /// The channel in words.

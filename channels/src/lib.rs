@@ -9,6 +9,8 @@
 //!   channel of capacity 1 takes a message when it is empty and gives it when it is full; over a channel of capacity
 //!   0, sender and receiver move together.
 //! - What comes out is the timed state sequence: an [`Event`] for each message received and each tick generated.
+//! - A [`Disturbance`] lets a channel lose, hold back, repeat or change what it carries; a process can be suspended or
+//!   given another behaviour. So a system can be watched while something is wrong with it.
 //! - A [`Monitor`] moves in the very step in which the message it waits for is received, and changes nothing.
 //!
 //! A system that asks a reader for a level, once, and a monitor that watches the answer:
@@ -59,6 +61,7 @@
 //! ```
 
 mod condition;
+mod disturbance;
 mod domain;
 mod error;
 mod event;
@@ -73,6 +76,7 @@ mod topology;
 mod value;
 
 pub use condition::{Assignment, Condition, Content, Evaluation, Relation, Term, VariableId};
+pub use disturbance::{Chance, Concern, Corruption, Disturbance, Effect};
 pub use domain::{Domain, FieldKind, Shape};
 pub use error::{RunError, WiringError};
 pub use event::{Event, EventKind};
@@ -81,7 +85,7 @@ pub use message::{Envelope, Message, RequestNumber};
 pub use monitor::{GraphMonitor, Monitor, Verdict};
 pub use process::{Action, Offer, Pattern, Process, ProcessState, TransitionId, Use};
 pub use scheduler::{Random, RoundRobin, Scheduler, Scripted, Starving};
-pub use system::{Attached, ChannelSystem, Enabled, EnabledKind, Run};
+pub use system::{Attached, ChannelSystem, DisturbanceId, Enabled, EnabledKind, Run};
 pub use tick::TickGenerator;
 pub use topology::{Capacity, Channel, ChannelId, ProcessId, Topology};
 pub use value::{Symbol, Value};

@@ -1,9 +1,17 @@
 //! The channel system, CS = [PG₁ | … | PGₙ].
 
+mod disturb;
+mod enabled;
+mod run;
+
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
+pub use self::disturb::DisturbanceId;
+use self::disturb::Disturbances;
+pub use self::enabled::{Enabled, EnabledKind};
+pub use self::run::Run;
 use crate::process::{Action, Offer, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
@@ -11,42 +19,11 @@ use crate::{
     TransitionId, Verdict, WiringError,
 };
 
-/// What an enabled transition of the system does.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub enum EnabledKind {
-    /// An internal action of the process.
-    Internal,
-    /// The process fills an empty channel.
-    Send(ChannelId),
-    /// The process empties a full channel.
-    Receive(ChannelId),
-    /// The process sends while another receives.
-    Handshake {
-        /// Over this channel.
-        channel: ChannelId,
-        /// The process that receives.
-        receiver: ProcessId,
-        /// With this transition.
-        receiving: TransitionId,
-    },
-}
-
-/// A transition that the system can take now.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Enabled {
-    /// The process that moves; the sender, in a handshake.
-    pub process: ProcessId,
-    /// The process's own number for the transition.
-    pub transition: TransitionId,
-    /// What the transition does.
-    pub kind: EnabledKind,
-}
-
 /// A system of processes that talk over channels, with the monitors that watch them.
 ///
-/// Processes and channel contents are a value: the system can be copied and its states compared and hashed (with
-/// [`same_state`](Self::same_state) and [`hash_state`](Self::hash_state)). Monitors are no part of that state: a run
-/// with and without them is the same run.
+/// Processes, channel contents and what disturbs them are a value: the system can be copied and its states compared
+/// and hashed (with [`same_state`](Self::same_state) and [`hash_state`](Self::hash_state)). Monitors are no part of that
+/// state: a run with and without them is the same run.
 #[derive(Debug)]
 pub struct ChannelSystem {
     topology: Arc<Topology>,
@@ -54,6 +31,9 @@ pub struct ChannelSystem {
     processes: Vec<Option<Box<dyn Process>>>,
     /// By channel; always empty for capacity 0.
     contents: Vec<Option<Envelope>>,
+    disturbances: Disturbances,
+    /// By process.
+    suspended: Vec<bool>,
     monitors: Vec<Attached>,
     clock: Clock,
     cache: OfferCache,
@@ -107,6 +87,8 @@ impl ChannelSystem {
         }
         Ok(Self {
             contents: topology.channels().map(|_| None).collect(),
+            disturbances: Disturbances::none(topology.channels().count()),
+            suspended: vec![false; count],
             topology,
             processes: by_id,
             monitors: Vec::new(),
@@ -168,11 +150,45 @@ impl ChannelSystem {
         self.processes[id.0].as_ref().map(|process| process.location())
     }
 
-    /// Sets the time of the run and fires the timers that are due, process by process.
+    /// A copy of a process as it stands, with which [`replace`](Self::replace) can restore it later; none of one that is
+    /// the sum of its members.
+    #[must_use]
+    pub fn clone_process(&self, id: ProcessId) -> Option<Box<dyn Process>> {
+        self.processes[id.0].clone()
+    }
+
+    /// Gives a process another behaviour from now on. Messages on their way to it stay where they are.
+    ///
+    /// # Errors
+    /// [`WiringError::ForeignChannel`] or [`WiringError::OutsideDomain`] if the new behaviour does not fit the process's
+    /// channels, [`WiringError::Composed`] if the process is the sum of its members.
+    pub fn replace(&mut self, id: ProcessId, process: Box<dyn Process>) -> Result<(), WiringError> {
+        if self.processes[id.0].is_none() {
+            return Err(WiringError::Composed { process: self.topology.name(id).to_owned() });
+        }
+        check_uses(&self.topology, id, process.as_ref())?;
+        self.processes[id.0] = Some(process);
+        self.cache.stale[id.0] = true;
+        Ok(())
+    }
+
+    /// Suspends a process, with all its members, or wakes it. While it is suspended it offers nothing, and its timers
+    /// wait: those that have fallen due meanwhile fire with the first [`advance`](Self::advance) after it wakes.
+    pub fn suspend(&mut self, id: ProcessId, suspended: bool) {
+        for part in self.topology.processes().filter(|&part| self.topology.is_part_of(part, id)) {
+            self.suspended[part.0] = suspended;
+            self.cache.stale[part.0] = true;
+        }
+    }
+
+    /// Sets the time of the run, lets go the messages that were held until then, and fires the timers that are due,
+    /// process by process.
     pub fn advance(&mut self, now: Duration) {
         self.clock.time = now;
+        self.disturbances.release(now);
         for (id, process) in self.processes.iter_mut().enumerate() {
             if let Some(process) = process
+                && !self.suspended[id]
                 && process.next_timer().is_some_and(|due| due <= now)
             {
                 process.fire_timers(now);
@@ -194,7 +210,8 @@ impl ChannelSystem {
         self.show_monitors(&event);
         let process = self.process::<TickGenerator>(generator).expect("ticks come from a TickGenerator");
         let (channel, pending) = (process.output(), process.is_pending());
-        let taken = !pending && self.contents[channel.0].is_none() && self.awaits_tick(channel);
+        let ready = !pending && !self.suspended[generator.0];
+        let taken = ready && self.contents[channel.0].is_none() && self.awaits_tick(channel);
         if taken && let Some(process) = self.process_mut::<TickGenerator>(generator) {
             process.generate(tick);
         }
@@ -231,12 +248,15 @@ impl ChannelSystem {
                     },
                     Action::Receive(channel, pattern) => self.contents[channel.0]
                         .as_ref()
-                        .is_some_and(|envelope| pattern.accepts(&envelope.message))
+                        .is_some_and(|envelope| {
+                            pattern.accepts(&envelope.message) && self.disturbances.let_pass(*channel)
+                        })
                         .then_some(EnabledKind::Receive(*channel)),
                 };
                 enabled.extend(kind.map(|kind| Enabled { process, transition: offer.transition, kind }));
             }
         }
+        self.push_disturbances(enabled);
     }
 
     /// Lists the handshakes that a send action over a channel of capacity 0 can take part in.
@@ -259,7 +279,7 @@ impl ChannelSystem {
             if std::mem::take(&mut self.cache.stale[index]) {
                 let offers = &mut self.cache.offers[index];
                 offers.clear();
-                if let Some(process) = process {
+                if let Some(process) = process.as_ref().filter(|_| !self.suspended[index]) {
                     process.offers(offers);
                 }
             }
@@ -270,7 +290,8 @@ impl ChannelSystem {
     /// it happens between members of one process.
     ///
     /// # Errors
-    /// [`RunError::OutsideDomain`] if a process sends a message that its channel cannot carry.
+    /// [`RunError::OutsideDomain`] if a process sends a message that its channel cannot carry,
+    /// [`RunError::Corrupted`] if a disturbance makes one.
     ///
     /// # Panics
     /// If the transition is not enabled.
@@ -283,12 +304,16 @@ impl ChannelSystem {
             }
             EnabledKind::Send(channel) => {
                 let envelope = self.sent(process, transition, channel)?;
+                self.disturbances.enter(channel, &envelope.message, self.clock.time);
                 self.contents[channel.0] = Some(envelope);
                 self.follow(process, transition, None);
                 Ok(None)
             }
             EnabledKind::Receive(channel) => {
                 let envelope = self.contents[channel.0].take().expect("an enabled receive finds a message");
+                if self.disturbances.leave(channel) {
+                    self.contents[channel.0] = Some(envelope.clone());
+                }
                 Ok(self.deliver(channel, envelope, process, transition))
             }
             EnabledKind::Handshake { channel, receiver, receiving } => {
@@ -296,6 +321,7 @@ impl ChannelSystem {
                 self.follow(process, transition, None);
                 Ok(self.deliver(channel, envelope, receiver, receiving))
             }
+            EnabledKind::Disturb(channel) => self.take_disturbance(channel).map(|()| None),
         }
     }
 
@@ -358,19 +384,26 @@ impl ChannelSystem {
     ///
     /// After `budget` transitions the last item is [`RunError::Livelock`].
     pub fn run<'a>(&'a mut self, scheduler: &'a mut dyn Scheduler, budget: u64) -> Run<'a> {
-        Run { system: self, scheduler, budget, taken: 0, enabled: Vec::new(), busy: Vec::new(), over: false }
+        Run::new(self, scheduler, budget)
     }
 
-    /// Whether the other system's processes and channels are in the same state.
+    /// Whether the other system's processes and channels are in the same state, and the same disturbs them. The
+    /// disturbances of systems that were copied from one another are told apart by their numbers; the monitors and what
+    /// has been counted are no part of the state.
     #[must_use]
     pub fn same_state(&self, other: &Self) -> bool {
-        self.processes == other.processes && self.contents == other.contents
+        self.processes == other.processes
+            && self.contents == other.contents
+            && self.disturbances == other.disturbances
+            && self.suspended == other.suspended
     }
 
     /// Feeds the state of processes and channels to a hasher.
     pub fn hash_state(&self, hasher: &mut impl Hasher) {
         self.processes.hash(hasher);
         self.contents.hash(hasher);
+        self.disturbances.hash(hasher);
+        self.suspended.hash(hasher);
     }
 
     /// A copy without monitors.
@@ -380,6 +413,8 @@ impl ChannelSystem {
             topology: Arc::clone(&self.topology),
             processes: self.processes.clone(),
             contents: self.contents.clone(),
+            disturbances: self.disturbances.clone(),
+            suspended: self.suspended.clone(),
             monitors: Vec::new(),
             clock: self.clock.clone(),
             cache: self.cache.clone(),
@@ -410,66 +445,4 @@ fn check_uses(topology: &Topology, id: ProcessId, process: &dyn Process) -> Resu
         }
     }
     Ok(())
-}
-
-/// The timed state sequence of one run to quietness; see [`ChannelSystem::run`].
-#[derive(Debug)]
-pub struct Run<'a> {
-    system: &'a mut ChannelSystem,
-    scheduler: &'a mut dyn Scheduler,
-    budget: u64,
-    taken: u64,
-    enabled: Vec<Enabled>,
-    /// Who moved in the last tenth of the budget.
-    busy: Vec<ProcessId>,
-    over: bool,
-}
-
-impl Run<'_> {
-    fn livelock(&mut self) -> RunError {
-        self.busy.sort_unstable();
-        self.busy.dedup();
-        let name = |&id: &ProcessId| self.system.topology.name(id).to_owned();
-        let mut processes: Vec<String> = self.busy.iter().map(name).collect();
-        processes.sort();
-        let time_s = format!("{:.2}", self.system.clock.time.as_secs_f64());
-        RunError::Livelock { steps: self.taken, time_s, processes }
-    }
-
-    fn move_on(&mut self) -> Result<Option<Event>, RunError> {
-        let choice = self.scheduler.choose(&self.enabled);
-        let enabled = self.enabled[choice].clone();
-        self.taken += 1;
-        if self.taken * 10 > self.budget * 9 {
-            self.busy.push(enabled.process);
-        }
-        self.system.take(&enabled)
-    }
-}
-
-impl Iterator for Run<'_> {
-    type Item = Result<Event, RunError>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        while !self.over {
-            self.system.list_enabled(&mut self.enabled);
-            if self.enabled.is_empty() {
-                self.over = true;
-                return None;
-            }
-            if self.taken >= self.budget {
-                self.over = true;
-                return Some(Err(self.livelock()));
-            }
-            match self.move_on() {
-                Ok(None) => {}
-                Ok(Some(event)) => return Some(Ok(event)),
-                Err(error) => {
-                    self.over = true;
-                    return Some(Err(error));
-                }
-            }
-        }
-        None
-    }
 }

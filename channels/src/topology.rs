@@ -139,6 +139,14 @@ impl Topology {
         self.channels.iter().position(|channel| (channel.source, channel.target) == ends).map(ChannelId)
     }
 
+    /// The channel between the same processes in the opposite direction.
+    #[must_use]
+    pub fn opposite(&self, channel: ChannelId) -> Option<ChannelId> {
+        let Channel { source, target, .. } = *self.get(channel);
+        let is_opposite = |other: &Channel| (other.source, other.target) == (target, source);
+        self.channels.iter().position(is_opposite).map(ChannelId)
+    }
+
     /// The name of a process.
     #[must_use]
     pub fn name(&self, process: ProcessId) -> &str {

@@ -2,99 +2,22 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
+mod disturbances;
+mod plan;
+mod suspension;
+
 use std::sync::Arc;
 
 use channels::{
-    Capacity, ChannelId, ChannelSystem, Condition, Content, Domain, Enabled, EnabledKind, Event, EventKind, FieldKind,
-    GraphMonitor, GraphProcess, Message, Process, ProcessId, ProgramGraph, Random, Relation, RoundRobin, RunError,
-    Scheduler, Scripted, Shape, Starving, Term, TickGenerator, Topology, Value, Verdict, WiringError,
+    Capacity, ChannelId, ChannelSystem, Condition, Content, Domain, Enabled, EnabledKind, Event, EventKind,
+    GraphMonitor, GraphProcess, Process, ProcessId, ProgramGraph, Random, Relation, RoundRobin, RunError, Scheduler,
+    Starving, Term, TickGenerator, Topology, Verdict, WiringError,
 };
 use proptest::prelude::*;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
-fn numbers() -> Domain {
-    Domain::new([Shape::new([("number", FieldKind::Int)])])
-}
-
-fn number(n: i64) -> Message {
-    Message::new([Value::Int(n)])
-}
-
-/// One line of a process's script: use that channel, as its sender or its receiver.
-#[derive(Clone, Copy, Debug)]
-struct Line {
-    channel: usize,
-}
-
-/// A random system: channels between some of four processes, and what each process does with them, in order.
-#[derive(Clone, Debug)]
-struct Plan {
-    channels: Vec<(usize, usize, Capacity)>,
-    scripts: Vec<Vec<Line>>,
-}
-
-fn plans() -> impl Strategy<Value = Plan> {
-    let capacity = prop_oneof![Just(Capacity::Zero), Just(Capacity::One)];
-    let ends = (0..4_usize, 1..4_usize, capacity).prop_map(|(p, hop, capacity)| (p, (p + hop) % 4, capacity));
-    (prop::collection::vec(ends, 1..6), prop::collection::vec(0..64_usize, 1..60)).prop_map(|(mut channels, uses)| {
-        channels.sort_by_key(|&(p, q, _)| (p, q));
-        channels.dedup_by_key(|&mut (p, q, _)| (p, q));
-        let mut scripts = vec![Vec::new(); 4];
-        for choice in uses {
-            let channel = (choice / 2) % channels.len();
-            let (source, target, _) = channels[channel];
-            scripts[if choice % 2 == 0 { source } else { target }].push(Line { channel });
-        }
-        Plan { channels, scripts }
-    })
-}
-
-/// The plan as a system of program graphs. Every message on a channel carries its own number, counted from 0.
-fn build(plan: &Plan) -> (ChannelSystem, Vec<ChannelId>) {
-    let mut topology = Topology::default();
-    let ids: Vec<ProcessId> = (0..4).map(|i| topology.process(&format!("P{i}")).unwrap()).collect();
-    let channels: Vec<ChannelId> = plan
-        .channels
-        .iter()
-        .map(|&(p, q, capacity)| topology.channel(ids[p], ids[q], capacity, numbers()).unwrap())
-        .collect();
-    let mut sent = vec![0; channels.len()];
-    let mut processes: Vec<(ProcessId, Box<dyn Process>)> = Vec::new();
-    for (index, script) in plan.scripts.iter().enumerate() {
-        let mut graph = ProgramGraph::builder(&format!("P{index}"));
-        let start = graph.location("0");
-        let last = graph.variable("last");
-        let mut here = start;
-        for (line, Line { channel }) in script.iter().enumerate() {
-            let next = graph.location(&format!("{}", line + 1));
-            if plan.channels[*channel].0 == index {
-                graph.send(here, channels[*channel], number(sent[*channel]), next);
-                sent[*channel] += 1;
-            } else {
-                graph.receive(here, channels[*channel], last, next);
-            }
-            here = next;
-        }
-        let graph = Arc::new(graph.initial(start).build().unwrap());
-        processes.push((ids[index], Box::new(GraphProcess::new(graph))));
-    }
-    (ChannelSystem::new(Arc::new(topology), processes).unwrap(), channels)
-}
-
-fn schedulers(seed: u64, victim: ProcessId) -> Vec<Box<dyn Scheduler>> {
-    let random = || Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed)));
-    vec![
-        random(),
-        Box::new(RoundRobin::default()),
-        Box::new(Starving::new(victim, random())),
-        Box::new(Scripted::new([victim, victim])),
-    ]
-}
-
-fn process(system: &ChannelSystem, index: usize) -> ProcessId {
-    system.topology().processes().nth(index).unwrap()
-}
+use crate::plan::{build, number, numbers, plans, process, schedulers};
 
 proptest! {
     /// Without faults no message is lost, duplicated or reordered, and a channel never holds two.
@@ -115,7 +38,7 @@ proptest! {
                 match chosen.kind {
                     EnabledKind::Send(channel) => sent[channel.index()] += 1,
                     EnabledKind::Handshake { channel, .. } => sent[channel.index()] += 1,
-                    EnabledKind::Receive(_) | EnabledKind::Internal => {}
+                    EnabledKind::Receive(_) | EnabledKind::Internal | EnabledKind::Disturb(_) => {}
                 }
                 if let Some(Event { kind: EventKind::Received { channel, message }, .. }) = event {
                     prop_assert_eq!(message, number(received[channel.index()]));
@@ -164,20 +87,20 @@ proptest! {
 }
 
 /// Two processes and a channel between them.
-fn pair(capacity: Capacity) -> (Topology, [ProcessId; 2], ChannelId) {
+pub(crate) fn pair(capacity: Capacity) -> (Topology, [ProcessId; 2], ChannelId) {
     let mut topology = Topology::default();
     let ends = ["P", "Q"].map(|name| topology.process(name).unwrap());
     let channel = topology.channel(ends[0], ends[1], capacity, numbers()).unwrap();
     (topology, ends, channel)
 }
 
-fn graph(build: impl FnOnce(&mut channels::GraphBuilder) -> channels::LocationId) -> Box<dyn Process> {
+pub(crate) fn graph(build: impl FnOnce(&mut channels::GraphBuilder) -> channels::LocationId) -> Box<dyn Process> {
     let mut builder = ProgramGraph::builder("graph");
     let initial = build(&mut builder);
     Box::new(GraphProcess::new(Arc::new(builder.initial(initial).build().unwrap())))
 }
 
-fn sender(channel: ChannelId, sent: i64) -> Box<dyn Process> {
+pub(crate) fn sender(channel: ChannelId, sent: i64) -> Box<dyn Process> {
     graph(|graph| {
         let [before, after] = ["before", "after"].map(|name| graph.location(name));
         graph.send(before, channel, number(sent), after);
@@ -185,7 +108,7 @@ fn sender(channel: ChannelId, sent: i64) -> Box<dyn Process> {
     })
 }
 
-fn receiver_of(channel: ChannelId, expected: i64) -> Box<dyn Process> {
+pub(crate) fn receiver_of(channel: ChannelId, expected: i64) -> Box<dyn Process> {
     graph(|graph| {
         let [before, after] = ["before", "after"].map(|name| graph.location(name));
         graph.receive(before, channel, number(expected), after);
@@ -298,7 +221,7 @@ fn processes_that_keep_going_are_named() {
 }
 
 /// A tick generator and a tree that takes one tick and never finishes it.
-fn hung_tree() -> (ChannelSystem, ProcessId) {
+pub(crate) fn hung_tree() -> (ChannelSystem, ProcessId) {
     let mut topology = Topology::default();
     let [generator, tree] = ["TickGenerator", "BT"].map(|name| topology.process(name).unwrap());
     let ticks = topology.channel(generator, tree, Capacity::One, Domain::new([TickGenerator::shape()])).unwrap();

@@ -1,0 +1,72 @@
+//! A system run until it is quiet.
+
+use super::{ChannelSystem, Enabled};
+use crate::{Event, ProcessId, RunError, Scheduler};
+
+/// The timed state sequence of one run to quietness; see [`ChannelSystem::run`].
+#[derive(Debug)]
+pub struct Run<'a> {
+    system: &'a mut ChannelSystem,
+    scheduler: &'a mut dyn Scheduler,
+    budget: u64,
+    taken: u64,
+    enabled: Vec<Enabled>,
+    /// Who moved in the last tenth of the budget.
+    busy: Vec<ProcessId>,
+    over: bool,
+}
+
+impl<'a> Run<'a> {
+    pub(super) fn new(system: &'a mut ChannelSystem, scheduler: &'a mut dyn Scheduler, budget: u64) -> Self {
+        Self { system, scheduler, budget, taken: 0, enabled: Vec::new(), busy: Vec::new(), over: false }
+    }
+}
+
+impl Run<'_> {
+    fn livelock(&mut self) -> RunError {
+        self.busy.sort_unstable();
+        self.busy.dedup();
+        let name = |&id: &ProcessId| self.system.topology.name(id).to_owned();
+        let mut processes: Vec<String> = self.busy.iter().map(name).collect();
+        processes.sort();
+        let time_s = format!("{:.2}", self.system.clock.time.as_secs_f64());
+        RunError::Livelock { steps: self.taken, time_s, processes }
+    }
+
+    fn move_on(&mut self) -> Result<Option<Event>, RunError> {
+        let choice = self.scheduler.choose(&self.enabled);
+        let enabled = self.enabled[choice].clone();
+        self.taken += 1;
+        if self.taken * 10 > self.budget * 9 {
+            self.busy.push(enabled.process);
+        }
+        self.system.take(&enabled)
+    }
+}
+
+impl Iterator for Run<'_> {
+    type Item = Result<Event, RunError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        while !self.over {
+            self.system.list_enabled(&mut self.enabled);
+            if self.enabled.is_empty() {
+                self.over = true;
+                return None;
+            }
+            if self.taken >= self.budget {
+                self.over = true;
+                return Some(Err(self.livelock()));
+            }
+            match self.move_on() {
+                Ok(None) => {}
+                Ok(Some(event)) => return Some(Ok(event)),
+                Err(error) => {
+                    self.over = true;
+                    return Some(Err(error));
+                }
+            }
+        }
+        None
+    }
+}
