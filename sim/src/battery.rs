@@ -1,13 +1,14 @@
 //! The battery and its charging.
 
 use bevy_ecs::prelude::*;
-use robot::{BatteryState, Reading};
+use rand_chacha::ChaCha8Rng;
+use robot::{BatteryState, Reading, normal};
 
 use crate::clock::{Clock, Periodic};
 use crate::config::BatteryConfig;
 use crate::docking::{Dock, Station};
 use crate::drive::{Drive, Motion, RobotPose};
-use crate::faults::Faults;
+use crate::faults::{BatteryFaults, BatteryReport, Faults};
 use crate::simulation::Readings;
 
 /// The battery.
@@ -19,12 +20,23 @@ pub(crate) struct Battery {
     /// Full, and not used much since: not charged again as long as the robot stays at the dock.
     full: bool,
     due: Periodic,
+    /// The charge that the last reading told.
+    told_pct: Option<f64>,
+    fault_rng: ChaCha8Rng,
 }
 
 impl Battery {
-    pub(crate) fn new(config: &BatteryConfig) -> Self {
-        let due = Periodic::new(config.period);
-        Self { config: *config, charge_pct: config.initial_pct, charging: false, full: false, due }
+    /// `fault_rng` is for faults alone.
+    pub(crate) fn new(config: &BatteryConfig, fault_rng: ChaCha8Rng) -> Self {
+        Self {
+            config: *config,
+            charge_pct: config.initial_pct,
+            charging: false,
+            full: false,
+            due: Periodic::new(config.period),
+            told_pct: None,
+            fault_rng,
+        }
     }
 
     pub(crate) fn is_empty(&self) -> bool {
@@ -43,18 +55,39 @@ impl Battery {
         BatteryState { time: clock.now, charge_pct: self.charge_pct, charging: self.charging }
     }
 
-    /// Takes in one step. `drain_factor` multiplies what is drained.
-    fn update(&mut self, docked: bool, powered: bool, drain_factor: f64, dt_s: f64) {
+    /// Takes in one step.
+    fn update(&mut self, docked: bool, powered: bool, faults: &BatteryFaults, dt_s: f64) {
         let config = &self.config;
         let stays_full = self.full && self.charge_pct >= config.recharge_below_pct;
         self.full = docked && (stays_full || self.charge_pct >= config.full_pct);
-        self.charging = docked && !self.full;
+        self.charging = docked && !self.full && faults.charger_factor > 0.0;
         self.charge_pct = if self.charging {
-            (self.charge_pct + config.charge_pct_per_s * dt_s).min(config.full_pct)
+            let rate = config.charge_pct_per_s * faults.charger_factor / faults.capacity_factor;
+            (self.charge_pct + rate * dt_s).min(config.full_pct)
         } else {
             let rate = if powered { config.drain_pct_per_s } else { config.standstill_drain_pct_per_s };
-            (self.charge_pct - rate * drain_factor * dt_s).clamp(0.0, 100.0)
+            (self.charge_pct - rate * faults.drain_factor / faults.capacity_factor * dt_s).clamp(0.0, 100.0)
         };
+    }
+
+    /// What the electronics tell.
+    fn tell(&mut self, clock: &Clock, faults: &BatteryReport) -> BatteryState {
+        let truth = self.state(clock);
+        let charge_pct = match self.told_pct {
+            Some(told_pct) if faults.stuck => told_pct,
+            _ => self.measure(faults),
+        };
+        self.told_pct = Some(charge_pct);
+        BatteryState { charge_pct, charging: faults.charging.unwrap_or(truth.charging), ..truth }
+    }
+
+    /// The charge with its errors.
+    fn measure(&mut self, faults: &BatteryReport) -> f64 {
+        if faults.offset_pct == 0.0 && faults.sigma_pct == 0.0 {
+            return self.charge_pct;
+        }
+        let random_pct = if faults.sigma_pct > 0.0 { faults.sigma_pct * normal(&mut self.fault_rng) } else { 0.0 };
+        (self.charge_pct + faults.offset_pct + random_pct).clamp(0.0, 100.0)
     }
 }
 
@@ -66,28 +99,48 @@ pub(crate) fn update_battery(
     robot: Single<(&RobotPose, &Motion, &Drive, &mut Dock, &mut Battery)>,
 ) {
     let (pose, motion, drive, mut dock, mut battery) = robot.into_inner();
-    dock.update(&pose.0, &station.0, motion.at_rest, clock.dt);
-    battery.update(dock.is_docked(), drive.is_powered(), faults.battery.drain_factor, clock.dt_s());
+    let station = faults.station.as_ref().unwrap_or(&station.0);
+    dock.update(&pose.0, station, motion.at_rest, clock.dt);
+    battery.update(dock.is_docked(), drive.is_powered(), &faults.battery, clock.dt_s());
 }
 
 /// Reports the battery's state if a reading is due.
-pub(crate) fn report_battery(clock: Res<Clock>, mut readings: ResMut<Readings>, mut battery: Single<&mut Battery>) {
-    if battery.due.is_due(clock.now) {
-        readings.push(Reading::Battery(battery.state(&clock)));
+pub(crate) fn report_battery(
+    clock: Res<Clock>,
+    faults: Res<Faults>,
+    mut readings: ResMut<Readings>,
+    mut battery: Single<&mut Battery>,
+) {
+    let faults = &faults.battery.reported;
+    if battery.due.is_due(clock.now) && !faults.missing {
+        readings.push(Reading::Battery(battery.tell(&clock, faults)));
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
+    use proptest::prelude::*;
+    use robot::Streams;
+
     use super::*;
 
-    fn battery(charge_pct: f64) -> Battery {
-        Battery::new(&BatteryConfig { initial_pct: charge_pct, ..BatteryConfig::default() })
+    fn with(config: &BatteryConfig) -> Battery {
+        Battery::new(config, Streams::new(1).stream("fault/battery"))
+    }
+
+    fn battery(initial_pct: f64) -> Battery {
+        with(&BatteryConfig { initial_pct, ..BatteryConfig::default() })
     }
 
     /// Lets whole seconds pass, step by step.
     fn pass(battery: &mut Battery, seconds: usize, docked: bool, powered: bool) {
-        (0..seconds * 50).for_each(|_| battery.update(docked, powered, 1.0, 0.02));
+        pass_faulty(battery, seconds, docked, powered, &BatteryFaults::default());
+    }
+
+    fn pass_faulty(battery: &mut Battery, seconds: usize, docked: bool, powered: bool, faults: &BatteryFaults) {
+        (0..seconds * 50).for_each(|_| battery.update(docked, powered, faults, 0.02));
     }
 
     fn assert_near(charge_pct: f64, expected_pct: f64) {
@@ -106,7 +159,7 @@ mod tests {
     #[test]
     fn standing_drains_if_told_to_and_never_below_0() {
         let config = BatteryConfig { initial_pct: 1.0, standstill_drain_pct_per_s: 0.1, ..BatteryConfig::default() };
-        let mut battery = Battery::new(&config);
+        let mut battery = with(&config);
         pass(&mut battery, 5, false, false);
         assert_near(battery.charge_pct, 0.5);
         pass(&mut battery, 20, false, true);
@@ -117,11 +170,11 @@ mod tests {
     #[test]
     fn docked_it_charges_until_full_and_then_once_more_only_below_95() {
         let config = BatteryConfig { initial_pct: 99.0, standstill_drain_pct_per_s: 0.01, ..BatteryConfig::default() };
-        let mut battery = Battery::new(&config);
+        let mut battery = with(&config);
         let mut switches = Vec::new();
         for _ in 0..1000 * 50 {
             let before = battery.charging;
-            battery.update(true, false, 1.0, 0.02);
+            battery.update(true, false, &BatteryFaults::default(), 0.02);
             if battery.charging != before {
                 switches.push((battery.charging, (battery.charge_pct * 10.0).round() / 10.0));
             }
@@ -154,5 +207,54 @@ mod tests {
         let mut battery = battery(100.0);
         pass(&mut battery, 10, true, false);
         assert_eq!((battery.charge_pct, battery.charging), (100.0, false));
+    }
+
+    #[test]
+    fn a_dead_station_does_not_charge_and_a_slow_one_takes_its_time() {
+        let mut battery = battery(50.0);
+        let station = |charger_factor| BatteryFaults { charger_factor, ..BatteryFaults::default() };
+        pass_faulty(&mut battery, 100, true, false, &station(0.0));
+        assert_eq!((battery.charge_pct, battery.charging), (50.0, false));
+        pass_faulty(&mut battery, 100, true, false, &station(0.2));
+        assert_near(battery.charge_pct, 51.0);
+        assert!(battery.charging);
+    }
+
+    #[test]
+    fn a_faded_battery_fills_and_empties_faster_but_has_the_same_percentage_at_first() {
+        let faded = BatteryFaults { capacity_factor: 0.5, ..BatteryFaults::default() };
+        let mut battery = battery(50.0);
+        pass_faulty(&mut battery, 100, false, true, &faded);
+        assert_near(battery.charge_pct, 40.0);
+        pass_faulty(&mut battery, 50, true, false, &faded);
+        assert_near(battery.charge_pct, 45.0);
+        pass_faulty(&mut battery, 1000, true, false, &faded);
+        assert_near(battery.charge_pct, 99.7);
+    }
+
+    #[test]
+    fn stuck_readings_repeat_what_was_told_last() {
+        let (mut battery, clock) = (battery(50.0), Clock { now: Duration::ZERO, dt: Duration::from_millis(20) });
+        let stuck = BatteryReport { stuck: true, offset_pct: 9.0, ..BatteryReport::default() };
+        let noisy = BatteryReport { sigma_pct: 2.0, ..BatteryReport::default() };
+        let told = battery.tell(&clock, &noisy).charge_pct;
+        assert_ne!(told, 50.0);
+        battery.set_charge(10.0);
+        assert_eq!(battery.tell(&clock, &stuck).charge_pct, told);
+        assert_eq!(battery.tell(&clock, &BatteryReport::default()).charge_pct, 10.0);
+        assert_eq!(battery.tell(&clock, &stuck).charge_pct, 10.0);
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_told_is_a_percentage_and_off_by_the_offset(
+            charge_pct in 0.0..100.0_f64, offset_pct in -120.0..120.0_f64, sigma_pct in 0.0..30.0_f64
+        ) {
+            let mut battery = battery(charge_pct);
+            let offset = battery.measure(&BatteryReport { offset_pct, ..BatteryReport::default() });
+            prop_assert_eq!(offset, (charge_pct + offset_pct).clamp(0.0, 100.0));
+            let noisy = battery.measure(&BatteryReport { sigma_pct, offset_pct, ..BatteryReport::default() });
+            prop_assert!((0.0..=100.0).contains(&noisy));
+        }
     }
 }

@@ -15,7 +15,7 @@ impl SimConfig {
     /// Every setting that has a value that it cannot have.
     #[must_use]
     pub fn bad_settings(&self) -> Vec<BadSetting> {
-        let mut check = Check { bad: Vec::new() };
+        let mut check = Check::default();
         check.model(&self.model);
         check.duration("dt", self.dt);
         check.positive("body.mass_kg", self.body.mass_kg);
@@ -25,32 +25,48 @@ impl SimConfig {
         check.not_negative("lasers.range_sigma_m", self.lasers.range_sigma_m);
         check.battery(&self.battery);
         check.docking(&self.docking);
-        self.obstacles.iter().enumerate().for_each(|(index, obstacle)| check.obstacle(index, obstacle));
+        for (index, obstacle) in self.obstacles.iter().enumerate() {
+            check.obstacle(&format!("obstacles[{index}]"), obstacle);
+        }
         check.bad
     }
 }
 
+/// Whether a body can be put into the world.
+pub(crate) fn is_sound(obstacle: &ObstacleConfig) -> bool {
+    let mut check = Check::default();
+    check.obstacle("", obstacle);
+    check.bad.is_empty()
+}
+
 /// Collects what is wrong.
-struct Check {
-    bad: Vec<BadSetting>,
+#[derive(Default)]
+pub(crate) struct Check {
+    pub(crate) bad: Vec<BadSetting>,
 }
 
 impl Check {
-    fn that(&mut self, holds: bool, setting: impl Into<String>, value: f64, accepted: &'static str) {
+    pub(crate) fn that(
+        &mut self,
+        holds: bool,
+        setting: impl Into<String>,
+        value: impl ToString,
+        accepted: &'static str,
+    ) {
         if !holds {
-            self.bad.push(BadSetting { setting: setting.into(), value, accepted });
+            self.bad.push(BadSetting { setting: setting.into(), value: value.to_string(), accepted });
         }
     }
 
-    fn positive(&mut self, setting: impl Into<String>, value: f64) {
+    pub(crate) fn positive(&mut self, setting: impl Into<String>, value: f64) {
         self.that(value > 0.0 && value.is_finite(), setting, value, "greater than 0");
     }
 
-    fn not_negative(&mut self, setting: impl Into<String>, value: f64) {
+    pub(crate) fn not_negative(&mut self, setting: impl Into<String>, value: f64) {
         self.that(value >= 0.0 && value.is_finite(), setting, value, "at least 0");
     }
 
-    fn finite(&mut self, setting: impl Into<String>, value: f64) {
+    pub(crate) fn finite(&mut self, setting: impl Into<String>, value: f64) {
         self.that(value.is_finite(), setting, value, "a finite number");
     }
 
@@ -62,7 +78,7 @@ impl Check {
         self.that(!value.is_zero(), setting, value.as_secs_f64(), "longer than 0 s");
     }
 
-    fn pose(&mut self, setting: &str, pose: &Pose) {
+    pub(crate) fn pose(&mut self, setting: &str, pose: &Pose) {
         self.finite(format!("{setting}.x"), pose.translation.x);
         self.finite(format!("{setting}.y"), pose.translation.y);
         self.finite(format!("{setting}.heading"), pose.rotation.angle());
@@ -126,8 +142,9 @@ impl Check {
         self.positive("docking.angle_rad", docking.angle_rad);
     }
 
-    fn obstacle(&mut self, index: usize, obstacle: &ObstacleConfig) {
-        let at = |field: &str| format!("obstacles[{index}].{field}");
+    /// An obstacle whose settings have that path.
+    pub(crate) fn obstacle(&mut self, path: &str, obstacle: &ObstacleConfig) {
+        let at = |field: &str| format!("{path}.{field}");
         match obstacle.shape {
             Shape::Disc { radius_m } => self.positive(at("shape.radius_m"), radius_m),
             Shape::Box { length_m, width_m } => {

@@ -7,7 +7,7 @@ use maps::Pose;
 
 use crate::config::DockingConfig;
 
-/// The charging station: where a docked robot stands, in the `map` frame. It is not solid.
+/// The charging station: where a docked robot stands, in the `map` frame, unless a fault has moved it. It is not solid.
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct Station(pub(crate) Pose);
 
@@ -26,6 +26,11 @@ impl Dock {
 
     pub(crate) fn is_docked(&self) -> bool {
         self.docked
+    }
+
+    /// The robot is taken away from wherever it rested.
+    pub(crate) fn leave(&mut self) {
+        (self.rested, self.docked) = (Duration::ZERO, false);
     }
 
     /// Takes in one step.

@@ -5,6 +5,9 @@
 //! arrives, that is where the robot is. If something was in the way, the robot is where physics left it, the wheels have
 //! turned only as far as the body has moved (they grip, the motors stall), and they start again from the speed that is
 //! left. So a wall really stops the robot, and what the motors can do to an obstacle is what their acceleration allows.
+//!
+//! Faults come in between: commands arrive later, wheels turn less than they should, and what slips turns without the
+//! floor. The encoders count what the wheels roll, the floor sees what does not slip of it.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -13,10 +16,12 @@ use robot::{RobotModel, VelocityCommand};
 use crate::arc::{moved, rolled};
 use crate::battery::Battery;
 use crate::clock::Clock;
+use crate::command_delay::CommandDelay;
 use crate::config::DriveConfig;
-use crate::faults::Faults;
+use crate::faults::{BaseFaults, Faults};
 use crate::noise::Drift;
 use crate::physics::{Body, Physics};
+use crate::wheels::{Roll, slipped, turned};
 
 /// A body within this of where its wheels take it was not hindered, in metres and in radians. Physics' rounding stays
 /// below 15 µm and 20 µrad as long as coordinates stay below 128 m and turning rates below 5 rad/s; beyond, only its own
@@ -33,10 +38,12 @@ pub(crate) struct RobotPose(pub(crate) Pose);
 /// How the robot really moved in the last step.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct Motion {
-    /// What the wheels rolled along their arc, in metres.
+    /// How far it went along its arc, in metres.
     pub(crate) forward_m: f64,
-    /// By how much the robot turned, in radians.
+    /// By how much it turned, in radians.
     pub(crate) turn_rad: f64,
+    /// What the wheels rolled: the same, unless they slipped.
+    pub(crate) rolled: Roll,
     /// Way of the robot's centre since the start of the run, in metres.
     pub(crate) travelled_m: f64,
     /// Whether the robot was at rest.
@@ -49,13 +56,15 @@ pub(crate) struct Drive {
     model: RobotModel,
     config: DriveConfig,
     drift: Drift,
-    /// What the software asked for last.
-    pub(crate) command: VelocityCommand,
+    /// What the software asks for.
+    pub(crate) commands: CommandDelay,
     /// The velocity that the motors keep up.
     velocity: VelocityCommand,
-    /// What the wheels do in this step, unless something is in the way: distance and turn.
-    intended: (f64, f64),
-    /// Where that leads.
+    /// What the wheels do in this step, unless something is in the way.
+    intended: Roll,
+    /// What of that the floor does not see.
+    slipped: Roll,
+    /// Where the rest leads.
     target: Pose,
     /// Whether current flows.
     powered: bool,
@@ -67,9 +76,10 @@ impl Drive {
             model: model.clone(),
             config: *config,
             drift,
-            command: VelocityCommand::STOP,
+            commands: CommandDelay::default(),
             velocity: VelocityCommand::STOP,
             intended: (0.0, 0.0),
+            slipped: (0.0, 0.0),
             target: start,
             powered: false,
         }
@@ -80,19 +90,51 @@ impl Drive {
         self.powered
     }
 
+    /// Radius of the body that the wheels carry, in metres.
+    pub(crate) fn robot_radius_m(&self) -> f64 {
+        self.model.radius_m
+    }
+
+    /// Stands at `at` for one step, with the motors off.
+    pub(crate) fn put_down(&mut self, at: &Pose) {
+        self.velocity = VelocityCommand::STOP;
+        self.powered = false;
+        (self.intended, self.slipped) = ((0.0, 0.0), (0.0, 0.0));
+        self.target = *at;
+    }
+
     /// Sets out from `from` for one step.
-    fn set_out(&mut self, command: VelocityCommand, from: &Pose, dt_s: f64) {
-        self.velocity = self.within_wheels(self.toward(self.within_model(command), dt_s));
+    fn set_out(&mut self, command: VelocityCommand, faults: &BaseFaults, from: &Pose, dt_s: f64) {
+        let wanted = self.within_model(command, faults.speed_limit_mps);
+        self.velocity = self.within_wheels(self.toward(wanted, dt_s));
         self.powered = command != VelocityCommand::STOP || self.velocity != VelocityCommand::STOP;
-        self.intended = self.drift.disturb(self.velocity.linear_mps * dt_s, self.velocity.angular_radps * dt_s);
-        self.target = moved(from, self.intended.0, self.intended.1);
+        let told = self.drift.disturb(self.velocity.linear_mps * dt_s, self.velocity.angular_radps * dt_s);
+        self.intended = turned(faults, told, self.config.wheel_separation_m);
+        self.slipped = slipped(faults, self.intended);
+        let (forward_m, turn_rad) = self.on_the_floor();
+        self.target = moved(from, forward_m, turn_rad);
+    }
+
+    /// What the floor sees of the wheels' motion, unless something is in the way.
+    fn on_the_floor(&self) -> Roll {
+        (self.intended.0 - self.slipped.0, self.intended.1 - self.slipped.1)
+    }
+
+    /// What the wheels roll when something lets the body move only so far: the floor turns them as far as they grip, the
+    /// motors as far as they slip.
+    fn rolled_by((forward_m, turn_rad): Roll, slipped: Roll) -> Roll {
+        if slipped == (0.0, 0.0) { (forward_m, turn_rad) } else { (forward_m + slipped.0, turn_rad + slipped.1) }
     }
 
     /// The command within the limits of the whole body. What is not a number counts as 0.
-    fn within_model(&self, command: VelocityCommand) -> VelocityCommand {
+    fn within_model(&self, command: VelocityCommand, speed_limit_mps: Option<f64>) -> VelocityCommand {
         let limited = |value: f64, limit: f64| if value.is_nan() { 0.0 } else { value.clamp(-limit, limit) };
+        let fastest_mps = speed_limit_mps.map_or(self.model.max_linear_mps, |limit_mps| {
+            // In this order, what is not a number is no limit.
+            self.model.max_linear_mps.min(limit_mps).max(0.0)
+        });
         VelocityCommand {
-            linear_mps: limited(command.linear_mps, self.model.max_linear_mps),
+            linear_mps: limited(command.linear_mps, fastest_mps),
             angular_radps: limited(command.angular_radps, self.model.max_angular_radps),
         }
     }
@@ -138,9 +180,14 @@ pub(crate) fn drive_robot(
     robot: Single<(&Body, &RobotPose, &Battery, &mut Drive)>,
 ) {
     let (body, pose, battery, mut drive) = robot.into_inner();
-    let asked = faults.base.velocity_override.unwrap_or(drive.command);
+    let arrived = drive.commands.receive(clock.now, faults.base.command_delay);
+    let asked = faults.base.velocity_override.unwrap_or(arrived);
     let command = if battery.is_empty() { VelocityCommand::STOP } else { asked };
-    drive.set_out(command, &pose.0, clock.dt_s());
+    if faults.base.emergency_stop {
+        drive.put_down(&pose.0);
+    } else {
+        drive.set_out(command, &faults.base, &pose.0, clock.dt_s());
+    }
     physics.steer(*body, &drive.target, clock.dt_s());
 }
 
@@ -155,14 +202,16 @@ pub(crate) fn settle_robot(
     let off = drive.target.inv_mul(&reached);
     let way_m;
     if off.translation.vector.norm() <= HINDERED_BY && off.rotation.angle().abs() <= HINDERED_BY {
-        (motion.forward_m, motion.turn_rad) = drive.intended;
+        (motion.forward_m, motion.turn_rad) = drive.on_the_floor();
+        motion.rolled = drive.intended;
         way_m = motion.forward_m.abs();
         pose.0 = drive.target;
     } else {
         let moved = pose.0.inv_mul(&reached);
         (motion.forward_m, motion.turn_rad) = rolled(&moved);
         way_m = moved.translation.vector.norm();
-        drive.stall((motion.forward_m, motion.turn_rad), clock.dt_s());
+        motion.rolled = Drive::rolled_by((motion.forward_m, motion.turn_rad), drive.slipped);
+        drive.stall(motion.rolled, clock.dt_s());
         pose.0 = reached;
     }
     motion.travelled_m += way_m;
@@ -191,7 +240,7 @@ mod tests {
         let mut drive = drive();
         let speeds: Vec<f64> = (0..50)
             .map(|_| {
-                drive.set_out(command(9.0, -9.0), &Pose::identity(), 0.02);
+                drive.set_out(command(9.0, -9.0), &BaseFaults::default(), &Pose::identity(), 0.02);
                 drive.velocity.linear_mps
             })
             .collect();
@@ -209,7 +258,15 @@ mod tests {
 
     #[test]
     fn what_is_not_a_number_is_no_command() {
-        assert_eq!(drive().within_model(command(f64::NAN, f64::NEG_INFINITY)), command(0.0, -1.0));
+        assert_eq!(drive().within_model(command(f64::NAN, f64::NEG_INFINITY), None), command(0.0, -1.0));
+    }
+
+    #[test]
+    fn a_speed_limit_only_ever_slows() {
+        for (limit_mps, fastest_mps) in [(0.2, 0.2), (2.0, 0.45), (-1.0, 0.0), (f64::NAN, 0.45)] {
+            let limited = drive().within_model(command(9.0, 0.5), Some(limit_mps));
+            assert_eq!(limited, command(fastest_mps, 0.5), "limit {limit_mps}");
+        }
     }
 
     #[test]

@@ -1,83 +1,100 @@
-//! Why a simulation cannot be built.
+//! Why a simulation refuses what it is asked for.
 
 use std::fmt;
 
-/// Why a simulation cannot be built.
+/// Why a simulation cannot be built, or the robot not be put somewhere.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
     /// Settings have values that they cannot have: all of them, in the order of [`SimConfig`](crate::SimConfig).
     #[error("the simulation's settings cannot be used: {}", list(.0))]
     Settings(Vec<BadSetting>),
-    /// The robot would start outside the map.
-    #[error("the start ({x_m}, {y_m}) lies outside the map, which is {width_m:.2} m × {height_m:.2} m")]
-    StartOutsideMap {
-        /// x of the start in the `map` frame, in metres.
+    /// The robot or the charging station would be outside the map.
+    #[error("{what} ({x_m}, {y_m}) lies outside the map, which is {width_m:.2} m × {height_m:.2} m")]
+    OutsideMap {
+        /// What was to be put there.
+        what: Placement,
+        /// x of the place in the `map` frame, in metres.
         x_m: f64,
-        /// y of the start in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in metres.
         y_m: f64,
         /// Width of the map, in metres.
         width_m: f64,
         /// Height of the map, in metres.
         height_m: f64,
     },
-    /// The robot's body would start inside a wall.
+    /// The robot's body would overlap a wall.
     #[error(
-        "the start ({x_m}, {y_m}) is {distance_m:.3} m from the wall at ({wall_x_m:.3}, {wall_y_m:.3}), \
+        "{what} ({x_m}, {y_m}) is {distance_m:.3} m from the wall at ({wall_x_m:.3}, {wall_y_m:.3}), \
          and the robot's radius is {radius_m} m"
     )]
-    StartInWall {
-        /// x of the start in the `map` frame, in metres.
+    InWall {
+        /// What was to be put there.
+        what: Placement,
+        /// x of the place in the `map` frame, in metres.
         x_m: f64,
-        /// y of the start in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in metres.
         y_m: f64,
         /// Radius of the robot, in metres.
         radius_m: f64,
-        /// Distance from the start to the nearest occupied cell, in metres.
+        /// Distance from the place to the nearest occupied cell, in metres.
         distance_m: f64,
         /// x of that cell's centre in the `map` frame, in metres.
         wall_x_m: f64,
         /// y of that cell's centre in the `map` frame, in metres.
         wall_y_m: f64,
     },
-    /// The robot's body would start inside an obstacle.
+    /// The robot's body would overlap an obstacle.
     #[error(
-        "the start ({x_m}, {y_m}) is {distance_m:.3} m from the obstacle '{obstacle}', \
+        "{what} ({x_m}, {y_m}) is {distance_m:.3} m from the obstacle '{obstacle}', \
          and the robot's radius is {radius_m} m"
     )]
-    StartInObstacle {
-        /// x of the start in the `map` frame, in metres.
+    InObstacle {
+        /// What was to be put there.
+        what: Placement,
+        /// x of the place in the `map` frame, in metres.
         x_m: f64,
-        /// y of the start in the `map` frame, in metres.
+        /// y of the place in the `map` frame, in metres.
         y_m: f64,
         /// Radius of the robot, in metres.
         radius_m: f64,
-        /// Distance from the start to the obstacle, in metres.
+        /// Distance from the place to the obstacle, in metres.
         distance_m: f64,
         /// Name of the obstacle.
         obstacle: String,
     },
-    /// The charging station would lie outside the map.
-    #[error("the charging station ({x_m}, {y_m}) lies outside the map, which is {width_m:.2} m × {height_m:.2} m")]
-    StationOutsideMap {
-        /// x of the station in the `map` frame, in metres.
-        x_m: f64,
-        /// y of the station in the `map` frame, in metres.
-        y_m: f64,
-        /// Width of the map, in metres.
-        width_m: f64,
-        /// Height of the map, in metres.
-        height_m: f64,
-    },
+}
+
+/// What is put somewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Placement {
+    /// The robot at the start of a run.
+    Start,
+    /// The charging station.
+    Station,
+    /// The robot that is carried away in the middle of a run.
+    Kidnapping,
+}
+
+impl fmt::Display for Placement {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Start => "the start",
+            Self::Station => "the charging station",
+            Self::Kidnapping => "where the robot is carried to",
+        })
+    }
 }
 
 /// A setting with a value that it cannot have.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadSetting {
-    /// Its path in [`SimConfig`](crate::SimConfig), for example `battery.initial_pct` or `obstacles[2].motion.speed_mps`.
+    /// Its path in [`SimConfig`](crate::SimConfig) or [`Faults`](crate::Faults), for example `battery.initial_pct` or
+    /// `obstacles[2].motion.speed_mps`.
     pub setting: String,
     /// The value; durations in seconds.
-    pub value: f64,
+    pub value: String,
     /// What would be accepted, for example `greater than 0`.
     pub accepted: &'static str,
 }

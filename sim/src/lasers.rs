@@ -1,21 +1,25 @@
 //! The laser scanners.
 
+mod troubles;
+
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
 use parry2d::query::Ray;
 use rand_chacha::ChaCha8Rng;
-use robot::{LaserScan, LaserSpec, Reading, normal};
+use robot::{LaserScan, LaserSpec, Reading, Streams, normal};
 
 use crate::beams::Beams;
 use crate::clock::{Clock, Periodic};
 use crate::config::LaserConfig;
 use crate::convert::{to_glam, to_glam_pose};
 use crate::drive::RobotPose;
+use crate::faults::Faults;
 use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::simulation::Readings;
 use crate::walls::{ScanMemory, Walls};
+use troubles::{TroubleStreams, Troubles};
 
 /// A laser scanner.
 #[derive(Component, Clone, Debug)]
@@ -24,23 +28,28 @@ pub(crate) struct Laser {
     index: usize,
     spec: LaserSpec,
     beams: Beams,
+    /// How far the scanner sits from where its `spec` says.
+    displacement: Option<Pose>,
     range_sigma_m: f64,
     rng: ChaCha8Rng,
+    trouble_streams: TroubleStreams,
     due: Periodic,
-    /// True distances of the scan that is being taken; kept for its memory.
+    /// Distances of the scan that is being taken; kept for its memory.
     distances_m: Vec<f64>,
     memory: ScanMemory,
     latest: Option<Arc<LaserScan>>,
 }
 
 impl Laser {
-    pub(crate) fn new(index: usize, spec: &LaserSpec, config: &LaserConfig, rng: ChaCha8Rng) -> Self {
+    pub(crate) fn new(index: usize, spec: &LaserSpec, config: &LaserConfig, streams: &Streams) -> Self {
         Self {
             index,
             spec: spec.clone(),
             beams: Beams::new(spec),
+            displacement: None,
             range_sigma_m: config.range_sigma_m,
-            rng,
+            rng: streams.stream(&format!("sim/laser_{}", spec.name)),
+            trouble_streams: TroubleStreams::new(streams, &spec.name),
             due: Periodic::new(spec.period),
             distances_m: Vec::with_capacity(spec.beams),
             memory: ScanMemory::default(),
@@ -48,20 +57,40 @@ impl Laser {
         }
     }
 
-    /// The last scan.
+    /// The last scan; none if the scanner is dead.
     pub(crate) fn latest(&self) -> Option<&Arc<LaserScan>> {
         self.latest.as_ref()
     }
 
-    /// What the scanner measures for each of the distances.
-    fn measure(&mut self) -> Vec<f32> {
-        let Self { spec, rng, range_sigma_m, .. } = self;
-        let mut range = |distance_m: f64| {
+    /// Sits where it should, displaced by that.
+    fn sit(&mut self, displacement: Option<Pose>) {
+        if self.displacement != displacement {
+            let mount = displacement.map_or(self.spec.mount, |displacement| self.spec.mount * displacement);
+            self.beams = Beams::new(&LaserSpec { mount, ..self.spec.clone() });
+            self.displacement = displacement;
+        }
+    }
+
+    /// What the scanner reports for the true distances. Its own noise is drawn whatever troubles it.
+    fn measure(&mut self, troubles: &Troubles) -> Vec<f32> {
+        let Self { spec, rng, range_sigma_m, trouble_streams, distances_m, .. } = self;
+        if *range_sigma_m > 0.0 {
             // Every beam draws, so that what one beam hits does not change the noise of the next.
-            let error_m = if *range_sigma_m > 0.0 { *range_sigma_m * normal(rng) } else { 0.0 };
-            classify(distance_m + error_m, spec)
-        };
-        self.distances_m.iter().map(|distance_m| range(*distance_m)).collect()
+            distances_m.iter_mut().for_each(|distance_m| *distance_m += *range_sigma_m * normal(rng));
+        }
+        troubles.spoil(trouble_streams, distances_m);
+        distances_m.iter().map(|distance_m| classify(*distance_m, spec)).collect()
+    }
+
+    /// The scan that the scanner gives, if it gives one.
+    fn report(&mut self, troubles: &Troubles, clock: &Clock) -> Option<Arc<LaserScan>> {
+        let mut ranges_m = self.measure(troubles);
+        if let Some(last) = self.latest.take_if(|_| troubles.stuck) {
+            ranges_m.clone_from(&last.ranges_m);
+        }
+        let scan = || Arc::new(LaserScan { time: clock.now, laser: self.index, ranges_m });
+        self.latest = (!troubles.dead).then(scan);
+        self.latest.clone()
     }
 }
 
@@ -109,6 +138,7 @@ fn see_obstacle(
 /// Takes the scans that are due.
 pub(crate) fn scan(
     clock: Res<Clock>,
+    faults: Res<Faults>,
     walls: Res<Walls>,
     mut readings: ResMut<Readings>,
     robot: Single<&RobotPose>,
@@ -121,20 +151,21 @@ pub(crate) fn scan(
         if !laser.due.is_due(clock.now) {
             continue;
         }
+        let troubles = Troubles::of(&faults.lasers, &laser.spec.name);
+        laser.sit(troubles.displacement);
         let range_max_m = laser.spec.range_max_m;
         walls.ranges(&laser.beams, &base, range_max_m, &mut laser.memory, &mut laser.distances_m);
         for (obstacle, pose) in &obstacles {
             see_obstacle(&laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
         }
-        let scan = Arc::new(LaserScan { time: clock.now, laser: laser.index, ranges_m: laser.measure() });
-        laser.latest = Some(Arc::clone(&scan));
-        readings.push(Reading::Scan(scan));
+        troubles.see_ghosts(&laser.spec, &mut laser.distances_m);
+        readings.extend(laser.report(&troubles, &clock).map(Reading::Scan));
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use robot::{RobotModel, Streams};
+    use robot::RobotModel;
 
     use super::*;
 
@@ -151,11 +182,10 @@ mod tests {
     #[test]
     fn noise_has_the_spread_that_is_asked_for_and_spares_misses() {
         let spec = LaserSpec { beams: 20_000, ..RobotModel::default().lasers[0].clone() };
-        let rng = Streams::new(5).stream("sim/laser_front");
-        let mut laser = Laser::new(0, &spec, &LaserConfig { range_sigma_m: 0.01 }, rng);
+        let mut laser = Laser::new(0, &spec, &LaserConfig { range_sigma_m: 0.01 }, &Streams::new(5));
         laser.distances_m = vec![2.0; 20_000];
         laser.distances_m[7] = f64::INFINITY;
-        let ranges = laser.measure();
+        let ranges = laser.measure(&Troubles::default());
         assert_eq!(ranges[7], f32::INFINITY);
         let errors = ranges.iter().filter(|range| range.is_finite()).map(|range| f64::from(*range) - 2.0);
         let sigma = (errors.map(|error| error * error).sum::<f64>() / 19_999.0).sqrt();

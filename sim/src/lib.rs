@@ -31,18 +31,27 @@
 //! are swept against the [`Walls`], a single ray is cast through their [`RayGrid`]. `simulation.rs` lists the systems in
 //! the order in which a step runs them; each system lives with the part that it moves: `drive`, `obstacles`, `contacts`,
 //! `battery`, `odometer`, `lasers`.
-//! [`Faults`] says where faults take hold. [`Truth`] is for reports, pictures and trace hashes only.
+//! [`Faults`] says what can go wrong and where in a step it takes hold. [`Truth`] is for reports, pictures and trace hashes only.
+//!
+//! # What can go wrong
+//! Everything that acts in the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
+//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), which says what is wrong at the
+//! moment, or a method for what happens at one instant ([`Simulation::kidnap`], [`Simulation::set_battery_charge`]). Its
+//! docs tell where in a step each acts.
 //!
 //! # Determinism
 //! Same configuration, map, poses, root seed, commands and faults: the same bits in every build and on every machine of
 //! a target. Noise is off by default; each consumer of randomness draws from a stream of its own (`sim/motion`,
-//! `sim/odometry`, `sim/laser_<name>`), so that switching one on changes no other's numbers. Nothing reads a clock.
+//! `sim/odometry`, `sim/laser_<name>`, and `fault/…` for faults), so that switching one on changes no other's numbers.
+//! Nothing reads a clock.
 
 mod arc;
 mod battery;
 mod beams;
+mod bodies;
 mod check;
 mod clock;
+mod command_delay;
 mod config;
 mod contacts;
 mod convert;
@@ -50,6 +59,7 @@ mod docking;
 mod drive;
 mod error;
 mod faults;
+mod kidnapping;
 mod lasers;
 mod noise;
 mod obstacles;
@@ -57,20 +67,21 @@ mod odometer;
 mod physics;
 mod ray_grid;
 mod rectangles;
+mod room;
 mod route;
 mod simulation;
-mod start;
 mod sweep;
 mod truth;
 mod walls;
+mod wheels;
 
 pub use beams::Beams;
 pub use config::{
     BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
     OdometryConfig, RouteEnd, Shape, SimConfig,
 };
-pub use error::{BadSetting, SimError};
-pub use faults::{BaseFaults, BatteryFaults, Faults};
+pub use error::{BadSetting, Placement, SimError};
+pub use faults::{BaseFaults, BatteryFaults, BatteryReport, Faults, LaserFault, LaserTrouble, OdometryFaults};
 pub use ray_grid::{RayGrid, RayHit};
 pub use simulation::Simulation;
 pub use truth::{ObstacleTruth, Truth};

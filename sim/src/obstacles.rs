@@ -26,14 +26,15 @@ pub(crate) struct ObstaclePose(pub(crate) Pose);
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct Movable;
 
-/// All obstacles in the order of the configuration.
+/// All obstacles: those of the configuration in its order, then those that came with faults, in the order in which they
+/// came.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Obstacles(pub(crate) Vec<Entity>);
 
 /// Puts an obstacle into the world.
-pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig, friction: f64) {
+pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Entity {
     let outline = parry_shape(&config.shape);
-    let body = world.resource_mut::<Physics>().add_obstacle(config, outline.clone(), friction);
+    let body = world.resource_mut::<Physics>().add_obstacle(config, outline.clone());
     let obstacle = Obstacle { name: config.name.clone(), shape: config.shape, outline };
     let mut entity = world.spawn((obstacle, ObstaclePose(config.pose), body));
     match &config.motion {
@@ -47,6 +48,16 @@ pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig, frictio
     }
     let id = entity.id();
     world.resource_mut::<Obstacles>().0.push(id);
+    id
+}
+
+/// Takes an obstacle out of the world.
+pub(crate) fn remove_obstacle(world: &mut World, obstacle: Entity) {
+    if let Some(body) = world.get::<Body>(obstacle).copied() {
+        world.resource_mut::<Physics>().remove(body);
+    }
+    world.resource_mut::<Obstacles>().0.retain(|other| *other != obstacle);
+    world.despawn(obstacle);
 }
 
 /// Takes those that follow routes a step on.

@@ -2,7 +2,7 @@
 //!
 //! The wheels grip the floor, so they measure what the body really does along them: a robot that is stopped by a wall
 //! measures that it stands. What they cannot feel is motion across them, when the robot is pushed or slides along a wall;
-//! without noise and bias that is all that odometry and truth differ by.
+//! without noise, bias and faults that is all that odometry and truth differ by.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -12,6 +12,7 @@ use crate::arc::moved;
 use crate::clock::{Clock, Periodic};
 use crate::config::OdometryConfig;
 use crate::drive::Motion;
+use crate::faults::{Faults, OdometryFaults};
 use crate::noise::Drift;
 use crate::simulation::Readings;
 
@@ -37,11 +38,19 @@ impl Odometer {
     }
 
     /// Takes in one step's motion.
-    fn measure(&mut self, motion: &Motion, clock: &Clock) {
-        let (forward_m, turn_rad) = self.drift.disturb(motion.forward_m, motion.turn_rad);
-        let bias_rad = self.config.angle_bias * motion.turn_rad + self.config.angle_bias_rad_per_m * motion.forward_m;
-        let forward_m = forward_m + self.config.distance_bias * motion.forward_m;
-        let turn_rad = turn_rad + bias_rad;
+    fn measure(&mut self, motion: &Motion, faults: &OdometryFaults, clock: &Clock) {
+        let (rolled_m, rolled_rad) = motion.rolled;
+        // Frozen encoders draw their noise as well, so that it goes on as it would have.
+        let (forward_m, turn_rad) = self.drift.disturb(rolled_m, rolled_rad);
+        if faults.frozen {
+            self.latest = Odometry { time: clock.now, pose: self.latest.pose, linear_mps: 0.0, angular_radps: 0.0 };
+            return;
+        }
+        let distance_bias = self.config.distance_bias + faults.distance_bias;
+        let angle_bias = self.config.angle_bias + faults.angle_bias;
+        let angle_bias_rad_per_m = self.config.angle_bias_rad_per_m + faults.angle_bias_rad_per_m;
+        let forward_m = forward_m + distance_bias * rolled_m;
+        let turn_rad = turn_rad + (angle_bias * rolled_rad + angle_bias_rad_per_m * rolled_m);
         self.latest = Odometry {
             time: clock.now,
             pose: moved(&self.latest.pose, forward_m, turn_rad),
@@ -54,11 +63,12 @@ impl Odometer {
 /// Measures, and reports if a reading is due.
 pub(crate) fn measure_odometry(
     clock: Res<Clock>,
+    faults: Res<Faults>,
     mut readings: ResMut<Readings>,
     robot: Single<(&Motion, &mut Odometer)>,
 ) {
     let (motion, mut odometer) = robot.into_inner();
-    odometer.measure(motion, &clock);
+    odometer.measure(motion, &faults.odometry, &clock);
     if odometer.due.is_due(clock.now) {
         readings.push(Reading::Odometry(odometer.latest));
     }

@@ -8,7 +8,7 @@ use rapier2d::prelude::{
     ColliderBuilder, ColliderHandle, IntegrationParameters, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
 };
 
-use crate::config::{BodyConfig, ObstacleConfig, ObstacleMotion, Shape};
+use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
 use crate::convert::{from_glam_pose, to_glam, to_glam_pose};
 use crate::rectangles::rectangles;
 
@@ -37,11 +37,13 @@ pub(crate) struct Touch {
 #[derive(Resource)]
 pub(crate) struct Physics {
     world: PhysicsWorld,
+    /// Coefficient of friction between any two bodies.
+    friction: f32,
 }
 
 impl Physics {
-    /// An empty plane, seen from above: no gravity.
-    pub(crate) fn new(dt_s: f64) -> Self {
+    /// An empty plane, seen from above: no gravity. All bodies have the same coefficient of friction.
+    pub(crate) fn new(dt_s: f64, friction: f64) -> Self {
         // Recycled contacts would report distances that are up to 5 cm old.
         let integration_parameters =
             IntegrationParameters { dt: dt_s as f32, contact_recycling: false, ..IntegrationParameters::default() };
@@ -51,11 +53,12 @@ impl Physics {
                 integration_parameters,
                 ..PhysicsWorld::default()
             },
+            friction: friction as f32,
         }
     }
 
     /// Makes the occupied cells of a grid solid, as one body.
-    pub(crate) fn add_walls(&mut self, grid: &OccupancyGrid, friction: f64) {
+    pub(crate) fn add_walls(&mut self, grid: &OccupancyGrid) {
         let block = |rectangle: &crate::rectangles::Rectangle| {
             let half = Vector2::new(rectangle.width as f64, rectangle.height as f64) / 2.0;
             let center = grid.from_grid(&Point::new(rectangle.column as f64 + half.x, rectangle.row as f64 + half.y));
@@ -65,21 +68,21 @@ impl Physics {
         };
         let blocks: Vec<_> = rectangles(grid).iter().map(block).collect();
         if !blocks.is_empty() {
-            self.world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::compound(blocks).friction(friction as f32));
+            self.world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::compound(blocks).friction(self.friction));
         }
     }
 
     /// Adds the robot's body.
-    pub(crate) fn add_robot(&mut self, pose: &Pose, radius_m: f64, body: &BodyConfig) -> Body {
+    pub(crate) fn add_robot(&mut self, pose: &Pose, radius_m: f64, mass_kg: f64) -> Body {
         let rigid = RigidBodyBuilder::dynamic().pose(to_glam_pose(pose)).can_sleep(false);
-        let disc = ColliderBuilder::ball(radius_m as f32).mass(body.mass_kg as f32).friction(body.friction as f32);
+        let disc = ColliderBuilder::ball(radius_m as f32).mass(mass_kg as f32).friction(self.friction);
         let (rigid, collider) = self.world.insert(rigid, disc);
         Body { rigid, collider }
     }
 
     /// Adds an obstacle.
-    pub(crate) fn add_obstacle(&mut self, obstacle: &ObstacleConfig, shape: SharedShape, friction: f64) -> Body {
-        let collider = ColliderBuilder::new(shape).friction(friction as f32);
+    pub(crate) fn add_obstacle(&mut self, obstacle: &ObstacleConfig, shape: SharedShape) -> Body {
+        let collider = ColliderBuilder::new(shape).friction(self.friction);
         let (rigid, collider) = match obstacle.motion {
             ObstacleMotion::Fixed | ObstacleMotion::Route { .. } => {
                 (RigidBodyBuilder::kinematic_position_based(), collider)
@@ -93,6 +96,19 @@ impl Physics {
         };
         let (rigid, collider) = self.world.insert(rigid.pose(to_glam_pose(&obstacle.pose)), collider);
         Body { rigid, collider }
+    }
+
+    /// Takes a body away.
+    pub(crate) fn remove(&mut self, body: Body) {
+        self.world.remove_body(body.rigid);
+    }
+
+    /// Puts a body somewhere else, at rest.
+    pub(crate) fn put(&mut self, body: Body, pose: &Pose) {
+        let rigid = &mut self.world.bodies[body.rigid];
+        rigid.set_position(to_glam_pose(pose), true);
+        rigid.set_linvel(to_glam(Vector2::zeros()), true);
+        rigid.set_angvel(0.0, true);
     }
 
     /// Gives a body the velocity that takes it to `target` within the next step, unless something is in the way.

@@ -103,6 +103,26 @@ impl RayGrid {
         CellIndex { column: hit.offset % self.stride - 1, row: hit.offset / self.stride - 1 }
     }
 
+    /// Number of columns and of rows.
+    pub(crate) fn extent(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    /// Whether a cell of the grid is a wall.
+    pub(crate) fn is_occupied(&self, index: CellIndex) -> bool {
+        self.cells[self.offset(index.column, index.row)] == OCCUPIED
+    }
+
+    /// A point of the `map` frame in grid coordinates.
+    pub(crate) fn to_grid(&self, point: &Point) -> Point {
+        self.from_map * point / self.resolution_m
+    }
+
+    /// A point in grid coordinates in the `map` frame.
+    pub(crate) fn to_map(&self, point: &Point) -> Point {
+        self.from_map.inverse_transform_point(&(point * self.resolution_m))
+    }
+
     /// Side of a cell, in metres.
     pub(crate) fn resolution_m(&self) -> f64 {
         self.resolution_m
@@ -119,7 +139,8 @@ impl RayGrid {
         self.holds(point) && self.cells[self.offset(point.x as usize, point.y as usize)] == TRANSPARENT
     }
 
-    fn holds(&self, point: &Point) -> bool {
+    /// Whether a point in grid coordinates lies within the grid.
+    pub(crate) fn holds(&self, point: &Point) -> bool {
         point.x >= 0.0 && point.y >= 0.0 && point.x < self.width as f64 && point.y < self.height as f64
     }
 

@@ -10,19 +10,21 @@ use maps::{OccupancyGrid, Pose};
 use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
 
 use crate::battery::{Battery, report_battery, update_battery};
+use crate::bodies::{ExtraBodies, place_bodies};
 use crate::clock::{Clock, advance_clock};
 use crate::config::SimConfig;
 use crate::contacts::{Contacts, count_contacts};
 use crate::docking::{Dock, Station};
 use crate::drive::{Drive, Motion, RobotPose, drive_robot, settle_robot};
-use crate::error::SimError;
+use crate::error::{Placement, SimError};
 use crate::faults::Faults;
+use crate::kidnapping::kidnap;
 use crate::lasers::{Laser, scan};
 use crate::noise::Drift;
 use crate::obstacles::{Obstacles, move_obstacles, settle_obstacles, spawn_obstacle};
 use crate::odometer::{Odometer, measure_odometry};
 use crate::physics::{Physics, step_physics};
-use crate::start::check_places;
+use crate::room::{check_on_map, check_room};
 use crate::truth::Truth;
 use crate::walls::Walls;
 
@@ -33,6 +35,10 @@ pub(crate) struct Readings(Vec<Reading>);
 impl Readings {
     pub(crate) fn push(&mut self, reading: Reading) {
         self.0.push(reading);
+    }
+
+    pub(crate) fn extend(&mut self, readings: impl IntoIterator<Item = Reading>) {
+        self.0.extend(readings);
     }
 }
 
@@ -70,13 +76,13 @@ impl Simulation {
         if !bad_settings.is_empty() {
             return Err(SimError::Settings(bad_settings));
         }
-        check_places(grid, &config.obstacles, config.model.radius_m, &start, &station)?;
         let mut world = world_of(config, grid);
+        check_places(config, world.resource::<Walls>(), &start, &station)?;
         let robot = spawn_robot(&mut world, config, start, streams);
         let lasers = spawn_lasers(&mut world, config, streams);
         let station = world.spawn(Station(station)).id();
         for obstacle in &config.obstacles {
-            spawn_obstacle(&mut world, obstacle, config.body.friction);
+            spawn_obstacle(&mut world, obstacle);
         }
         take_first_readings(&mut world);
         let schedule = schedule(&mut world);
@@ -117,6 +123,17 @@ impl Simulation {
             battery.set_charge(charge_pct);
         }
     }
+
+    /// Carries the robot to a pose in the `map` frame and puts it down there, at rest. Its wheels do not feel it: odometry
+    /// goes on from where it was, and [`Truth::distance_m`] does not count the way. What the software has asked for
+    /// stays in force.
+    ///
+    /// # Errors
+    /// If that lies outside the map, or if the robot's body would overlap a wall or an obstacle there; then the robot
+    /// stays where it is.
+    pub fn kidnap(&mut self, pose: Pose) -> Result<(), SimError> {
+        kidnap(&mut self.world, self.robot, pose)
+    }
 }
 
 impl fmt::Debug for Simulation {
@@ -137,14 +154,22 @@ impl Robot for Simulation {
 
     fn drive(&mut self, command: VelocityCommand) {
         if let Some(mut drive) = self.world.get_mut::<Drive>(self.robot) {
-            drive.command = command;
+            drive.commands.send(command);
         }
     }
 }
 
+/// Fails if the robot has no room at the start, or the station is not on the map.
+fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: &Pose) -> Result<(), SimError> {
+    let obstacles = config.obstacles.iter().map(|obstacle| (obstacle.name.as_str(), &obstacle.shape, &obstacle.pose));
+    let at = |pose: &Pose| pose.translation.vector.into();
+    check_room(walls.rays(), obstacles, config.model.radius_m, Placement::Start, &at(start))?;
+    check_on_map(walls.rays(), Placement::Station, &at(station))
+}
+
 fn world_of(config: &SimConfig, grid: &OccupancyGrid) -> World {
-    let mut physics = Physics::new(config.dt.as_secs_f64());
-    physics.add_walls(grid, config.body.friction);
+    let mut physics = Physics::new(config.dt.as_secs_f64(), config.body.friction);
+    physics.add_walls(grid);
     let mut world = World::new();
     world.insert_resource(Clock { now: Duration::ZERO, dt: config.dt });
     world.insert_resource(physics);
@@ -152,12 +177,13 @@ fn world_of(config: &SimConfig, grid: &OccupancyGrid) -> World {
     world.insert_resource(Faults::default());
     world.insert_resource(Readings::default());
     world.insert_resource(Obstacles::default());
+    world.insert_resource(ExtraBodies::default());
     world
 }
 
 fn spawn_robot(world: &mut World, config: &SimConfig, start: Pose, streams: &Streams) -> Entity {
     let model = &config.model;
-    let body = world.resource_mut::<Physics>().add_robot(&start, model.radius_m, &config.body);
+    let body = world.resource_mut::<Physics>().add_robot(&start, model.radius_m, config.body.mass_kg);
     let motion_drift = Drift::new(config.drive.noise, streams.stream("sim/motion"));
     let odometry_drift = Drift::new(config.odometry.noise, streams.stream("sim/odometry"));
     let parts = (
@@ -168,16 +194,14 @@ fn spawn_robot(world: &mut World, config: &SimConfig, start: Pose, streams: &Str
         Contacts::default(),
         Odometer::new(&config.odometry, odometry_drift),
         Dock::new(&config.docking),
-        Battery::new(&config.battery),
+        Battery::new(&config.battery, streams.stream("fault/battery")),
     );
     world.spawn(parts).id()
 }
 
 fn spawn_lasers(world: &mut World, config: &SimConfig, streams: &Streams) -> Vec<Entity> {
-    let mut spawn = |(index, spec): (usize, &robot::LaserSpec)| {
-        let rng = streams.stream(&format!("sim/laser_{}", spec.name));
-        world.spawn(Laser::new(index, spec, &config.lasers, rng)).id()
-    };
+    let mut spawn =
+        |(index, spec): (usize, &robot::LaserSpec)| world.spawn(Laser::new(index, spec, &config.lasers, streams)).id();
     config.model.lasers.iter().enumerate().map(&mut spawn).collect()
 }
 
@@ -189,7 +213,7 @@ fn schedule(world: &mut World) -> Schedule {
     schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection, ..ScheduleBuildSettings::default() });
     let motion = (move_obstacles, drive_robot, step_physics, settle_robot, settle_obstacles, count_contacts);
     let measurement = (measure_odometry, scan, report_battery);
-    schedule.add_systems((advance_clock, motion.chain(), update_battery, measurement.chain()).chain());
+    schedule.add_systems((advance_clock, place_bodies, motion.chain(), update_battery, measurement.chain()).chain());
     schedule.initialize(world).expect("the systems are in one order");
     schedule
 }

@@ -13,6 +13,7 @@ use crate::config::Shape;
 use crate::contacts::Contacts;
 use crate::docking::{Dock, Station};
 use crate::drive::{Motion, RobotPose};
+use crate::faults::Faults;
 use crate::lasers::Laser;
 use crate::obstacles::{Obstacle, ObstaclePose, Obstacles};
 use crate::odometer::Odometer;
@@ -32,7 +33,7 @@ pub struct Truth<'a> {
 /// An obstacle as it really is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleTruth<'a> {
-    /// Name given in the configuration.
+    /// Name given in the configuration or by the fault that brought it.
     pub name: &'a str,
     /// Outline about its centre.
     pub shape: Shape,
@@ -84,7 +85,7 @@ impl<'a> Truth<'a> {
         self.of::<Contacts>(self.robot).is_touching()
     }
 
-    /// Wheel odometry as measured in the last step, read or not.
+    /// Wheel odometry as measured in the last step, read or not, with its faults.
     #[must_use]
     pub fn odometry(&self) -> Odometry {
         self.of::<Odometer>(self.robot).latest()
@@ -102,19 +103,21 @@ impl<'a> Truth<'a> {
         self.of::<Dock>(self.robot).is_docked()
     }
 
-    /// Pose of the charging station in the `map` frame.
+    /// Pose of the charging station in the `map` frame; if a fault has moved it, where it is now.
     #[must_use]
     pub fn station(&self) -> Pose {
-        self.of::<Station>(self.station).0
+        self.world.resource::<Faults>().station.unwrap_or(self.of::<Station>(self.station).0)
     }
 
-    /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`].
+    /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`]: as it was read, with its faults. None
+    /// of a laser that is dead.
     pub fn scans(&self) -> impl Iterator<Item = &'a Arc<LaserScan>> + use<'a> {
         let (world, lasers) = (self.world, self.lasers);
         lasers.iter().filter_map(move |laser| world.get::<Laser>(*laser)?.latest())
     }
 
-    /// All obstacles, in the order of [`SimConfig::obstacles`](crate::SimConfig::obstacles).
+    /// All obstacles: those of [`SimConfig::obstacles`](crate::SimConfig::obstacles) in their order, then those of
+    /// [`Faults::bodies`](crate::Faults::bodies) that have been put down, in the order in which they were.
     pub fn obstacles(&self) -> impl Iterator<Item = ObstacleTruth<'a>> + use<'a> {
         let world = self.world;
         world.resource::<Obstacles>().0.iter().filter_map(move |entity| {

@@ -2,7 +2,7 @@
 
 use maps::{OccupancyGrid, Pose, pose};
 use robot::Streams;
-use sim::{ObstacleConfig, ObstacleMotion, Shape, SimConfig, SimError, Simulation};
+use sim::{ObstacleConfig, ObstacleMotion, Placement, Shape, SimConfig, SimError, Simulation};
 
 use crate::room;
 
@@ -24,7 +24,7 @@ fn a_start_or_station_outside_the_map_is_refused() {
     let error = refusal(&SimConfig::default(), &grid, pose(-3.0, 2.0, 0.0), inside);
     assert_eq!(error.to_string(), "the start (-3, 2) lies outside the map, which is 8.20 m × 6.20 m");
     let error = refusal(&SimConfig::default(), &grid, inside, pose(2.0, f64::NAN, 0.0));
-    assert!(matches!(error, SimError::StationOutsideMap { .. }), "{error}");
+    assert!(matches!(error, SimError::OutsideMap { what: Placement::Station, .. }), "{error}");
 }
 
 #[test]
@@ -36,7 +36,7 @@ fn a_start_in_unknown_space_needs_as_much_room() {
     );
     grid.set(maps::CellIndex { column: 45, row: 40 }, maps::Cell::Occupied);
     let error = refusal(&SimConfig::default(), &grid, pose(2.0, 2.0, 0.0), pose(2.0, 2.0, 0.0));
-    assert!(matches!(error, SimError::StartInWall { .. }), "{error}");
+    assert!(matches!(error, SimError::InWall { what: Placement::Start, .. }), "{error}");
 }
 
 #[test]

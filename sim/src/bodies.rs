@@ -1,0 +1,54 @@
+//! Bodies that come and go with faults.
+
+use bevy_ecs::prelude::*;
+
+use crate::check::is_sound;
+use crate::config::ObstacleConfig;
+use crate::drive::{Drive, RobotPose};
+use crate::faults::Faults;
+use crate::obstacles::{remove_obstacle, spawn_obstacle};
+use crate::room::distance_to;
+
+/// The bodies of [`Faults::bodies`] that have been put down, with what they were described as.
+#[derive(Resource, Default)]
+pub(crate) struct ExtraBodies(Vec<(ObstacleConfig, Entity)>);
+
+impl ExtraBodies {
+    /// Whether the world holds just these bodies.
+    fn are(&self, wanted: &[ObstacleConfig]) -> bool {
+        self.0.len() == wanted.len() && self.0.iter().all(|(body, _)| wanted.contains(body))
+    }
+}
+
+/// Takes away the bodies that are no longer in the list and puts down those that have come into it, if the robot leaves
+/// them room.
+pub(crate) fn place_bodies(world: &mut World) {
+    let wanted = &world.resource::<Faults>().bodies;
+    if world.resource::<ExtraBodies>().are(wanted) {
+        return;
+    }
+    let wanted = wanted.clone();
+    let mut bodies = std::mem::take(&mut world.resource_mut::<ExtraBodies>().0);
+    bodies.retain(|(body, entity)| {
+        let stays = wanted.contains(body);
+        if !stays {
+            remove_obstacle(world, *entity);
+        }
+        stays
+    });
+    for body in wanted {
+        if bodies.iter().all(|(present, _)| *present != body) && is_sound(&body) && leaves_room(world, &body) {
+            let entity = spawn_obstacle(world, &body);
+            bodies.push((body, entity));
+        }
+    }
+    world.resource_mut::<ExtraBodies>().0 = bodies;
+}
+
+/// Whether a body does not overlap the robot.
+fn leaves_room(world: &mut World, body: &ObstacleConfig) -> bool {
+    let mut robots = world.query::<(&RobotPose, &Drive)>();
+    robots.iter(world).all(|(robot, drive)| {
+        distance_to(&body.shape, &body.pose, &robot.0.translation.vector.into()) >= drive.robot_radius_m()
+    })
+}

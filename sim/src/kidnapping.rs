@@ -1,0 +1,42 @@
+//! The robot that is lifted up and put down elsewhere.
+
+use bevy_ecs::prelude::*;
+use maps::{Point, Pose};
+
+use crate::docking::Dock;
+use crate::drive::{Drive, Motion, RobotPose};
+use crate::error::{BadSetting, Placement, SimError};
+use crate::obstacles::{Obstacle, ObstaclePose};
+use crate::physics::{Body, Physics};
+use crate::room::check_room;
+use crate::walls::Walls;
+
+/// Puts the robot down at rest at a pose; its wheels do not feel it.
+pub(crate) fn kidnap(world: &mut World, robot: Entity, to: Pose) -> Result<(), SimError> {
+    check(world, robot, &to)?;
+    let mut robots = world.query::<(&Body, &mut RobotPose, &mut Motion, &mut Drive, &mut Dock)>();
+    let (body, mut pose, mut motion, mut drive, mut dock) =
+        robots.get_mut(world, robot).expect("the robot keeps the components that it is built with");
+    let body = *body;
+    pose.0 = to;
+    *motion = Motion { at_rest: true, travelled_m: motion.travelled_m, ..Motion::default() };
+    drive.put_down(&to);
+    dock.leave();
+    world.resource_mut::<Physics>().put(body, &to);
+    Ok(())
+}
+
+/// Fails if the robot cannot stand there.
+fn check(world: &mut World, robot: Entity, to: &Pose) -> Result<(), SimError> {
+    let heading_rad = to.rotation.angle();
+    if !heading_rad.is_finite() {
+        let accepted = "a finite number";
+        let setting = "kidnapping.heading".to_owned();
+        return Err(SimError::Settings(vec![BadSetting { setting, value: heading_rad.to_string(), accepted }]));
+    }
+    let mut obstacles = world.query::<(&Obstacle, &ObstaclePose)>();
+    let obstacles = obstacles.iter(world).map(|(obstacle, pose)| (obstacle.name.as_str(), &obstacle.shape, &pose.0));
+    let radius_m = world.get::<Drive>(robot).map_or(0.0, Drive::robot_radius_m);
+    let at: Point = to.translation.vector.into();
+    check_room(world.resource::<Walls>().rays(), obstacles, radius_m, Placement::Kidnapping, &at)
+}
