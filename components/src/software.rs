@@ -1,10 +1,11 @@
 //! The robot's software: the drivers, and what they drive.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelSystem, ProcessId};
-use maps::{OccupancyGrid, Places, Point, Pose};
-use nav::{Goal, InitialPose, LocalizationParameters, NavigationParameters, NavigationStatus, Navigator, PoseEstimate};
+use maps::{Places, Point, Pose};
+use nav::{Atlas, Goal, InitialPose, NavigationParameters, NavigationStatus, Navigator, PoseEstimate};
 use rand_chacha::ChaCha8Rng;
 use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
 
@@ -41,22 +42,22 @@ pub struct Software {
 }
 
 impl Software {
-    /// The software of a robot on a map with places, which knows that much of its first pose. `rng` is localization's
+    /// The software of the atlas's robot on its map with places, which knows that much of its first pose. `rng` is localization's
     /// own stream.
     ///
     /// # Errors
-    /// [`nav::Error`] if nobody can be localized on the map.
+    /// [`nav::Error`] if the robot's model makes no sense.
     pub fn new(
-        map: &OccupancyGrid,
+        atlas: &Arc<Atlas>,
         places: &Places,
-        model: &RobotModel,
         initial: &InitialPose,
         processes: Processes,
         rng: ChaCha8Rng,
     ) -> Result<Self, nav::Error> {
-        let localization = nav::Localization::new(map, model, LocalizationParameters::default(), initial, rng)?;
+        let model = atlas.model();
+        let localization = nav::Localization::on(atlas, initial, rng);
         Ok(Self {
-            navigator: Navigator::new(map, model, NavigationParameters::of(model))?,
+            navigator: Navigator::on(atlas, NavigationParameters::of(model))?,
             estimate: localization.estimate(),
             localization,
             model: model.clone(),

@@ -8,11 +8,12 @@ pub(crate) mod clearance;
 mod lasers;
 mod parameters;
 
-use maps::{Cell, OccupancyGrid, Point};
+use std::sync::Arc;
 
-use crate::Error;
-use crate::distance_transform::{NO_TARGET, squared_distances};
+use maps::{OccupancyGrid, Point};
+
 use crate::grid_frame::GridFrame;
+use crate::{Atlas, Error};
 use clearance::{FARTHEST_CELLS, OBSTACLE, UNKNOWN};
 
 pub use parameters::CostmapParameters;
@@ -32,7 +33,7 @@ pub struct Costmap {
     parameters: CostmapParameters,
     pub(crate) frame: GridFrame,
     /// Clearance from the map's obstacles.
-    fixed: Vec<u8>,
+    fixed: Arc<Vec<u8>>,
     /// Clearance from all obstacles.
     clearances: Vec<u8>,
     /// Offsets of the cells where lasers have seen an obstacle that is not on the map.
@@ -57,20 +58,23 @@ impl Costmap {
     /// # Errors
     /// [`Error::Parameter`] if a parameter makes no sense.
     pub fn new(map: &OccupancyGrid, parameters: CostmapParameters) -> Result<Self, Error> {
+        Self::with(GridFrame::of(map), Arc::new(clearance::of_map(map)), parameters)
+    }
+
+    /// The costmap of an atlas's map, without anything seen yet.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter makes no sense.
+    pub fn on(atlas: &Atlas, parameters: CostmapParameters) -> Result<Self, Error> {
+        Self::with(GridFrame::of(atlas.map()), Arc::clone(&atlas.clearances), parameters)
+    }
+
+    fn with(frame: GridFrame, fixed: Arc<Vec<u8>>, parameters: CostmapParameters) -> Result<Self, Error> {
         parameters.check()?;
-        let frame = GridFrame::of(map);
-        let cells = map.cells();
-        let squared = squared_distances(frame.width, frame.height, |offset| cells[offset] == Cell::Occupied);
-        let clearance = |(cell, squared): (&Cell, u32)| match (cell, squared) {
-            (Cell::Unknown, _) => UNKNOWN,
-            (_, NO_TARGET) => u8::MAX,
-            (_, squared) => clearance::from_squared_cells(squared),
-        };
-        let fixed: Vec<u8> = cells.iter().zip(squared).map(clearance).collect();
         // Half a cell to the obstacle's surface, and the rounding of clearances.
         let stamp_radius = (parameters.inflation_radius / frame.resolution_m + 1.0).min(FARTHEST_CELLS);
         Ok(Self {
-            clearances: fixed.clone(),
+            clearances: fixed.to_vec(),
             fixed,
             marks: Vec::new(),
             stamp: stamp_of(stamp_radius),
@@ -270,7 +274,7 @@ fn costs(parameters: &CostmapParameters, resolution_m: f64) -> [u8; 256] {
 
 #[cfg(test)]
 mod tests {
-    use maps::{CellIndex, pose};
+    use maps::{Cell, CellIndex, pose};
     use proptest::prelude::*;
 
     use super::*;
@@ -319,7 +323,7 @@ mod tests {
             let wrong = (0..3000).find(|offset| seen.cost_at(*offset) != expected.cost_at(*offset));
             prop_assert_eq!(wrong, None);
             seen.forget_marks();
-            prop_assert!(seen.clearances == seen.fixed);
+            prop_assert!(seen.clearances == *seen.fixed);
         }
     }
 }

@@ -59,6 +59,7 @@
 //! What to read next: [`Localization`] and [`LocalizationParameters`] for the filter, [`NavigationStatus`] for what a
 //! navigator can be doing, [`NavigationParameters`] for every patience and distance that it has.
 
+mod atlas;
 mod beams;
 mod costmap;
 mod distance_transform;
@@ -69,6 +70,7 @@ mod localization;
 mod navigation;
 mod planning;
 
+pub use atlas::Atlas;
 pub use costmap::{Costmap, CostmapParameters, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST};
 pub use error::Error;
 pub use following::FollowingParameters;

@@ -20,6 +20,7 @@ mod resampling;
 mod scan_matching;
 mod surface_field;
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use maps::{OccupancyGrid, Pose, heading, pose};
@@ -27,16 +28,18 @@ use nalgebra::Matrix3;
 use rand_chacha::ChaCha8Rng;
 use robot::{LaserScan, Odometry, RobotModel};
 
-use crate::Error;
+use crate::{Atlas, Error};
 use filter::ParticleFilter;
 use laser_memory::LaserMemory;
 use likelihood_field::Endpoints;
 use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
 use particle::Gaussian;
-use surface_field::SurfaceField;
 
+pub(crate) use free_space::FreeSpace;
+pub(crate) use likelihood_field::LikelihoodField;
 pub use parameters::LocalizationParameters;
+pub(crate) use surface_field::SurfaceField;
 
 /// Scans of the other lasers join an update if they are at most so old.
 const OLDEST_SCAN: Duration = Duration::from_millis(250);
@@ -90,10 +93,7 @@ impl InitialPose {
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
 #[derive(Clone, Debug)]
 pub struct Localization {
-    parameters: LocalizationParameters,
-    /// Origin of the map: the pose of the grid's frame, in which the filter works.
-    origin: Pose,
-    surfaces: SurfaceField,
+    atlas: Arc<Atlas>,
     filter: ParticleFilter,
     lasers: Vec<LaserMemory>,
     odometry: OdometryHistory,
@@ -110,7 +110,8 @@ pub struct Localization {
 }
 
 impl Localization {
-    /// A localization of a robot on a map, with its stream of random numbers.
+    /// A localization of a robot on a map, with its stream of random numbers. Where there will be several on one map,
+    /// make an [`Atlas`] of it and use [`on`](Self::on).
     ///
     /// # Errors
     /// [`Error::Parameter`] if a parameter makes no sense; [`Error::NoFreeSpace`] if the map has no free cell.
@@ -121,17 +122,18 @@ impl Localization {
         initial: &InitialPose,
         rng: ChaCha8Rng,
     ) -> Result<Self, Error> {
-        parameters.check()?;
-        let surfaces = SurfaceField::new(map, parameters.laser_likelihood_max_dist);
-        let range_max_m = model.lasers.iter().map(|laser| laser.range_max_m).fold(1.0, f64::max);
-        let filter = ParticleFilter::new(map, &surfaces, parameters.clone(), range_max_m, rng)?;
+        let atlas = Atlas::new(Arc::new(map.clone()), model, parameters)?;
+        Ok(Self::on(&Arc::new(atlas), initial, rng))
+    }
+
+    /// A localization of the atlas's robot on its map, with its stream of random numbers.
+    #[must_use]
+    pub fn on(atlas: &Arc<Atlas>, initial: &InitialPose, rng: ChaCha8Rng) -> Self {
         let belief = Gaussian { x_m: 0.0, y_m: 0.0, heading_rad: 0.0, covariance: Matrix3::zeros() };
         let mut localization = Self {
-            parameters,
-            origin: map.origin(),
-            surfaces,
-            filter,
-            lasers: model.lasers.iter().map(LaserMemory::new).collect(),
+            atlas: Arc::clone(atlas),
+            filter: ParticleFilter::new(atlas, rng),
+            lasers: atlas.model().lasers.iter().map(LaserMemory::new).collect(),
             odometry: OdometryHistory::new(),
             belief,
             anchor: None,
@@ -141,14 +143,15 @@ impl Localization {
             matched: Endpoints::default(),
         };
         localization.restart(initial);
-        Ok(localization)
+        localization
     }
 
     /// Forgets the pose and starts again from what is said to be known of it, now.
     pub fn restart(&mut self, initial: &InitialPose) {
+        let origin = self.origin();
         match initial {
             InitialPose::Near { pose, covariance } => {
-                let (pose, covariance) = (self.origin.inv_mul(pose), turned(covariance, -heading(&self.origin)));
+                let (pose, covariance) = (origin.inv_mul(pose), turned(covariance, -heading(&origin)));
                 self.belief = gaussian(&pose, covariance);
                 self.filter.place_around(&self.belief);
             }
@@ -177,8 +180,8 @@ impl Localization {
         let Some(laser) = self.lasers.get_mut(scan.laser) else { return false };
         laser.keep(scan, now);
         let moved = anchor.inv_mul(&now);
-        let far = moved.translation.vector.norm() >= self.parameters.update_min_d
-            || heading(&moved).abs() >= self.parameters.update_min_a;
+        let far = moved.translation.vector.norm() >= self.parameters().update_min_d
+            || heading(&moved).abs() >= self.parameters().update_min_a;
         let first = *self.first_scan.get_or_insert(scan.time);
         let is_due = |(index, laser): (usize, &LaserMemory)| index != scan.laser && laser.is_due(scan.time, first);
         if (!far && self.updates > 0) || self.lasers.iter().enumerate().any(is_due) {
@@ -203,8 +206,9 @@ impl Localization {
 
     /// The particles as poses in the `map` frame with their normalized weights.
     pub fn particles(&self) -> impl ExactSizeIterator<Item = (Pose, f64)> {
+        let origin = self.origin();
         let in_map =
-            |particle: &particle::Particle| self.origin * pose(particle.x_m, particle.y_m, particle.heading_rad);
+            move |particle: &particle::Particle| origin * pose(particle.x_m, particle.y_m, particle.heading_rad);
         self.filter.particles().iter().map(move |particle| (in_map(particle), particle.weight))
     }
 
@@ -219,10 +223,10 @@ impl Localization {
         self.weighed.clear();
         self.matched.clear();
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
-            let stride = laser.stride(self.parameters.max_beams);
+            let stride = laser.stride(self.atlas.parameters().max_beams);
             // Other beams each time, so that all have their say.
             laser.append_ends(now, self.updates as usize % stride, stride, &mut self.weighed);
-            let stride = laser.stride(MATCHED_BEAMS * self.parameters.max_beams);
+            let stride = laser.stride(MATCHED_BEAMS * self.atlas.parameters().max_beams);
             laser.append_ends(now, self.updates as usize % stride, stride, &mut self.matched);
             laser.mark_used();
         }
@@ -232,8 +236,8 @@ impl Localization {
         self.filter.predict(&DifferentialMotion::between(anchor, &now, self.alphas()));
         self.filter.weigh(&self.weighed);
         let mean = self.filter.estimate();
-        self.belief = scan_matching::matched(&mean, &self.matched, &self.surfaces);
-        match self.filter.challenge(&self.belief, &anchor.inv_mul(&now), &self.weighed, &self.surfaces) {
+        self.belief = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
+        match self.filter.challenge(&self.belief, &anchor.inv_mul(&now), &self.weighed) {
             None => self.filter.resample_if_needed(&self.belief),
             Some(found) => {
                 self.filter.place_around(&found);
@@ -245,11 +249,22 @@ impl Localization {
     }
 
     fn alphas(&self) -> [f64; 4] {
-        [self.parameters.alpha1, self.parameters.alpha2, self.parameters.alpha3, self.parameters.alpha4]
+        let parameters = self.parameters();
+        [parameters.alpha1, parameters.alpha2, parameters.alpha3, parameters.alpha4]
     }
 
     fn in_map_frame(&self, time: Duration, in_grid: &Pose, covariance: &Matrix3<f64>) -> PoseEstimate {
-        PoseEstimate { time, pose: self.origin * in_grid, covariance: turned(covariance, heading(&self.origin)) }
+        let origin = self.origin();
+        PoseEstimate { time, pose: origin * in_grid, covariance: turned(covariance, heading(&origin)) }
+    }
+
+    fn parameters(&self) -> &LocalizationParameters {
+        self.atlas.parameters()
+    }
+
+    /// Origin of the map: the pose of the grid's frame, in which the filter works.
+    fn origin(&self) -> Pose {
+        self.atlas.map().origin()
     }
 }
 

@@ -23,7 +23,7 @@ use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
 use crate::following::Surroundings;
-use crate::{Costmap, Error, PoseEstimate};
+use crate::{Atlas, Costmap, Error, PoseEstimate};
 use trip::Trip;
 
 pub use goal::Goal;
@@ -74,8 +74,23 @@ impl Navigator {
     /// [`Error::Parameter`] if a parameter makes no sense.
     pub fn new(map: &OccupancyGrid, model: &RobotModel, parameters: NavigationParameters) -> Result<Self, Error> {
         parameters.check()?;
-        Ok(Self {
-            costmap: Costmap::new(map, parameters.costmap.clone())?,
+        let costmap = Costmap::new(map, parameters.costmap.clone())?;
+        Ok(Self::with(costmap, model, parameters))
+    }
+
+    /// A navigator of the atlas's robot on its map, idle.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] if a parameter makes no sense.
+    pub fn on(atlas: &Atlas, parameters: NavigationParameters) -> Result<Self, Error> {
+        parameters.check()?;
+        let costmap = Costmap::on(atlas, parameters.costmap.clone())?;
+        Ok(Self::with(costmap, atlas.model(), parameters))
+    }
+
+    fn with(costmap: Costmap, model: &RobotModel, parameters: NavigationParameters) -> Self {
+        Self {
+            costmap,
             parameters,
             model: model.clone(),
             lasers: model.lasers.iter().map(Beams::new).collect(),
@@ -85,7 +100,7 @@ impl Navigator {
             trip: None,
             last_update: None,
             last_scan: None,
-        })
+        }
     }
 
     /// Starts for a goal, whatever went on before. The next update looks for a path.

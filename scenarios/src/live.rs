@@ -366,15 +366,17 @@ fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error>
 
 fn software(scenario: &Scenario, sim: &Simulation, processes: Processes, streams: &Streams) -> Result<Software, Error> {
     use robot::Robot as _;
+    let refused =
+        |error: nav::Error| Error::bad_input(scenario.file.map.span.problem(error.to_string()).with_label("this map"));
+    let atlas = scenario.atlas(sim.model()).map_err(refused)?;
     let software = Software::new(
-        &scenario.map,
+        &atlas,
         &scenario.places,
-        sim.model(),
         &InitialPose::at(scenario.start),
         processes,
         streams.stream("nav/localization"),
     );
-    software.map_err(|error| Error::bad_input(scenario.file.map.span.problem(error.to_string()).with_label("this map")))
+    software.map_err(refused)
 }
 
 /// Makes the monitors of the scenario's properties and attaches them.

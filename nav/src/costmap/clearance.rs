@@ -1,5 +1,9 @@
 //! Clearances in a byte: how far a cell's centre is from the surface of the nearest obstacle.
 
+use maps::{Cell, OccupancyGrid};
+
+use crate::distance_transform::{NO_TARGET, squared_distances};
+
 /// The cell is an obstacle.
 pub(crate) const OBSTACLE: u8 = 0;
 
@@ -11,6 +15,18 @@ const STEPS: f64 = 4.0;
 
 /// The greatest distance between cell centres that a byte can tell apart from a greater one, in cells.
 pub(crate) const FARTHEST_CELLS: f64 = (u8::MAX - 2) as f64 / STEPS;
+
+/// The clearances of a map's cells, row by row.
+pub(crate) fn of_map(map: &OccupancyGrid) -> Vec<u8> {
+    let cells = map.cells();
+    let squared = squared_distances(map.width(), map.height(), |offset| cells[offset] == Cell::Occupied);
+    let clearance = |(cell, squared): (&Cell, u32)| match (cell, squared) {
+        (Cell::Unknown, _) => UNKNOWN,
+        (_, NO_TARGET) => u8::MAX,
+        (_, squared) => from_squared_cells(squared),
+    };
+    cells.iter().zip(squared).map(clearance).collect()
+}
 
 /// The clearance of a cell whose centre lies `squared_cells` (in cells, squared) from that of the nearest obstacle.
 pub(crate) fn from_squared_cells(squared_cells: u32) -> u8 {

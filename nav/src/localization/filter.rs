@@ -1,6 +1,8 @@
 //! The particle filter: predict, weigh, resample.
 
-use maps::{OccupancyGrid, Pose};
+use std::sync::Arc;
+
+use maps::Pose;
 use nalgebra::{Matrix3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -8,16 +10,14 @@ use robot::normal;
 
 use super::challengers::{Challengers, Trial};
 use super::clusters::Clusters;
-use super::free_space::FreeSpace;
 use super::kld::particles_needed;
-use super::likelihood_field::{Endpoints, LikelihoodField};
+use super::likelihood_field::Endpoints;
 use super::motion_model::DifferentialMotion;
 use super::parameters::LocalizationParameters;
 use super::particle::{Gaussian, Particle};
 use super::recovery::Recovery;
 use super::resampling::{effective_number, systematic};
-use super::surface_field::SurfaceField;
-use crate::Error;
+use crate::Atlas;
 
 /// Every how many particles one is put where the scan was matched.
 const MATCHED_EVERY: usize = 20;
@@ -41,7 +41,7 @@ const FEWEST_BEAMS: usize = 8;
 /// The particles and what moves, weighs and renews them. Poses are in the grid's frame.
 #[derive(Clone, Debug)]
 pub(crate) struct ParticleFilter {
-    parameters: LocalizationParameters,
+    atlas: Arc<Atlas>,
     particles: Vec<Particle>,
     /// The particles of the last generation, kept for their memory.
     spare: Vec<Particle>,
@@ -52,21 +52,14 @@ pub(crate) struct ParticleFilter {
     challengers: Challengers,
     clusters: Clusters,
     recovery: Recovery,
-    field: LikelihoodField,
-    free: FreeSpace,
     rng: ChaCha8Rng,
 }
 
 impl ParticleFilter {
-    /// A filter without particles yet, for lasers that reach `range_max_m`.
-    pub(crate) fn new(
-        map: &OccupancyGrid,
-        surfaces: &SurfaceField,
-        parameters: LocalizationParameters,
-        range_max_m: f64,
-        rng: ChaCha8Rng,
-    ) -> Result<Self, Error> {
-        Ok(Self {
+    /// A filter without particles yet.
+    pub(crate) fn new(atlas: &Arc<Atlas>, rng: ChaCha8Rng) -> Self {
+        let parameters = atlas.parameters();
+        Self {
             particles: Vec::with_capacity(parameters.min_particles),
             spare: Vec::with_capacity(parameters.min_particles),
             penalties: Vec::new(),
@@ -76,11 +69,9 @@ impl ParticleFilter {
             challengers: Challengers::default(),
             clusters: Clusters::default(),
             recovery: Recovery::new(parameters.recovery_alpha_slow, parameters.recovery_alpha_fast),
-            field: LikelihoodField::new(map, surfaces, &parameters, range_max_m),
-            free: FreeSpace::new(map).ok_or(Error::NoFreeSpace)?,
-            parameters,
+            atlas: Arc::clone(atlas),
             rng,
-        })
+        }
     }
 
     pub(crate) fn particles(&self) -> &[Particle] {
@@ -90,7 +81,7 @@ impl ParticleFilter {
     /// Places the particles around a pose, as many as its covariance needs.
     pub(crate) fn place_around(&mut self, guess: &Gaussian) {
         let spread = spread_of(&guess.covariance);
-        let mut count = self.parameters.min_particles;
+        let mut count = self.parameters().min_particles;
         loop {
             self.particles.clear();
             for _ in 0..count {
@@ -111,8 +102,8 @@ impl ParticleFilter {
     /// Places as many particles as there may be anywhere in free space.
     pub(crate) fn place_anywhere(&mut self) {
         self.particles.clear();
-        for _ in 0..self.parameters.max_particles {
-            self.particles.push(self.free.draw(&mut self.rng));
+        for _ in 0..self.parameters().max_particles {
+            self.particles.push(self.atlas.free.draw(&mut self.rng));
         }
         self.start_anew();
     }
@@ -137,9 +128,10 @@ impl ParticleFilter {
             return;
         }
         self.penalties.clear();
-        self.penalties.extend(self.particles.iter().map(|particle| self.field.penalty(particle, ends)));
+        let field = &self.atlas.likelihoods;
+        self.penalties.extend(self.particles.iter().map(|particle| field.penalty(particle, ends)));
         let least = self.penalties.iter().copied().min().unwrap_or(0);
-        let nats_per_unit = self.field.nats_per_unit();
+        let nats_per_unit = field.nats_per_unit();
         let say = (INDEPENDENT_BEAMS / ends.len() as f64).min(1.0);
         let mut total = 0.0;
         let mut penalty = 0.0;
@@ -171,7 +163,7 @@ impl ParticleFilter {
     pub(crate) fn resample_if_needed(&mut self, matched: &Gaussian) {
         let count = self.particles.len();
         let effective = effective_number(self.particles.iter().map(|particle| particle.weight));
-        if effective >= self.parameters.resample_threshold * count as f64 {
+        if effective >= self.parameters().resample_threshold * count as f64 {
             return;
         }
         let bins = self.bins_after_resampling();
@@ -189,13 +181,7 @@ impl ParticleFilter {
     /// Judges the poses that challenge the particles' `belief` after a motion, and seeks more of them, as many as the
     /// fall of the scans' likelihood suggests. Returns the pose of one that has proved itself: the robot was lost and
     /// is there.
-    pub(crate) fn challenge(
-        &mut self,
-        belief: &Gaussian,
-        moved: &Pose,
-        ends: &Endpoints,
-        surfaces: &SurfaceField,
-    ) -> Option<Gaussian> {
+    pub(crate) fn challenge(&mut self, belief: &Gaussian, moved: &Pose, ends: &Endpoints) -> Option<Gaussian> {
         let usual_nats = self.recovery.usual_nats()?;
         if ends.len() < FEWEST_BEAMS {
             return None;
@@ -205,7 +191,14 @@ impl ParticleFilter {
         self.sparse.copy_every(CANDIDATE_STRIDE, ends);
         let sought = (self.recovery.random_share() * self.particles.len() as f64) as usize;
         let sought: Vec<Particle> = (0..sought.min(MOST_SOUGHT)).map(|_| self.likeliest_anywhere()).collect();
-        let trial = Trial { ends, field: &self.field, surfaces, usual_nats, incumbent: belief, beams };
+        let trial = Trial {
+            ends,
+            field: &self.atlas.likelihoods,
+            surfaces: &self.atlas.surfaces,
+            usual_nats,
+            incumbent: belief,
+            beams,
+        };
         let winner = challengers.judge(moved, &trial);
         sought.iter().for_each(|candidate| challengers.add(candidate, &trial));
         self.challengers = challengers;
@@ -226,17 +219,21 @@ impl ParticleFilter {
         self.is_drawn.iter().filter(|drawn| **drawn).count()
     }
 
+    fn parameters(&self) -> &LocalizationParameters {
+        self.atlas.parameters()
+    }
+
     fn needed(&self, bins: usize) -> usize {
-        particles_needed(bins, self.parameters.pf_err, self.parameters.pf_z)
-            .clamp(self.parameters.min_particles, self.parameters.max_particles)
+        particles_needed(bins, self.parameters().pf_err, self.parameters().pf_z)
+            .clamp(self.parameters().min_particles, self.parameters().max_particles)
     }
 
     fn likeliest_anywhere(&mut self) -> Particle {
-        let mut best = self.free.draw(&mut self.rng);
-        let mut least = self.field.penalty(&best, &self.sparse);
+        let mut best = self.atlas.free.draw(&mut self.rng);
+        let mut least = self.atlas.likelihoods.penalty(&best, &self.sparse);
         for _ in 1..CANDIDATES {
-            let candidate = self.free.draw(&mut self.rng);
-            let penalty = self.field.penalty(&candidate, &self.sparse);
+            let candidate = self.atlas.free.draw(&mut self.rng);
+            let penalty = self.atlas.likelihoods.penalty(&candidate, &self.sparse);
             if penalty < least {
                 (best, least) = (candidate, penalty);
             }

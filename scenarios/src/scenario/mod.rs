@@ -5,10 +5,12 @@ pub mod find;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use maps::{OccupancyGrid, Place, Places, PlacesFile, Pose, Problem, Spanned};
+use nav::{Atlas, LocalizationParameters};
+use robot::RobotModel;
 use skills::Chart;
 
 pub use file::{
@@ -53,6 +55,8 @@ pub struct Scenario {
     pub start: Pose,
     /// Where the charging station stands and how a docked robot faces, in the `map` frame.
     pub station: Pose,
+    /// What localization and navigation work out of the map, once somebody has asked.
+    atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
 }
 
 impl Scenario {
@@ -67,6 +71,16 @@ impl Scenario {
         let loaded = Loader { found, overrides, complaints: &mut complaints }.load(file);
         complaints.check()?;
         Ok(loaded.expect("what could not be loaded was complained about"))
+    }
+
+    /// What localization and navigation of the scenario's robot need of the map: worked out when it is asked for the
+    /// first time, and shared by all runs from then on.
+    ///
+    /// # Errors
+    /// [`nav::Error`] if nobody can be localized on the map.
+    pub fn atlas(&self, model: &RobotModel) -> Result<Arc<Atlas>, nav::Error> {
+        let atlas = || Atlas::new(Arc::clone(&self.map), model, LocalizationParameters::default()).map(Arc::new);
+        self.atlas.get_or_init(atlas).clone()
     }
 }
 
@@ -98,6 +112,7 @@ impl Loader<'_> {
             properties,
             start,
             station,
+            atlas: OnceLock::new(),
             origin: Origin {
                 argument: self.found.argument.clone(),
                 text: self.found.text.clone(),
