@@ -33,6 +33,12 @@ impl BatteryReader {
         Ok(Self { service: Service::new(topology, process)?, latest: None })
     }
 
+    /// As it was at the start.
+    pub(crate) fn restart(&mut self) {
+        self.service.forget();
+        self.latest = None;
+    }
+
     fn update(&mut self, state: &BatteryState) {
         self.latest = Some(Latest { level: state.charge_pct.into(), charging: state.charging.into() });
     }

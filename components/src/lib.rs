@@ -11,6 +11,7 @@ mod battery_reader;
 mod localization;
 mod navigation;
 mod operations;
+mod outages;
 mod service;
 mod software;
 
@@ -18,4 +19,5 @@ pub use battery_reader::BatteryReader;
 pub use localization::Localization;
 pub use navigation::Navigation;
 pub use operations::{BATTERY_READER, LOCALIZATION, NAVIGATION, Operation, operations};
+pub use outages::{Component, Outages};
 pub use software::{Processes, Software};

@@ -28,6 +28,12 @@ impl Localization {
         Ok(Self { service: Service::new(topology, process)?, at: BTreeMap::new() })
     }
 
+    /// As it was at the start.
+    pub(crate) fn restart(&mut self) {
+        self.service.forget();
+        self.at.clear();
+    }
+
     fn answer(&self, request: &Message) -> Option<Message> {
         let Some(Value::Symbol(place)) = request.field(2) else {
             return Some(error("the request names no place"));

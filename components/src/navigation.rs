@@ -64,6 +64,13 @@ impl Navigation {
         Ok(Self { service: Service::new(topology, process)?, trip: None, orders: VecDeque::new() })
     }
 
+    /// As it was at the start.
+    pub(crate) fn restart(&mut self) {
+        self.service.forget();
+        self.trip = None;
+        self.orders.clear();
+    }
+
     /// Takes what the driver is to do next.
     pub(crate) fn next_order(&mut self) -> Option<Order> {
         self.orders.pop_front()

@@ -63,6 +63,13 @@ impl Service {
         client.pending.as_ref().map(|request| &request.message)
     }
 
+    /// Forgets who waits for an answer: nobody will get it.
+    pub(crate) fn forget(&mut self) {
+        for client in &mut self.clients {
+            client.pending = None;
+        }
+    }
+
     /// Everything the service receives and sends.
     pub(crate) fn uses(&self) -> Vec<Use> {
         self.clients

@@ -9,9 +9,10 @@ use nav::{Atlas, Goal, InitialPose, NavigationParameters, NavigationStatus, Navi
 use rand_chacha::ChaCha8Rng;
 use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
 
-use crate::battery_reader::BatteryDriver;
-use crate::localization::LocalizationDriver;
+use crate::battery_reader::{BatteryDriver, BatteryReader};
+use crate::localization::{Localization, LocalizationDriver};
 use crate::navigation::{Navigation, Order, TripStatus};
+use crate::{Component, Outages};
 
 /// The components' processes in a channel system.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +40,8 @@ pub struct Software {
     localization_driver: LocalizationDriver,
     navigation: ProcessId,
     readings: Vec<Reading>,
+    initial: InitialPose,
+    outages: Outages,
 }
 
 impl Software {
@@ -67,6 +70,8 @@ impl Software {
             localization_driver: LocalizationDriver { process: processes.localization, places: places.clone() },
             navigation: processes.navigation,
             readings: Vec::new(),
+            initial: *initial,
+            outages: Outages::default(),
         })
     }
 
@@ -81,7 +86,13 @@ impl Software {
         }
         self.readings = readings;
         self.estimate = self.localization.estimate();
-        self.localization_driver.estimate(&self.estimate.pose, system);
+        if !self.outages.localization {
+            self.localization_driver.estimate(&self.estimate.pose, system);
+        }
+        if self.outages.navigation {
+            robot.drive(VelocityCommand::STOP);
+            return;
+        }
         self.follow_orders(system);
         robot.drive(self.navigate(now));
         self.tell_trip_status(system);
@@ -90,14 +101,19 @@ impl Software {
     fn take_in(&mut self, reading: &Reading, system: &mut ChannelSystem) {
         match reading {
             Reading::Odometry(odometry) => {
-                self.localization.odometry(odometry);
+                if !self.outages.localization {
+                    self.localization.odometry(odometry);
+                }
                 self.odometry = Some(*odometry);
             }
             Reading::Scan(scan) => {
-                self.localization.scan(scan);
+                if !self.outages.localization {
+                    self.localization.scan(scan);
+                }
                 self.navigator.scan(scan, &self.localization.estimate());
             }
-            Reading::Battery(state) => self.battery_driver.battery(state, system),
+            Reading::Battery(state) if !self.outages.battery_reader => self.battery_driver.battery(state, system),
+            Reading::Battery(_) => {}
         }
     }
 
@@ -134,6 +150,45 @@ impl Software {
         {
             process.set_trip_status(status);
         }
+    }
+
+    /// Which components stand still, to be changed: from the next step on.
+    pub fn outages_mut(&mut self) -> &mut Outages {
+        &mut self.outages
+    }
+
+    /// A component crashes and is started again: its process and its driver are as they were at the start. Requests
+    /// that it had taken are never answered.
+    ///
+    /// - BatteryReader knows no level until the next reading.
+    /// - Localization believes the pose that it was configured with, as AMCL does when it is started again with the
+    ///   same parameters, wherever the robot has gone meanwhile.
+    /// - Navigation forgets its trip and what the lasers have seen; the robot stops.
+    pub fn restart(&mut self, component: Component, system: &mut ChannelSystem) {
+        match component {
+            Component::BatteryReader => {
+                if let Some(process) = system.process_mut::<BatteryReader>(self.battery_driver.process) {
+                    process.restart();
+                }
+            }
+            Component::Localization => {
+                self.localization.restart(&self.initial);
+                if let Some(process) = system.process_mut::<Localization>(self.localization_driver.process) {
+                    process.restart();
+                }
+            }
+            Component::Navigation => {
+                self.navigator.restart();
+                if let Some(process) = system.process_mut::<Navigation>(self.navigation) {
+                    process.restart();
+                }
+            }
+        }
+    }
+
+    /// Somebody tells localization where the robot is, rightly or wrongly, as with RViz's "2D Pose Estimate".
+    pub fn believe(&mut self, pose: &InitialPose) {
+        self.localization.restart(pose);
     }
 
     /// What the robot sensed in the last step, oldest first.

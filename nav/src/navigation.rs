@@ -121,6 +121,14 @@ impl Navigator {
         self.trip = None;
     }
 
+    /// Forgets all that has happened, as a navigator that has just been made: the goal, and what the lasers have seen.
+    pub fn restart(&mut self) {
+        self.stop();
+        self.costmap.forget_marks();
+        self.surroundings = Surroundings::new(self.lasers.len());
+        (self.last_update, self.last_scan) = (None, None);
+    }
+
     /// Stands still until [`resume`](Self::resume), if under way.
     pub fn pause(&mut self) {
         if self.status.is_under_way() {
