@@ -69,7 +69,7 @@ fn busy() -> SimConfig {
     SimConfig { obstacles: vec![person, movable], ..SimConfig::default() }
 }
 
-fn noisy() -> SimConfig {
+pub(crate) fn noisy() -> SimConfig {
     let noise = DriftNoise {
         angle_per_sqrt_rad: 0.05,
         angle_per_sqrt_m: 0.03,

@@ -3,6 +3,7 @@
 mod determinism;
 mod docking;
 mod driving;
+mod faults;
 mod lasers;
 mod obstacles;
 mod refusals;
