@@ -56,6 +56,19 @@ pub enum SkillError {
         #[related]
         problems: Vec<Problem>,
     },
+    /// A machine does not have what a mutation is to change.
+    #[error("the skill {} cannot be changed so that {mutation}: {}", .text.name(), count(.problems))]
+    #[diagnostic(code(skills::mutation))]
+    Mutation {
+        /// The mutation in words.
+        mutation: String,
+        /// The machine's file with its text.
+        #[source_code]
+        text: NamedSource<Arc<str>>,
+        /// What is missing.
+        #[related]
+        problems: Vec<Problem>,
+    },
     /// The system has no process of the skill's name.
     #[error("there is no process named {name} to run the skill {file}")]
     #[diagnostic(code(skills::process))]

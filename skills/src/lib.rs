@@ -27,7 +27,8 @@
 //! is libm's, its loops are bounded. Data hold what is plain: a function is kept as its source and sees data but no
 //! variables around it, an object loses its class, `Map` and its kin are refused.
 //!
-//! [`rehearse`] runs a machine alone, [`check_system`] holds a tree's skills against their channels.
+//! [`rehearse`] runs a machine alone, [`check_system`] holds a tree's skills against their channels, [`mutate`] puts a
+//! mistake into a machine to see who notices.
 //!
 //! # Messages and events
 //! A [`SkillProcess`] turns messages into events and events into messages:
@@ -86,6 +87,7 @@ mod error;
 mod expression;
 mod load;
 mod machine;
+mod mutation;
 mod problem;
 mod process;
 mod rehearsal;
@@ -97,6 +99,7 @@ pub use chart::{CHANNEL_PROCESSOR, Chart, HistoryKind, State, StateId, StateKind
 pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Status, Transcript, Undelivered};
+pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutations};
 pub use problem::Problem;
 pub use process::{CLIENT, SkillOfSystem, SkillProcess, check_system};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};

@@ -13,6 +13,7 @@ mod targets;
 mod xml;
 
 pub(crate) use send::INTERNAL_TARGET;
+pub(crate) use xml::{Written, name_span, own_elements};
 
 use std::path::Path;
 use std::sync::Arc;
@@ -120,7 +121,8 @@ impl Chart {
     }
 }
 
-fn parse_xml(text: &str) -> Result<Document<'_>, Problem> {
+/// Reads the file as XML.
+pub(crate) fn parse_xml(text: &str) -> Result<Document<'_>, Problem> {
     if text.len() > MAX_BYTES {
         let problem = Problem::new(format!("a machine may be {MAX_BYTES} bytes long at most"));
         return Err(problem.at(0..0, format!("this one has {}", text.len())));

@@ -23,7 +23,7 @@ pub(super) fn elements_named<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str)
 }
 
 /// The elements of a machine, itself included, without those of machines inside of it and of XML that is data.
-pub(super) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> {
+pub(crate) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> {
     let mut found = Vec::new();
     let mut open = vec![root];
     while let Some(node) = open.pop() {
@@ -36,7 +36,7 @@ pub(super) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> 
 }
 
 /// Where an element's name stands.
-pub(super) fn name_span(node: Node<'_, '_>) -> Range<usize> {
+pub(crate) fn name_span(node: Node<'_, '_>) -> Range<usize> {
     let start = (node.range().start + 1).min(node.range().end);
     let written = node.document().input_text().get(start..).unwrap_or_default();
     let length = written.find(|c: char| c.is_whitespace() || c == '/' || c == '>').unwrap_or(written.len());
@@ -45,9 +45,9 @@ pub(super) fn name_span(node: Node<'_, '_>) -> Range<usize> {
 
 /// A piece of text out of the file: an attribute's value, or what stands between two tags.
 #[derive(Clone, Debug)]
-pub(super) struct Written<'a> {
+pub(crate) struct Written<'a> {
     /// The text without the XML around it: `&gt;` is `>`.
-    pub(super) value: &'a str,
+    pub(crate) value: &'a str,
     /// As it stands in the file.
     raw: &'a str,
     start: usize,
@@ -55,14 +55,14 @@ pub(super) struct Written<'a> {
 
 impl<'a> Written<'a> {
     /// The attribute of that name.
-    pub(super) fn attribute(node: Node<'a, '_>, name: &str) -> Option<Self> {
+    pub(crate) fn attribute(node: Node<'a, '_>, name: &str) -> Option<Self> {
         let attribute =
             node.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name)?;
         Some(Self::within(node, attribute.value(), attribute.range_value()))
     }
 
     /// The text between an element's tags, if there is any but white space.
-    pub(super) fn text(node: Node<'a, '_>) -> Option<Self> {
+    pub(crate) fn text(node: Node<'a, '_>) -> Option<Self> {
         let text = node
             .children()
             .find(|child| child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()))?;
@@ -79,12 +79,12 @@ impl<'a> Written<'a> {
     }
 
     /// Where the whole text stands.
-    pub(super) fn span(&self) -> Range<usize> {
+    pub(crate) fn span(&self) -> Range<usize> {
         self.start..self.start + self.raw.len()
     }
 
     /// Where a part of the value stands, given in bytes of the value.
-    pub(super) fn span_of(&self, part: Range<usize>) -> Range<usize> {
+    pub(crate) fn span_of(&self, part: Range<usize>) -> Range<usize> {
         self.offset_of(part.start)..self.offset_of(part.end)
     }
 
@@ -110,18 +110,18 @@ impl<'a> Written<'a> {
 
     /// Another text in the place of this one: it stands in a file that the attribute names, and what is wrong with it is
     /// reported here.
-    pub(super) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
+    pub(crate) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
         Written { value: text, raw: "", start: self.start }
     }
 
     /// A word of the value as a piece of its own.
-    pub(super) fn part(&self, word: &'a str, span: Range<usize>) -> Self {
+    pub(crate) fn part(&self, word: &'a str, span: Range<usize>) -> Self {
         let raw = self.raw.get(span.start - self.start..span.end - self.start).unwrap_or_default();
         Self { value: word, raw, start: span.start }
     }
 
     /// The words of the value, each with its place in the file.
-    pub(super) fn words(&self) -> Vec<(&'a str, Range<usize>)> {
+    pub(crate) fn words(&self) -> Vec<(&'a str, Range<usize>)> {
         let base = self.value.as_ptr() as usize;
         let place = |word: &'a str| {
             let start = word.as_ptr() as usize - base;

@@ -7,6 +7,7 @@ mod broken_machines;
 mod conversation;
 mod diagnostics;
 mod eighth_skill;
+mod mutations;
 mod properties;
 mod seven_skills;
 mod spec_3_core;

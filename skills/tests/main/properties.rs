@@ -113,7 +113,7 @@ impl Writer {
     }
 }
 
-fn machine_text() -> impl Strategy<Value = String> {
+pub(crate) fn machine_text() -> impl Strategy<Value = String> {
     (prop::collection::vec(shape(), 1..4), prop::collection::vec(arrow(), 0..16)).prop_map(|(shapes, arrows)| {
         let mut writer = Writer::default();
         shapes.iter().for_each(|shape| writer.names(shape));

@@ -1,0 +1,195 @@
+//! The changes of the text that a mutation comes to.
+
+use std::ops::Range;
+
+use roxmltree::Node;
+
+use super::place::Site;
+use super::{Mutation, TransitionPlace};
+use crate::chart::{Chart, Domain, StateId, StateKind, Transition, TransitionId};
+use crate::load::{Written, name_span};
+use crate::problem::Problem;
+use crate::suggest::nearest_or_all;
+
+/// Bytes of the file and what stands there instead.
+pub(super) type Edit = (Range<usize>, String);
+
+/// Carries out edits that do not overlap.
+pub(super) fn apply(text: &str, mut edits: Vec<Edit>) -> String {
+    edits.sort_by_key(|(range, _)| range.start);
+    let (mut result, mut done) = (String::with_capacity(text.len() + 64), 0);
+    for (range, replacement) in edits {
+        result.push_str(&text[done..range.start]);
+        result.push_str(&replacement);
+        // What took several lines still does.
+        let lines = |text: &str| text.matches('\n').count();
+        let fewer = lines(&text[range.clone()]).saturating_sub(lines(&replacement));
+        result.extend(std::iter::repeat_n('\n', fewer));
+        done = range.end;
+    }
+    result.push_str(&text[done..]);
+    result
+}
+
+/// What a mutation changes.
+pub(super) fn edits(site: &Site<'_>, mutation: &Mutation) -> Result<Vec<Edit>, Problem> {
+    Ok(match mutation {
+        Mutation::Data { id, expr } => data(site, id, expr)?,
+        Mutation::NegateGuard { transition } => {
+            let guard = guard(site, transition)?.span();
+            vec![insertion(guard.start, "!("), insertion(guard.end, ")")]
+        }
+        Mutation::DropGuard { transition } => {
+            let guard = guard(site, transition)?.span();
+            let text = site.node(site.transition(transition)?).document().input_text();
+            // With the name, the equals sign and the quotes.
+            let start = text[..guard.start].rfind("cond").unwrap_or(guard.start);
+            vec![blank(text, start..guard.end + 1)]
+        }
+        Mutation::SwapTarget { transition, target } => {
+            site.state(target)?;
+            vec![(targets(site, transition)?.span(), escaped(target))]
+        }
+        Mutation::DropTransition { transition } => vec![without(site.node(site.transition(transition)?))],
+        Mutation::StuckState { state } => stuck(site, site.state(state)?)?,
+        Mutation::SwapSend { send, event } => vec![(site.send(send)?.event.span(), escaped(event))],
+        Mutation::DropSend { send } => never(site.send(send)?.node),
+    })
+}
+
+fn insertion(at: usize, text: &str) -> Edit {
+    (at..at, text.to_owned())
+}
+
+/// An element with everything in it, made white space: what follows stays in its line and column.
+fn without(node: Node<'_, '_>) -> Edit {
+    blank(node.document().input_text(), node.range())
+}
+
+/// An action that is never carried out, and yet one that the machine knows: its channels and events stay what they are.
+fn never(node: Node<'_, '_>) -> Vec<Edit> {
+    if is_null_model(node) {
+        return vec![without(node)];
+    }
+    vec![insertion(node.range().start, "<if cond=\"false\">"), insertion(node.range().end, "</if>")]
+}
+
+fn is_null_model(node: Node<'_, '_>) -> bool {
+    node.document().root_element().attribute("datamodel") == Some("null")
+}
+
+fn blank(text: &str, range: Range<usize>) -> Edit {
+    let mut blanks = String::with_capacity(range.len());
+    for letter in text[range.clone()].chars() {
+        match letter {
+            '\n' | '\r' => blanks.push(letter),
+            _ => blanks.extend(std::iter::repeat_n(' ', letter.len_utf8())),
+        }
+    }
+    (range, blanks)
+}
+
+/// Text as it stands in XML, in an attribute of either kind of quotes or between tags, on one line.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&apos;"),
+            '\n' | '\r' => escaped.push(' '),
+            _ => escaped.push(letter),
+        }
+    }
+    escaped
+}
+
+fn data(site: &Site<'_>, id: &str, expr: &str) -> Result<Vec<Edit>, Problem> {
+    let Some((node, name)) = site.data().find(|(_, name)| name.value == id) else {
+        let known: Vec<&str> = site.data().map(|(_, name)| name.value).collect();
+        return Err(Problem::new(format!("there is no datum `{id}`")).help(nearest_or_all(id, "data", &known)));
+    };
+    if let Some(src) = Written::attribute(node, "src") {
+        let problem = Problem::new(format!("the value of `{id}` stands in another file"));
+        return Err(problem.at(src.span(), "there").help("change that file, or write the value here"));
+    }
+    if node.children().any(|child| child.is_element()) {
+        let problem = Problem::new(format!("the value of `{id}` is written as XML"));
+        return Err(problem.at(name.span(), "this datum").help("write it as `expr` to change it"));
+    }
+    if let Some(old) = Written::attribute(node, "expr") {
+        return Ok(vec![(old.span(), escaped(expr))]);
+    }
+    // What stands between the tags may be text; an attribute is an expression for certain.
+    let text = node.document().input_text();
+    let between = node.first_child().zip(node.last_child());
+    let between = between.map(|(first, last)| blank(text, first.range().start..last.range().end));
+    let attribute = insertion(name.span().end + 1, &format!(" expr=\"{}\"", escaped(expr)));
+    Ok(between.into_iter().chain([attribute]).collect())
+}
+
+fn guard<'a>(site: &Site<'a>, place: &TransitionPlace) -> Result<Written<'a>, Problem> {
+    let transition = site.transition(place)?;
+    let node = site.node(transition);
+    let problem = |message: String| Problem::new(message).at(name_span(node), "this transition");
+    let guard = Written::attribute(node, "cond").ok_or_else(|| {
+        let help = "`swap_target` and `drop_transition` need no condition";
+        problem(format!("{place} has no condition")).help(help)
+    })?;
+    if is_null_model(node) {
+        return Err(problem("the null data model knows no negation".to_owned()).help("datamodel=\"ecmascript\""));
+    }
+    Ok(guard)
+}
+
+fn targets<'a>(site: &Site<'a>, place: &TransitionPlace) -> Result<Written<'a>, Problem> {
+    let node = site.node(site.transition(place)?);
+    Written::attribute(node, "target").ok_or_else(|| {
+        let problem = Problem::new(format!("{place} has no target")).at(name_span(node), "this transition");
+        problem.help("it only does something; `drop_transition` takes it away")
+    })
+}
+
+/// Every transition that would exit the state is taken only while it is not active.
+fn stuck(site: &Site<'_>, state: StateId) -> Result<Vec<Edit>, Problem> {
+    let id = site.chart.state(state).id();
+    let here = |problem: Problem| problem.at(site.chart.state(state).span(), "this state");
+    let leaving: Vec<&Transition> = leaving(site.chart, state).collect();
+    let Some(first) = leaving.first() else {
+        return Err(here(Problem::new(format!("no transition leaves `{id}` anyway"))));
+    };
+    if is_null_model(site.node(first)) {
+        return Err(here(Problem::new("the null data model knows no negation")).help("datamodel=\"ecmascript\""));
+    }
+    let quoted = id.replace('\\', "\\\\").replace('\'', "\\'");
+    let elsewhere = escaped(&format!("!In('{quoted}')"));
+    let guarded = |transition: &&Transition| {
+        let node = site.node(transition);
+        match Written::attribute(node, "cond") {
+            Some(guard) => vec![
+                insertion(guard.span().start, "("),
+                insertion(guard.span().end, &format!(") &amp;&amp; {elsewhere}")),
+            ],
+            None => vec![insertion(name_span(node).end, &format!(" cond=\"{elsewhere}\""))],
+        }
+    };
+    Ok(leaving.iter().flat_map(guarded).collect())
+}
+
+/// The transitions that exit the state if they are taken while it is active.
+pub(super) fn leaving(chart: &Chart, state: StateId) -> impl Iterator<Item = &Transition> {
+    let exits = move |id: &TransitionId| {
+        let transition = chart.transition(*id);
+        let source = transition.source();
+        let is_active_with = source == state
+            || chart.is_descendant(source, state)
+            || chart.is_descendant(state, source)
+            || chart.are_orthogonal(&[source, state]);
+        let domain = chart.domain_of(*id, transition.targets());
+        is_active_with && matches!(domain, Domain::State(domain) if chart.is_descendant(state, domain))
+    };
+    let is_state = !matches!(chart.state(state).kind(), StateKind::History(_));
+    chart.transitions().filter(move |id| is_state && exits(id)).map(|id| chart.transition(id))
+}

@@ -1,0 +1,329 @@
+//! Mutations change exactly what they say, and every line stays where it is.
+
+use std::time::Duration;
+
+use miette::Diagnostic;
+use proptest::prelude::*;
+use proptest::sample::Index;
+use skills::{
+    Chart, Datum, Event, Machine, Mutation, SHIPPED, SendPlace, SkillError, SkillProcess, Transcript, TransitionPlace,
+    mutate, mutations,
+};
+
+use crate::conversation::topology;
+use crate::diagnostics::in_short;
+use crate::properties::machine_text;
+use crate::stage::file;
+
+fn place(state: &str, event: &str, nth: usize) -> TransitionPlace {
+    TransitionPlace { state: state.to_owned(), event: event.to_owned(), nth }
+}
+
+fn send(state: &str, event: &str, nth: usize) -> SendPlace {
+    SendPlace { state: state.to_owned(), event: event.to_owned(), nth }
+}
+
+/// Every mutation of every shipped machine: its text, the mutation, the mutant's text.
+fn shipped_mutants() -> impl Iterator<Item = (&'static str, &'static str, Mutation, String)> {
+    SHIPPED.into_iter().flat_map(|(leaf, text)| {
+        let all = mutations(leaf, text).unwrap();
+        all.into_iter().map(move |mutation| {
+            let mutant = mutate(leaf, text, &mutation).unwrap();
+            (leaf, text, mutation, mutant)
+        })
+    })
+}
+
+fn outline(text: &str) -> Vec<String> {
+    Chart::load("outlined", text).unwrap().outline().lines().map(str::to_owned).collect()
+}
+
+/// The messages that go over channels, in the order of the file.
+fn messages(text: &str) -> Vec<(String, String)> {
+    let chart = Chart::load("messages", text).unwrap();
+    chart.channel_messages().iter().map(|(to, what)| ((*to).to_owned(), (*what).to_owned())).collect()
+}
+
+/// The lines that differ between two texts of equally many lines: before and after, without what is around them.
+fn changes<'t>(before: &'t [String], after: &'t [String]) -> Vec<(&'t str, &'t str)> {
+    assert_eq!(before.len(), after.len());
+    let pairs = before.iter().zip(after).filter(|(old, new)| old != new);
+    pairs.map(|(old, new)| (old.trim(), new.trim())).collect()
+}
+
+#[test]
+fn every_mutant_of_the_seven_machines_fits_in_their_place() {
+    let topology = topology();
+    let mut counted = 0;
+    for (leaf, text, mutation, mutant) in shipped_mutants() {
+        let chart = Chart::load(leaf, &mutant).unwrap();
+        let fits = SkillProcess::new(leaf, &chart, &topology, []);
+        assert!(fits.is_ok(), "{leaf}: {mutation}: {:?}", fits.err());
+        assert_eq!(mutant.lines().count(), text.lines().count(), "{leaf}: {mutation}");
+        counted += 1;
+    }
+    assert!(counted > 200, "{counted}");
+}
+
+#[test]
+fn every_mutation_of_a_machine_has_a_line_of_words() {
+    let (_, text) = SHIPPED.into_iter().find(|(leaf, _)| *leaf == "BatteryLevel").unwrap();
+    let lines: Vec<String> = mutations("BatteryLevel", text).unwrap().iter().map(ToString::to_string).collect();
+    insta::assert_snapshot!(lines.join("\n"));
+}
+
+#[test]
+fn a_mutation_changes_the_machine_as_it_says_and_in_no_other_way() {
+    for (leaf, text, mutation, mutant) in shipped_mutants() {
+        let (before, after) = (outline(text), outline(&mutant));
+        let (said, says) = (messages(text), messages(&mutant));
+        let sends_change = matches!(mutation, Mutation::SwapSend { .. });
+        let transition_drops = matches!(mutation, Mutation::DropTransition { .. });
+        assert!(said == says || sends_change || transition_drops, "{leaf}: {mutation}");
+        let context = format!("{leaf}: {mutation}\n{mutant}");
+        match &mutation {
+            Mutation::Data { id, expr } => {
+                assert_eq!(before, after, "{context}");
+                let datum = |text: &str| {
+                    let mut machine = Machine::new(Chart::load(leaf, text).unwrap());
+                    machine.start(Duration::ZERO, &mut Transcript::default());
+                    machine.datum(id).cloned()
+                };
+                let expected = match expr.parse::<f64>() {
+                    Ok(number) => Datum::from(number),
+                    Err(_) => Datum::from(expr.trim_matches('\'')),
+                };
+                assert_eq!(datum(&mutant), Some(expected), "{context}");
+                assert_ne!(datum(&mutant), datum(text), "{context}");
+            }
+            Mutation::NegateGuard { .. } => {
+                let [(old, new)] = changes(&before, &after)[..] else { panic!("{context}") };
+                let (start, rest) = old.split_once('[').unwrap();
+                let (guard, end) = rest.rsplit_once(']').unwrap();
+                assert_eq!(new, format!("{start}[!({guard})]{end}"), "{context}");
+            }
+            Mutation::DropGuard { .. } => {
+                let [(old, new)] = changes(&before, &after)[..] else { panic!("{context}") };
+                let (start, rest) = old.split_once('[').unwrap();
+                assert_eq!(new, format!("{start}{}", rest.rsplit_once("] ").unwrap().1), "{context}");
+            }
+            Mutation::SwapTarget { transition, target } => {
+                let [(old, new)] = changes(&before, &after)[..] else { panic!("{context}") };
+                assert_eq!(new, format!("{} {target}", old.rsplit_once(' ').unwrap().0), "{context}");
+                assert!(old.starts_with(&transition.event), "{context}");
+            }
+            Mutation::DropTransition { transition } => {
+                let same = before.iter().zip(&after).take_while(|(old, new)| old == new).count();
+                assert!(before[same].trim().starts_with(&transition.event), "{context}");
+                assert_eq!(before[same + 1..], after[same..], "{context}");
+            }
+            Mutation::StuckState { state } => {
+                let changed = changes(&before, &after);
+                assert!(!changed.is_empty() && changed.iter().all(|(_, new)| new.contains(&format!("!In('{state}')"))));
+            }
+            Mutation::SwapSend { send, event } => {
+                let changed: Vec<_> = said.iter().zip(&says).filter(|(old, new)| old != new).collect();
+                assert!(changed.len() == 1 && said.len() == says.len(), "{context}");
+                assert_eq!((&changed[0].0.1, &changed[0].1.1), (&send.event, event), "{context}");
+                assert_eq!(before, after, "{context}");
+            }
+            Mutation::DropSend { send } => {
+                let (_, rest) = mutant.split_once("<if cond=\"false\">").unwrap();
+                let (dropped, _) = rest.split_once("</if>").unwrap();
+                assert!(dropped.starts_with("<send") && dropped.contains(&format!("event=\"{}\"", send.event)));
+                assert_eq!(mutant.replace("<if cond=\"false\">", "").replace("</if>", ""), text, "{context}");
+            }
+            other => panic!("a mutation that nobody has looked at: {other:?}"),
+        }
+    }
+}
+
+/// A machine that is given one event after the other.
+struct Actor {
+    machine: Machine,
+    host: Transcript,
+}
+
+impl Actor {
+    fn new(text: &str) -> Self {
+        let mut actor =
+            Self { machine: Machine::new(Chart::load("actor", text).unwrap()), host: Transcript::default() };
+        actor.machine.start(Duration::ZERO, &mut actor.host);
+        actor
+    }
+
+    fn handle(&mut self, event: &str) {
+        self.machine.handle(Event::external(event), Duration::ZERO, &mut self.host);
+    }
+
+    fn is_in(&self, state: &str) -> bool {
+        let chart = self.machine.chart();
+        self.machine.configuration().any(|active| chart.state(active).id() == state)
+    }
+}
+
+proptest! {
+    /// Until the state is active, a machine in which it is stuck does what it always did; from then on, it is active.
+    #[test]
+    fn a_stuck_state_is_entered_as_before_and_never_left(
+        text in machine_text(),
+        which: Index,
+        events in prop::collection::vec(0..4_usize, 0..20),
+    ) {
+        let Ok(all) = mutations("random", &text) else { return Ok(()) };
+        let stuck: Vec<(&Mutation, &String)> = all
+            .iter()
+            .filter_map(|mutation| match mutation {
+                Mutation::StuckState { state } => Some((mutation, state)),
+                _ => None,
+            })
+            .collect();
+        if stuck.is_empty() {
+            return Ok(());
+        }
+        let (mutation, state) = stuck[which.index(stuck.len())];
+        let (mut original, mut mutant) = (Actor::new(&text), Actor::new(&mutate("random", &text, mutation).unwrap()));
+        for event in events {
+            if mutant.is_in(state) {
+                mutant.handle(["e0", "e1", "e2", "done"][event]);
+                prop_assert!(mutant.is_in(state), "left {}", state);
+                continue;
+            }
+            let active = |actor: &Actor| actor.machine.active_ids().map(str::to_owned).collect::<Vec<_>>();
+            prop_assert_eq!(active(&original), active(&mutant));
+            for actor in [&mut original, &mut mutant] {
+                actor.handle(["e0", "e1", "e2", "done"][event]);
+            }
+        }
+    }
+
+    /// Whatever the machine, its mutants can be loaded, are other texts, and have their lines where they were.
+    #[test]
+    fn every_mutation_that_is_listed_can_be_carried_out(text in machine_text(), which: Index) {
+        let Ok(all) = mutations("random", &text) else { return Ok(()) };
+        if !all.is_empty() {
+            let mutant = mutate("random", &text, &all[which.index(all.len())]).unwrap();
+            prop_assert_ne!(&mutant, &text);
+            prop_assert_eq!(mutant.matches('\n').count(), text.matches('\n').count());
+        }
+    }
+}
+
+/// A machine with everything that makes editing awkward.
+const AWKWARD: &str = r##"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">
+  <datamodel>
+    <data id="level"
+          expr="1 +
+                2"/>
+    <data id="text">
+      4
+    </data>
+    <data id="nothing"/>
+  </datamodel>
+  <state id="a">
+    <transition event="go
+                       walk" cond='level &lt; 4 &amp;&amp; text != "ä"' target="b"/>
+    <transition event="go" target="c">
+      <!-- a comment -->
+      <send event="é" target="#_internal"/>
+    </transition>
+  </state>
+  <state id="b"/>
+  <state id="c"/>
+</scxml>"##;
+
+fn mutant(mutation: &Mutation) -> String {
+    mutate("awkward.scxml", AWKWARD, mutation).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)))
+}
+
+#[test]
+fn lines_stay_where_they_are_in_awkward_places() {
+    let data = |id: &str, expr: &str| Mutation::Data { id: id.into(), expr: expr.into() };
+    let text = mutant(&data("level", "'<\"&'"));
+    assert!(text.contains("expr=\"&apos;&lt;&quot;&amp;&apos;\n\"/>"), "{text}");
+    let text = mutant(&data("text", "5"));
+    assert!(text.contains("<data id=\"text\" expr=\"5\">\n       \n    </data>"), "{text}");
+    let text = mutant(&data("nothing", "5"));
+    assert!(text.contains("<data id=\"nothing\" expr=\"5\"/>"), "{text}");
+    let text = mutant(&Mutation::NegateGuard { transition: place("a", "walk", 1) });
+    assert!(text.contains(r#"cond='!(level &lt; 4 &amp;&amp; text != "ä")' target="b""#), "{text}");
+    let text = mutant(&Mutation::DropGuard { transition: place("a", "go walk", 1) });
+    assert!(text.contains("walk\"                                             target=\"b\"/>"), "{text}");
+    let text = mutant(&Mutation::StuckState { state: "a".into() });
+    assert!(text.contains(r#"cond='(level &lt; 4 &amp;&amp; text != "ä") &amp;&amp; !In(&apos;a&apos;)' target="b""#));
+    assert!(text.contains("<transition cond=\"!In(&apos;a&apos;)\" event=\"go\" target=\"c\">"), "{text}");
+    for mutation in mutations("awkward.scxml", AWKWARD).unwrap() {
+        let text = mutant(&mutation);
+        let ends = |text: &str| text.lines().map(|line| line.trim_start().starts_with("</scxml")).collect::<Vec<_>>();
+        assert_eq!(ends(&text), ends(AWKWARD), "{mutation}");
+    }
+    // What is taken out leaves all that follows at its very byte.
+    let text = mutant(&Mutation::DropTransition { transition: place("a", "go", 2) });
+    assert_eq!(text.find("<state id=\"b\""), AWKWARD.find("<state id=\"b\""));
+    assert!(!text.contains("comment") && !text.contains('é'));
+}
+
+#[test]
+fn what_is_sent_is_something_else_or_nothing() {
+    let (leaf, text) = SHIPPED.into_iter().find(|(leaf, _)| *leaf == "BatteryLevel").unwrap();
+    let says = |mutation: &Mutation| {
+        let mut actor = Actor::new(&mutate(leaf, text, mutation).unwrap());
+        actor.handle("BT.tick");
+        actor.handle("BatteryReader.error");
+        let channel = actor.host.sent.iter().filter(|outgoing| outgoing.target.is_some());
+        channel.map(|outgoing| outgoing.event.as_deref().unwrap_or_default().to_owned()).collect::<Vec<_>>()
+    };
+    let failure = || send("failure", "failure", 1);
+    assert_eq!(says(&Mutation::DropSend { send: failure() }), ["get_level"]);
+    assert_eq!(says(&Mutation::SwapSend { send: failure(), event: "success".into() }), ["get_level", "success"]);
+    assert_eq!(says(&Mutation::DropSend { send: send("get", "get_level", 1) }), ["failure"]);
+}
+
+fn refused(text: &str, mutation: &Mutation) -> String {
+    match mutate("refused.scxml", text, mutation) {
+        Err(SkillError::Mutation { problems, .. }) => in_short(text, &problems),
+        Err(other) => format!("{other}\n"),
+        Ok(mutant) => panic!("{mutant}"),
+    }
+}
+
+#[test]
+fn what_is_not_there_is_said_with_what_is() {
+    let null = file(
+        "datamodel='null'",
+        "<state id='a'><transition event='go' cond=\"In('a')\" target='b'/></state><state id='b'/>",
+    );
+    let data = |id: &str, expr: &str| Mutation::Data { id: id.into(), expr: expr.into() };
+    let negate = |event: &str, nth| Mutation::NegateGuard { transition: place("a", event, nth) };
+    let swap = |target: &str| Mutation::SwapTarget { transition: place("a", "go", 2), target: target.into() };
+    let mut said: Vec<String> = [
+        data("levle", "5"),
+        data("level", "5 +"),
+        data("nothing", "unknown"),
+        Mutation::DropTransition { transition: place("aa", "go", 1) },
+        Mutation::DropTransition { transition: place("a", "goo", 1) },
+        Mutation::DropTransition { transition: place("a", "go", 3) },
+        Mutation::DropTransition { transition: place("a", "walk", 0) },
+        negate("go", 2),
+        swap("d"),
+        swap("c"),
+        Mutation::StuckState { state: "b".into() },
+        Mutation::DropSend { send: send("a", "e", 1) },
+        Mutation::SwapSend { send: send("a", "é", 2), event: "e".into() },
+    ]
+    .iter()
+    .map(|mutation| format!("{mutation}\n{}", refused(AWKWARD, mutation)))
+    .collect();
+    said.push(refused(&null, &negate("go", 1)));
+    said.push(refused(&null, &Mutation::StuckState { state: "a".into() }));
+    insta::assert_snapshot!(said.join("\n"));
+}
+
+#[test]
+fn a_refused_mutation_renders_with_the_file() {
+    let error = mutate("awkward.scxml", AWKWARD, &Mutation::StuckState { state: "b".into() }).unwrap_err();
+    assert!(error.source_code().is_some());
+    let expected = "the skill awkward.scxml cannot be changed so that no transition leaves `b`: no transition leaves `b` \
+                    anyway";
+    assert_eq!(error.to_string(), expected);
+}
