@@ -122,8 +122,12 @@ impl Drive {
 
     /// What the wheels roll when something lets the body move only so far: the floor turns them as far as they grip, the
     /// motors as far as they slip.
-    fn rolled_by((forward_m, turn_rad): Roll, slipped: Roll) -> Roll {
-        if slipped == (0.0, 0.0) { (forward_m, turn_rad) } else { (forward_m + slipped.0, turn_rad + slipped.1) }
+    fn rolled_by(&self, (forward_m, turn_rad): Roll) -> Roll {
+        if self.slipped == (0.0, 0.0) {
+            (forward_m, turn_rad)
+        } else {
+            (forward_m + self.slipped.0, turn_rad + self.slipped.1)
+        }
     }
 
     /// The command within the limits of the whole body. What is not a number counts as 0.
@@ -210,7 +214,7 @@ pub(crate) fn settle_robot(
         let moved = pose.0.inv_mul(&reached);
         (motion.forward_m, motion.turn_rad) = rolled(&moved);
         way_m = moved.translation.vector.norm();
-        motion.rolled = Drive::rolled_by((motion.forward_m, motion.turn_rad), drive.slipped);
+        motion.rolled = drive.rolled_by((motion.forward_m, motion.turn_rad));
         drive.stall(motion.rolled, clock.dt_s());
         pose.0 = reached;
     }

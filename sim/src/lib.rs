@@ -29,15 +29,14 @@
 //! # What is where
 //! Entities and systems are bevy_ecs's, bodies and contacts rapier2d's, rays against moving bodies parry2d's. Whole scans
 //! are swept against the [`Walls`], a single ray is cast through their [`RayGrid`]. `simulation.rs` lists the systems in
-//! the order in which a step runs them; each system lives with the part that it moves: `drive`, `obstacles`, `contacts`,
-//! `battery`, `odometer`, `lasers`.
-//! [`Faults`] says what can go wrong and where in a step it takes hold. [`Truth`] is for reports, pictures and trace hashes only.
+//! the order in which a step runs them; each system lives with the part that it moves: `bodies`, `obstacles`, `drive`,
+//! `contacts`, `battery`, `odometer`, `lasers`. [`Truth`] is for reports, pictures and trace hashes only.
 //!
 //! # What can go wrong
 //! Everything that acts in the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
 //! slipping wheels, a joypad, doors and people in the way, a station that has been moved), which says what is wrong at the
-//! moment, or a method for what happens at one instant ([`Simulation::kidnap`], [`Simulation::set_battery_charge`]). Its
-//! docs tell where in a step each acts.
+//! moment and whose docs tell where in a step each acts; or it is a method, if it happens at one instant
+//! ([`Simulation::kidnap`], [`Simulation::set_battery_charge`]).
 //!
 //! # Determinism
 //! Same configuration, map, poses, root seed, commands and faults: the same bits in every build and on every machine of
