@@ -7,6 +7,7 @@ mod bad_input;
 mod command_line;
 mod determinism;
 mod experiments;
+mod faults;
 mod monitors;
 mod report_page;
 mod steward;

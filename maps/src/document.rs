@@ -36,8 +36,8 @@ pub use field::Field;
 pub use item::{FromItem, Item};
 pub use table::Table;
 
-use crate::{FileProblems, Source};
-use node::Node;
+use crate::{FileProblems, Source, Spanned};
+use node::{Kind, Node};
 
 /// A parsed file, ready to be read.
 #[derive(Debug)]
@@ -76,6 +76,22 @@ impl Document {
     pub fn override_with<'a>(&mut self, assignments: impl IntoIterator<Item = &'a str>) -> Result<(), FileProblems> {
         let problems = assignments.into_iter().filter_map(|text| overrides::apply(&mut self.root, text).err());
         FileProblems::none_of(problems.collect())
+    }
+
+    /// Takes over from `base` whatever this document does not say itself: keys that it lacks, and inside tables that both
+    /// have, theirs in turn. An array is one value: the document's own replaces the base's. Problems with what was taken
+    /// over are shown where the base says it.
+    pub fn inherit(&mut self, base: Self) {
+        self.root.inherit(base.root);
+    }
+
+    /// The text under a key of the top level, if there is one, without reading the document.
+    #[must_use]
+    pub fn peek_text(&self, key: &str) -> Option<Spanned<&str>> {
+        let Kind::Table(entries) = &self.root.kind else { return None };
+        let value = &entries.by_key.get(key)?.value;
+        let Kind::Text(text) = &value.kind else { return None };
+        Some(Spanned { value: text, span: value.span.clone() })
     }
 
     /// Reads the document with `read`, which gets its top level.

@@ -228,8 +228,9 @@ impl Album {
         }
         for news in news {
             match news {
-                News::Fault(kind) if wanted(Moment::Fault) => {
-                    occasions.push((format!("fault-{}", kind.name()), format!("Fault: {}", kind.effect())));
+                News::Fault(index) if wanted(Moment::Fault) => {
+                    let fault = &live.faults()[*index].fault;
+                    occasions.push((format!("fault-{}", fault.kind().name), format!("Fault: {}", fault.words())));
                 }
                 News::Verdict(index) if wanted(Moment::Verdict) => {
                     occasions.push(verdict_occasion(live, *index));

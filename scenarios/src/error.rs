@@ -70,6 +70,21 @@ impl Complaints {
         result.map_err(|error| self.0.push(Box::new(error))).ok()
     }
 
+    /// The value, or nothing after noting everything that is wrong.
+    pub(crate) fn take<T>(&mut self, result: Result<T, Error>) -> Option<T> {
+        match result {
+            Ok(value) => Some(value),
+            Err(Error::BadInput(diagnostics)) => {
+                self.0.extend(diagnostics);
+                None
+            }
+            Err(error) => {
+                self.0.push(Box::new(Refusal { message: error.to_string(), help: String::new() }));
+                None
+            }
+        }
+    }
+
     /// Notes what is wrong.
     pub(crate) fn push(&mut self, diagnostic: impl Diagnostic + Send + Sync + 'static) {
         self.0.push(Box::new(diagnostic));

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 const SHIPPED: &[(&str, &[u8])] = &[
     ("scenarios/nominal.toml", include_bytes!("../nominal.toml")),
     ("scenarios/battery_fault.toml", include_bytes!("../battery_fault.toml")),
+    ("scenarios/errand.toml", include_bytes!("../errand.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
+    ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
     ("properties/phi1.scope", include_bytes!("../../monitors/properties/phi1.scope")),
@@ -21,6 +23,71 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("skills/GoToDestination.scxml", include_bytes!("../../skills/machines/GoToDestination.scxml")),
     ("skills/GotoRechargingStation.scxml", include_bytes!("../../skills/machines/GotoRechargingStation.scxml")),
     ("skills/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
+];
+
+/// The scenario of a kind of fault, by its name.
+macro_rules! fault_scenarios {
+    ($($kind:literal),* $(,)?) => {
+        &[$((concat!("scenarios/faults/", $kind, ".toml"), include_bytes!(concat!("../faults/", $kind, ".toml")))),*]
+    };
+}
+
+/// The scenarios that show the kinds of faults.
+const FAULTS: &[(&str, &[u8])] = fault_scenarios![
+    "battery_drain",
+    "battery_fade",
+    "battery_level",
+    "battery_sensor_dropout",
+    "battery_sensor_noise",
+    "battery_sensor_offset",
+    "battery_sensor_stuck",
+    "charging_status_wrong",
+    "command_delay",
+    "component_crash",
+    "component_frozen",
+    "component_no_reply",
+    "component_slow",
+    "component_wrong_reply",
+    "door_closes",
+    "emergency_stop",
+    "halt_lost",
+    "joypad",
+    "kidnap",
+    "laser_dead",
+    "laser_dropout",
+    "laser_ghost",
+    "laser_mount_error",
+    "laser_noise",
+    "laser_range_limit",
+    "laser_stuck",
+    "leaf_inverted",
+    "message_corrupted",
+    "message_delayed",
+    "message_duplicated",
+    "message_lost",
+    "obstacle_appears",
+    "obstacle_moves",
+    "odometry_bias",
+    "odometry_freeze",
+    "people",
+    "skill_guard_negated",
+    "skill_replaced",
+    "skill_state_stuck",
+    "skill_target_swapped",
+    "skill_threshold",
+    "skill_transition_dropped",
+    "speed_limit",
+    "station_dead",
+    "station_moved",
+    "station_occupied",
+    "station_slow",
+    "tick_jitter",
+    "tick_late",
+    "tick_missed",
+    "weak_wheel",
+    "wheel_slip",
+    "wrong_initial_pose",
+    "wrong_map",
 ];
 
 /// Where a scenario's files are looked for: first beside the scenario's own file, then among those that come with the
@@ -76,19 +143,24 @@ impl Files {
 /// A file that comes with the program.
 fn shipped(path: &Path) -> Option<&'static [u8]> {
     let path = path.strip_prefix(".").unwrap_or(path);
-    SHIPPED.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
+    all().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| bytes)
+}
+
+/// All files that come with the program.
+fn all() -> impl Iterator<Item = (&'static str, &'static [u8])> {
+    SHIPPED.iter().chain(FAULTS).copied()
 }
 
 /// The paths of all files that come with the program.
 pub(crate) fn shipped_paths() -> impl Iterator<Item = &'static str> {
-    SHIPPED.iter().map(|(path, _)| *path)
+    all().map(|(path, _)| path)
 }
 
-/// The names of the scenarios that come with the program, in alphabetical order.
+/// The names of the scenarios that come with the program, but for those that show a kind of fault, in alphabetical order.
 #[must_use]
 pub(crate) fn shipped_scenarios() -> Vec<&'static str> {
     let name = |path: &'static str| path.strip_prefix("scenarios/")?.strip_suffix(".toml");
-    let mut names: Vec<_> = shipped_paths().filter_map(name).collect();
+    let mut names: Vec<_> = shipped_paths().filter_map(name).filter(|name| !name.contains('/')).collect();
     names.sort_unstable();
     names
 }

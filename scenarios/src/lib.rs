@@ -5,18 +5,22 @@
 //! work, step by step; [`conduct`](conduct::conduct) runs one from start to end, takes pictures ([`draw`]), records
 //! the event log and gives the [`Report`](report::Report). The command line is in [`cli`].
 
+mod batch;
 pub mod cli;
 pub mod conduct;
 pub mod draw;
 mod error;
+pub mod faults;
 mod files;
 pub mod html;
 pub mod junit;
 pub mod live;
+pub mod matrix;
 pub mod pictures;
 pub mod report;
 mod reporting;
 pub mod scenario;
+mod tick_clock;
 pub mod timeline;
 pub mod trace;
 mod wiring;

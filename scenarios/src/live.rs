@@ -12,7 +12,9 @@ use sim::Simulation;
 
 use crate::Error;
 use crate::error::Complaints;
-use crate::scenario::{Fault, FaultKind, Scenario, unknown};
+use crate::faults::{Change, Fault, Injector, Run};
+use crate::scenario::{Scenario, unknown};
+use crate::tick_clock::TickClock;
 use crate::trace::{Recorder, TraceHash, event_line};
 use crate::wiring::{Ids, wire};
 
@@ -22,8 +24,10 @@ const AT_REST: f64 = 1e-3;
 /// What a step of a run brought, besides the passing of time.
 #[derive(Clone, Debug)]
 pub enum News {
-    /// A fault took hold.
-    Fault(FaultKind),
+    /// A fault took hold: its place in [`Live::faults`].
+    Fault(usize),
+    /// A fault let go: its place in [`Live::faults`].
+    FaultOver(usize),
     /// A monitor gave its verdict: the property of this position.
     Verdict(usize),
     /// The robot came to rest at this place for the first time.
@@ -35,8 +39,12 @@ pub enum News {
 pub struct FaultRecord {
     /// When.
     pub time: Duration,
+    /// When it let go; none if it still holds, or happened at one instant.
+    pub until: Option<Duration>,
     /// What.
-    pub kind: FaultKind,
+    pub fault: Arc<Fault>,
+    /// Its place in the scenario.
+    pub index: usize,
     /// Where the robot was, in the `map` frame.
     pub position: maps::Point,
 }
@@ -101,10 +109,10 @@ pub struct Live {
     events: Vec<Event>,
     watched: Vec<Watched>,
     warnings: Vec<Warnings>,
-    pending_faults: Vec<Fault>,
+    injector: Injector,
     faults: Vec<FaultRecord>,
     visits: Vec<Visit>,
-    next_tick: Duration,
+    tick_clock: TickClock,
     tally: Tally,
     hash: TraceHash,
 }
@@ -125,11 +133,13 @@ impl Live {
         };
         let software = software(&scenario, &sim, processes, &streams)?;
         let (watched, warnings) = if watch { attach(&scenario, &mut wired.system)? } else { Default::default() };
-        let mut pending_faults = scenario.file.faults.clone();
-        pending_faults.sort_by_key(|fault| std::cmp::Reverse(fault.at));
+        let mut complaints = Complaints::default();
+        let injector = Injector::new(&scenario, &wired.system, wired.ids, &streams, &mut complaints);
+        complaints.check()?;
         let visits = scenario.places.iter().map(|(name, _)| Visit { place: name.to_owned(), at: None }).collect();
         Ok(Self {
             tally: Tally { minimum_pct: sim.truth().battery().charge_pct, ..Tally::default() },
+            tick_clock: TickClock::new(scenario.file.execution.tick),
             scenario,
             sim,
             software,
@@ -139,10 +149,9 @@ impl Live {
             events: Vec::new(),
             watched,
             warnings,
-            pending_faults,
+            injector,
             faults: Vec::new(),
             visits,
-            next_tick: Duration::ZERO,
             hash: TraceHash::default(),
         })
     }
@@ -167,14 +176,24 @@ impl Live {
     }
 
     fn apply_faults(&mut self, news: &mut Vec<News>) {
-        let now = self.sim.time();
-        while let Some(fault) = self.pending_faults.pop_if(|fault| fault.at <= now) {
-            match fault.kind {
-                FaultKind::BatteryLevel(level_pct) => self.sim.set_battery_charge(level_pct),
+        let Self { sim, software, system, events, injector, .. } = self;
+        let changes = injector.act(&mut Run { sim, software, system, events });
+        let time = self.sim.time();
+        for change in changes {
+            match change {
+                Change::Begins(index) => {
+                    let position = self.sim.truth().pose().translation.vector.into();
+                    let fault = Arc::clone(self.injector.fault(index));
+                    news.push(News::Fault(self.faults.len()));
+                    self.faults.push(FaultRecord { time, until: None, fault, index, position });
+                }
+                Change::Ends(index) => {
+                    let latest = self.faults.iter().rposition(|record| record.index == index);
+                    let latest = latest.expect("a fault that ends has begun");
+                    self.faults[latest].until = Some(time);
+                    news.push(News::FaultOver(latest));
+                }
             }
-            let position = self.sim.truth().pose().translation.vector.into();
-            self.faults.push(FaultRecord { time: now, kind: fault.kind, position });
-            news.push(News::Fault(fault.kind));
         }
     }
 
@@ -194,10 +213,9 @@ impl Live {
     fn communicate(&mut self, now: Duration, mut recorder: Option<&mut Recorder>) -> Result<(), StepError> {
         let mut events = std::mem::take(&mut self.events);
         events.clear();
-        if now > self.next_tick {
+        if self.tick_clock.is_due(now, || self.injector.delay_of_tick()) {
             let (event, delivered) = self.system.generate_tick(self.ids.tick_generator);
             self.tally.overruns += u64::from(!delivered);
-            self.next_tick += self.scenario.file.execution.tick;
             events.push(event);
         }
         let budget = self.scenario.file.execution.step_budget;
@@ -321,6 +339,12 @@ impl Live {
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
         &self.faults
+    }
+
+    /// How many messages a fault of the scenario has damaged so far; nothing for a fault that damages none.
+    #[must_use]
+    pub fn messages_hit(&self, record: &FaultRecord) -> Option<u64> {
+        self.injector.messages_hit(record.index, &self.system)
     }
 
     /// The places, with when each was reached.

@@ -135,7 +135,7 @@ fn destination(place: &Place) -> draw::Destination {
 }
 
 fn fault_mark(fault: &crate::live::FaultRecord) -> draw::FaultMark {
-    draw::FaultMark { position: fault.position, label: fault.kind.effect() }
+    draw::FaultMark { position: fault.position, label: fault.fault.words() }
 }
 
 fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {

@@ -95,8 +95,14 @@ pub struct FaultReport {
     pub kind: String,
     /// When it took hold, in seconds.
     pub time_s: f64,
+    /// When it let go, in seconds; null if it held to the end or happened at one instant.
+    pub until_s: Option<f64>,
     /// What it did, in words.
     pub effect: String,
+    /// The values of its parameters, angles in degrees.
+    pub arguments: serde_json::Map<String, serde_json::Value>,
+    /// How many messages it damaged in the run; null for a fault that damages none.
+    pub messages: Option<u64>,
 }
 
 /// The battery's charge over a run, in percent.

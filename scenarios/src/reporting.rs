@@ -73,6 +73,11 @@ fn expectations(live: &Live) -> Vec<ExpectationReport> {
         let difference = format!("{} was expected to be reached and was not", place.value);
         note(format!("{} is reached", place.value), missed.then_some(difference));
     }
+    for place in &expect.not_reached {
+        let reached = live.visits().iter().any(|visit| visit.place == place.value && visit.at.is_some());
+        let difference = format!("{} was not expected to be reached and was", place.value);
+        note(format!("{} is not reached", place.value), reached.then_some(difference));
+    }
     if let Some(limit) = expect.max_collisions {
         let collisions = live.truth().collisions();
         let difference = format!("at most {limit} collisions were expected, and there were {collisions}");
@@ -155,9 +160,12 @@ fn sighting(seen: &Sighting) -> serde_json::Value {
 
 fn faults(live: &Live) -> Vec<FaultReport> {
     let report = |fault: &crate::live::FaultRecord| FaultReport {
-        kind: fault.kind.name().to_owned(),
+        kind: fault.fault.kind().name.to_owned(),
         time_s: fault.time.as_secs_f64(),
-        effect: fault.kind.effect(),
+        until_s: fault.until.map(|until| until.as_secs_f64()),
+        effect: fault.fault.words(),
+        arguments: fault.fault.arguments().iter().map(|(name, value)| (name.to_owned(), value.to_json())).collect(),
+        messages: live.messages_hit(fault),
     };
     live.faults().iter().map(report).collect()
 }

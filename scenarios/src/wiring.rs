@@ -92,8 +92,8 @@ fn declare(scenario: &Scenario, operations: &[Operation], topology: &mut Topolog
     Ok(Ids { tick_generator, tree, battery_reader, localization, navigation })
 }
 
-/// Declares the channels between a component and the skills that ask it; they carry what the skill asks and its
-/// answers, and no more.
+/// Declares the channels between a component and the skills that ask it; they carry what the skill asks (with any machine
+/// that a fault may give it) and its answers, and no more.
 fn declare_services(
     scenario: &Scenario,
     operations: &[Operation],
@@ -101,8 +101,8 @@ fn declare_services(
     component: ProcessId,
 ) -> Result<(), WiringError> {
     let component_name = topology.name(component).to_owned();
-    for (name, chart) in &scenario.charts {
-        let messages = chart.channel_messages().into_iter();
+    for name in scenario.charts.keys() {
+        let messages = scenario.machines_of(name).flat_map(|chart| chart.channel_messages());
         let asked: Vec<&str> = messages.filter(|(to, _)| *to == component_name).map(|(_, request)| request).collect();
         if asked.is_empty() {
             continue;

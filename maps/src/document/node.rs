@@ -54,6 +54,17 @@ pub(super) struct Entry {
 }
 
 impl Node {
+    /// Takes over what only the other has, tables inside tables included.
+    pub(super) fn inherit(&mut self, base: Self) {
+        let (Kind::Table(own), Kind::Table(base)) = (&mut self.kind, base.kind) else { return };
+        for (key, entry) in base.by_key {
+            match own.by_key.get_mut(&key) {
+                Some(own) => own.value.inherit(entry.value),
+                None => drop(own.by_key.insert(key, entry)),
+            }
+        }
+    }
+
     /// Collects the complaints that can only be made when reading is over: keys that nobody asked for, and required
     /// keys that are missing and were not just misspelt.
     pub(super) fn left_over(&self, problems: &mut Vec<Problem>) {

@@ -190,3 +190,26 @@ proptest! {
         prop_assert_eq!(scenario.charge_pct, charge_pct);
     }
 }
+
+#[test]
+fn a_document_takes_over_what_it_does_not_say_itself() {
+    let base = Document::parse_toml("base.toml", SCENARIO).expect("the base is TOML");
+    let text = "name = \"short\"\nfaults = []\n[battery]\n";
+    let mut document = Document::parse_toml("short.toml", text).expect("the document is TOML");
+    document.inherit(base);
+    assert_eq!(document.peek_text("name").map(|name| name.value), Some("short"));
+    let scenario = document.read(read).expect("both together are a scenario");
+    assert_eq!((scenario.name.as_str(), scenario.seed, scenario.charge_pct), ("short", 7, 80.0));
+    assert_eq!(scenario.faults, []);
+}
+
+#[test]
+fn what_is_wrong_with_a_base_is_shown_there() {
+    let base = Document::parse_toml("base.toml", &SCENARIO.replace("80", "180")).expect("the base is TOML");
+    let mut document = Document::parse_toml("short.toml", "nmae = \"short\"\n").expect("the document is TOML");
+    document.inherit(base);
+    let problems = document.read(read).expect_err("a misspelt key and a charge of 180 %");
+    let places: Vec<(&str, usize)> =
+        problems.problems().iter().map(|problem| (problem.span().source().name(), problem.span().line())).collect();
+    assert_eq!(places, [("short.toml", 1), ("base.toml", 6)]);
+}

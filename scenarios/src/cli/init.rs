@@ -5,7 +5,7 @@ use std::path::Path;
 use super::print;
 use crate::Error;
 use crate::files::{Files, shipped_paths};
-use crate::scenario::find;
+use crate::scenario::{ScenarioFile, find};
 
 /// Writes the scenario and the files that come with the program to `dir`, so that the paths in the scenario hold there.
 pub(super) fn init(dir: &Path, scenario: &str) -> Result<(), Error> {
@@ -14,12 +14,14 @@ pub(super) fn init(dir: &Path, scenario: &str) -> Result<(), Error> {
         let message = format!("{} is not empty", dir.display());
         return Err(Error::refused(message, "name a new folder: nothing is overwritten"));
     }
-    let others = shipped_paths().filter(|path| !path.starts_with("scenarios/"));
-    let copies = others.map(|path| (path, dir.join(path)));
-    for (path, copy) in copies.chain([(shipped, dir.join(format!("{scenario}.toml")))]) {
-        write(path, &copy)?;
+    let file = dir.join(Path::new(shipped).file_name().unwrap_or_default());
+    write(shipped, &file)?;
+    for base in ScenarioFile::bases(shipped, &Files::shipped())? {
+        write(&base, &dir.join(&base))?;
     }
-    let file = dir.join(format!("{scenario}.toml"));
+    for path in shipped_paths().filter(|path| !path.starts_with("scenarios/")) {
+        write(path, &dir.join(path))?;
+    }
     print(&format!("wrote {0}; run it with: steward --scenario {0}\n", file.display()))
 }
 

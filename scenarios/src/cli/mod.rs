@@ -3,8 +3,10 @@
 //! Results go to stdout, progress and diagnostics to stderr. Exit status: 0 the run was what the scenario's `[expect]`
 //! says; 1 it was not; 2 bad input; 3 the program could not do its work.
 
+mod faults;
 mod init;
 mod list;
+mod matrix;
 mod monitor;
 mod progress;
 mod run;
@@ -80,8 +82,12 @@ enum Command {
         #[arg(long, value_name = "NAME", default_value = "battery_fault")]
         scenario: String,
     },
+    /// Lists the kinds of faults with what they do; with a kind, its parameters and an example
+    Faults(faults::FaultsArgs),
     /// Lists the scenarios that come with the program
     List,
+    /// Shows which property notices which fault
+    Matrix(matrix::MatrixArgs),
     /// Property files: check them, have them explained, write their monitors out
     #[command(subcommand)]
     Monitor(monitor::MonitorCommand),
@@ -101,8 +107,10 @@ pub fn run(cli: &Cli) -> ExitCode {
     let done = match &cli.command {
         None => run::run(&cli.run),
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
+        Some(Command::Faults(args)) => faults::faults(args).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
         Some(Command::Skill(command)) => skill::skill(command),
+        Some(Command::Matrix(args)) => matrix::matrix(args),
         Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),

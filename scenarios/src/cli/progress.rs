@@ -43,3 +43,38 @@ impl Progress {
         }
     }
 }
+
+/// How many of many runs are done. Only on a terminal, and only on stderr.
+#[derive(Debug)]
+pub(super) struct Bar(Option<ProgressBar>);
+
+impl Bar {
+    /// A bar that counts such things.
+    pub(super) fn new(silent: bool, things: &str) -> Self {
+        if silent || !std::io::stderr().is_terminal() {
+            return Self(None);
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+        let template = format!("{{bar:40}} {{pos}} of {{len}} {things}, {{eta}} to go");
+        // A template that is fixed here can be parsed; if not, the default style serves.
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            bar.set_style(style);
+        }
+        Self(Some(bar))
+    }
+
+    /// Shows how many of how many are done.
+    pub(super) fn show(&self, done: usize, all: usize) {
+        if let Some(bar) = &self.0 {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+    }
+
+    /// Takes the bar away.
+    pub(super) fn finish(&self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}

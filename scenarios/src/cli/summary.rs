@@ -30,7 +30,8 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
         }
     }
     for fault in &report.faults {
-        writeln!(text, "  fault    {} at {:.2} s", fault.effect, fault.time_s)?;
+        let until = fault.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));
+        writeln!(text, "  fault    {} at {:.2} s{until}", fault.effect, fault.time_s)?;
     }
     let battery = &report.battery;
     writeln!(

@@ -4,7 +4,7 @@ use super::figure::sign;
 use crate::draw::Verdict;
 use crate::draw::icons::Look;
 
-pub(super) use crate::draw::canvas::escape;
+pub(crate) use crate::draw::canvas::escape;
 
 /// A text set as code.
 pub(super) fn code(text: &str) -> String {

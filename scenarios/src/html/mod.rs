@@ -35,7 +35,8 @@ use crate::timeline::Timeline;
 pub use pictures::Picture;
 
 use figure::figure;
-use markup::{escape, text};
+pub(crate) use markup::escape;
+use markup::text;
 
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
@@ -70,18 +71,19 @@ pub fn page(live: &Live, timeline: &Timeline, report: &Report, pictures: &[Pictu
         settings::section(live),
         settings::reproduction(live, report),
     ];
+    let title = format!("{} · seed {} · {}", escape(&report.scenario), report.seed, in_a_word(report));
+    document(&title, &format!("{}{}", head(live, report), sections.concat()))
+}
+
+/// A page with that title, both of them markup: self-contained, with the colours and the style of all pages.
+pub(crate) fn document(title: &str, main: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"generator\" content=\"steward {}\">\n<title>{} · seed {} · {}</title>\n\
-         <link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n{}{}</main>\n</body>\n</html>\n",
-        escape(&report.version),
-        escape(&report.scenario),
-        report.seed,
-        in_a_word(report),
+         <meta name=\"generator\" content=\"steward {}\">\n<title>{title}</title>\n\
+         <link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n{main}</main>\n</body>\n</html>\n",
+        env!("CARGO_PKG_VERSION"),
         colors::definitions(),
-        head(live, report),
-        sections.concat(),
     )
 }
 

@@ -116,7 +116,7 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<Strin
     latest.reverse();
     latest
         .iter()
-        .map(|fault| format!("At {} a fault took hold: {}.", words::time(fault.time), fault.kind.effect()))
+        .map(|fault| format!("At {} a fault took hold: {}.", words::time(fault.time), fault.fault.words()))
         .collect()
 }
 

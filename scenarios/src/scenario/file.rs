@@ -1,12 +1,17 @@
 //! The scenario file: what a user writes, read and checked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
 use maps::document::{Document, Table};
 use maps::{FileProblems, Spanned};
 use monitors::Outcome;
 use sim::{DriftNoise, SimConfig};
+
+use crate::Error;
+use crate::faults::Fault;
+use crate::files::Files;
 
 /// A scenario file, read and checked as far as it can be without the files that it names.
 #[derive(Clone, Debug)]
@@ -32,7 +37,7 @@ pub struct ScenarioFile {
     /// How tree, skills and components are run.
     pub execution: Execution,
     /// What goes wrong, and when.
-    pub faults: Vec<Fault>,
+    pub faults: Vec<Arc<Fault>>,
     /// When the run ends.
     pub stop: Stop,
     /// When pictures are taken.
@@ -87,40 +92,6 @@ pub struct Execution {
     pub step_budget: u64,
 }
 
-/// Something that goes wrong.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Fault {
-    /// When it takes hold.
-    pub at: Duration,
-    /// What it does.
-    pub kind: FaultKind,
-}
-
-/// What a fault does.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum FaultKind {
-    /// The battery's charge is set to this level, in percent.
-    BatteryLevel(f64),
-}
-
-impl FaultKind {
-    /// The kind as scenario files and reports write it.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::BatteryLevel(_) => "battery_level",
-        }
-    }
-
-    /// What the fault does, in words.
-    #[must_use]
-    pub fn effect(self) -> String {
-        match self {
-            Self::BatteryLevel(level_pct) => format!("battery level set to {level_pct} %"),
-        }
-    }
-}
-
 /// When a run ends, besides at its limit of time.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
@@ -163,6 +134,8 @@ pub struct Expectations {
     pub outcomes: Vec<(Spanned<String>, Outcome)>,
     /// Places that must have been reached.
     pub reached: Vec<Spanned<String>>,
+    /// Places that must not have been reached.
+    pub not_reached: Vec<Spanned<String>>,
     /// How many collisions there may be.
     pub max_collisions: Option<u64>,
     /// What the battery must not have gone below, in percent.
@@ -170,22 +143,61 @@ pub struct Expectations {
 }
 
 impl ScenarioFile {
-    /// Reads a scenario; `name` is what diagnostics call it, `overrides` are assignments as `--set` takes them.
+    /// Reads a scenario; `name` is what diagnostics call it, `overrides` are assignments as `--set` takes them. What the
+    /// text does not say itself it takes over from the scenario that it names as its `base`, which is looked for in
+    /// `files`.
     ///
     /// # Errors
-    /// Everything that is wrong with the text or the overrides.
+    /// Everything that is wrong with the text, its base or the overrides.
     pub fn parse<'a>(
         name: &str,
         text: &str,
+        files: &Files,
         overrides: impl IntoIterator<Item = &'a str>,
     ) -> Result<Self, FileProblems> {
-        let mut document = Document::parse_toml(name, text)?;
+        let mut document = with_base(Document::parse_toml(name, text)?, files, &mut Vec::new())?;
         document.override_with(overrides)?;
         document.read(read_file)
     }
 }
 
+impl ScenarioFile {
+    /// The files that a scenario takes something over from: its base, the base of that, and so on.
+    ///
+    /// # Errors
+    /// What is wrong with one of them.
+    pub fn bases(path: &str, files: &Files) -> Result<Vec<String>, Error> {
+        let text = files.read_text(Path::new(path)).map_err(|error| {
+            Error::refused(format!("cannot read {path}: {error}"), "a scenario and its bases are TOML files")
+        })?;
+        let mut bases = Vec::new();
+        let document = Document::parse_toml(path, &text).map_err(Error::bad_input)?;
+        with_base(document, files, &mut bases).map_err(Error::bad_input)?;
+        Ok(bases.iter().map(|base| base.display().to_string()).collect())
+    }
+}
+
+/// The document with all that it takes over from its base, and from the base of that.
+fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf>) -> Result<Document, FileProblems> {
+    let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(document) };
+    let path = PathBuf::from(value);
+    if on_the_way.contains(&path) {
+        let problem = span.problem(format!("{value} is in the end its own base"));
+        return Err(problem.with_label("this base").with_help("a base must not come back to itself").into());
+    }
+    let text = files.read_text(&path).map_err(|error| {
+        let problem = span.problem(format!("cannot read the base {value}: {error}"));
+        let help = "a base is a scenario's file, looked for beside this one and then among the program's own";
+        problem.with_label("this base").with_help(help)
+    })?;
+    on_the_way.push(path.clone());
+    let base = Document::parse_toml(&path.display().to_string(), &text)?;
+    document.inherit(with_base(base, files, on_the_way)?);
+    Ok(document)
+}
+
 fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
+    root.know("base");
     let path = |key| root.text(key).map(PathBuf::from).spanned().required();
     let about = root.text("about").or(String::new());
     let seed = root.get::<u64>("seed").or(1);
@@ -195,7 +207,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let sites = root.table("sites").required().and_then(read_sites);
     let sim = read_sim(root);
     let execution = read_execution(root);
-    let faults: Option<Vec<Fault>> = root.tables("faults").or(Vec::new()).into_iter().map(read_fault).collect();
+    let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
     let stop = root.table("stop").optional().map_or_else(Stop::default, read_stop);
     let snapshots = root.table("snapshots").optional().map_or_else(Moments::default, read_moments);
     let expect = root.table("expect").optional().map_or_else(|| Some(Expectations::default()), read_expectations);
@@ -210,7 +222,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         sites: sites?,
         sim,
         execution: execution?,
-        faults: faults?,
+        faults,
         stop,
         snapshots,
         expect: expect?,
@@ -275,14 +287,6 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     Some(execution)
 }
 
-fn read_fault(table: Table<'_>) -> Option<Fault> {
-    let at = table.seconds("at_s").required();
-    let kind = table.one_of("kind", &[("battery_level", ())]).required();
-    let level = table.number("level_pct").within(0.0..=100.0).required();
-    kind?;
-    Some(Fault { at: at?, kind: FaultKind::BatteryLevel(level?) })
-}
-
 fn read_stop(table: Table<'_>) -> Stop {
     let at = table.text("at").spanned().optional();
     Stop { at, after: table.seconds("after_s").or(Duration::ZERO) }
@@ -314,11 +318,12 @@ fn read_expectations(table: Table<'_>) -> Option<Expectations> {
     let outcomes = Outcome::ALL.map(|outcome| (outcome.name(), outcome));
     let mut expect = Expectations {
         reached: table.get("reached").or(Vec::new()),
+        not_reached: table.get("not_reached").or(Vec::new()),
         max_collisions: table.get("max_collisions").optional(),
         min_battery_pct: table.number("min_battery_pct").within(0.0..=100.0).optional(),
         outcomes: Vec::new(),
     };
-    let known = ["reached", "max_collisions", "min_battery_pct"];
+    let known = ["reached", "not_reached", "max_collisions", "min_battery_pct"];
     let properties = table.keys().filter(|(key, _)| !known.contains(key));
     for (property, span) in properties {
         let outcome = table.one_of(property, &outcomes).required();

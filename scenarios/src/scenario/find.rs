@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::Error;
+use crate::faults::KINDS;
 use crate::files::{Files, shipped_scenarios};
 
 /// A scenario's text, with where its other files are looked for.
@@ -27,7 +28,7 @@ pub struct Found {
 pub fn find(scenario: &str) -> Result<Found, Error> {
     let path = Path::new(scenario);
     let is_path = path.extension().is_some() || path.components().count() > 1 || path.is_file();
-    if is_path { on_disk(path) } else { by_name(scenario) }
+    if is_path && shipped(scenario).is_err() { on_disk(path) } else { by_name(scenario) }
 }
 
 /// The path, among the files that come with the program, of the scenario of that name.
@@ -61,7 +62,9 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
 }
 
 fn unknown(name: &str) -> Error {
-    let nearest = shipped_scenarios().into_iter().max_by(|a, b| {
+    let faults = KINDS.iter().map(|kind| format!("faults/{}", kind.name));
+    let known: Vec<String> = shipped_scenarios().into_iter().map(str::to_owned).chain(faults).collect();
+    let nearest = known.iter().max_by(|a, b| {
         let likeness = |known: &str| strsim::jaro_winkler(known, name);
         likeness(a).total_cmp(&likeness(b))
     });
@@ -74,5 +77,5 @@ fn unknown(name: &str) -> Error {
 
 fn names() -> String {
     let names: Vec<String> = shipped_scenarios().into_iter().map(|name| format!("`{name}`")).collect();
-    names.join(", ")
+    format!("{}, `faults/KIND` for each kind of fault (`steward faults`)", names.join(", "))
 }

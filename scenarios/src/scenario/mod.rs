@@ -1,5 +1,6 @@
 //! Scenarios: one file an experiment, loaded with everything that it names.
 
+mod faulty;
 mod file;
 pub mod find;
 
@@ -13,13 +14,12 @@ use nav::{Atlas, LocalizationParameters};
 use robot::RobotModel;
 use skills::Chart;
 
-pub use file::{
-    Execution, Expectations, Fault, FaultKind, Moment, Moments, Policy, ScenarioFile, Sites, Stop, TreeForm,
-};
+pub use file::{Execution, Expectations, Moment, Moments, Policy, ScenarioFile, Sites, Stop, TreeForm};
 pub use find::Found;
 
 use crate::Error;
 use crate::error::Complaints;
+use crate::faults::Effect;
 
 /// Where a scenario comes from, for running it again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -49,6 +49,10 @@ pub struct Scenario {
     pub tree: Arc<Tree>,
     /// The machine of each leaf, by the leaf's ID.
     pub charts: BTreeMap<String, Arc<Chart>>,
+    /// The machines that faults put in the place of others, by the fault's place in the scenario.
+    pub machines: BTreeMap<usize, Arc<Chart>>,
+    /// The map that the software has, where a fault gives it another one than the world's.
+    pub wrong_map: Option<Arc<OccupancyGrid>>,
     /// The property files: their names and texts.
     pub properties: Vec<(String, String)>,
     /// Where the robot starts, in the `map` frame.
@@ -66,7 +70,8 @@ impl Scenario {
     /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
     pub fn load(found: &Found, overrides: &[String]) -> Result<Self, Error> {
         let assignments = overrides.iter().map(String::as_str);
-        let file = ScenarioFile::parse(&found.path, &found.text, assignments).map_err(Error::bad_input)?;
+        let file =
+            ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
         let mut complaints = Complaints::default();
         let loaded = Loader { found, overrides, complaints: &mut complaints }.load(file);
         complaints.check()?;
@@ -79,8 +84,19 @@ impl Scenario {
     /// # Errors
     /// [`nav::Error`] if nobody can be localized on the map.
     pub fn atlas(&self, model: &RobotModel) -> Result<Arc<Atlas>, nav::Error> {
-        let atlas = || Atlas::new(Arc::clone(&self.map), model, LocalizationParameters::default()).map(Arc::new);
+        let map = self.wrong_map.as_ref().unwrap_or(&self.map);
+        let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default()).map(Arc::new);
         self.atlas.get_or_init(atlas).clone()
+    }
+
+    /// The machines that a skill may run: its own, and those that faults put in its place.
+    pub(crate) fn machines_of(&self, skill: &str) -> impl Iterator<Item = &Arc<Chart>> {
+        let faults = self.file.faults.iter().enumerate();
+        let given = faults.filter_map(move |(index, fault)| {
+            let concerns = matches!(fault.effect(), Effect::Machine { skill: other, .. } if other.value == skill);
+            self.machines.get(&index).filter(|_| concerns)
+        });
+        self.charts.get(skill).into_iter().chain(given)
     }
 }
 
@@ -101,6 +117,8 @@ impl Loader<'_> {
         let tree = self.tree(&file);
         let charts = tree.as_ref().map(|tree| self.charts(&file, tree));
         let poses = places.as_ref().and_then(|places| self.check_places(&file, places));
+        let machines = charts.as_ref().map(|charts| self.faulty_machines(&file, charts));
+        let wrong_map = self.wrong_map(&file);
         let properties = self.properties(&file);
         let (start, station) = poses?;
         Some(Scenario {
@@ -109,6 +127,8 @@ impl Loader<'_> {
             places: places?,
             tree: Arc::new(tree?),
             charts: charts?,
+            machines: machines?,
+            wrong_map: wrong_map.map(Arc::new),
             properties,
             start,
             station,
@@ -179,7 +199,14 @@ impl Loader<'_> {
 
     /// Checks every place that the scenario names; the poses of start and station.
     fn check_places(&mut self, file: &ScenarioFile, places: &Places) -> Option<(Pose, Pose)> {
-        for name in file.expect.reached.iter().chain(&file.stop.at).chain([&file.sites.destination]) {
+        for name in file
+            .expect
+            .reached
+            .iter()
+            .chain(&file.expect.not_reached)
+            .chain(&file.stop.at)
+            .chain([&file.sites.destination])
+        {
             let _ = self.place(name, places);
         }
         let start = self.point(&file.sites.start, places);

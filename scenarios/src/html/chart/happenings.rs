@@ -27,7 +27,7 @@ pub(super) struct Happening {
 pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
     let faults = live.faults().iter().map(|fault| Happening {
         time: fault.time,
-        words: fault.kind.effect(),
+        words: fault.fault.words(),
         icon: Icon::Alert,
         color: theme::BAD,
         across: true,

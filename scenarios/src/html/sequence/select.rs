@@ -191,7 +191,7 @@ impl Teller<'_> {
 
     fn tell_faults(&mut self, after: Duration, until: Duration) {
         let new = self.faults.iter().filter(|fault| fault.time > after && fault.time <= until);
-        let rows: Vec<Row> = new.map(|fault| Row::Fault { words: fault.kind.effect(), time: fault.time }).collect();
+        let rows: Vec<Row> = new.map(|fault| Row::Fault { words: fault.fault.words(), time: fault.time }).collect();
         self.rows.extend(rows);
     }
 

@@ -1,0 +1,84 @@
+//! Events by themselves, outside of any property: what a fault or a picture waits for.
+
+use std::time::Duration;
+
+use channels::Topology;
+
+use crate::formula::{Event, Formula};
+use crate::load::formulas;
+use crate::problem::{Problem, ScopeError};
+
+/// Reads events in the SCOPE language, several of them joined by `or`: a message is one that is waited for if it
+/// satisfies one of them.
+///
+/// ```
+/// use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+///
+/// let mut topology = Topology::default();
+/// let [reader, skill] = [topology.process("BatteryReader")?, topology.process("BatteryLevel")?];
+/// let level = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+/// topology.channel(reader, skill, Capacity::One, Domain::new([level]))?;
+///
+/// let events = monitors::occurrences("when", "(BatteryReader, BatteryLevel, level < 30)", &topology)?;
+/// assert_eq!(events.len(), 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// Everything that is wrong with the text, which is shown as the property `eventually …` of a file of that name.
+pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Event>, ScopeError> {
+    let file = format!("property {name} := eventually ({text})");
+    let read = formulas(name, &file, topology, Duration::from_secs(1))?;
+    let events = match read.into_iter().next() {
+        Some((_, Formula::Eventually(waited_for))) => match *waited_for {
+            Formula::Event(event) => Some(vec![event]),
+            Formula::Or(parts) => parts.into_iter().map(event).collect(),
+            _ => None,
+        },
+        _ => None,
+    };
+    events.ok_or_else(|| {
+        let problem = Problem::new("this is no event").at(file.len() - text.len() - 1..file.len() - 1, "here");
+        let problem = problem.help("`(sender, receiver, condition)`, or several of them joined by `or`");
+        ScopeError::new(name, &file, vec![problem])
+    })
+}
+
+fn event(formula: Formula) -> Option<Event> {
+    if let Formula::Event(event) = formula { Some(event) } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use channels::{Capacity, Domain, FieldKind, Message, Shape, Value};
+
+    use super::*;
+
+    fn topology() -> Topology {
+        let mut topology = Topology::default();
+        let reader = topology.process("BatteryReader").expect("a new name");
+        let skill = topology.process("BatteryLevel").expect("a new name");
+        let level = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+        topology.channel(reader, skill, Capacity::One, Domain::new([level])).expect("a new channel");
+        topology
+    }
+
+    #[test]
+    fn events_joined_by_or_are_read_one_by_one() {
+        let low = "(BatteryReader, BatteryLevel, m[2] < 30)";
+        let events = occurrences("when", &format!("{low} or {low}"), &topology()).expect("two events");
+        assert_eq!(events.len(), 2);
+        let level = |level: f64| Message::new([Value::symbol("ok"), level.into()]);
+        assert!(events[0].condition.holds(&level(29.9)) && !events[0].condition.holds(&level(30.0)));
+    }
+
+    #[test]
+    fn what_is_no_event_is_refused() {
+        for text in ["not (BatteryReader, BatteryLevel, true)", "true", "always (BatteryReader, BatteryLevel, true)"] {
+            let error = occurrences("when", text, &topology()).expect_err(text);
+            assert_eq!(error.problems().len(), 1, "{text}: {error}");
+        }
+        let error = occurrences("when", "(BatteryReader, BatteryLevl, true)", &topology()).expect_err("a slip");
+        assert!(format!("{error:?}").contains("BatteryLevel"));
+    }
+}

@@ -1,0 +1,252 @@
+//! The parameters of faults: what a scenario file may say of one, read and checked.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use maps::document::Table;
+use maps::{Point, Pose, Span, Spanned, pose};
+
+/// A parameter of a kind of fault.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// The key in a scenario file. It ends in the unit, if there is one.
+    pub name: &'static str,
+    /// What it says, in a line.
+    pub about: &'static str,
+    /// Which values it takes.
+    pub domain: Domain,
+    /// What it is where the file does not say.
+    pub default: Default,
+}
+
+/// Which values a parameter takes.
+#[derive(Clone, Copy, Debug)]
+pub enum Domain {
+    /// Numbers of this range, both ends included.
+    Numbers(f64, f64),
+    /// Any text.
+    Text,
+    /// One of these names.
+    OneOf(&'static [&'static str]),
+    /// True or false.
+    Flag,
+    /// A point: x and y in metres, in the `map` frame.
+    Point,
+    /// A pose: x and y in metres, in the `map` frame, and a heading in degrees.
+    Pose,
+    /// Several points.
+    Points,
+}
+
+/// What a parameter is where the file does not say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Default {
+    /// The file has to say.
+    Required,
+    /// Nothing: the parameter may be left out.
+    Absent,
+    /// This number.
+    Number(f64),
+    /// This text.
+    Text(&'static str),
+    /// True or false.
+    Flag(bool),
+}
+
+/// The value of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A text.
+    Text(String),
+    /// True or false.
+    Flag(bool),
+    /// A point, in metres.
+    Point(Point),
+    /// A pose.
+    Pose(Pose),
+    /// Several points, in metres.
+    Points(Vec<Point>),
+}
+
+impl Parameter {
+    /// The parameter's unit, which its name ends in; none for a mere number or a name.
+    #[must_use]
+    pub fn unit(&self) -> Option<&'static str> {
+        let units = [
+            ("_mps", "m/s"),
+            ("_radps", "rad/s"),
+            ("_pct", "%"),
+            ("_deg", "°"),
+            ("deg_per_m", "°/m"),
+            ("_m", "m"),
+            ("_s", "s"),
+        ];
+        units.iter().find(|(ending, _)| self.name.ends_with(ending)).map(|(_, unit)| *unit)
+    }
+}
+
+impl Domain {
+    /// The domain in a few words.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        match self {
+            Self::Numbers(least, most) if *most >= 1e9 => format!("a number, {least} or more"),
+            Self::Numbers(least, most) => format!("a number from {least} to {most}"),
+            Self::Text => "a text".to_owned(),
+            Self::OneOf(names) => format!("one of {}", names.join(", ")),
+            Self::Flag => "true or false".to_owned(),
+            Self::Point => "[x, y] in metres".to_owned(),
+            Self::Pose => "[x, y, heading] in metres and degrees".to_owned(),
+            Self::Points => "[[x, y], …] in metres".to_owned(),
+        }
+    }
+}
+
+impl Value {
+    /// The value as reports write it: angles in degrees.
+    #[must_use]
+    pub fn to_json(&self) -> serde_json::Value {
+        let point = |point: &Point| serde_json::json!([point.x, point.y]);
+        match self {
+            Self::Number(number) => (*number).into(),
+            Self::Text(text) => text.as_str().into(),
+            Self::Flag(flag) => (*flag).into(),
+            Self::Point(at) => point(at),
+            Self::Pose(at) => {
+                serde_json::json!([at.translation.x, at.translation.y, maps::heading(at).to_degrees()])
+            }
+            Self::Points(all) => all.iter().map(point).collect(),
+        }
+    }
+}
+
+/// The values of a fault's parameters.
+#[derive(Clone, Debug)]
+pub struct Arguments {
+    given: BTreeMap<&'static str, Spanned<Value>>,
+    /// Where the fault stands, for complaints about what is not there.
+    span: Span,
+}
+
+impl Arguments {
+    /// Reads the parameters from a fault's table. `None` if something is wrong, which has been recorded.
+    pub(super) fn read(table: Table<'_>, parameters: &[Parameter]) -> Option<Self> {
+        let mut given = BTreeMap::new();
+        let mut complete = true;
+        for parameter in parameters {
+            let value = match parameter.default {
+                Default::Required => {
+                    let value = read_value(table, parameter).required();
+                    complete &= value.is_some();
+                    value
+                }
+                default => {
+                    let span = table.span().clone();
+                    let default = default.value().map(|value| Spanned { value, span });
+                    read_value(table, parameter).optional().or(default)
+                }
+            };
+            given.extend(value.map(|value| (parameter.name, value)));
+        }
+        complete.then(|| Self { given, span: table.span().clone() })
+    }
+
+    /// The arguments that are there, by name.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+        self.given.iter().map(|(name, argument)| (*name, &argument.value))
+    }
+
+    /// Where the fault stands in its file.
+    pub(crate) fn span(&self) -> &Span {
+        &self.span
+    }
+
+    fn get(&self, name: &str) -> &Value {
+        &self.given.get(name).expect("what is required or has a default is there").value
+    }
+
+    /// A number.
+    pub(super) fn number(&self, name: &str) -> f64 {
+        let Value::Number(number) = self.get(name) else { unreachable!("`{name}` is a number") };
+        *number
+    }
+
+    /// A number of seconds.
+    pub(super) fn seconds(&self, name: &str) -> Duration {
+        Duration::from_secs_f64(self.number(name))
+    }
+
+    /// An angle that the file gives in degrees, in radians.
+    pub(super) fn radians(&self, name: &str) -> f64 {
+        self.number(name).to_radians()
+    }
+
+    /// A text.
+    pub(super) fn text(&self, name: &str) -> &str {
+        let Value::Text(text) = self.get(name) else { unreachable!("`{name}` is a text") };
+        text
+    }
+
+    /// A text and where it stands.
+    pub(super) fn name(&self, name: &str) -> Spanned<String> {
+        let span = self.given.get(name).map_or(&self.span, |argument| &argument.span);
+        Spanned { value: self.text(name).to_owned(), span: span.clone() }
+    }
+
+    /// True or false.
+    pub(super) fn flag(&self, name: &str) -> bool {
+        matches!(self.get(name), Value::Flag(true))
+    }
+
+    /// A point.
+    pub(super) fn point(&self, name: &str) -> Point {
+        let Value::Point(point) = self.get(name) else { unreachable!("`{name}` is a point") };
+        *point
+    }
+
+    /// A pose.
+    pub(super) fn pose(&self, name: &str) -> Pose {
+        let Value::Pose(pose) = self.get(name) else { unreachable!("`{name}` is a pose") };
+        *pose
+    }
+
+    /// Several points.
+    pub(super) fn points(&self, name: &str) -> &[Point] {
+        let Value::Points(points) = self.get(name) else { unreachable!("`{name}` is several points") };
+        points
+    }
+}
+
+impl Default {
+    fn value(self) -> Option<Value> {
+        match self {
+            Self::Required | Self::Absent => None,
+            Self::Number(number) => Some(Value::Number(number)),
+            Self::Text(text) => Some(Value::Text(text.to_owned())),
+            Self::Flag(flag) => Some(Value::Flag(flag)),
+        }
+    }
+}
+
+fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> maps::document::Field<'d, Spanned<Value>> {
+    let key = parameter.name;
+    match parameter.domain {
+        Domain::Numbers(least, most) => table.number(key).within(least..=most).map(Value::Number).spanned(),
+        Domain::Text => table.text(key).map(Value::Text).spanned(),
+        Domain::OneOf(names) => {
+            let choices: Vec<(&str, String)> = names.iter().map(|name| (*name, (*name).to_owned())).collect();
+            table.one_of(key, &choices).map(Value::Text).spanned()
+        }
+        Domain::Flag => table.boolean(key).map(Value::Flag).spanned(),
+        Domain::Point => table.get::<[f64; 2]>(key).map(|[x, y]| Value::Point(Point::new(x, y))).spanned(),
+        Domain::Pose => {
+            table.get::<[f64; 3]>(key).map(|[x, y, degrees]| Value::Pose(pose(x, y, degrees.to_radians()))).spanned()
+        }
+        Domain::Points => {
+            let points = table.get::<Vec<[f64; 2]>>(key).check(|points| !points.is_empty(), "have a point at least");
+            points.map(|points| Value::Points(points.iter().map(|[x, y]| Point::new(*x, *y)).collect())).spanned()
+        }
+    }
+}

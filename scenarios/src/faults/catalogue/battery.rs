@@ -1,0 +1,142 @@
+//! Faults of the battery, its sensor and the charging station.
+
+use super::{Domain, FaultKind, Place, number, required};
+use crate::faults::{Default, Effect, Parameter};
+
+const PERCENT: Domain = Domain::Numbers(0.0, 100.0);
+
+pub(super) const LEVEL: FaultKind = FaultKind {
+    name: "battery_level",
+    place: Place::Battery,
+    about: "the battery's charge is set to a level",
+    parameters: &[required("level_pct", "the charge, in percent", PERCENT)],
+    momentary: true,
+    example: "at_s = 20.5\nlevel_pct = 10",
+    effect: |with| Effect::Charge(with.number("level_pct")),
+    words: |with| format!("battery level set to {} %", with.number("level_pct")),
+};
+
+pub(super) const DRAIN: FaultKind = FaultKind {
+    name: "battery_drain",
+    place: Place::Battery,
+    about: "the battery drains faster",
+    parameters: &[required("factor", "how much faster", Domain::Numbers(0.0, 1e6))],
+    momentary: false,
+    example: "at_s = 10\nfactor = 5\nlasts_s = 60",
+    effect: |with| {
+        let factor = with.number("factor");
+        Effect::world(move |faults| faults.battery.drain_factor *= factor)
+    },
+    words: |with| format!("the battery drains {} times as fast", with.number("factor")),
+};
+
+pub(super) const FADE: FaultKind = FaultKind {
+    name: "battery_fade",
+    place: Place::Battery,
+    about: "the battery has aged: it holds only a share of its charge, and empties and fills that much faster",
+    parameters: &[required("capacity", "the share that is left", Domain::Numbers(0.01, 1.0))],
+    momentary: false,
+    example: "at_s = 0\ncapacity = 0.5",
+    effect: |with| {
+        let capacity = with.number("capacity");
+        Effect::world(move |faults| faults.battery.capacity_factor *= capacity)
+    },
+    words: |with| format!("the battery holds only {} % of what it did", 100.0 * with.number("capacity")),
+};
+
+pub(super) const SENSOR_STUCK: FaultKind = FaultKind {
+    name: "battery_sensor_stuck",
+    place: Place::Battery,
+    about: "the battery's sensor goes on reporting the level that it read last",
+    parameters: &[],
+    momentary: false,
+    example: "at_s = 10",
+    effect: |_| Effect::world(|faults| faults.battery.reported.stuck = true),
+    words: |_| "the battery's sensor is stuck".to_owned(),
+};
+
+pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
+    name: "battery_sensor_offset",
+    place: Place::Battery,
+    about: "the battery's sensor reads too much or too little",
+    parameters: &[required("offset_pct", "what it adds, in percent", Domain::Numbers(-100.0, 100.0))],
+    momentary: false,
+    example: "at_s = 0\noffset_pct = 15",
+    effect: |with| {
+        let offset = with.number("offset_pct");
+        Effect::world(move |faults| faults.battery.reported.offset_pct += offset)
+    },
+    words: |with| format!("the battery's sensor reads {:+} %", with.number("offset_pct")),
+};
+
+pub(super) const SENSOR_NOISE: FaultKind = FaultKind {
+    name: "battery_sensor_noise",
+    place: Place::Battery,
+    about: "the battery's sensor is noisy",
+    parameters: &[required("sigma_pct", "standard deviation of a reading, in percent", PERCENT)],
+    momentary: false,
+    example: "at_s = 0\nsigma_pct = 3",
+    effect: |with| {
+        let sigma = with.number("sigma_pct");
+        Effect::world(move |faults| faults.battery.reported.sigma_pct = sigma)
+    },
+    words: |with| format!("the battery's sensor is noisy, σ = {} %", with.number("sigma_pct")),
+};
+
+pub(super) const SENSOR_DROPOUT: FaultKind = FaultKind {
+    name: "battery_sensor_dropout",
+    place: Place::Battery,
+    about: "the battery's sensor gives no readings; BatteryReader goes on telling the last",
+    parameters: &[],
+    momentary: false,
+    example: "at_s = 10\nlasts_s = 60",
+    effect: |_| Effect::world(|faults| faults.battery.reported.missing = true),
+    words: |_| "the battery's sensor gives no readings".to_owned(),
+};
+
+pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
+    name: "charging_status_wrong",
+    place: Place::Battery,
+    about: "the battery claims that it charges, or that it does not, whatever is so",
+    parameters: &[Parameter {
+        name: "charging",
+        about: "what it claims",
+        domain: Domain::Flag,
+        default: Default::Flag(false),
+    }],
+    momentary: false,
+    example: "at_s = 10\ncharging = false",
+    effect: |with| {
+        let charging = with.flag("charging");
+        Effect::world(move |faults| faults.battery.reported.charging = Some(charging))
+    },
+    words: |with| match with.flag("charging") {
+        true => "the battery claims that it charges".to_owned(),
+        false => "the battery claims that it does not charge".to_owned(),
+    },
+};
+
+pub(super) const STATION_DEAD: FaultKind = FaultKind {
+    name: "station_dead",
+    place: Place::Battery,
+    about: "the charging station gives no current",
+    parameters: &[],
+    momentary: false,
+    example: "at_s = 0",
+    effect: |_| Effect::world(|faults| faults.battery.charger_factor = 0.0),
+    words: |_| "the charging station is dead".to_owned(),
+};
+
+pub(super) const STATION_SLOW: FaultKind = FaultKind {
+    name: "station_slow",
+    place: Place::Battery,
+    about: "the charging station charges slowly",
+    parameters: &[number("factor", "the share of its current that is left", 0.0, 1.0, 0.2)],
+    momentary: false,
+    example: "at_s = 0\nfactor = 0.2",
+    effect: |with| {
+        let factor = with.number("factor");
+        Effect::world(move |faults| faults.battery.charger_factor *= factor)
+    },
+    words: |with| format!("the charging station gives {} % of its current", 100.0 * with.number("factor")),
+};

@@ -1,0 +1,161 @@
+//! Faults of skills and tree.
+
+use crate::faults::effect::{Mutation, TransitionAt};
+use maps::Spanned;
+
+use super::{Domain, FaultKind, Place, number, required};
+use crate::faults::effect::{Damage, Effect, MachineChange, Which};
+use crate::faults::{Arguments, Default, Parameter};
+
+const SKILL: Parameter = required("skill", "the skill", Domain::Text);
+const LEAF: Parameter = required("leaf", "the leaf's skill", Domain::Text);
+const STATE: Parameter = required("state", "the state that the transition leaves", Domain::Text);
+const EVENT: Parameter = Parameter {
+    name: "event",
+    about: "the transition's event; none for a transition without one",
+    domain: Domain::Text,
+    default: Default::Text(""),
+};
+const NTH: Parameter = number("nth", "which of the transitions with that event, counted from 1", 1.0, 1000.0, 1.0);
+
+fn mutated(with: &Arguments, mutation: Mutation) -> Effect {
+    Effect::Machine { skill: with.name("skill"), change: MachineChange::Mutated(mutation) }
+}
+
+fn transition(with: &Arguments) -> TransitionAt {
+    TransitionAt {
+        state: with.text("state").to_owned(),
+        event: with.text("event").to_owned(),
+        nth: with.number("nth") as usize,
+    }
+}
+
+/// The transition that a fault concerns, in words.
+fn transition_words(with: &Arguments) -> String {
+    let event = match with.text("event") {
+        "" => "the transition without an event".to_owned(),
+        event => format!("the transition on {event}"),
+    };
+    let nth = match with.number("nth") {
+        1.0 => String::new(),
+        nth => format!(", number {nth},"),
+    };
+    format!("{event}{nth} out of {} of {}", with.text("state"), with.text("skill"))
+}
+
+/// What becomes of messages between tree and leaf.
+fn damaged(with: &Arguments, from: &str, to: &str, condition: &str, damage: Damage) -> Effect {
+    let spanned = |text: &str| Spanned { value: text.to_owned(), span: with.name("leaf").span };
+    let channels = Which::Between(spanned(from), spanned(to));
+    Effect::Channels { channels, condition: spanned(condition), damage, probability: 1.0 }
+}
+
+pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
+    name: "skill_replaced",
+    place: Place::Behavior,
+    about: "a skill runs another machine",
+    parameters: &[SKILL, required("machine", "its SCXML file", Domain::Text)],
+    momentary: false,
+    example: "at_s = 0\nskill = \"AtDestination\"\nmachine = \"skills/AtRechargingStation.scxml\"",
+    effect: |with| {
+        let Spanned { value, span } = with.name("machine");
+        let change = MachineChange::Replaced(Spanned { value: value.into(), span });
+        Effect::Machine { skill: with.name("skill"), change }
+    },
+    words: |with| format!("{} runs the machine {}", with.text("skill"), with.text("machine")),
+};
+
+pub(super) const DATA_CHANGED: FaultKind = FaultKind {
+    name: "skill_threshold",
+    place: Place::Behavior,
+    about: "a skill's machine has a wrong constant: a threshold has moved",
+    parameters: &[
+        SKILL,
+        Parameter {
+            name: "data",
+            about: "the id of the `<data>` element",
+            domain: Domain::Text,
+            default: Default::Text("threshold"),
+        },
+        required("value", "its expression instead", Domain::Text),
+    ],
+    momentary: false,
+    example: "at_s = 0\nskill = \"BatteryLevel\"\nvalue = \"20\"",
+    effect: |with| {
+        let (id, expr) = (with.text("data").to_owned(), with.text("value").to_owned());
+        mutated(with, Mutation::Data { id, expr })
+    },
+    words: |with| format!("the machine {} has {} = {}", with.text("skill"), with.text("data"), with.text("value")),
+};
+
+pub(super) const GUARD_NEGATED: FaultKind = FaultKind {
+    name: "skill_guard_negated",
+    place: Place::Behavior,
+    about: "a transition of a skill's machine is taken just when it should not be",
+    parameters: &[SKILL, STATE, EVENT, NTH],
+    momentary: false,
+    example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"",
+    effect: |with| mutated(with, Mutation::NegateGuard { transition: transition(with) }),
+    words: |with| format!("the guard of {} is negated", transition_words(with)),
+};
+
+pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
+    name: "skill_target_swapped",
+    place: Place::Behavior,
+    about: "a transition of a skill's machine leads to another state",
+    parameters: &[SKILL, STATE, EVENT, NTH, required("target", "where it leads instead", Domain::Text)],
+    momentary: false,
+    example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"\nnth = 2\ntarget = \"success\"",
+    effect: |with| {
+        let target = with.text("target").to_owned();
+        mutated(with, Mutation::SwapTarget { transition: transition(with), target })
+    },
+    words: |with| format!("{} leads to {}", transition_words(with), with.text("target")),
+};
+
+pub(super) const TRANSITION_DROPPED: FaultKind = FaultKind {
+    name: "skill_transition_dropped",
+    place: Place::Behavior,
+    about: "a transition of a skill's machine is missing",
+    parameters: &[SKILL, STATE, EVENT, NTH],
+    momentary: false,
+    example: "at_s = 0\nskill = \"GoToDestination\"\nstate = \"trip\"\nevent = \"BT.halt\"",
+    effect: |with| mutated(with, Mutation::DropTransition { transition: transition(with) }),
+    words: |with| format!("{} is missing", transition_words(with)),
+};
+
+pub(super) const STATE_STUCK: FaultKind = FaultKind {
+    name: "skill_state_stuck",
+    place: Place::Behavior,
+    about: "no transition leaves a state of a skill's machine",
+    parameters: &[SKILL, required("state", "the state", Domain::Text)],
+    momentary: false,
+    example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"",
+    effect: |with| mutated(with, Mutation::StuckState { state: with.text("state").to_owned() }),
+    words: |with| format!("nothing leaves the state {} of {}", with.text("state"), with.text("skill")),
+};
+
+pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
+    name: "leaf_inverted",
+    place: Place::Behavior,
+    about: "the tree takes a leaf's success for failure, and the other way round",
+    parameters: &[LEAF],
+    momentary: false,
+    example: "at_s = 0\nleaf = \"BatteryLevel\"",
+    effect: |with| {
+        let decided = "m[1] = <success> or m[1] = <failure>";
+        damaged(with, with.text("leaf"), "BT", decided, Damage::Opposite)
+    },
+    words: |with| format!("the tree takes success of {} for failure, and failure for success", with.text("leaf")),
+};
+
+pub(super) const HALT_LOST: FaultKind = FaultKind {
+    name: "halt_lost",
+    place: Place::Behavior,
+    about: "a leaf is halted without its skill being told: the tree believes that it has stopped",
+    parameters: &[LEAF],
+    momentary: false,
+    example: "at_s = 0\nleaf = \"GoToDestination\"",
+    effect: |with| damaged(with, "BT", with.text("leaf"), "m[1] = <halt>", Damage::Pretence("halted")),
+    words: |with| format!("{} is not told when it is halted", with.text("leaf")),
+};

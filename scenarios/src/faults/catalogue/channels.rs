@@ -1,0 +1,132 @@
+//! Faults of the channels and of the ticks.
+
+use super::{Domain, FaultKind, Place, number, required};
+use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
+use crate::faults::{Arguments, Default, Parameter};
+
+const FROM: Parameter = required("from", "the process that sends", Domain::Text);
+const TO: Parameter = required("to", "the process that receives", Domain::Text);
+const CONDITION: Parameter = Parameter {
+    name: "condition",
+    about: "which messages: a condition in the SCOPE language",
+    domain: Domain::Text,
+    default: Default::Text("true"),
+};
+const SHARE: Parameter = number("share", "how many of these messages", 0.0, 1.0, 1.0);
+
+fn damage(with: &Arguments, damage: Damage) -> Effect {
+    Effect::Channels {
+        channels: Which::Between(with.name("from"), with.name("to")),
+        condition: with.name("condition"),
+        damage,
+        probability: with.number("share"),
+    }
+}
+
+/// The messages that a fault concerns, as the subject of a sentence.
+fn messages(with: &Arguments) -> String {
+    let (from, to) = (with.text("from"), with.text("to"));
+    let share = match with.number("share") {
+        1.0 => String::new(),
+        share => format!("{} % of the ", 100.0 * share),
+    };
+    let condition = match with.text("condition") {
+        "true" => String::new(),
+        condition => format!(" with {condition}"),
+    };
+    format!("{share}messages from {from} to {to}{condition}")
+}
+
+pub(super) const LOST: FaultKind = FaultKind {
+    name: "message_lost",
+    place: Place::Channels,
+    about: "messages of a channel are lost",
+    parameters: &[FROM, TO, CONDITION, SHARE],
+    momentary: false,
+    example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nlasts_s = 5",
+    effect: |with| damage(with, Damage::Loss),
+    words: |with| format!("{} are lost", messages(with)),
+};
+
+pub(super) const DELAYED: FaultKind = FaultKind {
+    name: "message_delayed",
+    place: Place::Channels,
+    about: "messages of a channel come late",
+    parameters: &[
+        FROM,
+        TO,
+        CONDITION,
+        SHARE,
+        required("delay_s", "by how much, in seconds", Domain::Numbers(0.0, 1e3)),
+    ],
+    momentary: false,
+    example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\ndelay_s = 0.3",
+    effect: |with| damage(with, Damage::Delay(with.seconds("delay_s"))),
+    words: |with| format!("{} come {} s late", messages(with), with.number("delay_s")),
+};
+
+pub(super) const DUPLICATED: FaultKind = FaultKind {
+    name: "message_duplicated",
+    place: Place::Channels,
+    about: "messages of a channel come twice",
+    parameters: &[FROM, TO, CONDITION, SHARE],
+    momentary: false,
+    example: "at_s = 10\nfrom = \"GoToDestination\"\nto = \"Navigation\"",
+    effect: |with| damage(with, Damage::Duplicate),
+    words: |with| format!("{} come twice", messages(with)),
+};
+
+pub(super) const CORRUPTED: FaultKind = FaultKind {
+    name: "message_corrupted",
+    place: Place::Channels,
+    about: "a field of the messages of a channel has another value",
+    parameters: &[
+        FROM,
+        TO,
+        CONDITION,
+        SHARE,
+        number("field", "which field, counted from 1", 1.0, 100.0, 2.0),
+        required("value", "its value, as the SCOPE language writes it: 15, true, <failure>", Domain::Text),
+    ],
+    momentary: false,
+    example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nvalue = \"15\"",
+    effect: |with| damage(with, Damage::Corruption(with.name("value"), with.number("field") as usize)),
+    words: |with| format!("m[{}] of {} is {}", with.number("field"), messages(with), with.text("value")),
+};
+
+pub(super) const TICK_MISSED: FaultKind = FaultKind {
+    name: "tick_missed",
+    place: Place::Channels,
+    about: "ticks are not generated",
+    parameters: &[number("share", "how many of them", 0.0, 1.0, 1.0)],
+    momentary: false,
+    example: "at_s = 10\nlasts_s = 5",
+    effect: |with| Effect::Ticks(TickTrouble::Missed(with.number("share"))),
+    words: |with| format!("{} % of the ticks are missed", 100.0 * with.number("share")),
+};
+
+pub(super) const TICK_LATE: FaultKind = FaultKind {
+    name: "tick_late",
+    place: Place::Channels,
+    about: "ticks come late",
+    parameters: &[required("delay_s", "by how much, in seconds", Domain::Numbers(0.0, 60.0))],
+    momentary: false,
+    example: "at_s = 10\ndelay_s = 0.4",
+    effect: |with| Effect::Ticks(TickTrouble::Late(with.seconds("delay_s"))),
+    words: |with| format!("ticks come {} s late", with.number("delay_s")),
+};
+
+pub(super) const TICK_JITTER: FaultKind = FaultKind {
+    name: "tick_jitter",
+    place: Place::Channels,
+    about: "ticks come late, now more and now less",
+    parameters: &[required(
+        "sigma_s",
+        "standard deviation of the normal number, in seconds",
+        Domain::Numbers(0.0, 60.0),
+    )],
+    momentary: false,
+    example: "at_s = 0\nsigma_s = 0.2",
+    effect: |with| Effect::Ticks(TickTrouble::Jitter(with.seconds("sigma_s"))),
+    words: |with| format!("ticks jitter, σ = {} s", with.number("sigma_s")),
+};

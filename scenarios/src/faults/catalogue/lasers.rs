@@ -1,0 +1,124 @@
+//! Faults of the laser scanners.
+
+use sim::{LaserFault, LaserTrouble};
+
+use super::{Domain, FaultKind, Place, number, required};
+use crate::faults::{Arguments, Default, Effect, Parameter};
+
+/// Which laser: all of them, or the one of that name.
+const LASER: Parameter = Parameter {
+    name: "laser",
+    about: "which laser",
+    domain: Domain::OneOf(&["all", "front", "back"]),
+    default: Default::Text("all"),
+};
+
+fn trouble(with: &Arguments, trouble: LaserTrouble) -> Effect {
+    let laser = Some(with.text("laser")).filter(|name| *name != "all").map(str::to_owned);
+    let fault = LaserFault { laser, trouble };
+    Effect::world(move |faults| faults.lasers.push(fault.clone()))
+}
+
+/// The lasers that a fault concerns, as the subject of a sentence, and the verb's ending.
+fn who(with: &Arguments) -> String {
+    match with.text("laser") {
+        "all" => "both lasers".to_owned(),
+        name => format!("the {name} laser"),
+    }
+}
+
+pub(super) const DEAD: FaultKind = FaultKind {
+    name: "laser_dead",
+    place: Place::Lasers,
+    about: "a laser sends no scans",
+    parameters: &[LASER],
+    momentary: false,
+    example: "at_s = 10\nlaser = \"front\"",
+    effect: |with| trouble(with, LaserTrouble::Dead),
+    words: |with| format!("no more scans from {}", who(with)),
+};
+
+pub(super) const DROPOUT: FaultKind = FaultKind {
+    name: "laser_dropout",
+    place: Place::Lasers,
+    about: "a share of the beams comes back without an echo",
+    parameters: &[LASER, required("share", "how many of the beams", Domain::Numbers(0.0, 1.0))],
+    momentary: false,
+    example: "at_s = 10\nshare = 0.5",
+    effect: |with| trouble(with, LaserTrouble::Dropout { probability: with.number("share") }),
+    words: |with| format!("{} % of the beams of {} find no echo", 100.0 * with.number("share"), who(with)),
+};
+
+pub(super) const STUCK: FaultKind = FaultKind {
+    name: "laser_stuck",
+    place: Place::Lasers,
+    about: "a laser repeats its last scan",
+    parameters: &[LASER],
+    momentary: false,
+    example: "at_s = 10\nlasts_s = 20",
+    effect: |with| trouble(with, LaserTrouble::Stuck),
+    words: |with| format!("the same scan again and again from {}", who(with)),
+};
+
+pub(super) const NOISE: FaultKind = FaultKind {
+    name: "laser_noise",
+    place: Place::Lasers,
+    about: "the ranges are noisy",
+    parameters: &[LASER, required("sigma_m", "standard deviation of a range, in metres", Domain::Numbers(0.0, 10.0))],
+    momentary: false,
+    example: "at_s = 0\nsigma_m = 0.3",
+    effect: |with| trouble(with, LaserTrouble::Noise { sigma_m: with.number("sigma_m") }),
+    words: |with| format!("noise of σ = {} m on the ranges of {}", with.number("sigma_m"), who(with)),
+};
+
+pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
+    name: "laser_range_limit",
+    place: Place::Lasers,
+    about: "a laser sees only so far: fog, dust, a dirty window",
+    parameters: &[LASER, required("max_m", "how far, in metres", Domain::Numbers(0.01, 1e3))],
+    momentary: false,
+    example: "at_s = 0\nmax_m = 1.5",
+    effect: |with| trouble(with, LaserTrouble::RangeLimit { max_m: with.number("max_m") }),
+    words: |with| format!("the sight of {} ends at {} m", who(with), with.number("max_m")),
+};
+
+pub(super) const MOUNT: FaultKind = FaultKind {
+    name: "laser_mount_error",
+    place: Place::Lasers,
+    about: "a laser does not sit where the software believes",
+    parameters: &[
+        LASER,
+        number("x_m", "too far to the front, in metres", -1.0, 1.0, 0.0),
+        number("y_m", "too far to the left, in metres", -1.0, 1.0, 0.0),
+        number("turn_deg", "turned to the left, in degrees", -180.0, 180.0, 0.0),
+    ],
+    momentary: false,
+    example: "at_s = 0\nlaser = \"front\"\nturn_deg = 5",
+    effect: |with| {
+        let (x_m, y_m, yaw_rad) = (with.number("x_m"), with.number("y_m"), with.radians("turn_deg"));
+        trouble(with, LaserTrouble::Mount { x_m, y_m, yaw_rad })
+    },
+    words: |with| {
+        let [x, y, turn] = ["x_m", "y_m", "turn_deg"].map(|name| with.number(name));
+        format!("a mounting error of {x} m, {y} m and {turn}° of {}", who(with))
+    },
+};
+
+pub(super) const GHOST: FaultKind = FaultKind {
+    name: "laser_ghost",
+    place: Place::Lasers,
+    about: "a laser sees something that is not there, always in the same direction",
+    parameters: &[
+        LASER,
+        number("distance_m", "how far away it seems, in metres", 0.0, 1e3, 0.8),
+        number("bearing_deg", "in which direction from the laser, in degrees", -180.0, 180.0, 0.0),
+        number("width_deg", "how wide, in degrees", 0.0, 360.0, 30.0),
+    ],
+    momentary: false,
+    example: "at_s = 10\nlaser = \"front\"\ndistance_m = 0.8\nlasts_s = 30",
+    effect: |with| {
+        let (bearing_rad, width_rad) = (with.radians("bearing_deg"), with.radians("width_deg"));
+        trouble(with, LaserTrouble::Ghost { distance_m: with.number("distance_m"), bearing_rad, width_rad })
+    },
+    words: |with| format!("a ghost at {} m in the eyes of {}", with.number("distance_m"), who(with)),
+};

@@ -1,0 +1,123 @@
+//! Faults of localization, navigation and the other components.
+
+use components::Component;
+use maps::Spanned;
+
+use super::{Domain, FaultKind, Place, number, required};
+use crate::faults::effect::{Damage, Effect, Which};
+use crate::faults::{Arguments, Parameter};
+
+/// Which component.
+const COMPONENT: Parameter =
+    required("component", "which component", Domain::OneOf(&["BatteryReader", "Localization", "Navigation"]));
+
+fn component(with: &Arguments) -> Component {
+    match with.text("component") {
+        "BatteryReader" => Component::BatteryReader,
+        "Localization" => Component::Localization,
+        _ => Component::Navigation,
+    }
+}
+
+/// Every message, without a chance that it is spared.
+fn every_message(with: &Arguments, channels: Which, damage: Damage) -> Effect {
+    let condition = Spanned { value: "true".to_owned(), span: with.span().clone() };
+    Effect::Channels { channels, condition, damage, probability: 1.0 }
+}
+
+pub(super) const KIDNAP: FaultKind = FaultKind {
+    name: "kidnap",
+    place: Place::Software,
+    about: "the robot is lifted and put down elsewhere; odometry does not notice",
+    parameters: &[required("to", "where it is put", Domain::Pose)],
+    momentary: true,
+    example: "at_s = 10\nto = [3.0, 4.0, 90]",
+    effect: |with| Effect::Kidnap(with.pose("to")),
+    words: |with| {
+        let to = with.pose("to").translation;
+        format!("the robot is lifted and put down at ({:.2}, {:.2}) m", to.x, to.y)
+    },
+};
+
+pub(super) const WRONG_POSE: FaultKind = FaultKind {
+    name: "wrong_initial_pose",
+    place: Place::Software,
+    about: "somebody tells localization a pose at which the robot is not",
+    parameters: &[required("to", "where it is said to be", Domain::Pose)],
+    momentary: true,
+    example: "at_s = 0\nto = [3.0, 4.0, 90]",
+    effect: |with| Effect::Belief(with.pose("to")),
+    words: |with| {
+        let to = with.pose("to").translation;
+        format!("localization is told that the robot is at ({:.2}, {:.2}) m", to.x, to.y)
+    },
+};
+
+pub(super) const WRONG_MAP: FaultKind = FaultKind {
+    name: "wrong_map",
+    place: Place::Software,
+    about: "the software has another map than the world; from the start of the run only",
+    parameters: &[required("map", "the map's YAML file", Domain::Text)],
+    momentary: false,
+    example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",
+    effect: |with| {
+        let Spanned { value, span } = with.name("map");
+        Effect::Map(Spanned { value: value.into(), span })
+    },
+    words: |with| format!("the software's map is {}", with.text("map")),
+};
+
+pub(super) const FROZEN: FaultKind = FaultKind {
+    name: "component_frozen",
+    place: Place::Software,
+    about: "a component hangs: it answers nothing and does nothing, and goes on when the fault ends",
+    parameters: &[COMPONENT],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"Navigation\"\nlasts_s = 10",
+    effect: |with| Effect::Outage { component: component(with), crashed: false },
+    words: |with| format!("{} hangs", with.text("component")),
+};
+
+pub(super) const CRASH: FaultKind = FaultKind {
+    name: "component_crash",
+    place: Place::Software,
+    about: "a component crashes; when the fault ends it is started anew and has forgotten everything",
+    parameters: &[COMPONENT],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"Navigation\"\nlasts_s = 5",
+    effect: |with| Effect::Outage { component: component(with), crashed: true },
+    words: |with| format!("{} crashes", with.text("component")),
+};
+
+pub(super) const SLOW: FaultKind = FaultKind {
+    name: "component_slow",
+    place: Place::Software,
+    about: "a component's answers come late",
+    parameters: &[COMPONENT, number("delay_s", "by how much, in seconds", 0.0, 1e3, 1.0)],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"BatteryReader\"\ndelay_s = 0.3",
+    effect: |with| every_message(with, Which::From(component(with)), Damage::Delay(with.seconds("delay_s"))),
+    words: |with| format!("{} answers {} s late", with.text("component"), with.number("delay_s")),
+};
+
+pub(super) const WRONG_REPLY: FaultKind = FaultKind {
+    name: "component_wrong_reply",
+    place: Place::Software,
+    about: "a component says the opposite: true for false, 100 − level for a level, failure for running and success",
+    parameters: &[COMPONENT],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"Localization\"\nlasts_s = 5",
+    effect: |with| every_message(with, Which::From(component(with)), Damage::Opposite),
+    words: |with| format!("{} says the opposite of what is so", with.text("component")),
+};
+
+pub(super) const NO_REPLY: FaultKind = FaultKind {
+    name: "component_no_reply",
+    place: Place::Software,
+    about: "a component never hears what it is asked",
+    parameters: &[COMPONENT],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"BatteryReader\"\nlasts_s = 5",
+    effect: |with| every_message(with, Which::To(component(with)), Damage::Loss),
+    words: |with| format!("{} does not hear what it is asked", with.text("component")),
+};

@@ -1,0 +1,133 @@
+//! Faults of what is around the robot.
+
+use maps::{Point, Pose, pose};
+use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape};
+
+use super::{Domain, FaultKind, Place, number, required};
+use crate::faults::{Effect, Parameter};
+
+/// Where the thing is.
+const AT: Parameter = required("at", "where its centre is", Domain::Pose);
+const POINT: Parameter = required("at", "where it begins", Domain::Point);
+const ROUTE: Parameter = required("route", "where it goes from there, one point after the other", Domain::Points);
+
+fn appears(name: String, shape: Shape, pose: Pose, motion: ObstacleMotion) -> Effect {
+    let body = ObstacleConfig { name, shape, pose, motion };
+    Effect::world(move |faults| faults.bodies.push(body.clone()))
+}
+
+fn on_the_way(waypoints: &[Point], speed_mps: f64) -> ObstacleMotion {
+    ObstacleMotion::Route { waypoints: waypoints.to_vec(), speed_mps, end: RouteEnd::BackAndForth }
+}
+
+fn position(pose: &Pose) -> String {
+    format!("({:.2}, {:.2}) m", pose.translation.x, pose.translation.y)
+}
+
+pub(super) const DOOR: FaultKind = FaultKind {
+    name: "door_closes",
+    place: Place::World,
+    about: "a door closes",
+    parameters: &[AT, number("width_m", "how wide the doorway is, in metres", 0.1, 20.0, 1.0)],
+    momentary: false,
+    example: "at_s = 10\nat = [4.0, 3.0, 90]\nwidth_m = 1.0\nlasts_s = 60",
+    effect: |with| {
+        let shape = Shape::Box { length_m: with.number("width_m"), width_m: 0.08 };
+        appears(format!("door at {}", position(&with.pose("at"))), shape, with.pose("at"), ObstacleMotion::Fixed)
+    },
+    words: |with| format!("the door at {} closes", position(&with.pose("at"))),
+};
+
+pub(super) const OBSTACLE: FaultKind = FaultKind {
+    name: "obstacle_appears",
+    place: Place::World,
+    about: "a box stands in the way",
+    parameters: &[
+        AT,
+        number("length_m", "its extent along its heading, in metres", 0.05, 20.0, 0.6),
+        number("width_m", "its extent across, in metres", 0.05, 20.0, 0.4),
+    ],
+    momentary: false,
+    example: "at_s = 10\nat = [4.0, 3.0, 0]",
+    effect: |with| {
+        let shape = Shape::Box { length_m: with.number("length_m"), width_m: with.number("width_m") };
+        appears(format!("box at {}", position(&with.pose("at"))), shape, with.pose("at"), ObstacleMotion::Fixed)
+    },
+    words: |with| format!("a box stands at {}", position(&with.pose("at"))),
+};
+
+pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
+    name: "obstacle_moves",
+    place: Place::World,
+    about: "a trolley moves to and fro and gives way to nobody",
+    parameters: &[POINT, ROUTE, number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
+    momentary: false,
+    example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\nspeed_mps = 0.3",
+    effect: |with| {
+        let at = with.point("at");
+        let shape = Shape::Box { length_m: 0.7, width_m: 0.5 };
+        let motion = on_the_way(with.points("route"), with.number("speed_mps"));
+        appears(format!("trolley from {at}"), shape, pose(at.x, at.y, 0.0), motion)
+    },
+    words: |with| format!("a trolley moves to and fro from {}", with.point("at")),
+};
+
+pub(super) const PEOPLE: FaultKind = FaultKind {
+    name: "people",
+    place: Place::World,
+    about: "people walk to and fro, one behind the other",
+    parameters: &[
+        POINT,
+        ROUTE,
+        number("speed_mps", "how fast they walk, in m/s", 0.0, 3.0, 0.8),
+        number("count", "how many", 1.0, 50.0, 3.0),
+    ],
+    momentary: false,
+    example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\ncount = 3",
+    effect: |with| {
+        let (at, route, speed_mps) = (with.point("at"), with.points("route"), with.number("speed_mps"));
+        let first = route.first().copied().unwrap_or(at);
+        let count = with.number("count");
+        let people: Vec<ObstacleConfig> = (0..count as usize)
+            .map(|number| {
+                let start = at + (first - at) * (number as f64 / count);
+                ObstacleConfig {
+                    name: format!("person {} from {at}", number + 1),
+                    shape: Shape::Disc { radius_m: 0.25 },
+                    pose: pose(start.x, start.y, 0.0),
+                    motion: on_the_way(&[route, &[at]].concat(), speed_mps),
+                }
+            })
+            .collect();
+        Effect::world(move |faults| faults.bodies.extend(people.iter().cloned()))
+    },
+    words: |with| format!("{} people walk to and fro from {}", with.number("count"), with.point("at")),
+};
+
+pub(super) const STATION_OCCUPIED: FaultKind = FaultKind {
+    name: "station_occupied",
+    place: Place::World,
+    about: "another robot stands at the charging station",
+    parameters: &[AT],
+    momentary: false,
+    example: "at_s = 0\nat = [1.0, 1.0, 90]",
+    effect: |with| {
+        let shape = Shape::Disc { radius_m: 0.3 };
+        appears("another robot".to_owned(), shape, with.pose("at"), ObstacleMotion::Fixed)
+    },
+    words: |with| format!("another robot stands at the charging station, at {}", position(&with.pose("at"))),
+};
+
+pub(super) const STATION_MOVED: FaultKind = FaultKind {
+    name: "station_moved",
+    place: Place::World,
+    about: "somebody has moved the charging station; the software does not know",
+    parameters: &[required("to", "where it stands now, and how a docked robot faces", Domain::Pose)],
+    momentary: false,
+    example: "at_s = 0\nto = [3.0, 1.0, 90]",
+    effect: |with| {
+        let to = with.pose("to");
+        Effect::world(move |faults| faults.station = Some(to))
+    },
+    words: |with| format!("the charging station stands at {}", position(&with.pose("to"))),
+};

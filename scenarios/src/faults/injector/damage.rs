@@ -1,0 +1,192 @@
+//! Faults on channels: which channels and messages are meant, and what becomes of them.
+
+use std::sync::Arc;
+
+use channels::{
+    Chance, ChannelId, Concern, Corruption, Disturbance, Effect as ChannelEffect, FieldKind, Message, Symbol, Topology,
+    Value,
+};
+use components::Component;
+use maps::Spanned;
+use rand_chacha::ChaCha8Rng;
+
+use crate::error::Complaints;
+use crate::faults::Effect;
+use crate::faults::effect::{Damage, Which};
+use crate::scenario::unknown;
+
+/// The disturbances of an effect, one for each channel; none for an effect on something else. `stream` is the fault's own.
+pub(super) fn prepare(
+    effect: &Effect,
+    topology: &Topology,
+    stream: &ChaCha8Rng,
+    complaints: &mut Complaints,
+) -> Vec<Disturbance> {
+    let Effect::Channels { channels, condition, damage, probability } = effect else { return Vec::new() };
+    let mut disturbances = Vec::new();
+    for channel in find(channels, topology, complaints) {
+        let concerns = concern(channel, condition, topology, complaints);
+        let effect = channel_effect(damage, channel, topology, complaints);
+        let (Some(concerns), Some(effect)) = (concerns, effect) else { break };
+        let chance = Chance { probability: *probability, stream: stream.clone() };
+        let probability = (*probability < 1.0).then_some(chance);
+        let disturbance = Disturbance { channel, concerns, probability, effect };
+        match disturbance.check(topology) {
+            Ok(()) => disturbances.push(disturbance),
+            Err(error) => complaints.push(condition.span.problem(error.to_string()).with_label("this fault")),
+        }
+    }
+    disturbances
+}
+
+fn find(which: &Which, topology: &Topology, complaints: &mut Complaints) -> Vec<ChannelId> {
+    let all = |meant: &dyn Fn(&str, &str) -> bool| {
+        let ends = |channel: &ChannelId| topology.ends(*channel);
+        topology.channels().filter(|channel| meant(ends(channel).0, ends(channel).1)).collect()
+    };
+    match which {
+        Which::From(component) => all(&|from, _| from == Component::name(*component)),
+        Which::To(component) => all(&|_, to| to == Component::name(*component)),
+        Which::Between(from, to) => between(from, to, topology, complaints).into_iter().collect(),
+    }
+}
+
+/// The channel from one process to another, with a complaint if there is none.
+fn between(
+    from: &Spanned<String>,
+    to: &Spanned<String>,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<ChannelId> {
+    let mut known = true;
+    for name in [from, to] {
+        if topology.find_process(&name.value).is_none() {
+            complaints.push(unknown("process", name, topology.processes().map(|id| topology.name(id))));
+            known = false;
+        }
+    }
+    let found = topology.find_channel(&from.value, &to.value);
+    if known && found.is_none() {
+        let others =
+            topology.channels().map(|channel| topology.ends(channel)).filter(|(other, _)| *other == from.value);
+        let others: Vec<&str> = others.map(|(_, to)| to).collect();
+        let problem = to.span.problem(format!("there is no channel from {} to {}", from.value, to.value));
+        let help = match others.as_slice() {
+            [] => format!("{} sends to nobody", from.value),
+            others => format!("{} sends to {}", from.value, others.join(", ")),
+        };
+        complaints.push(problem.with_label("not a receiver of its messages").with_help(help));
+    }
+    found
+}
+
+/// Which messages of a channel a fault concerns.
+fn concern(
+    channel: ChannelId,
+    condition: &Spanned<String>,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<Concern> {
+    if condition.value == "true" {
+        return Some(Arc::new(|_| true));
+    }
+    let (from, to) = topology.ends(channel);
+    let event = format!("({from}, {to}, {})", condition.value);
+    let events = complaints.note(monitors::occurrences("condition", &event, topology))?;
+    Some(Arc::new(move |message| events.iter().any(|event| event.condition.holds(message))))
+}
+
+fn channel_effect(
+    damage: &Damage,
+    channel: ChannelId,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<ChannelEffect> {
+    Some(match damage {
+        Damage::Loss => ChannelEffect::Lose,
+        Damage::Delay(by) => ChannelEffect::Hold(*by),
+        Damage::Duplicate => ChannelEffect::Repeat,
+        Damage::Pretence(answer) => ChannelEffect::Answer(Message::symbols([*answer])),
+        Damage::Opposite => ChannelEffect::Replace(opposite(topology, channel)),
+        Damage::Corruption(text, field) => {
+            ChannelEffect::Replace(corruption(text, *field, channel, topology, complaints)?)
+        }
+    })
+}
+
+/// A message that says the opposite, where there is one that the channel can carry.
+fn opposite(topology: &Topology, channel: ChannelId) -> Corruption {
+    let domain = topology.get(channel).domain.clone();
+    Arc::new(move |message| {
+        let values = message.fields().iter().enumerate();
+        let turned = Message::new(values.map(|(index, value)| match value {
+            Value::Bool(so) => Value::Bool(!so),
+            Value::Real(level) if index > 0 => (100.0 - level).into(),
+            Value::Symbol(symbol) => Value::symbol(opposite_symbol(symbol)),
+            other => other.clone(),
+        }));
+        if domain.contains(&turned) { turned } else { message.clone() }
+    })
+}
+
+fn opposite_symbol(symbol: &Symbol) -> &str {
+    match symbol.name() {
+        "success" | "running" => "failure",
+        "failure" => "success",
+        other => other,
+    }
+}
+
+/// The message with another value in one of its fields; a message without that field stays as it is.
+fn corruption(
+    text: &Spanned<String>,
+    field: usize,
+    channel: ChannelId,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<Corruption> {
+    let domain = topology.get(channel).domain.clone();
+    let written = value(&text.value);
+    let kinds: Vec<&FieldKind> =
+        domain.shapes().iter().filter_map(|shape| shape.fields().get(field - 1)).map(|f| &f.1).collect();
+    let fits = written.as_ref().and_then(|written| kinds.iter().find_map(|kind| fitting(written, kind)));
+    let Some(value) = fits else {
+        let problem = text.span.problem(format!("`{}` cannot be in m[{field}] of this channel", text.value));
+        let help = format!("the channel from {} carries {domain}", topology.describe(channel));
+        complaints.push(problem.with_label("this value").with_help(help));
+        return None;
+    };
+    Some(Arc::new(move |message| {
+        let values = message.fields().iter().enumerate();
+        let changed = values.map(|(index, old)| if index + 1 == field { value.clone() } else { old.clone() });
+        let changed = Message::new(changed);
+        if domain.contains(&changed) { changed } else { message.clone() }
+    }))
+}
+
+/// A value as the SCOPE language writes it.
+fn value(text: &str) -> Option<Value> {
+    let text = text.trim();
+    if let Some(symbol) = text.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
+        return Some(Value::symbol(symbol));
+    }
+    match text {
+        "true" => Some(true.into()),
+        "false" => Some(false.into()),
+        _ => text
+            .parse::<i64>()
+            .map(Value::from)
+            .ok()
+            .or_else(|| text.parse::<f64>().ok().filter(|number| number.is_finite()).map(Value::from))
+            .or_else(|| Some(text.strip_prefix('"')?.strip_suffix('"')?.into())),
+    }
+}
+
+/// The value as a field of that kind has it; an integer is a real number too.
+fn fitting(value: &Value, kind: &FieldKind) -> Option<Value> {
+    if kind.contains(value) {
+        return Some(value.clone());
+    }
+    let Value::Int(number) = value else { return None };
+    Some(Value::from(*number as f64)).filter(|real| kind.contains(real))
+}

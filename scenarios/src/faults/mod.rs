@@ -1,0 +1,74 @@
+//! Faults: what can go wrong on purpose.
+//!
+//! A fault is an entry of a scenario's `[[faults]]`: its `kind`, with that kind's parameters; one trigger (`at_s`,
+//! `at_tick`, `near`, `when`, `in_state`), perhaps with a `probability`; and how long (`lasts_s`) and how often (`times`,
+//! `every_s`) it holds. The catalogue ([`KINDS`]) has every kind with its parameters, and where it acts. No fault touches
+//! code, and one that is taken out of the file gives back the unfaulted run bit for bit: what is wrong at the moment is
+//! computed anew from the faults that hold, and each draws its random numbers from a stream of its own.
+//!
+//! The [`Timetable`] says when faults begin and end; the [`Injector`] makes them take hold.
+
+mod argument;
+mod catalogue;
+mod effect;
+mod injector;
+mod timetable;
+mod trigger;
+
+use maps::document::Table;
+
+pub use argument::{Arguments, Default, Domain, Parameter, Value};
+pub use catalogue::{FaultKind, KINDS, Place, kind};
+pub(crate) use effect::{Effect, MachineChange, TickTrouble};
+pub(crate) use injector::{Injector, Run};
+pub(crate) use timetable::{Change, Moment, Timetable};
+pub use trigger::{Timing, Trigger};
+
+/// Something that goes wrong, as a scenario says it.
+#[derive(Clone, Debug)]
+pub struct Fault {
+    kind: &'static FaultKind,
+    arguments: Arguments,
+    /// When it holds.
+    pub timing: Timing,
+}
+
+impl Fault {
+    /// Reads an entry of `[[faults]]`. `None` if something is wrong with it, which has been recorded.
+    pub(crate) fn read(table: Table<'_>) -> Option<Self> {
+        let choices: Vec<(&str, &'static FaultKind)> = KINDS.iter().map(|kind| (kind.name, *kind)).collect();
+        let Some(kind) = table.one_of("kind", &choices).required() else {
+            // What else the entry says, nobody can judge.
+            table.allow_other_keys();
+            return None;
+        };
+        let timing = Timing::read(table, kind.momentary);
+        let arguments = Arguments::read(table, kind.parameters);
+        Some(Self { kind, arguments: arguments?, timing: timing? })
+    }
+
+    /// What kind of fault it is.
+    #[must_use]
+    pub fn kind(&self) -> &'static FaultKind {
+        self.kind
+    }
+
+    /// The values of its parameters.
+    #[must_use]
+    pub fn arguments(&self) -> &Arguments {
+        &self.arguments
+    }
+
+    /// What it does, in words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        (self.kind.words)(&self.arguments)
+    }
+
+    pub(crate) fn effect(&self) -> Effect {
+        (self.kind.effect)(&self.arguments)
+    }
+}
+
+#[cfg(test)]
+mod tests;

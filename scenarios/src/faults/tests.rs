@@ -1,0 +1,66 @@
+use std::collections::BTreeSet;
+
+use maps::document::Document;
+
+use super::*;
+
+/// Reads an entry of `[[faults]]`.
+fn read(text: &str) -> Result<Fault, maps::FileProblems> {
+    Document::parse_toml("fault.toml", text)?.read(Fault::read)
+}
+
+#[test]
+fn every_kind_has_a_name_of_its_own_and_an_example_that_is_one() {
+    let names: BTreeSet<&str> = KINDS.iter().map(|kind| kind.name).collect();
+    assert_eq!(names.len(), KINDS.len());
+    for kind in KINDS {
+        let fault = read(&format!("kind = \"{}\"\n{}", kind.name, kind.example))
+            .unwrap_or_else(|problems| panic!("{}: {problems}", kind.name));
+        assert_eq!(fault.kind().name, kind.name);
+        assert!(!fault.words().is_empty() && !fault.words().ends_with('.'), "{}", fault.words());
+    }
+}
+
+#[test]
+fn every_kind_has_a_scenario_that_shows_it() {
+    for kind in KINDS {
+        let name = format!("faults/{}", kind.name);
+        let found = crate::scenario::find::find(&name).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let scenario = crate::scenario::Scenario::load(&found, &[]).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(scenario.name, name);
+        assert!(scenario.file.faults.iter().any(|fault| fault.kind().name == kind.name), "{name}");
+    }
+}
+
+#[test]
+fn the_list_of_the_kinds_covers_every_place() {
+    let places: BTreeSet<_> = KINDS.iter().map(|kind| kind.place).collect();
+    assert_eq!(places.len(), 7);
+    assert!(KINDS.is_sorted_by_key(|kind| kind.place), "the kinds stand by place");
+}
+
+#[test]
+fn what_is_wrong_with_a_fault_is_said_all_at_once() {
+    let problems = |text: &str| -> Vec<String> {
+        let problems = read(text).expect_err(text);
+        problems.problems().iter().map(|problem| problem.message().to_owned()).collect()
+    };
+    assert_eq!(
+        problems("kind = \"battery_level\"\nlevel_pct = 180\nlasts_s = 3"),
+        [
+            "nothing says when this fault takes hold",
+            "this fault happens at one instant and cannot last",
+            "`level_pct` must lie between 0 and 100",
+        ]
+    );
+    assert_eq!(
+        problems("kind = \"joypad\"\nat_s = 1\nnear = \"start\"\nangular_rad = 1"),
+        ["this fault has several triggers: `at_s`, `near`", "unknown key `angular_rad`"]
+    );
+    assert_eq!(problems("kind = \"joipad\"\nat_s = 1"), ["unknown kind `joipad`"]);
+    assert_eq!(problems("kind = \"joypad\"\nin_state = \"running\""), ["`running` names no state of a skill"]);
+    assert_eq!(
+        problems("kind = \"joypad\"\nat_s = 1\ntimes = 3"),
+        ["a fault at one time takes hold once, and `times` says more"]
+    );
+}

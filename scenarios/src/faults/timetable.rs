@@ -1,0 +1,208 @@
+//! When each fault of a run begins and ends.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelSystem, Event, EventKind, ProcessId};
+use maps::{Place, Places, Point, Pose};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use robot::Streams;
+use skills::SkillProcess;
+
+use super::injector::stream_name;
+use super::{Fault, Trigger};
+use crate::error::Complaints;
+use crate::scenario::unknown;
+
+/// What triggers look at: the run at the start of a step.
+pub(crate) struct Moment<'a> {
+    /// The time.
+    pub(crate) now: Duration,
+    /// Where the robot really is.
+    pub(crate) pose: Pose,
+    /// Tree, skills and components.
+    pub(crate) system: &'a ChannelSystem,
+    /// What was said in the step before.
+    pub(crate) events: &'a [Event],
+}
+
+/// That a fault begins or ends: its place among the scenario's faults.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Change {
+    /// It takes hold.
+    Begins(usize),
+    /// It lets go.
+    Ends(usize),
+}
+
+/// The faults of a scenario, each with how it stands.
+#[derive(Debug)]
+pub(crate) struct Timetable {
+    entries: Vec<Entry>,
+}
+
+#[derive(Debug)]
+struct Entry {
+    fault: Arc<Fault>,
+    watch: Watch,
+    /// How often it may still take hold.
+    left: u64,
+    state: State,
+    rng: ChaCha8Rng,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Waiting,
+    /// It holds until then.
+    Holding(Duration),
+    HoldingOn,
+}
+
+/// A trigger whose names have been looked up, with what it has to remember.
+#[derive(Debug)]
+enum Watch {
+    Time { next: Option<Duration>, every: Option<Duration> },
+    Tick { number: u64, passed: bool },
+    Near { place: Place, within_m: f64, was_near: bool },
+    Message(Vec<monitors::Event>),
+    State { process: ProcessId, state: String, was_in: bool },
+}
+
+impl Timetable {
+    /// The timetable of these faults in a run of that system.
+    pub(crate) fn new(
+        faults: &[Arc<Fault>],
+        system: &ChannelSystem,
+        places: &Places,
+        streams: &Streams,
+        complaints: &mut Complaints,
+    ) -> Self {
+        let mut entries = Vec::with_capacity(faults.len());
+        for (index, fault) in faults.iter().enumerate() {
+            let watch = Watch::new(&fault.timing.trigger, system, places, complaints);
+            entries.extend(watch.map(|watch| Entry {
+                fault: Arc::clone(fault),
+                watch,
+                left: fault.timing.times,
+                state: State::Waiting,
+                rng: streams.stream(&format!("fault/trigger/{}", stream_name(faults, index))),
+            }));
+        }
+        Self { entries }
+    }
+
+    /// What begins and ends at this moment: first what ends, each in the order of the scenario.
+    pub(crate) fn changes(&mut self, moment: &Moment<'_>) -> Vec<Change> {
+        let mut changes = Vec::new();
+        for (index, entry) in self.entries.iter_mut().enumerate() {
+            if matches!(entry.state, State::Holding(until) if until <= moment.now) {
+                entry.state = State::Waiting;
+                changes.push(Change::Ends(index));
+            }
+        }
+        for (index, entry) in self.entries.iter_mut().enumerate() {
+            if entry.begins(moment) {
+                changes.push(Change::Begins(index));
+            }
+        }
+        changes
+    }
+
+    /// The faults that hold, in the order of the scenario: their places there.
+    pub(crate) fn holding(&self) -> impl Iterator<Item = usize> {
+        let entries = self.entries.iter().enumerate();
+        entries.filter(|(_, entry)| entry.state != State::Waiting).map(|(index, _)| index)
+    }
+}
+
+impl Entry {
+    /// Whether the fault takes hold now; then it does. A trigger that comes while the fault holds changes nothing.
+    fn begins(&mut self, moment: &Moment<'_>) -> bool {
+        let comes = self.watch.comes(moment);
+        if !comes || self.left == 0 || self.state != State::Waiting {
+            return false;
+        }
+        let probability = self.fault.timing.probability;
+        if probability < 1.0 && self.rng.random::<f64>() >= probability {
+            return false;
+        }
+        self.left -= 1;
+        self.state = match self.fault.timing.lasts {
+            _ if self.fault.kind().momentary => State::Waiting,
+            Some(lasts) => State::Holding(moment.now + lasts),
+            None => State::HoldingOn,
+        };
+        true
+    }
+}
+
+impl Watch {
+    fn new(trigger: &Trigger, system: &ChannelSystem, places: &Places, complaints: &mut Complaints) -> Option<Self> {
+        let topology = system.topology();
+        match trigger {
+            Trigger::Time { at, every } => Some(Self::Time { next: Some(*at), every: *every }),
+            Trigger::Tick(number) => Some(Self::Tick { number: *number, passed: false }),
+            Trigger::Near { place, within_m } => {
+                let found = places.get(&place.value);
+                if found.is_none() {
+                    complaints.push(unknown("place", place, places.iter().map(|(name, _)| name)));
+                }
+                Some(Self::Near { place: found?.clone(), within_m: *within_m, was_near: false })
+            }
+            Trigger::Message(text) => {
+                complaints.note(monitors::occurrences("when", &text.value, topology)).map(Self::Message)
+            }
+            Trigger::State { process, state } => {
+                let skills = || topology.processes().filter(|id| system.process::<SkillProcess>(*id).is_some());
+                let Some(id) = topology.find_process(&process.value).filter(|id| skills().any(|other| other == *id))
+                else {
+                    complaints.push(unknown("skill", process, skills().map(|id| topology.name(id))));
+                    return None;
+                };
+                let chart = system.process::<SkillProcess>(id)?.machine().chart();
+                if chart.find_state(state).is_none() {
+                    let named = maps::Spanned { value: state.clone(), span: process.span.clone() };
+                    complaints.push(unknown("state", &named, chart.states().map(|state| chart.state(state).id())));
+                    return None;
+                }
+                Some(Self::State { process: id, state: state.clone(), was_in: false })
+            }
+        }
+    }
+
+    /// Whether the trigger comes at this moment.
+    fn comes(&mut self, moment: &Moment<'_>) -> bool {
+        let becomes = |was: &mut bool, is: bool| !std::mem::replace(was, is) && is;
+        match self {
+            Self::Time { next, every } => {
+                let comes = next.is_some_and(|next| next <= moment.now);
+                if comes {
+                    *next = next.zip(*every).map(|(next, every)| next + every);
+                }
+                comes
+            }
+            Self::Tick { number, passed } => becomes(passed, moment.system.ticks() > *number),
+            Self::Near { place, within_m, was_near } => becomes(was_near, distance_m(place, &moment.pose) <= *within_m),
+            Self::Message(waited_for) => moment.events.iter().any(|event| match &event.kind {
+                EventKind::Received { channel, message } => {
+                    waited_for.iter().any(|one| one.channel == *channel && one.condition.holds(message))
+                }
+                EventKind::Tick => false,
+            }),
+            Self::State { process, state, was_in } => {
+                let skill = moment.system.process::<SkillProcess>(*process);
+                becomes(was_in, skill.is_some_and(|skill| skill.machine().is_in(state)))
+            }
+        }
+    }
+}
+
+/// How far the robot is from a place, in metres; 0 in an area.
+fn distance_m(place: &Place, pose: &Pose) -> f64 {
+    match place {
+        Place::Area { .. } if place.contains(pose) => 0.0,
+        _ => (place.goal_position() - Point::from(pose.translation.vector)).norm(),
+    }
+}

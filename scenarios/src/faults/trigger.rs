@@ -1,0 +1,113 @@
+//! What brings a fault about, and how long and how often it holds.
+
+use std::time::Duration;
+
+use maps::document::Table;
+use maps::{Problem, Spanned};
+
+/// What brings a fault about. Each is an edge: the fault takes hold when it *becomes* so.
+#[derive(Clone, Debug)]
+pub enum Trigger {
+    /// It is this late in the run: `at_s`. With `every_s` again and again.
+    Time {
+        /// For the first time.
+        at: Duration,
+        /// Time from one to the next.
+        every: Option<Duration>,
+    },
+    /// The tick of this number has been generated: `at_tick`.
+    Tick(u64),
+    /// The robot really is this near to a place: `near` and `within_m`.
+    Near {
+        /// The place.
+        place: Spanned<String>,
+        /// How near, in metres.
+        within_m: f64,
+    },
+    /// A message has passed: `when`, an event in the SCOPE language, `(BatteryReader, BatteryLevel, m[2] < 30)`.
+    Message(Spanned<String>),
+    /// A process has come to a state: `in_state`, `"GoToDestination.running"`.
+    State {
+        /// The process, which is a skill.
+        process: Spanned<String>,
+        /// The state.
+        state: String,
+    },
+}
+
+/// When a fault holds.
+#[derive(Clone, Debug)]
+pub struct Timing {
+    /// What brings it about.
+    pub trigger: Trigger,
+    /// How likely it takes hold when the trigger comes.
+    pub probability: f64,
+    /// How long it holds; to the end of the run if none.
+    pub lasts: Option<Duration>,
+    /// How often it takes hold at most.
+    pub times: u64,
+}
+
+impl Timing {
+    /// Reads the keys that say when a fault holds. `momentary`: it happens at one instant and cannot last.
+    pub(super) fn read(table: Table<'_>, momentary: bool) -> Option<Self> {
+        let trigger = read_trigger(table);
+        let probability = table.number("probability").within(0.0..=1.0).or(1.0);
+        let lasts = table.seconds("lasts_s").check(|time| !time.is_zero(), "be above 0").spanned().optional();
+        if let Some(lasts) = lasts.as_ref().filter(|_| momentary) {
+            let problem = lasts.span.problem("this fault happens at one instant and cannot last");
+            table.report(problem.with_label("take this away").with_help("`every_s` and `times` repeat it"));
+        }
+        let times = table.get::<u64>("times").within(1..=1_000_000_000).optional();
+        let repeats = !matches!(trigger, Some(Trigger::Time { every: None, .. } | Trigger::Tick(_)));
+        if times.is_some_and(|times| times > 1) && !repeats {
+            let problem = table.span().problem("a fault at one time takes hold once, and `times` says more");
+            table.report(problem.with_label("here").with_help("`every_s` says after how long it comes again"));
+        }
+        let forever = matches!(trigger, Some(Trigger::Time { every: Some(_), .. }));
+        let times = times.unwrap_or(if forever { u64::MAX } else { 1 });
+        Some(Self { trigger: trigger?, probability, lasts: lasts.map(|lasts| lasts.value), times })
+    }
+}
+
+/// Reads the one trigger that a fault has.
+fn read_trigger(table: Table<'_>) -> Option<Trigger> {
+    let at = table.seconds("at_s").optional();
+    let every = table.seconds("every_s").check(|time| !time.is_zero(), "be above 0").optional();
+    let tick = table.get::<u64>("at_tick").optional();
+    let near = table.text("near").spanned().optional();
+    let within_m = table.number("within_m").within(0.0..=1e6).or(1.0);
+    let message = table.text("when").spanned().optional();
+    let state = table.text("in_state").spanned().optional();
+    let given = ["at_s", "at_tick", "near", "when", "in_state"].into_iter().filter(|key| table.has(key));
+    let given: Vec<&str> = given.collect();
+    if given.len() != 1 {
+        let message = match given.as_slice() {
+            [] => "nothing says when this fault takes hold".to_owned(),
+            several => format!("this fault has several triggers: `{}`", several.join("`, `")),
+        };
+        let help =
+            "one of `at_s`, `at_tick`, `near` (with `within_m`), `when`, `in_state`; `at_s = 0` is from the start";
+        table.report(table.span().problem(message).with_label("this fault").with_help(help));
+        return None;
+    }
+    for (key, belongs_to) in [("every_s", "at_s"), ("within_m", "near")] {
+        if table.has(key) && given[0] != belongs_to {
+            let problem = table.span().problem(format!("`{key}` goes with `{belongs_to}`, and this fault has none"));
+            table.report(problem.with_label("this fault").with_help(format!("take `{key}` away")));
+        }
+    }
+    let state = state.map(|text| split_state(&text)).transpose().map_err(|problem| table.report(problem)).ok()?;
+    let time = at.map(|at| Trigger::Time { at, every });
+    let near = near.map(|place| Trigger::Near { place, within_m });
+    time.or(tick.map(Trigger::Tick)).or(near).or(message.map(Trigger::Message)).or(state)
+}
+
+fn split_state(text: &Spanned<String>) -> Result<Trigger, Problem> {
+    let Some((process, state)) = text.value.split_once('.') else {
+        let problem = text.span.problem(format!("`{}` names no state of a skill", text.value));
+        return Err(problem.with_label("this text").with_help("a skill, a dot and a state: `GoToDestination.running`"));
+    };
+    let process = Spanned { value: process.trim().to_owned(), span: text.span.clone() };
+    Ok(Trigger::State { process, state: state.trim().to_owned() })
+}

@@ -1,0 +1,64 @@
+//! When ticks are generated.
+
+use std::time::Duration;
+
+/// A timer that goes off once a period, from time 0 on, unless something is wrong with it.
+#[derive(Clone, Debug)]
+pub(crate) struct TickClock {
+    period: Duration,
+    /// When the timer goes off next, if nothing is wrong.
+    next: Duration,
+    /// Ticks that come late, and when.
+    late: Vec<Duration>,
+}
+
+impl TickClock {
+    pub(crate) fn new(period: Duration) -> Self {
+        Self { period, next: Duration::ZERO, late: Vec::new() }
+    }
+
+    /// Whether a tick is to be generated at this step. `delay` says of one that is due how much later it comes, and
+    /// nothing if it is missed.
+    pub(crate) fn is_due(&mut self, now: Duration, delay: impl FnOnce() -> Option<Duration>) -> bool {
+        if now > self.next {
+            self.late.extend(delay().map(|delay| self.next + delay));
+            self.next += self.period;
+        }
+        let due = self.late.iter().position(|at| now > *at);
+        due.map(|index| self.late.swap_remove(index)).is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The steps of 20 ms, of the first 200, at which ticks are generated, the n-th late by that much.
+    fn ticks(delay: impl Fn(usize) -> Option<Duration>) -> Vec<u64> {
+        let mut clock = TickClock::new(Duration::from_secs(1));
+        let mut number = 0;
+        let mut is_due = |step: u64| {
+            clock.is_due(Duration::from_millis(20 * step), || {
+                number += 1;
+                delay(number - 1)
+            })
+        };
+        (1..=200).filter(|step| is_due(*step)).collect()
+    }
+
+    #[test]
+    fn a_sound_clock_ticks_once_a_period() {
+        assert_eq!(ticks(|_| Some(Duration::ZERO)), [1, 51, 101, 151]);
+    }
+
+    #[test]
+    fn ticks_are_missed_or_come_late_without_shifting_the_others() {
+        assert_eq!(ticks(|n| (n != 1).then_some(Duration::ZERO)), [1, 101, 151]);
+        assert_eq!(ticks(|n| Some(Duration::from_millis(if n == 1 { 1500 } else { 0 }))), [1, 101, 126, 151]);
+    }
+
+    #[test]
+    fn two_ticks_never_come_in_one_step() {
+        assert_eq!(ticks(|n| Some(Duration::from_secs(if n == 0 { 1 } else { 0 }))), [51, 52, 101, 151]);
+    }
+}

@@ -1,0 +1,204 @@
+//! Every kind of fault has a scenario, and the scenario shows it.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::thread;
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::steward::{refusal, report, steward};
+
+/// Does the work for all items on both of a small machine's cores.
+fn for_each<T: Send>(items: Vec<T>, work: impl Fn(T) + Sync) {
+    let items = Mutex::new(items);
+    let next = || items.lock().unwrap().pop();
+    thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(item) = next() {
+                    work(item)
+                }
+            });
+        }
+    });
+}
+
+fn kinds() -> Vec<Value> {
+    let output = steward(&["faults", "--json"]);
+    assert_eq!(output.status.code(), Some(0));
+    serde_json::from_slice(&output.stdout).expect("the list is JSON")
+}
+
+/// The report of a run and the messages of its event log, each with its time.
+fn recorded(scenario: &str, arguments: &[&str]) -> (Value, Vec<(f64, String)>) {
+    let out = tempdir().unwrap();
+    let log = out.path().join("log.jsonl");
+    let mut all = vec!["--no-snapshots", "--record", log.to_str().unwrap()];
+    all.extend(arguments);
+    let report = report(scenario, out.path(), &all);
+    (report, messages(&log))
+}
+
+fn messages(log: &Path) -> Vec<(f64, String)> {
+    let text = std::fs::read_to_string(log).unwrap();
+    let lines = text.lines().skip(1).map(|line| (serde_json::from_str::<Value>(line).unwrap(), line));
+    lines.filter_map(|(value, line)| Some((value["time_s"].as_f64()?, line.to_owned()))).collect()
+}
+
+#[test]
+fn every_fault_comes_to_what_its_scenario_expects_and_changes_nothing_before_it_takes_hold() {
+    let (_, sound) = recorded("errand", &["--set", "stop.after_s=300"]);
+    for_each(kinds(), |kind| {
+        let name = kind["kind"].as_str().unwrap();
+        let (report, faulty) = recorded(kind["scenario"].as_str().unwrap(), &[]);
+        assert_eq!(report["outcome"], "as_expected", "{name}: {}", report["differences"]);
+        let first = &report["faults"][0];
+        assert_eq!(first["kind"], name);
+        let onset = first["time_s"].as_f64().expect("the fault took hold");
+        let before = |messages: &[(f64, String)]| -> Vec<String> {
+            messages.iter().take_while(|(time, _)| *time <= onset).map(|(_, line)| line.clone()).collect()
+        };
+        assert_eq!(before(&sound), before(&faulty), "{name}: the runs differ before {onset} s");
+        assert_ne!(sound, faulty, "{name} shows in no message");
+    });
+}
+
+#[test]
+fn a_scenario_without_its_fault_is_the_unfaulted_run_to_the_last_bit() {
+    let hash = |scenario: &str, faults: &[&str]| {
+        let out = tempdir().unwrap();
+        let report =
+            report(scenario, out.path(), &[&["--no-snapshots", "--set", "execution.max_time_s=400"], faults].concat());
+        report["trace_hash"].clone()
+    };
+    let sound = hash("errand", &[]);
+    for_each(vec!["laser_noise", "joypad", "message_lost", "skill_threshold", "people", "component_crash"], |kind| {
+        assert_eq!(sound, hash(&format!("faults/{kind}"), &["--set", "faults=[]"]), "{kind}");
+    });
+}
+
+#[test]
+fn faults_combine_and_one_seed_gives_the_same_run() {
+    let combined = r#"faults=[
+        { kind = "laser_noise", at_s = 2, sigma_m = 0.05 },
+        { kind = "battery_sensor_noise", at_s = 0, sigma_pct = 0.1 },
+        { kind = "message_lost", at_s = 0, from = "BatteryReader", to = "BatteryLevel", share = 0.1 },
+        { kind = "tick_jitter", at_s = 5, sigma_s = 0.05, lasts_s = 20 },
+        { kind = "joypad", when = "(GotoRechargingStation, Navigation, true)", probability = 0.5, angular_radps = 0.5, lasts_s = 0.4, times = 20 },
+        { kind = "wheel_slip", in_state = "GotoRechargingStation.running", share = 0.1, lasts_s = 3 },
+    ]"#;
+    let run = |seed| recorded("errand", &["--seed", seed, "--set", combined, "--set", "expect={}"]);
+    let (first, again, other) = (run("3"), run("3"), run("4"));
+    assert_eq!(first.1, again.1);
+    assert_ne!(first.1, other.1);
+    let kinds: Vec<&str> = first.0["faults"].as_array().unwrap().iter().map(|f| f["kind"].as_str().unwrap()).collect();
+    for kind in ["laser_noise", "message_lost", "tick_jitter", "joypad", "wheel_slip"] {
+        assert!(kinds.contains(&kind), "{kind} is not among {kinds:?}");
+    }
+    let joypad = kinds.iter().filter(|kind| **kind == "joypad").count();
+    assert!((2..=20).contains(&joypad), "the joypad was held {joypad} times");
+    let lost = first.0["faults"].as_array().unwrap().iter().find(|fault| fault["kind"] == "message_lost").unwrap();
+    assert!(lost["messages"].as_u64().unwrap() >= 2, "{lost}");
+}
+
+#[test]
+fn the_list_of_faults_tells_all_about_each() {
+    let kinds = kinds();
+    assert!(kinds.len() >= 40);
+    let text = String::from_utf8(steward(&["faults"]).stdout).unwrap();
+    for kind in &kinds {
+        let name = kind["kind"].as_str().unwrap();
+        assert!(text.contains(&format!("  {name} ")), "{name}");
+        assert!(kind["example"].as_str().unwrap().starts_with("[[faults]]\n"));
+    }
+    let joypad = String::from_utf8(steward(&["faults", "joypad"]).stdout).unwrap();
+    for word in ["linear_mps", "forward speed, in m/s", "every_s", "kind = \"joypad\""] {
+        assert!(joypad.contains(word), "{joypad}");
+    }
+    assert!(refusal(&["faults", "joipad"]).contains("did you mean `joypad`?"));
+}
+
+#[test]
+fn the_matrix_says_which_property_notices_which_fault() {
+    let out = tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let faults = ["faults/battery_level", "faults/battery_sensor_offset"];
+    let run = |more: &[&str]| steward(&[&["matrix", "--runs", "3", "--out", folder], &faults[..], more].concat());
+    let output = run(&["--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let matrix: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let phi1 = matrix["properties"].as_array().unwrap().iter().position(|name| name == "phi1").unwrap();
+    let notices = |row: usize| &matrix["rows"][row]["notices"][phi1];
+    assert_eq!(notices(0)["verdict"], "violated");
+    assert!(notices(0)["ticks_after_onset"].as_u64().unwrap() <= 1);
+    assert_eq!(notices(1)["verdict"], "satisfied");
+    assert_eq!(matrix["fault_free"]["runs"], 3);
+    assert_eq!(matrix["fault_free"]["alarms"].as_array().unwrap().len(), 0);
+    let text = String::from_utf8(run(&[]).stdout).unwrap();
+    assert!(text.contains("No false alarm in 3 runs of errand without a fault."), "{text}");
+    assert!(text.contains("No property notices faults/battery_sensor_offset."), "{text}");
+    assert!(std::fs::read_to_string(out.path().join("index.html")).unwrap().contains("faults/battery_level"));
+}
+
+#[test]
+fn a_false_alarm_in_a_run_without_a_fault_ends_with_status_1() {
+    let out = tempdir().unwrap();
+    let strict = out.path().join("strict.scope");
+    std::fs::write(
+        &strict,
+        "property never_low := always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 30)",
+    )
+    .unwrap();
+    let scenario = out.path().join("sound.toml");
+    std::fs::write(&scenario, "base = \"scenarios/errand.toml\"\nproperties = [\"properties/phi1.scope\", \"properties/phi2.scope\", \"strict.scope\"]\n").unwrap();
+    let scenario = scenario.to_str().unwrap();
+    let folder = out.path().join("matrix");
+    let output = steward(&[
+        "matrix",
+        "faults/battery_level",
+        "--fault-free",
+        scenario,
+        "--runs",
+        "1",
+        "--out",
+        folder.to_str().unwrap(),
+    ]);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("never_low is violated"), "{said}");
+}
+
+#[test]
+fn faults_that_name_what_is_not_there_are_refused_all_at_once() {
+    let faults = r#"faults=[
+        { kind = "message_lost", at_s = 0, from = "BatteryReeder", to = "BatteryLevel" },
+        { kind = "message_lost", at_s = 0, from = "BatteryReader", to = "Navigation" },
+        { kind = "message_corrupted", at_s = 0, from = "BatteryReader", to = "BatteryLevel", value = "<low>" },
+        { kind = "skill_threshold", at_s = 0, skill = "BatteryLevl", value = "20" },
+        { kind = "joypad", near = "RechargeStation" },
+        { kind = "joypad", in_state = "GoToDestination.runing" },
+        { kind = "joypad", when = "(BatteryReader, BatteryLevel, m[3] < 30)" },
+        { kind = "wrong_map", at_s = 5, map = "maps/house.yaml" },
+    ]"#;
+    let said = refusal(&["--scenario", "errand", "--set", faults]);
+    for word in ["BatteryLevl", "a wrong map is wrong all the time"] {
+        assert!(said.contains(word), "{word} is missing in\n{said}");
+    }
+    let said = refusal(&[
+        "--scenario",
+        "errand",
+        "--set",
+        &faults.replace("BatteryLevl\"", "BatteryLevel\"").replace("at_s = 5, map", "at_s = 0, map"),
+    ]);
+    for word in [
+        "BatteryReeder",
+        "there is no channel from BatteryReader to Navigation",
+        "<low>",
+        "RechargeStation",
+        "runing",
+        "m[3]",
+    ] {
+        assert!(said.contains(word), "{word} is missing in\n{said}");
+    }
+}
