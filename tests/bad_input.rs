@@ -146,6 +146,41 @@ fn a_skill_that_asks_an_unknown_process_is_refused() {
     says(&said, &["BatteryLevel.scxml", "BateryReader", "BatteryReader"]);
 }
 
+/// Several mistakes in the tree and in four skills, none of which is one of a file alone.
+#[test]
+fn all_that_does_not_fit_between_tree_skills_and_components_is_said_once_and_at_its_place() {
+    let folder = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(folder.path());
+    let spoil = |file: &str, old: &str, new: &str| {
+        let path = scenario.parent().unwrap().join(file);
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.contains(old), "{file} has no {old}: {text}");
+        std::fs::write(&path, text.replace(old, new)).unwrap();
+    };
+    spoil("trees/recharge.xml", "AtDestination", "AtTheDestination");
+    spoil("skills/BatteryLevel.scxml", "target=\"BatteryReader\"", "target=\"BateryReader\"");
+    spoil("skills/BatteryNotCharging.scxml", "\"get_charging\"", "\"get_charge\"");
+    spoil("skills/WaitForUser.scxml", "<send type=\"channel\" target=\"BT\" event=\"running\"/>", "");
+    spoil("skills/WaitForUser.scxml", "<send type=\"channel\" target=\"BT\" event=\"halted\"/>", "");
+    spoil("skills/AtRechargingStation.scxml", "event=\"Localization.", "event=\"Location.");
+    let said = refusal(&["--scenario", scenario.to_str().unwrap()]);
+    let complaints = [
+        ("no skill for this leaf", "recharge.xml:25:9"),
+        ("there is no process BateryReader", "BatteryLevel.scxml:24:38"),
+        ("carries no <get_charge>", "BatteryNotCharging.scxml:22:60"),
+        ("WaitForUser never answers BT", "WaitForUser.scxml:5:2"),
+        ("nobody reads `Localization.ok`", "AtRechargingStation.scxml:6:2"),
+        ("nobody reads `Localization.error`", "AtRechargingStation.scxml:6:2"),
+        ("the event `Location.ok` never comes", "AtRechargingStation.scxml:31:26"),
+        ("the event `Location.error` never comes", "AtRechargingStation.scxml:33:26"),
+    ];
+    for (complaint, place) in complaints {
+        says(&said, &[complaint, place]);
+    }
+    // Each once; that a process which is misspelt does not answer by its right name either is not worth saying.
+    assert_eq!(said.matches("Error:").count(), 9, "{said}");
+}
+
 #[test]
 fn an_unknown_process_to_starve_is_refused() {
     says(&refusal(&["--scenario", "nominal", "--set", "execution.starve=Bt"]), &["Bt", "BT"]);

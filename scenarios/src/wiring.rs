@@ -1,8 +1,9 @@
 //! From a scenario to a channel system: which processes there are and which channels join them.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use bt::TreeProcess;
+use bt::{Node, Tree, TreeProcess};
 use channels::{
     Capacity, ChannelSystem, Domain, Process, ProcessId, Random, RoundRobin, Scheduler, Shape, Starving, TickGenerator,
     Topology, WiringError,
@@ -10,11 +11,12 @@ use channels::{
 use components::{
     BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation, Operation, operations,
 };
+use maps::Places;
 use robot::Streams;
-use skills::SkillProcess;
+use skills::{Chart, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
-use crate::error::Complaints;
+use crate::error::{Complaints, Refusal};
 use crate::scenario::{Policy, Scenario, TreeForm, unknown};
 
 /// The name of the process that supplies ticks.
@@ -49,9 +51,10 @@ pub(crate) struct Ids {
 /// [`Error::BadInput`] with everything that does not fit together.
 pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
     let mut complaints = Complaints::default();
-    let operations = operations(&scenario.places);
     let mut topology = Topology::default();
-    let ids = declare(scenario, &operations, &mut topology).map_err(refused)?;
+    let says = |name| scenario.machines_of(name).flat_map(|chart| chart.channel_messages()).collect();
+    let messages = scenario.charts.keys().map(|name| (&**name, says(name))).collect();
+    let ids = declare(&scenario.tree, &messages, &operations(&scenario.places), &mut topology).map_err(refused)?;
     let tree_processes = tree_processes(scenario, &mut topology, ids.tree).map_err(refused)?;
     let topology = Arc::new(topology);
 
@@ -72,45 +75,82 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
 
 /// A system that cannot be wired, as bad input: which files are at fault, the message says by the processes' names.
 fn refused(error: WiringError) -> Error {
-    Error::refused(error.to_string(), "tree, skills and components have to agree on their channels and messages")
+    Error::bad_input(misfit(error))
+}
+
+fn misfit(error: WiringError) -> Refusal {
+    let help = "tree, skills and components have to agree on their channels and messages".to_owned();
+    Refusal { message: error.to_string(), help }
+}
+
+/// What each skill says over channels: to whom, and what the message begins with.
+type Messages<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a str)>>;
+
+/// The machine of each leaf, by the leaf's ID.
+type Charts = BTreeMap<String, Arc<Chart>>;
+
+/// Notes everything about the skills that does not fit the tree and the components; leaves whose machines could not be
+/// loaded are somebody else's to complain about.
+pub(crate) fn check_skills(tree: &Tree, charts: &Charts, places: &Places, complaints: &mut Complaints) {
+    let mut topology = Topology::default();
+    let messages = charts.iter().map(|(name, chart)| (&**name, chart.channel_messages())).collect();
+    if let Err(error) = declare(tree, &messages, &operations(places), &mut topology) {
+        return complaints.push(misfit(error));
+    }
+    let leaves: BTreeMap<&str, LeafOfSystem<'_>> = tree.leaves().map(as_skill_sees_it).collect();
+    let leaves: Vec<LeafOfSystem<'_>> = leaves.into_values().filter(|leaf| charts.contains_key(leaf.name)).collect();
+    let skills: Vec<SkillOfSystem<'_>> = charts.iter().map(|(name, chart)| (&**name, chart, &[][..])).collect();
+    for error in check_system(&leaves, &skills, &topology) {
+        complaints.push(error);
+    }
+}
+
+fn as_skill_sees_it(leaf: &Node) -> (&str, LeafOfSystem<'_>) {
+    (leaf.type_id(), LeafOfSystem { name: leaf.type_id(), is_halted: leaf.kind() == bt::Kind::Action })
 }
 
 /// Declares all processes but the tree's nodes, and all channels but those between nodes.
-fn declare(scenario: &Scenario, operations: &[Operation], topology: &mut Topology) -> Result<Ids, WiringError> {
+fn declare(
+    tree: &Tree,
+    messages: &Messages<'_>,
+    operations: &[Operation],
+    topology: &mut Topology,
+) -> Result<Ids, WiringError> {
     let tick_generator = topology.process(TICK_GENERATOR)?;
-    let tree = topology.process(TREE)?;
-    for name in scenario.charts.keys() {
+    let bt = topology.process(TREE)?;
+    for name in tree.leaves().map(|leaf| leaf.type_id()).collect::<BTreeSet<_>>() {
         topology.process(name)?;
     }
     let battery_reader = topology.process(BATTERY_READER)?;
     let localization = topology.process(LOCALIZATION)?;
     let navigation = topology.process(NAVIGATION)?;
-    bt::declare_channels(&scenario.tree, topology, tree, tick_generator)?;
+    bt::declare_channels(tree, topology, bt, tick_generator)?;
     for component in [battery_reader, localization, navigation] {
-        declare_services(scenario, operations, topology, component)?;
+        declare_services(messages, operations, topology, component)?;
     }
-    Ok(Ids { tick_generator, tree, battery_reader, localization, navigation })
+    Ok(Ids { tick_generator, tree: bt, battery_reader, localization, navigation })
 }
 
 /// Declares the channels between a component and the skills that ask it; they carry what the skill asks (with any machine
 /// that a fault may give it) and its answers, and no more.
 fn declare_services(
-    scenario: &Scenario,
+    messages: &Messages<'_>,
     operations: &[Operation],
     topology: &mut Topology,
     component: ProcessId,
 ) -> Result<(), WiringError> {
     let component_name = topology.name(component).to_owned();
-    for name in scenario.charts.keys() {
-        let messages = scenario.machines_of(name).flat_map(|chart| chart.channel_messages());
+    for (name, messages) in messages {
+        let messages = messages.iter().copied();
         let asked: Vec<&str> = messages.filter(|(to, _)| *to == component_name).map(|(_, request)| request).collect();
         if asked.is_empty() {
             continue;
         }
         let offered = || operations.iter().filter(|operation| operation.component == component_name);
         let used: Vec<&Operation> = offered().filter(|operation| asked.contains(&operation.name)).collect();
-        // What the component does not understand is refused by the skill, at its place in the file.
-        let used = if used.is_empty() { offered().collect() } else { used };
+        // What the component does not understand is refused by the skill, at its place in the file and with all there is.
+        let is_offered = |request: &&str| offered().any(|operation| operation.name == *request);
+        let used = if asked.iter().all(is_offered) { used } else { offered().collect() };
         let skill = topology.find_process(name).expect("every skill has just been declared");
         let requests = Domain::new(used.iter().map(|operation| operation.request.clone()));
         topology.channel(skill, component, Capacity::One, requests)?;

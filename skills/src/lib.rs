@@ -101,7 +101,7 @@ pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutations};
 pub use problem::Problem;
-pub use process::{CLIENT, SkillOfSystem, SkillProcess, check_system};
+pub use process::{CLIENT, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
 pub use shipped::{SHIPPED, shipped};
 

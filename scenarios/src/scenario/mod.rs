@@ -17,9 +17,9 @@ use skills::Chart;
 pub use file::{Execution, Expectations, Moment, Moments, Policy, ScenarioFile, Sites, Stop, TreeForm};
 pub use find::Found;
 
-use crate::Error;
 use crate::error::Complaints;
 use crate::faults::Effect;
+use crate::{Error, wiring};
 
 /// Where a scenario comes from, for running it again.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -116,6 +116,9 @@ impl Loader<'_> {
         let places = self.loaded(&file.places, "places", places).map(PlacesFile::into_places);
         let tree = self.tree(&file);
         let charts = tree.as_ref().map(|tree| self.charts(&file, tree));
+        if let (Some(tree), Some(charts), Some(places)) = (&tree, &charts, &places) {
+            wiring::check_skills(tree, charts, places, self.complaints);
+        }
         let poses = places.as_ref().and_then(|places| self.check_places(&file, places));
         let machines = charts.as_ref().map(|charts| self.faulty_machines(&file, charts));
         let wrong_map = self.wrong_map(&file);

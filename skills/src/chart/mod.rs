@@ -200,11 +200,15 @@ impl Chart {
 
     /// The machines that stand inside of this one, to be invoked.
     pub fn inner(&self) -> impl Iterator<Item = &Arc<Self>> {
-        let invokes = self.states.iter().flat_map(|state| &state.invokes);
-        invokes.filter_map(|invoke| match &invoke.source {
+        self.invokes().filter_map(|invoke| match &invoke.source {
             InvokeSource::Inline(chart) => Some(chart),
             _ => None,
         })
+    }
+
+    /// Every `<invoke>`.
+    pub(crate) fn invokes(&self) -> impl Iterator<Item = &Invoke> {
+        self.states.iter().flat_map(|state| &state.invokes)
     }
 
     /// Calls `visit` with every `<send>`.

@@ -21,7 +21,7 @@ use crate::suggest::{did_you_mean, nearest_or_all};
 pub(super) fn problems(machine: &Machine, wiring: &Wiring, topology: &Topology) -> Vec<Problem> {
     let chart = machine.chart();
     let constants = Constants::of(machine);
-    let mut check = Check { wiring, topology, constants, problems: Vec::new() };
+    let mut check = Check { wiring, topology, constants, missed: Vec::new(), problems: Vec::new() };
     chart.visit_sends(&mut |send| check.send(send));
     check.events(chart);
     check.problems.sort_by_key(Problem::offset);
@@ -88,11 +88,13 @@ struct Check<'a> {
     wiring: &'a Wiring,
     topology: &'a Topology,
     constants: Constants<'a>,
+    /// Processes that do not exist, to which something is sent: the answers of those that were meant have no channel.
+    missed: Vec<&'a str>,
     problems: Vec<Problem>,
 }
 
 impl<'a> Check<'a> {
-    fn send(&mut self, send: &Send) {
+    fn send(&mut self, send: &'a Send) {
         if goes_by_channel(send)
             && let Some(target) = &send.target
             && let Some(out) = self.target(target)
@@ -105,7 +107,7 @@ impl<'a> Check<'a> {
     }
 
     /// The channel that a message goes on; none if that is computed, or reported not to be there.
-    fn target(&mut self, target: &Attribute) -> Option<&'a Outgoing> {
+    fn target(&mut self, target: &'a Attribute) -> Option<&'a Outgoing> {
         let peer = target.literal()?;
         if let Some(out) = self.wiring.outgoing_to(peer) {
             return Some(&self.wiring.outgoing[out]);
@@ -115,6 +117,7 @@ impl<'a> Check<'a> {
             let problem = Problem::new(format!("there is no channel {} → {peer}", self.wiring.name));
             problem.help(nearest_or_all(peer, "it can send to", &reached))
         } else {
+            self.missed.push(peer);
             let processes: Vec<&str> = self.topology.processes().map(|process| self.topology.name(process)).collect();
             let near = did_you_mean(peer, processes);
             let help = near.unwrap_or_else(|| nearest_or_all(peer, "it can send to", &reached));
@@ -171,6 +174,13 @@ impl<'a> Check<'a> {
         }
     }
 
+    /// Whether that process would answer, were its name not misspelt where it is asked.
+    fn is_missed(&self, peer: &str) -> bool {
+        let is_heard = self.wiring.incoming.iter().any(|incoming| &*incoming.peer == peer);
+        let is_meant = |missed: &&str| did_you_mean(missed, [peer]).is_some();
+        !is_heard && self.topology.find_process(peer).is_some() && self.missed.iter().any(is_meant)
+    }
+
     /// Reports transitions whose events never come: nobody sends them, and the machine does not make them.
     fn events(&mut self, chart: &Chart) {
         let Some(mut names) = own_events(chart) else {
@@ -184,6 +194,9 @@ impl<'a> Check<'a> {
         for descriptor in transitions.flat_map(|transition| &transition.descriptors).filter(never_comes) {
             let text = &*descriptor.text;
             let first = text.split('.').next().unwrap_or_default();
+            if self.is_missed(first) {
+                continue;
+            }
             let message = match self.topology.find_process(first) {
                 Some(_) => format!("{first} sends {} nothing that becomes the event `{text}`", self.wiring.name),
                 None => format!("the event `{text}` never comes"),

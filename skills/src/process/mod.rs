@@ -17,7 +17,7 @@ use crate::suggest::nearest_or_all;
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use check::Constants;
-pub use system::{SkillOfSystem, check_system};
+pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 use wiring::Wiring;
 
 /// The process that asks skills: what it sends is a request, and what goes to it an answer.

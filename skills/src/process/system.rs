@@ -5,65 +5,108 @@ use std::sync::Arc;
 use channels::{ProcessId, Topology};
 
 use super::{CLIENT, SkillProcess};
-use crate::chart::Chart;
+use crate::chart::{Attribute, CHANNEL_PROCESSOR, Chart, InvokeSource};
 use crate::problem::Problem;
 use crate::suggest::nearest_or_all;
 use crate::{Datum, SkillError};
+
+/// A leaf of the tree, as its skill sees it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LeafOfSystem<'a> {
+    /// The leaf's ID, which is the name of its skill.
+    pub name: &'a str,
+    /// Whether the tree ever halts it; a condition, for one, answers at once, and there is nothing to halt.
+    pub is_halted: bool,
+}
 
 /// A skill of a system: its name, the machine that it runs, and its parameters.
 pub type SkillOfSystem<'a> = (&'a str, &'a Arc<Chart>, &'a [(&'a str, Datum)]);
 
 /// Checks the skills of a whole system: that every leaf of the tree has a skill which hears all that the tree asks and
 /// answers on its own channel, that whatever a skill asks exists and takes the question ([`SkillProcess::new`]), and that
-/// the answers are read. Everything that is wrong is returned; nothing, if it fits.
+/// the answers are read. Everything that is wrong is returned, one error a skill; nothing, if it fits.
 #[must_use]
-pub fn check_system(leaves: &[&str], skills: &[SkillOfSystem<'_>], topology: &Topology) -> Vec<SkillError> {
+pub fn check_system(leaves: &[LeafOfSystem<'_>], skills: &[SkillOfSystem<'_>], topology: &Topology) -> Vec<SkillError> {
     let names: Vec<&str> = skills.iter().map(|(name, ..)| *name).collect();
-    let mut errors = Vec::new();
-    for leaf in leaves.iter().filter(|leaf| !names.contains(leaf)) {
-        errors.push(SkillError::NoSkill { leaf: (*leaf).to_owned(), help: nearest_or_all(leaf, "skills", &names) });
+    let without_skill = leaves.iter().filter(|leaf| !names.contains(&leaf.name)).map(|leaf| SkillError::NoSkill {
+        leaf: leaf.name.to_owned(),
+        help: nearest_or_all(leaf.name, "skills", &names),
+    });
+    let unfit = skills.iter().filter_map(|skill| {
+        let leaf = leaves.iter().find(|leaf| leaf.name == skill.0);
+        check_skill(skill, leaf, topology).err()
+    });
+    without_skill.chain(unfit).collect()
+}
+
+/// Checks one skill, and for which leaf it works if for any.
+fn check_skill(
+    (name, chart, parameters): &SkillOfSystem<'_>,
+    leaf: Option<&LeafOfSystem<'_>>,
+    topology: &Topology,
+) -> Result<(), SkillError> {
+    let mut problems = match SkillProcess::new(name, chart, topology, parameters.iter().cloned()) {
+        Ok(_) => Vec::new(),
+        Err(SkillError::Wiring { problems, .. }) => problems,
+        Err(other) => return Err(other),
+    };
+    problems.extend(conversation(name, chart, leaf, topology));
+    if problems.is_empty() {
+        return Ok(());
     }
-    for (name, chart, parameters) in skills {
-        if let Err(error) = SkillProcess::new(name, chart, topology, parameters.iter().cloned()) {
-            errors.push(error);
-        }
-        let problems = conversation(name, chart, topology, leaves.contains(name));
-        if !problems.is_empty() {
-            let text = chart.file().clone();
-            errors.push(SkillError::Wiring { process: (*name).to_owned(), text, problems });
-        }
-    }
-    errors
+    problems.sort_by_key(Problem::offset);
+    Err(SkillError::Wiring { process: (*name).to_owned(), text: chart.file().clone(), problems })
 }
 
 /// What a skill does not hear or say that it should.
-fn conversation(name: &str, chart: &Chart, topology: &Topology, is_leaf: bool) -> Vec<Problem> {
+fn conversation(name: &str, chart: &Chart, leaf: Option<&LeafOfSystem<'_>>, topology: &Topology) -> Vec<Problem> {
     let Some(skill) = topology.find_process(name) else {
         return Vec::new();
     };
-    let complain = |message: String, label: &str| Problem::new(message).at(chart.span, label);
-    let mut problems = Vec::new();
-    let client = topology.find_process(CLIENT);
-    let to_client = client.is_some_and(|client| has_channel(topology, skill, client));
-    if is_leaf && !to_client {
-        problems.push(complain(format!("there is no channel {name} → {CLIENT} to answer on"), "cannot answer"));
+    let mut problems: Vec<Problem> = leaf.and_then(|_| silence(name, chart, skill, topology)).into_iter().collect();
+    if chart.invokes().any(|invoke| invoke.auto_forward) {
+        // A machine that it invokes may hear what it does not.
+        return problems;
     }
-    if is_leaf && to_client && !chart.channel_messages().iter().any(|(target, _)| *target == CLIENT) {
-        let help = format!("<send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>");
-        problems.push(complain(format!("{name} never answers {CLIENT}"), "says nothing to it").help(help));
-    }
-    let wiring = super::wiring::Wiring::new(topology, skill);
-    for incoming in &wiring.incoming {
+    let halts_nobody = leaf.is_some_and(|leaf| !leaf.is_halted);
+    for incoming in &super::wiring::Wiring::new(topology, skill).incoming {
         let mut unheard: Vec<&str> = incoming.event_names().filter(|event| !chart.hears(event)).collect();
         // Of a component's answers some may be of no interest; of the tree's requests none.
         if !incoming.is_client && unheard.len() < incoming.event_names().count() {
             unheard.clear();
         }
-        for event in unheard {
-            problems.push(complain(format!("nobody reads `{event}`"), "no transition takes it"));
-        }
+        unheard.retain(|event| !(incoming.is_client && halts_nobody && event.ends_with(".halt")));
+        let complain = |event| Problem::new(format!("nobody reads `{event}`")).at(chart.span, "no transition takes it");
+        problems.extend(unheard.into_iter().map(complain));
     }
     problems
+}
+
+/// A skill that cannot answer the tree, or never does.
+fn silence(name: &str, chart: &Chart, skill: ProcessId, topology: &Topology) -> Option<Problem> {
+    let client = topology.find_process(CLIENT);
+    if !client.is_some_and(|client| has_channel(topology, skill, client)) {
+        let problem = Problem::new(format!("there is no channel {name} → {CLIENT} to answer on"));
+        return Some(problem.at(chart.span, "cannot answer"));
+    }
+    let problem = Problem::new(format!("{name} never answers {CLIENT}")).at(chart.span, "says nothing to it");
+    let problem = problem.help(format!("<send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>"));
+    (!may_send_to(CLIENT, chart)).then_some(problem)
+}
+
+/// Whether a machine, or one that it invokes, sends anything to that process by channel; what is computed may.
+fn may_send_to(process: &str, chart: &Chart) -> bool {
+    let may_be = |attribute: &Option<Attribute>, wanted: &str| {
+        attribute.as_ref().is_some_and(|attribute| attribute.literal().is_none_or(|literal| &**literal == wanted))
+    };
+    let mut sends = false;
+    chart.visit_sends(&mut |send| sends |= may_be(&send.processor, CHANNEL_PROCESSOR) && may_be(&send.target, process));
+    sends
+        || chart.invokes().any(|invoke| match &invoke.source {
+            InvokeSource::Inline(inner) => may_send_to(process, inner),
+            InvokeSource::File(_) | InvokeSource::Computed(_) => true,
+            InvokeSource::Broken(_) => false,
+        })
 }
 
 fn has_channel(topology: &Topology, source: ProcessId, target: ProcessId) -> bool {

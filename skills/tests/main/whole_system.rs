@@ -1,7 +1,7 @@
 //! The wiring of a tree with all its skills.
 
 use channels::{Capacity, Domain, FieldKind, Shape, Topology};
-use skills::{Chart, SkillError, check_system};
+use skills::{Chart, LeafOfSystem, SkillError, check_system};
 
 use crate::stage::file;
 
@@ -17,6 +17,11 @@ fn topology() -> Topology {
 }
 
 fn complaints(content: &str, leaves: &[&str]) -> Vec<String> {
+    let leaves: Vec<LeafOfSystem<'_>> = leaves.iter().map(|name| LeafOfSystem { name, is_halted: true }).collect();
+    complaints_of_leaves(content, &leaves)
+}
+
+fn complaints_of_leaves(content: &str, leaves: &[LeafOfSystem<'_>]) -> Vec<String> {
     let chart = Chart::load("Look.scxml", &file("", content)).unwrap();
     let errors = check_system(leaves, &[("Look", &chart, &[])], &topology());
     let mut said = Vec::new();
@@ -60,4 +65,40 @@ fn services_that_do_not_exist_are_named() {
         "<state id='s'><onentry><send type='channel' target='Writer' event='get'/></onentry>{ANSWERS}<transition event='Reader'/></state>"
     );
     assert_eq!(complaints(&content, &["Look"]), ["there is no process Writer"]);
+}
+
+#[test]
+fn a_condition_is_never_halted_and_need_not_hear_it() {
+    let answers = ANSWERS.replace(" BT.halt", "");
+    let content = format!("<state id='s'>{ASKS}{answers}<transition event='Reader.ok'/></state>");
+    let leaf = |is_halted| [LeafOfSystem { name: "Look", is_halted }];
+    assert_eq!(complaints_of_leaves(&content, &leaf(false)), Vec::<String>::new());
+    assert_eq!(complaints_of_leaves(&content, &leaf(true)), ["nobody reads `BT.halt`"]);
+}
+
+#[test]
+fn whom_a_skill_answers_may_be_computed() {
+    let answers = ANSWERS.replace("target='BT'", "targetexpr='_event.origin'");
+    let content = format!("<state id='s'>{ASKS}{answers}<transition event='Reader.ok'/></state>");
+    assert_eq!(complaints(&content, &["Look"]), Vec::<String>::new());
+}
+
+#[test]
+fn an_invoked_machine_may_answer_and_hear() {
+    let inner =
+        format!("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='i'>{ANSWERS}</state></scxml>");
+    let invoke = |autoforward| format!("<invoke autoforward='{autoforward}'><content>{inner}</content></invoke>");
+    let content =
+        |autoforward| format!("<state id='s'>{ASKS}{}<transition event='Reader'/></state>", invoke(autoforward));
+    assert_eq!(complaints(&content("true"), &["Look"]), Vec::<String>::new());
+    assert_eq!(complaints(&content("false"), &["Look"]), ["nobody reads `BT.tick`", "nobody reads `BT.halt`"]);
+}
+
+#[test]
+fn a_skill_with_mistakes_of_both_kinds_is_one_error() {
+    let chart =
+        Chart::load("Look.scxml", &file("", &format!("<state id='s'>{ASKS}<transition event='Reader.okay'/></state>")));
+    let leaf = LeafOfSystem { name: "Look", is_halted: false };
+    let errors = check_system(&[leaf], &[("Look", &chart.unwrap(), &[])], &topology());
+    assert!(matches!(&errors[..], [SkillError::Wiring { problems, .. }] if problems.len() == 5), "{errors:?}");
 }
