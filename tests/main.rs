@@ -10,5 +10,6 @@ mod experiments;
 mod faults;
 mod monitors;
 mod report_page;
+mod skill_command;
 mod steward;
 mod tree_command;

@@ -1,0 +1,231 @@
+//! `steward skill`: machines checked, shown and run without a robot.
+
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+use serde_json::{Value, json};
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, steward};
+
+/// Opens after three knocks, and shuts by itself.
+const DOOR: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Door">
+  <datamodel> <data id="knocks" expr="0"/> </datamodel>
+  <state id="shut">
+    <onentry> <log label="door" expr="'shut after ' + knocks"/> </onentry>
+    <transition event="knock" cond="knocks == 2" target="open"> <assign location="knocks" expr="3"/> </transition>
+    <transition event="knock"> <assign location="knocks" expr="knocks + 1"/> </transition>
+    <transition event="leave" target="gone"> <log expr="_event.data.why"/> </transition>
+  </state>
+  <state id="open" initial="ajar">
+    <state id="ajar"> <transition event="push" target="wide"/> </state>
+    <state id="wide"/>
+    <onentry> <send event="shut" delay="2.5s"/> </onentry>
+    <transition event="shut" target="shut"/>
+  </state>
+  <final id="gone"> <donedata> <param name="knocks" expr="knocks"/> </donedata> </final>
+</scxml>"#;
+
+const EVENTS: &str = r#"
+# Two knocks at once, and the third a second later.
+{"event": "knock", "time_s": 1}
+{"event": "knock"}
+{"event": "knock", "time_s": 2}
+{"event": "push", "time_s": 2.5}
+{"event": "leave", "time_s": 10, "data": {"why": "nobody is in"}}
+"#;
+
+/// A machine and its events in a folder of their own.
+struct Files {
+    folder: TempDir,
+    machine: PathBuf,
+    events: PathBuf,
+}
+
+fn files(machine: &str, events: &str) -> Files {
+    let folder = tempdir().unwrap();
+    let (machine_file, events_file) = (folder.path().join("Door.scxml"), folder.path().join("events.jsonl"));
+    std::fs::write(&machine_file, machine).unwrap();
+    std::fs::write(&events_file, events).unwrap();
+    Files { folder, machine: machine_file, events: events_file }
+}
+
+/// The call of `steward skill` on these files.
+fn run(files: &Files, further: &[&str]) -> Output {
+    let mut arguments = vec!["skill", "run", text(&files.machine), "--events", text(&files.events)];
+    arguments.extend(further);
+    steward(&arguments)
+}
+
+/// What a call prints, if it ends with that status.
+fn said(output: Output, status: i32) -> String {
+    assert_eq!(output.status.code(), Some(status), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// A machine that does this in its only state.
+fn machine(content: &str) -> String {
+    let head = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript">"#;
+    format!("{head}\n{content}\n</scxml>")
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+#[test]
+fn a_machine_that_is_right_is_said_to_be() {
+    let files = files(DOOR, "");
+    assert_eq!(
+        said(steward(&["skill", "check", text(&files.machine)]), 0),
+        "Door: 5 states, 5 transitions; nothing to complain about\n"
+    );
+}
+
+#[test]
+fn a_machine_that_is_wrong_is_refused_with_all_its_mistakes_at_their_places() {
+    let wrong = DOOR
+        .replace("target=\"wide\"", "target=\"wid\"")
+        .replace("<assign location=\"knocks\" expr=\"3\"/>", "<asign/>");
+    let wrong = wrong.replace("delay=\"2.5s\"", "delay=\"soon\"");
+    let files = files(&wrong, "");
+    let said = refusal(&["skill", "check", text(&files.machine)]);
+    for part in ["`wide`", "Door.scxml:10:56", "<asign>", "Door.scxml:5:66", "soon", "Door.scxml:12:41"] {
+        assert!(said.contains(part), "does not say {part}: {said}");
+    }
+}
+
+#[test]
+fn what_looks_odd_in_a_machine_that_can_run_is_a_warning() {
+    let odd = DOOR.replace("<state id=\"wide\"/>", "<state id=\"wide\"/><state id=\"never\"/>");
+    let files = files(&odd, "");
+    let output = steward(&["skill", "check", text(&files.machine)]);
+    let warned = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(warned.contains("never") && warned.contains("Door.scxml:11"), "{warned}");
+    assert_eq!(said(output, 0), "Door: 6 states, 5 transitions; it can run\n");
+}
+
+#[test]
+fn a_file_that_is_not_there_is_bad_input() {
+    assert!(refusal(&["skill", "check", "nowhere/Door.scxml"]).contains("nowhere/Door.scxml"));
+    assert!(refusal(&["skill", "run", "nowhere/Door.scxml"]).contains("nowhere/Door.scxml"));
+}
+
+#[test]
+fn a_machine_is_shown_in_three_ways() {
+    let files = files(DOOR, "");
+    let show = |further: &[&str]| said(steward(&[&["skill", "show", text(&files.machine)], further].concat()), 0);
+    let outline = show(&[]);
+    assert!(outline.contains("  open") && outline.contains("    wide"), "{outline}");
+    assert!(show(&["--format", "dot"]).starts_with("digraph \"Door\" {"));
+    let drawing = show(&["--format", "svg"]);
+    assert!(drawing.starts_with("<svg ") && drawing.contains(">ajar<"), "{drawing}");
+}
+
+#[test]
+fn a_run_prints_log_lines_the_configurations_entered_and_the_final_one() {
+    let files = files(DOOR, EVENTS);
+    let lines = [
+        "0.000 s  log door: shut after 0",
+        "0.000 s  in shut",
+        "2.000 s  in ajar",
+        "2.500 s  in wide",
+        "4.500 s  log door: shut after 3",
+        "4.500 s  in shut",
+        "10.000 s  log nobody is in",
+        "10.000 s  in gone",
+        "10.000 s  final configuration: gone (done) {\"knocks\": 3}",
+    ];
+    assert_eq!(said(run(&files, &[]), 0).lines().collect::<Vec<_>>(), lines);
+}
+
+#[test]
+fn json_says_the_same_an_object_a_line() {
+    let files = files(DOOR, EVENTS);
+    let printed = said(run(&files, &["--json"]), 0);
+    let lines: Vec<Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!(lines.len(), 9, "{printed}");
+    assert_eq!(lines[0], json!({"time_s": 0, "log": {"label": "door", "text": "shut after 0"}}));
+    assert_eq!(lines[2], json!({"time_s": 2, "configuration": ["open", "ajar"], "active": ["ajar"]}));
+    let last = json!({"time_s": 10, "final": ["gone"], "active": ["gone"], "status": "done", "result": {"knocks": 3}});
+    assert_eq!(lines[8], last);
+}
+
+#[test]
+fn a_machine_that_runs_out_of_events_ends_well() {
+    let files = files(DOOR, r#"{"event": "knock"}"#);
+    let printed = said(run(&files, &[]), 0);
+    assert!(printed.ends_with("0.000 s  final configuration: shut (waiting)\n"), "{printed}");
+}
+
+#[test]
+fn error_events_that_nobody_handles_are_exit_status_1() {
+    let fails = r#"<state id="s"><onentry><assign location="missing" expr="1"/></onentry>"#;
+    let files_of = |rest: &str| files(&machine(&format!("{fails}{rest}</state><final id=\"end\"/>")), "");
+    let printed = said(run(&files_of(""), &[]), 1);
+    assert!(
+        printed.contains("error.execution at 2:25") && printed.contains("nobody handles error.execution"),
+        "{printed}"
+    );
+    let printed = said(run(&files_of(""), &["--json"]), 1);
+    let lines: Vec<Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert_eq!((&lines[0]["error"]["line"], &lines[0]["error"]["column"]), (&json!(2), &json!(25)), "{printed}");
+    assert!(lines.iter().any(|line| line["unhandled"] == "error.execution"), "{printed}");
+    said(run(&files_of("<transition event=\"error.*\" target=\"end\"/>"), &[]), 0);
+}
+
+#[test]
+fn a_machine_that_runs_in_circles_is_stopped_with_exit_status_1() {
+    let files = files(
+        &machine(r#"<state id="a"><transition target="b"/></state><state id="b"><transition target="a"/></state>"#),
+        "",
+    );
+    let printed = said(run(&files, &[]), 1);
+    assert!(printed.contains("runs in circles") && printed.contains("(stuck)"), "{printed}");
+}
+
+#[test]
+fn delays_take_no_real_time_and_end_with_simulated_time() {
+    let clock = r#"<state id="s"><onentry><send event="tick" delay="100s"/></onentry><transition event="tick" target="s"/></state>"#;
+    let files = files(&machine(clock), "");
+    let entered = |printed: String| printed.lines().filter(|line| line.ends_with("in s")).count();
+    assert_eq!(entered(said(run(&files, &[]), 0)), 37, "once at the start, and 36 times in an hour");
+    assert_eq!(entered(said(run(&files, &["--until", "250"]), 0)), 3);
+    assert!(refusal(&["skill", "run", text(&files.machine), "--until=-1"]).contains("is no time"));
+}
+
+#[test]
+fn events_with_mistakes_are_refused_with_all_of_them() {
+    let files = files(
+        DOOR,
+        "{\"event\": \"knock\", \"tim_s\": 1}\n{\"data\": 1}\nknock\n{\"event\": \"knock\", \"time_s\": -1}\n",
+    );
+    let said = refusal(&["skill", "run", text(&files.machine), "--events", text(&files.events)]);
+    let parts =
+        ["events.jsonl:1", "did you mean `time_s`?", "the event has no name", "not a JSON object", "-1 s is no time"];
+    for part in parts {
+        assert!(said.contains(part), "does not say {part}: {said}");
+    }
+    let missing = refusal(&["skill", "run", text(&files.machine), "--events", "nowhere.jsonl"]);
+    assert!(missing.contains("nowhere.jsonl"), "{missing}");
+}
+
+#[test]
+fn a_machine_invokes_the_file_beside_it() {
+    let parent = machine(
+        r#"<state id="calls"><invoke id="inner" src="inner.scxml"/>
+        <transition event="done.invoke.inner" cond="_event.data == 42" target="end"/></state><final id="end"/>"#,
+    );
+    let files = files(&parent, "");
+    let inner = r#"<final id="f"><donedata><content expr="42"/></donedata></final>"#;
+    std::fs::write(files.folder.path().join("inner.scxml"), machine(inner)).unwrap();
+    assert!(said(run(&files, &[]), 0).ends_with("final configuration: end (done)\n"));
+}
+
+#[test]
+fn what_is_sent_away_is_printed() {
+    let sends = r#"<state id="s"><onentry><send type="channel" target="Speaker" event="say"><param name="text" expr="'hi'"/></send></onentry></state>"#;
+    let files = files(&machine(sends), "");
+    let printed = said(run(&files, &[]), 0);
+    assert!(printed.contains("0.000 s  sends say to Speaker {\"text\": \"hi\"}"), "{printed}");
+}
