@@ -92,28 +92,51 @@ pub(crate) enum Mark {
     /// `IDLE`.
     #[default]
     Idle,
-    /// Being ticked, and was idle before; is idle again if it is skipped.
-    Started,
-    /// Being ticked, and was idle before; counts as running from now on, even if it is skipped.
-    Begun,
-    /// `RUNNING`.
-    Running,
     /// `SUCCESS`.
     Success,
     /// `FAILURE`.
     Failure,
+    /// Being ticked, and was idle before; is idle again if it is skipped.
+    Started,
+    /// Being ticked, and was idle before; counts as running from now on, even if it is skipped.
+    Begun,
+    /// Being ticked, and had succeeded before; stands so again if it is skipped.
+    AfterSuccess,
+    /// Being ticked, and had failed before; stands so again if it is skipped.
+    AfterFailure,
+    /// `RUNNING`.
+    Running,
 }
 
 impl Mark {
     /// The mark of a node that is ticked now and stood so before. A leaf that is asked a second time, because its answer
     /// to this very tick is still missing, stands as before.
     pub(crate) fn entered(self) -> Self {
-        if self.was_idle() { Self::Started } else { Self::Running }
+        match self {
+            Self::Idle | Self::Started | Self::Begun => Self::Started,
+            Self::Success | Self::AfterSuccess => Self::AfterSuccess,
+            Self::Failure | Self::AfterFailure => Self::AfterFailure,
+            Self::Running => Self::Running,
+        }
+    }
+
+    /// The status that a node had when its tick began, or has if it is not being ticked; none is idle.
+    pub(crate) fn before(self) -> Option<Status> {
+        match self {
+            Self::Started | Self::Begun => None,
+            Self::AfterSuccess => Some(Status::Success),
+            Self::AfterFailure => Some(Status::Failure),
+            mark => mark.status(),
+        }
     }
 
     /// The mark of a node that is being ticked and has begun to tick its children.
     pub(crate) fn begun(self) -> Self {
-        if self == Self::Started { Self::Begun } else { self }
+        match self {
+            Self::Started => Self::Begun,
+            Self::AfterSuccess | Self::AfterFailure => Self::Running,
+            mark => mark,
+        }
     }
 
     /// The mark of a node that has answered.
@@ -124,6 +147,8 @@ impl Mark {
             (Status::Failure, _) => Self::Failure,
             (Status::Skipped, Self::Started) => Self::Idle,
             (Status::Skipped, Self::Begun) => Self::Running,
+            (Status::Skipped, Self::AfterSuccess) => Self::Success,
+            (Status::Skipped, Self::AfterFailure) => Self::Failure,
             (Status::Skipped, mark) => mark,
         }
     }
@@ -134,7 +159,7 @@ impl Mark {
     }
 
     pub(crate) fn is_running(self) -> bool {
-        matches!(self, Self::Running | Self::Started | Self::Begun)
+        !matches!(self, Self::Idle | Self::Success | Self::Failure)
     }
 
     pub(crate) fn is_completed(self) -> bool {
@@ -144,9 +169,9 @@ impl Mark {
     pub(crate) fn status(self) -> Option<Status> {
         match self {
             Self::Idle => None,
-            Self::Started | Self::Begun | Self::Running => Some(Status::Running),
             Self::Success => Some(Status::Success),
             Self::Failure => Some(Status::Failure),
+            _ => Some(Status::Running),
         }
     }
 }

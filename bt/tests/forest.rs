@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use bt::{Kind, Leaf, Leaves, Loader, Request, Status, Tree};
+use bt::{Category, Kind, Leaf, Leaves, Loader, Request, Status, Tree};
 use proptest::prelude::*;
 
 /// A tree as it is written down, before anything of the crate has seen it.
@@ -15,10 +15,33 @@ pub(crate) struct Spec {
     pub(crate) kind: Kind,
     /// Of a leaf.
     pub(crate) id: Option<String>,
+    /// What stands in its ports, as far as its kind has any.
+    pub(crate) numbers: [i64; 2],
+    pub(crate) guard: Option<(Guard, i64)>,
     pub(crate) children: Vec<Spec>,
 }
 
+/// What follows if the entry [`KEY`] is a number, as a text, when a node is ticked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Guard {
+    FailureIf,
+    SuccessIf,
+    SkipIf,
+    While,
+}
+
+/// The entry that scripts write, guards compare and switches look at: a number as a text.
+pub(crate) const KEY: &str = "k";
+
 impl Spec {
+    fn new(kind: Kind, children: Vec<Spec>) -> Self {
+        Self { kind, id: None, numbers: [0; 2], guard: None, children }
+    }
+
+    fn leaf(kind: Kind, id: String) -> Self {
+        Self { id: Some(id), ..Self::new(kind, Vec::new()) }
+    }
+
     pub(crate) fn tree(&self) -> Arc<Tree> {
         let mut body = String::new();
         self.write(&mut body);
@@ -27,42 +50,106 @@ impl Spec {
     }
 
     fn write(&self, out: &mut String) {
-        match &self.id {
-            Some(id) => write!(out, "<{} ID=\"{id}\"/>", self.kind).unwrap(),
-            None => {
-                write!(out, "<{}>", self.kind).unwrap();
-                self.children.iter().for_each(|child| child.write(out));
-                write!(out, "</{}>", self.kind).unwrap();
-            }
+        write!(out, "<{}", self.kind).unwrap();
+        self.write_attributes(out);
+        if self.children.is_empty() {
+            out.push_str("/>");
+            return;
+        }
+        out.push('>');
+        self.children.iter().for_each(|child| child.write(out));
+        write!(out, "</{}>", self.kind).unwrap();
+    }
+
+    fn write_attributes(&self, out: &mut String) {
+        let [first, second] = self.numbers;
+        match self.kind {
+            Kind::Action | Kind::Condition => write!(out, " ID=\"{}\"", self.id.as_ref().unwrap()),
+            Kind::Parallel => write!(out, " success_count=\"{first}\" failure_count=\"{second}\""),
+            Kind::ParallelAll => write!(out, " max_failures=\"{first}\""),
+            Kind::Switch(_) => write!(out, " variable=\"{{{KEY}}}\" case_1=\"0\" case_2=\"1\""),
+            Kind::TryCatch => write!(out, " catch_on_halt=\"{}\"", first > 0),
+            Kind::Repeat => write!(out, " num_cycles=\"{}\"", first.abs()),
+            Kind::RetryUntilSuccessful => write!(out, " num_attempts=\"{}\"", first.abs()),
+            Kind::RunOnce => write!(out, " then_skip=\"{}\"", first > 0),
+            Kind::Script => write!(out, " code=\"{KEY} := '{first}'\""),
+            _ => Ok(()),
+        }
+        .unwrap();
+        if let Some((guard, number)) = self.guard {
+            let attribute = match guard {
+                Guard::FailureIf => "_failureIf",
+                Guard::SuccessIf => "_successIf",
+                Guard::SkipIf => "_skipIf",
+                Guard::While => "_while",
+            };
+            write!(out, " {attribute}=\"{KEY} == '{number}'\"").unwrap();
         }
     }
 }
 
-/// A random tree. Leaves share a few IDs: conditions are named C0, C1, … and actions A0, A1, …
+/// A random tree of all nodes that do not depend on time. Leaves share a few IDs: conditions are named C0, C1, … and
+/// actions A0, A1, …
 pub(crate) fn spec() -> impl Strategy<Value = Spec> {
     let leaf = prop_oneof![
-        6 => (0..6_u8).prop_map(|n| Spec { kind: Kind::Action, id: Some(format!("A{n}")), children: vec![] }),
-        4 => (0..4_u8).prop_map(|n| Spec { kind: Kind::Condition, id: Some(format!("C{n}")), children: vec![] }),
-        1 => prop::sample::select(vec![Kind::AlwaysSuccess, Kind::AlwaysFailure])
-            .prop_map(|kind| Spec { kind, id: None, children: vec![] }),
+        6 => (0..6_u8).prop_map(|n| Spec::leaf(Kind::Action, format!("A{n}"))),
+        4 => (0..4_u8).prop_map(|n| Spec::leaf(Kind::Condition, format!("C{n}"))),
+        1 => prop::sample::select(vec![Kind::AlwaysSuccess, Kind::AlwaysFailure, Kind::Script])
+            .prop_map(|kind| Spec::new(kind, Vec::new())),
     ];
+    let leaf = furnished(leaf.boxed());
     leaf.prop_recursive(5, 40, 5, |inner| {
-        let controls = vec![
-            Kind::Sequence,
-            Kind::ReactiveSequence,
-            Kind::SequenceWithMemory,
-            Kind::Fallback,
-            Kind::ReactiveFallback,
-        ];
-        let decorators = vec![Kind::Inverter, Kind::ForceSuccess, Kind::ForceFailure];
-        prop_oneof![
-            5 => (prop::sample::select(controls), prop::collection::vec(inner.clone(), 1..5))
-                .prop_map(|(kind, children)| Spec { kind, id: None, children }),
-            1 => (prop::sample::select(decorators), inner)
-                .prop_map(|(kind, child)| Spec { kind, id: None, children: vec![child] }),
-        ]
+        let control =
+            (prop::sample::select(CONTROL_KINDS.to_vec()), prop::collection::vec(inner.clone(), 4), 0..4_usize)
+                .prop_map(|((kind, least, most), mut children, extra)| {
+                    children.truncate((least + extra).min(most));
+                    Spec::new(kind, children)
+                });
+        let decorator = (prop::sample::select(DECORATOR_KINDS.to_vec()), inner)
+            .prop_map(|(kind, child)| Spec::new(kind, vec![child]));
+        furnished(prop_oneof![5 => control, 2 => decorator].boxed())
     })
 }
+
+/// With numbers in its ports, and now and then a guard.
+fn furnished(spec: BoxedStrategy<Spec>) -> BoxedStrategy<Spec> {
+    let guards = vec![Guard::FailureIf, Guard::SuccessIf, Guard::SkipIf, Guard::While];
+    let guard = prop::option::weighted(0.1, (prop::sample::select(guards), 0..3_i64));
+    let furnish = |(spec, numbers, guard): (Spec, [i64; 2], _)| {
+        // A parallel node cannot count more children than it has.
+        let most = if spec.kind.category() == Category::Control { spec.children.len() } else { 3 };
+        let numbers = numbers.map(|number| number.min(most as i64));
+        Spec { numbers, guard, ..spec }
+    };
+    (spec, [-2..4_i64, -2..4_i64], guard).prop_map(furnish).boxed()
+}
+
+/// Control nodes, with how many children they may have.
+const CONTROL_KINDS: [(Kind, usize, usize); 13] = [
+    (Kind::Sequence, 1, 4),
+    (Kind::ReactiveSequence, 1, 4),
+    (Kind::SequenceWithMemory, 1, 4),
+    (Kind::AsyncSequence, 1, 4),
+    (Kind::Fallback, 1, 4),
+    (Kind::ReactiveFallback, 1, 4),
+    (Kind::AsyncFallback, 1, 4),
+    (Kind::Parallel, 1, 4),
+    (Kind::ParallelAll, 1, 4),
+    (Kind::IfThenElse, 2, 3),
+    (Kind::WhileDoElse, 2, 3),
+    (Kind::Switch(2), 3, 3),
+    (Kind::TryCatch, 2, 4),
+];
+
+const DECORATOR_KINDS: [Kind; 7] = [
+    Kind::Inverter,
+    Kind::ForceSuccess,
+    Kind::ForceFailure,
+    Kind::Repeat,
+    Kind::RetryUntilSuccessful,
+    Kind::KeepRunningUntilFailure,
+    Kind::RunOnce,
+];
 
 /// The tree of a body, with subtrees `S0` and `S1` and leaves that are spelled out.
 pub(crate) fn tree_of(body: &str, subtrees: &[String]) -> Arc<Tree> {
@@ -222,10 +309,17 @@ fn wild_body(depth: u32, subtrees: bool) -> impl Strategy<Value = String> {
 pub(crate) type Script = BTreeMap<String, Vec<Status>>;
 
 pub(crate) fn script() -> impl Strategy<Value = Script> {
-    let answers = || {
-        let status = prop::sample::select(vec![Status::Running, Status::Success, Status::Failure]);
-        prop::collection::vec(status, 1..6)
-    };
+    script_of(vec![Status::Running, Status::Success, Status::Failure])
+}
+
+/// Leaves outside a channel system may be skipped as well.
+pub(crate) fn script_with_skips() -> impl Strategy<Value = Script> {
+    use Status::{Failure, Running, Skipped, Success};
+    script_of(vec![Running, Running, Success, Success, Failure, Failure, Skipped])
+}
+
+fn script_of(statuses: Vec<Status>) -> impl Strategy<Value = Script> {
+    let answers = || prop::collection::vec(prop::sample::select(statuses.clone()), 1..6);
     (prop::collection::vec(answers(), 6), prop::collection::vec(answers(), 4)).prop_map(|(actions, conditions)| {
         let actions = actions.into_iter().enumerate().map(|(n, answers)| (format!("A{n}"), answers));
         let conditions = conditions.into_iter().enumerate().map(|(n, answers)| (format!("C{n}"), answers));

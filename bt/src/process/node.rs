@@ -463,10 +463,7 @@ impl NodeProcess {
             Request::Halt => "halt",
         };
         // That the child is being asked is noted already: it stands as before.
-        let stands = match self.records[child].mark {
-            Mark::Started | Mark::Begun => None,
-            mark => mark.status(),
-        };
+        let stands = self.records[child].mark.before();
         let tick = Value::Int(self.tick.unwrap_or_default());
         Message::new([Value::symbol(head), tick, Value::symbol(stands_name(stands))])
     }

@@ -55,35 +55,24 @@ fn react_reactive(memory: &mut Memory, neutral: Status, status: Status, is_last:
 #[inline]
 fn react_in_order(kind: Kind, memory: &mut Memory, neutral: Status, status: Status, answer: Answer) -> Reaction {
     let yields = matches!(kind, Kind::SequenceWithMemory | Kind::AsyncSequence | Kind::AsyncFallback);
+    let stop = |reset| Reaction::Do { reset, resume: Resume::Here, then: Then::Answer(status) };
     match status {
-        Status::Running => {
-            Reaction::Do { reset: Reset::None, resume: Resume::Here, then: Then::Answer(Status::Running) }
-        }
-        Status::Skipped => {
-            memory.skipped += 1;
-            if !answer.is_last {
-                return Reaction::Next;
-            }
-            let all_skipped = memory.skipped == memory.children;
-            memory.skipped = 0;
-            Reaction::finish(if all_skipped { Status::Skipped } else { neutral })
-        }
-        status if status == neutral && !answer.is_last => {
-            if yields && answer.was_idle {
-                return Reaction::Do { reset: Reset::None, resume: Resume::Next, then: Then::Again };
-            }
-            Reaction::Next
-        }
-        status if status != neutral && kind == Kind::SequenceWithMemory => {
-            Reaction::Do { reset: Reset::FromHere, resume: Resume::Here, then: Then::Answer(status) }
-        }
-        status => {
-            if status == neutral {
-                memory.skipped = 0;
-            }
-            Reaction::finish(status)
-        }
+        Status::Running => return stop(Reset::None),
+        Status::Skipped => memory.skipped += 1,
+        status if status == neutral => {}
+        _ if kind == Kind::SequenceWithMemory => return stop(Reset::FromHere),
+        _ => return Reaction::finish(status),
     }
+    if !answer.is_last {
+        if yields && answer.was_idle && status == neutral {
+            return Reaction::Do { reset: Reset::None, resume: Resume::Next, then: Then::Again };
+        }
+        return Reaction::Next;
+    }
+    // BehaviorTree.CPP forgets skips when the node is reset, not when it fails: those before a failure still count.
+    let all_skipped = memory.skipped == memory.children;
+    memory.skipped = 0;
+    Reaction::finish(if all_skipped { Status::Skipped } else { neutral })
 }
 
 fn react_parallel(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction {

@@ -27,6 +27,11 @@ behaviours! {
         "a=S b=K c=S -> S",
     ];
 
+    if_then_else_does_not_halt_a_condition_that_failed_before_and_is_skipped: "<Sequence><IfThenElse><a/><b/></IfThenElse></Sequence>" => [
+        "a=F -> F",
+        "a=K -> F",
+    ];
+
     while_do_else_asks_its_condition_at_every_tick: "<WhileDoElse><a/><b/><c/></WhileDoElse>" => ["a=S b=R -> R", "a=S b=S -> S"];
     while_do_else_halts_the_second_child_when_the_condition_fails: "<WhileDoElse><a/><b/><c/></WhileDoElse>" => [
         "a=S b=R -> R",

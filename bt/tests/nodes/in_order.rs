@@ -15,6 +15,12 @@ behaviours! {
         "b=K b=halt c=S -> S",
     ];
     sequence_forgets_skipped_children_after_its_end: "<Sequence><a/><b/></Sequence>" => ["a=K b=S -> S", "a=S b=K -> S"];
+    // As BehaviorTree.CPP does: here it fails as a condition, which nobody resets, and is skipped, which a condition may not be.
+    sequence_counts_skips_before_a_failure_until_it_is_reset: "<Sequence><IfThenElse><Sequence><a/><b/></Sequence><c/></IfThenElse></Sequence>" => [
+        "a=K b=F -> F",
+        "a=K b=S -> F",
+        "a=K b=S c=S -> S",
+    ];
     sequence_all_skipped_leaves_the_root_skipped: "<Sequence><a/></Sequence>" => ["a=K -> K", "a=K -> K", "a=S -> S"];
 
     fallback_succeeds_at_the_first_success: "<Fallback><a/><b/></Fallback>" => ["a=S -> S"];
