@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use components::Component;
 use maps::{Pose, Spanned};
+use skills::Mutation;
 
 /// What a fault does. What happens at one instant comes first, then what is so as long as the fault holds.
 #[derive(Clone)]
@@ -119,19 +120,4 @@ impl fmt::Debug for Effect {
             Self::Machine { .. } => "Machine",
         })
     }
-}
-
-#[derive(Clone, Debug)]
-pub(crate) enum Mutation {
-    Data { id: String, expr: String },
-    NegateGuard { transition: TransitionAt },
-    SwapTarget { transition: TransitionAt, target: String },
-    DropTransition { transition: TransitionAt },
-    StuckState { state: String },
-}
-#[derive(Clone, Debug)]
-pub(crate) struct TransitionAt {
-    pub(crate) state: String,
-    pub(crate) event: String,
-    pub(crate) nth: usize,
 }

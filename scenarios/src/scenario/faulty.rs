@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use maps::{OccupancyGrid, Spanned};
-use skills::Chart;
+use skills::{Chart, mutate};
 
 use super::{Loader, ScenarioFile, unknown};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
@@ -42,8 +42,8 @@ impl Loader<'_> {
                 let path = file.skills.value.join(format!("{}.scxml", skill.value));
                 let text = self.text(&skill.span, "machine", &path)?;
                 let name = path.display().to_string();
-                let _ = mutation;
-                self.complaints.note(Chart::load(&format!("{name}, {}", fault.words()), &text))
+                let mutant = self.complaints.note(mutate(&name, &text, &mutation))?;
+                self.complaints.note(Chart::load(&format!("{name} ({})", fault.words()), &mutant))
             }
         }
     }

@@ -1,7 +1,7 @@
 //! Faults of skills and tree.
 
-use crate::faults::effect::{Mutation, TransitionAt};
 use maps::Spanned;
+use skills::{Mutation, TransitionPlace};
 
 use super::{Domain, FaultKind, Place, number, required};
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
@@ -22,8 +22,8 @@ fn mutated(with: &Arguments, mutation: Mutation) -> Effect {
     Effect::Machine { skill: with.name("skill"), change: MachineChange::Mutated(mutation) }
 }
 
-fn transition(with: &Arguments) -> TransitionAt {
-    TransitionAt {
+fn transition(with: &Arguments) -> TransitionPlace {
+    TransitionPlace {
         state: with.text("state").to_owned(),
         event: with.text("event").to_owned(),
         nth: with.number("nth") as usize,
