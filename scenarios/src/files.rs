@@ -14,6 +14,7 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
     ("properties/phi1.scope", include_bytes!("../../monitors/properties/phi1.scope")),
     ("properties/phi2.scope", include_bytes!("../../monitors/properties/phi2.scope")),
+    ("properties/phi3.scope", include_bytes!("../../monitors/properties/phi3.scope")),
     ("properties/phi2_variant.scope", include_bytes!("../../monitors/properties/phi2_variant.scope")),
     ("trees/recharge.xml", include_bytes!("../../bt/trees/recharge.xml")),
     ("skills/AtDestination.scxml", include_bytes!("../../skills/machines/AtDestination.scxml")),

@@ -26,7 +26,6 @@ pub(crate) struct Injector {
     timetable: Timetable,
     faults: Vec<Prepared>,
     ids: Ids,
-    tick_rng: ChaCha8Rng,
 }
 
 /// A fault with everything that it needs to take hold.
@@ -36,6 +35,8 @@ struct Prepared {
     effect: Effect,
     disturbances: Vec<Disturbance>,
     exchange: Option<Exchange>,
+    /// The fault's own random numbers.
+    rng: ChaCha8Rng,
     /// The disturbances of this fault that have begun, those that are over included.
     begun: Vec<DisturbanceId>,
 }
@@ -68,11 +69,12 @@ impl Injector {
                 exchange: machines::prepare(&effect, index, scenario, system, complaints),
                 effect,
                 fault: Arc::clone(fault),
+                rng: stream,
                 begun: Vec::new(),
             }
         };
         let faults = faults.iter().enumerate().map(prepare).collect();
-        Self { timetable, faults, ids, tick_rng: streams.stream("fault/ticks") }
+        Self { timetable, faults, ids }
     }
 
     /// Lets faults begin and end that are due: which of the scenario's faults did. What a fault cannot do (put the robot
@@ -143,12 +145,12 @@ impl Injector {
     pub(crate) fn delay_of_tick(&mut self) -> Option<Duration> {
         let mut delay = Duration::ZERO;
         for index in self.timetable.holding() {
-            let Effect::Ticks(trouble) = self.faults[index].effect else { continue };
+            let Prepared { effect: Effect::Ticks(trouble), rng, .. } = &mut self.faults[index] else { continue };
             match trouble {
-                TickTrouble::Missed(share) if self.tick_rng.random::<f64>() < share => return None,
+                TickTrouble::Missed(share) if rng.random::<f64>() < *share => return None,
                 TickTrouble::Missed(_) => {}
-                TickTrouble::Late(by) => delay += by,
-                TickTrouble::Jitter(sigma) => delay += sigma.mul_f64(normal(&mut self.tick_rng).abs()),
+                TickTrouble::Late(by) => delay += *by,
+                TickTrouble::Jitter(sigma) => delay += sigma.mul_f64(normal(rng).abs()),
             }
         }
         Some(delay)
