@@ -14,7 +14,7 @@ mod protocol;
 mod whole;
 
 pub use board::BlackboardProcess;
-pub use composed::{WiredProcess, blackboard_in, node_processes, states_in};
+pub use composed::{WiredProcess, blackboard_in, faults_in, node_processes, states_in};
 pub use leaf::LeafProcess;
 pub use node::NodeProcess;
 pub use protocol::{declare_channels, reply_domain, request_domain, tick_domain};

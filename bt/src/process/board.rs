@@ -76,7 +76,7 @@ impl BlackboardProcess {
         &self.board
     }
 
-    /// All that went wrong so far in scripts and ports.
+    /// All that went wrong so far in scripts and ports, each thing once.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         &self.faults
@@ -102,7 +102,10 @@ impl BlackboardProcess {
             _ => program.hooks(node).halted(board).map(|()| Told::Done).map_err(|error| error.to_string()),
         };
         told.unwrap_or_else(|message| {
-            self.faults.push(Fault { node: NodeId(node), message });
+            let fault = Fault { node: NodeId(node), message };
+            if !self.faults.contains(&fault) {
+                self.faults.push(fault);
+            }
             Told::Fault
         })
     }

@@ -13,7 +13,7 @@ use super::whole::TreeProcess;
 use crate::blackboard::Blackboard;
 use crate::program::Flags;
 use crate::semantics::Reading;
-use crate::{Kind, Node, NodeId, NodeState, Tree};
+use crate::{Fault, Kind, Node, NodeId, NodeState, Tree};
 
 /// A process and its place in the topology, as a channel system takes them.
 pub type WiredProcess = (ProcessId, Box<dyn Process>);
@@ -84,6 +84,20 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
         node.show(tick, &mut states);
     }
     states
+}
+
+/// What has gone wrong in a tree that is the process `bt` of a system: in its last tick if it is one process, so far if its
+/// nodes are processes. Looking after every step of the system misses nothing.
+#[must_use]
+pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
+    if let Some(process) = system.process::<TreeProcess>(bt) {
+        return process.execution().faults().to_vec();
+    }
+    let topology = system.topology();
+    let members = || topology.processes().filter(|member| topology.whole(*member) == bt);
+    let boards = members().filter_map(|member| system.process::<BlackboardProcess>(member));
+    let nodes = members().filter_map(|member| system.process::<NodeProcess>(member));
+    boards.flat_map(|board| board.faults().to_vec()).chain(nodes.filter_map(NodeProcess::fault)).collect()
 }
 
 /// The blackboard of a tree that is the process `bt` of a system, in either form. None where the tree's nodes are

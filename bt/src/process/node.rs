@@ -1,23 +1,24 @@
 //! An inner node as a process of its own.
 
+mod halting;
+mod stage;
+mod ticking;
+
 use std::time::Duration;
 
 use channels::{
     Action, ChannelId, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use, Value,
 };
 
-use super::board::{Question, Told};
-use super::protocol::{Line, Said, said_message, said_of, stands_name, status_of, symbol};
-use super::whole::tick_number;
-use crate::engine::MAX_REPEATS;
+use stage::Stage;
+
+use super::board::Told;
+use super::protocol::{Line, said_message, stands_name};
 use crate::program::Flags;
-use crate::semantics::{
-    Answer, Beginning, Memory, Reaction, Reading, Reset, Resume, Then, Which, begin, needs_reading, react,
-};
-use crate::settings::Entrance;
+use crate::semantics::{Memory, Reading};
 use crate::shared::Shared;
 use crate::status::Mark;
-use crate::{Kind, NodeId, NodeState, Outcome, Request, Status};
+use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request};
 
 /// An inner node of a tree whose nodes are processes.
 ///
@@ -45,6 +46,8 @@ pub struct NodeProcess {
     request: RequestNumber,
     /// The number of the tick of the tree that this node was last asked in.
     tick: Option<i64>,
+    /// What went wrong here last, other than on the blackboard.
+    fault: Option<&'static str>,
 }
 
 #[derive(Debug, PartialEq, Eq)]
@@ -92,58 +95,6 @@ struct Record {
     tick: Option<i64>,
 }
 
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum Stage {
-    Idle,
-    /// About to ask this child.
-    Asking(usize, Request, After),
-    /// Waiting for it.
-    Waiting(usize, Request, After),
-    /// About to ask the blackboard.
-    Consulting(Question, Purpose),
-    /// Waiting for it.
-    Consulted(Question, Purpose),
-    /// About to answer.
-    Answering(Said),
-}
-
-/// What comes after a child has answered.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum After {
-    /// The child was ticked: its answer is what comes.
-    Tick,
-    /// These children are to be reset as well, and then that is done.
-    Reset(Vec<usize>, Goal),
-}
-
-/// What comes after children have been reset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Goal {
-    /// Because of that child.
-    Do(usize, Then),
-    /// This node is halted; it is skipped then, or says that it has halted.
-    Halt { skips: bool },
-    /// The last child is ticked, and then this node is halted.
-    Catch,
-}
-
-/// Why the blackboard is asked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-enum Purpose {
-    Tick,
-    /// A child has failed that was idle or not, and the number of attempts is read again.
-    Retry {
-        child: usize,
-        was_idle: bool,
-    },
-    /// To see whether the last child is ticked before this node is halted.
-    Halt,
-    /// This node has been halted.
-    Halted {
-        skips: bool,
-    },
-}
-
 const ASKED: TransitionId = TransitionId(0);
 const SEND: TransitionId = TransitionId(1);
 const ANSWERED: TransitionId = TransitionId(2);
@@ -162,7 +113,14 @@ impl NodeProcess {
             repeats: 0,
             request: RequestNumber::default(),
             tick: None,
+            fault: None,
         }
+    }
+
+    /// What went wrong here last, other than on the blackboard.
+    pub(super) fn fault(&self) -> Option<Fault> {
+        let node = self.node().map_or(NodeId(0), |node| node.id);
+        self.fault.map(|why| Fault { node, message: why.to_owned() })
     }
 
     /// Writes down how the children stand, as seen in that tick.
@@ -198,264 +156,6 @@ impl NodeProcess {
         self.node().is_some_and(|node| node.flags.has(flag))
     }
 
-    fn take_request(&mut self, envelope: &Envelope, now: Duration) -> Stage {
-        self.request = self.request.max(envelope.request);
-        self.tick = tick_number(&envelope.message);
-        if self.node().is_none() {
-            self.repeats = 0;
-            return self.tick_child(0);
-        }
-        self.mark = mark_of(symbol(&envelope.message, 3).and_then(status_of));
-        if envelope.message.head() == Some("halt") {
-            return self.start_halt();
-        }
-        if self.has(Flags::ENTRANCE) {
-            return Stage::Consulting(Question::Enter, Purpose::Tick);
-        }
-        self.read(now)
-    }
-
-    /// Reads what is to be read, and begins.
-    fn read(&mut self, now: Duration) -> Stage {
-        if self.has(Flags::READS) && needs_reading(self.kind(), &self.memory, self.mark.was_idle()) {
-            return Stage::Consulting(Question::Read, Purpose::Tick);
-        }
-        let reading = self.node().map_or(Reading::Nothing, |node| node.reading);
-        self.begin(reading, now)
-    }
-
-    fn begin(&mut self, reading: Reading, now: Duration) -> Stage {
-        let kind = self.kind();
-        let child_runs = self.records.first().is_some_and(|record| record.mark.is_running());
-        let beginning = Beginning { was: self.mark.status(), reading, now, child_runs };
-        let reaction = begin(kind, &mut self.memory, beginning);
-        self.mark = self.mark.entered();
-        if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
-            self.mark = self.mark.begun();
-        }
-        self.carry_out(0, reaction)
-    }
-
-    /// The blackboard has answered.
-    fn take_told(&mut self, question: Question, purpose: Purpose, told: Told, now: Duration) -> Stage {
-        match (purpose, told) {
-            (Purpose::Tick, Told::Entrance(Entrance::Open)) => self.read(now),
-            (Purpose::Tick, Told::Entrance(Entrance::Closed(status))) => self.leave(status),
-            (Purpose::Tick, Told::Entrance(Entrance::Left)) => self.reset_all(Goal::Halt { skips: true }),
-            (Purpose::Tick, Told::Reading(reading)) => self.begin(reading, now),
-            (Purpose::Tick, Told::Done) => match question {
-                Question::Leave(status) => self.answer(status),
-                _ => Stage::Idle,
-            },
-            (Purpose::Tick, Told::Fault) => match question {
-                Question::Leave(_) => self.answer(Status::Failure),
-                Question::Read => {
-                    self.mark = self.mark.entered();
-                    self.forget();
-                    self.reset_all(Goal::Do(0, Then::Answer(Status::Failure)))
-                }
-                _ => self.leave(Status::Failure),
-            },
-            (Purpose::Retry { child, was_idle }, told) => {
-                if let Told::Reading(Reading::Numbers(limits)) = told {
-                    self.memory.limits = limits;
-                }
-                self.react(child, Status::Failure, was_idle)
-            }
-            (Purpose::Halt, told) => {
-                if told == Told::Reading(Reading::Numbers([1, 0])) {
-                    return self.start_catch();
-                }
-                self.reset_all(Goal::Halt { skips: false })
-            }
-            (Purpose::Halted { skips }, _) => Stage::Answering(self.said_when_halted(skips)),
-        }
-    }
-
-    fn tick_child(&mut self, mut child: usize) -> Stage {
-        while self.kind().passes_over_completed() && self.records[child].mark.is_completed() {
-            let answer = Answer { status: None, was_idle: false, is_last: child + 1 == self.records.len() };
-            match react(self.kind(), &mut self.memory, answer) {
-                Reaction::Next => child += 1,
-                reaction => return self.carry_out(child, reaction),
-            }
-        }
-        let record = &mut self.records[child];
-        let mark = record.mark.entered();
-        *record = Record { mark, outcome: Some(Outcome::Answered(Status::Running)), tick: self.tick };
-        Stage::Asking(child, Request::Tick, After::Tick)
-    }
-
-    fn take_reply(&mut self, child: usize, after: After, envelope: &Envelope) -> Stage {
-        self.request = envelope.request;
-        let said = said_of(&envelope.message);
-        self.again |= said.again;
-        match (after, said.status) {
-            (After::Reset(rest, goal), _) => {
-                self.record_halt(child);
-                self.reset(rest, goal)
-            }
-            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.stands),
-        }
-    }
-
-    /// A child has answered a tick.
-    fn answered(&mut self, child: usize, status: Status, stands: Option<Status>) -> Stage {
-        let record = &mut self.records[child];
-        let was_idle = record.mark.was_idle();
-        *record = Record { mark: mark_of(stands), outcome: Some(Outcome::Answered(status)), tick: self.tick };
-        if self.node().is_none() {
-            return self.root_answered(status);
-        }
-        if self.memory.catches {
-            return self.reset_all(Goal::Halt { skips: false });
-        }
-        let is_retry = self.kind() == Kind::RetryUntilSuccessful && status == Status::Failure;
-        if is_retry && self.has(Flags::READS) {
-            return Stage::Consulting(Question::Read, Purpose::Retry { child, was_idle });
-        }
-        self.react(child, status, was_idle)
-    }
-
-    fn react(&mut self, child: usize, status: Status, was_idle: bool) -> Stage {
-        let answer = Answer { status: Some(status), was_idle, is_last: child + 1 == self.records.len() };
-        let reaction = react(self.kind(), &mut self.memory, answer);
-        self.carry_out(child, reaction)
-    }
-
-    /// Does what the node wants done; `here` is the child that answered.
-    fn carry_out(&mut self, here: usize, reaction: Reaction) -> Stage {
-        let Reaction::Do { reset, resume, then } = reaction else { return self.tick_child(here + 1) };
-        match resume {
-            Resume::Same => {}
-            Resume::First => self.resume = 0,
-            Resume::Here => self.resume = here,
-            Resume::Next => self.resume = here + 1,
-        }
-        let count = self.records.len();
-        let children: Vec<usize> = match reset {
-            Reset::None => Vec::new(),
-            Reset::All => (0..count).collect(),
-            Reset::Others => (0..count).filter(|child| *child != here).collect(),
-            Reset::FromHere => (here..count).collect(),
-            Reset::Here => vec![here],
-            Reset::Nth(child) => (0..count).skip(child as usize).take(1).collect(),
-        };
-        self.reset(children, Goal::Do(here, then))
-    }
-
-    fn do_then(&mut self, here: usize, then: Then) -> Stage {
-        match then {
-            Then::Tick(which) => self.tick_child(match which {
-                Which::First => 0,
-                Which::Resumed => self.resume,
-                Which::Next => here + 1,
-                Which::Nth(child) => child as usize,
-                Which::Last => self.records.len() - 1,
-            }),
-            Then::Answer(status) => self.leave(status),
-            Then::Again => {
-                self.again = true;
-                self.leave(Status::Running)
-            }
-            Then::Fault(_) => {
-                self.forget();
-                self.leave(Status::Failure)
-            }
-        }
-    }
-
-    /// Runs the scripts for an answer, and answers.
-    fn leave(&mut self, status: Status) -> Stage {
-        if self.has(Flags::EXIT) && status.is_completed() {
-            return Stage::Consulting(Question::Leave(status), Purpose::Tick);
-        }
-        self.answer(status)
-    }
-
-    fn answer(&mut self, status: Status) -> Stage {
-        let stands = self.mark.answered(status).status();
-        Stage::Answering(Said { status: Some(status), stands, again: std::mem::take(&mut self.again) })
-    }
-
-    /// The root has answered: the tick is over, unless a node wants another at once.
-    fn root_answered(&mut self, status: Status) -> Stage {
-        if status.is_completed() {
-            self.records[0].mark = Mark::Idle;
-        }
-        if status == Status::Running && std::mem::take(&mut self.again) && self.repeats < MAX_REPEATS {
-            self.repeats += 1;
-            return self.tick_child(0);
-        }
-        Stage::Idle
-    }
-
-    /// This node is to halt.
-    fn start_halt(&mut self) -> Stage {
-        if self.memory.catches_halts(self.kind()) {
-            if self.has(Flags::READS) {
-                return Stage::Consulting(Question::Read, Purpose::Halt);
-            }
-            if self.node().is_some_and(|node| node.reading == Reading::Numbers([1, 0])) {
-                return self.start_catch();
-            }
-        }
-        self.reset_all(Goal::Halt { skips: false })
-    }
-
-    fn start_catch(&mut self) -> Stage {
-        self.memory.catches = true;
-        self.reset((0..self.records.len() - 1).collect(), Goal::Catch)
-    }
-
-    fn reset_all(&mut self, goal: Goal) -> Stage {
-        self.reset((0..self.records.len()).collect(), goal)
-    }
-
-    /// Resets children in order, up to the first that has to be told; what the others wait for is kept in the stage.
-    fn reset(&mut self, children: Vec<usize>, goal: Goal) -> Stage {
-        let mut children = children.into_iter();
-        while let Some(child) = children.next() {
-            let record = &mut self.records[child];
-            let Child { kind, is_guarded, .. } = self.wiring.children[child];
-            if !record.mark.is_running() {
-                record.mark = Mark::Idle;
-            } else if kind == Kind::Condition && !is_guarded {
-                self.record_halt(child);
-            } else {
-                return Stage::Asking(child, Request::Halt, After::Reset(children.collect(), goal));
-            }
-        }
-        match goal {
-            Goal::Do(here, then) => self.do_then(here, then),
-            Goal::Catch => self.tick_child(self.records.len() - 1),
-            Goal::Halt { skips } => {
-                self.forget();
-                if self.has(Flags::HALTED) {
-                    return Stage::Consulting(Question::Halted, Purpose::Halted { skips });
-                }
-                Stage::Answering(self.said_when_halted(skips))
-            }
-        }
-    }
-
-    fn said_when_halted(&mut self, skips: bool) -> Said {
-        let again = std::mem::take(&mut self.again);
-        Said { status: skips.then_some(Status::Skipped), stands: None, again }
-    }
-
-    fn forget(&mut self) {
-        let kind = self.kind();
-        self.memory.forget(kind);
-        if kind.forgets() {
-            self.resume = 0;
-        }
-    }
-
-    fn record_halt(&mut self, child: usize) {
-        self.records[child] = Record { mark: Mark::Idle, outcome: Some(Outcome::Halted), tick: self.tick };
-    }
-
     /// `[<tick>, n, <how the child stands>]` or `[<halt>, …]`.
     fn question(&self, child: usize, request: Request) -> Message {
         let head = match request {
@@ -470,16 +170,6 @@ impl NodeProcess {
 
     fn envelope(&self, message: Message) -> Envelope {
         Envelope { message, request: self.request }
-    }
-}
-
-/// How a node stands, as another has said it.
-fn mark_of(stands: Option<Status>) -> Mark {
-    match stands {
-        Some(Status::Running) => Mark::Running,
-        Some(Status::Success) => Mark::Success,
-        Some(Status::Failure) => Mark::Failure,
-        Some(Status::Skipped) | None => Mark::Idle,
     }
 }
 

@@ -1,0 +1,171 @@
+//! Going up: a node answers, and its parent reacts.
+
+use super::halting::{After, Halting};
+use super::{Context, MAX_REPEATS, Next, Point, State, TOO_MANY_REPEATS};
+use crate::program::{Flags, Op, Program};
+use crate::semantics::{Answer, Reaction, Reading, Reset, Resume, Then, Which, react};
+use crate::status::Mark;
+use crate::{Kind, Outcome, Status};
+
+impl State {
+    /// The root answers: what comes next, or the tree's answer.
+    pub(super) fn finish(&mut self, status: Status) -> Result<Next, Status> {
+        if status.is_completed() {
+            self.marks[0] = Mark::Idle;
+        }
+        if status == Status::Running && std::mem::take(&mut self.again) {
+            if self.repeats < MAX_REPEATS {
+                self.repeats += 1;
+                return Ok(Next::Enter(0));
+            }
+            self.fault(0, TOO_MANY_REPEATS.to_owned());
+        }
+        self.point = Point::Idle;
+        self.last = Some(status);
+        Err(status)
+    }
+
+    /// A node answers, and its parent reacts.
+    #[inline]
+    pub(super) fn answer<A>(
+        &mut self,
+        context: &mut Context<'_, A>,
+        node: u32,
+        mut status: Status,
+    ) -> Result<Next, Status> {
+        let Op { flags, parent, end: sibling, .. } = context.op(node);
+        if flags.has(Flags::EXIT) {
+            status = self.run_exit_scripts(context.program(), node, status);
+        }
+        let mark = self.marks[node as usize];
+        self.marks[node as usize] = mark.answered(status);
+        self.outcomes[node as usize] = Some(Outcome::Answered(status));
+        if node == 0 {
+            return self.finish(status);
+        }
+        let Op { kind, end, .. } = context.op(parent);
+        let is_last = sibling == end;
+        if !is_last && Some(status) == kind.goes_on_after() {
+            return Ok(Next::Enter(sibling));
+        }
+        let answer = Answer { status: Some(status), was_idle: mark.was_idle(), is_last };
+        Ok(self.react(context, parent, node, answer))
+    }
+
+    fn run_exit_scripts(&mut self, program: &Program, node: u32, status: Status) -> Status {
+        match program.hooks(node).leave(status, &mut self.board) {
+            Ok(()) => status,
+            Err(error) => {
+                self.fault(node, error.to_string());
+                Status::Failure
+            }
+        }
+    }
+
+    /// A node reacts to what a child has answered.
+    #[inline]
+    fn react<A>(&mut self, context: &mut Context<'_, A>, node: u32, child: u32, answer: Answer) -> Next {
+        let Op { kind, place, flags, .. } = context.op(node);
+        let memory = &mut self.memories[place as usize];
+        if kind == Kind::TryCatch && memory.catches {
+            return context.reset(Halting::below(context.program(), node, After::Caught(node)));
+        }
+        if kind == Kind::RetryUntilSuccessful && answer.status == Some(Status::Failure) && flags.has(Flags::READS) {
+            // The child may have changed the number of attempts.
+            let setting = &context.program().settings[place as usize];
+            if let Ok(Reading::Numbers(limits)) = setting.read(&mut self.board, false, kind) {
+                memory.limits = limits;
+            }
+        }
+        let reaction = react(kind, memory, answer);
+        self.carry_out(context, node, child, reaction)
+    }
+
+    /// A child that is done is passed over, and its parent reacts to that.
+    pub(super) fn pass<A>(&mut self, context: &mut Context<'_, A>, node: u32) -> Next {
+        let Op { parent, end: sibling, .. } = context.op(node);
+        let answer = Answer { status: None, was_idle: false, is_last: sibling == context.op(parent).end };
+        self.react(context, parent, node, answer)
+    }
+
+    /// Does what a node wants done; `here` is the child that answered.
+    #[inline]
+    pub(super) fn carry_out<A>(
+        &mut self,
+        context: &mut Context<'_, A>,
+        node: u32,
+        here: u32,
+        reaction: Reaction,
+    ) -> Next {
+        let program = context.program();
+        let Reaction::Do { reset, resume, then } = reaction else {
+            return self.do_then(program, node, here, Then::Tick(Which::Next));
+        };
+        match resume {
+            Resume::Same => {}
+            Resume::First => self.resume[node as usize] = 0,
+            Resume::Here => self.resume[node as usize] = here,
+            Resume::Next => self.resume[node as usize] = program.ops[here as usize].end,
+        }
+        let (start, end, spared) = match reset {
+            Reset::None => return self.do_then(program, node, here, then),
+            Reset::All => (node + 1, program.ops[node as usize].end, 0),
+            Reset::Others => (node + 1, program.ops[node as usize].end, here),
+            Reset::FromHere => (here, program.ops[node as usize].end, 0),
+            Reset::Here => (here, program.ops[here as usize].end, 0),
+            Reset::Nth(child) => match program.children(node).nth(child as usize) {
+                Some(child) => (child, program.ops[child as usize].end, 0),
+                None => return self.do_then(program, node, here, then),
+            },
+        };
+        match self.reset_idle(program, start, end, spared) {
+            None => self.do_then(program, node, here, then),
+            Some(cursor) => context.reset(Halting::of_children(cursor, end, spared, After::Do(node, here, then))),
+        }
+    }
+
+    /// Resets children up to the first that is running, and says which that is.
+    #[inline]
+    fn reset_idle(&mut self, program: &Program, start: u32, end: u32, spared: u32) -> Option<u32> {
+        let mut child = start;
+        while child < end {
+            let mark = &mut self.marks[child as usize];
+            if child != spared {
+                if mark.is_running() {
+                    return Some(child);
+                }
+                *mark = Mark::Idle;
+            }
+            child = program.ops[child as usize].end;
+        }
+        None
+    }
+
+    #[inline]
+    pub(super) fn do_then(&mut self, program: &Program, node: u32, here: u32, then: Then) -> Next {
+        match then {
+            Then::Tick(which) => {
+                let child = match which {
+                    Which::First => node + 1,
+                    Which::Resumed => self.resume[node as usize].max(node + 1),
+                    Which::Next => program.ops[here as usize].end,
+                    Which::Nth(child) => program.children(node).nth(child as usize).unwrap_or(node + 1),
+                    Which::Last => program.children(node).last().unwrap_or(node + 1),
+                };
+                let passes = program.ops[node as usize].kind.passes_over_completed();
+                let is_done = passes && self.marks[child as usize].is_completed();
+                if is_done { Next::Pass(child) } else { Next::Enter(child) }
+            }
+            Then::Answer(status) => Next::Answer(node, status),
+            Then::Again => {
+                self.again = true;
+                Next::Answer(node, Status::Running)
+            }
+            Then::Fault(why) => {
+                self.fault(node, why.to_owned());
+                self.forget(program, node);
+                Next::Answer(node, Status::Failure)
+            }
+        }
+    }
+}

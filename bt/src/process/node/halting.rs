@@ -1,0 +1,78 @@
+//! Resetting children, and halting a node.
+
+use super::stage::{After, Goal, Purpose, Stage};
+use super::{Child, NodeProcess, Record};
+use crate::process::board::Question;
+use crate::process::protocol::Said;
+use crate::program::Flags;
+use crate::semantics::Reading;
+use crate::status::Mark;
+use crate::{Kind, Outcome, Request, Status};
+
+impl NodeProcess {
+    /// This node is to halt.
+    pub(super) fn start_halt(&mut self) -> Stage {
+        if self.memory.catches_halts(self.kind()) {
+            if self.has(Flags::READS) {
+                return Stage::Consulting(Question::Read, Purpose::Halt);
+            }
+            if self.node().is_some_and(|node| node.reading == Reading::Numbers([1, 0])) {
+                return self.start_catch();
+            }
+        }
+        self.reset_all(Goal::Halt { skips: false })
+    }
+
+    pub(super) fn start_catch(&mut self) -> Stage {
+        self.memory.catches = true;
+        self.reset((0..self.records.len() - 1).collect(), Goal::Catch)
+    }
+
+    pub(super) fn reset_all(&mut self, goal: Goal) -> Stage {
+        self.reset((0..self.records.len()).collect(), goal)
+    }
+
+    /// Resets children in order, up to the first that has to be told; what the others wait for is kept in the stage.
+    pub(super) fn reset(&mut self, children: Vec<usize>, goal: Goal) -> Stage {
+        let mut children = children.into_iter();
+        while let Some(child) = children.next() {
+            let record = &mut self.records[child];
+            let Child { kind, is_guarded, .. } = self.wiring.children[child];
+            if !record.mark.is_running() {
+                record.mark = Mark::Idle;
+            } else if kind == Kind::Condition && !is_guarded {
+                self.record_halt(child);
+            } else {
+                return Stage::Asking(child, Request::Halt, After::Reset(children.collect(), goal));
+            }
+        }
+        match goal {
+            Goal::Do(here, then) => self.do_then(here, then),
+            Goal::Catch => self.tick_child(self.records.len() - 1),
+            Goal::Halt { skips } => {
+                self.forget();
+                if self.has(Flags::HALTED) {
+                    return Stage::Consulting(Question::Halted, Purpose::Halted { skips });
+                }
+                Stage::Answering(self.said_when_halted(skips))
+            }
+        }
+    }
+
+    pub(super) fn said_when_halted(&mut self, skips: bool) -> Said {
+        let again = std::mem::take(&mut self.again);
+        Said { status: skips.then_some(Status::Skipped), stands: None, again }
+    }
+
+    pub(super) fn forget(&mut self) {
+        let kind = self.kind();
+        self.memory.forget(kind);
+        if kind.forgets() {
+            self.resume = 0;
+        }
+    }
+
+    pub(super) fn record_halt(&mut self, child: usize) {
+        self.records[child] = Record { mark: Mark::Idle, outcome: Some(Outcome::Halted), tick: self.tick };
+    }
+}

@@ -1,0 +1,225 @@
+//! The tick of a node: down to its children and back up.
+
+use std::time::Duration;
+
+use channels::Envelope;
+
+use super::stage::{After, Goal, Purpose, Stage};
+use super::{NodeProcess, Record};
+use crate::engine::{MAX_REPEATS, TOO_MANY_REPEATS};
+use crate::process::board::{Question, Told};
+use crate::process::protocol::{Said, said_of, status_of, symbol};
+use crate::process::whole::tick_number;
+use crate::program::Flags;
+use crate::semantics::{Answer, Beginning, Reaction, Reading, Reset, Resume, Then, Which, begin, needs_reading, react};
+use crate::settings::Entrance;
+use crate::status::Mark;
+use crate::{Kind, Outcome, Request, Status};
+
+impl NodeProcess {
+    pub(super) fn take_request(&mut self, envelope: &Envelope, now: Duration) -> Stage {
+        self.request = self.request.max(envelope.request);
+        self.tick = tick_number(&envelope.message);
+        if self.node().is_none() {
+            self.repeats = 0;
+            return self.tick_child(0);
+        }
+        self.mark = mark_of(symbol(&envelope.message, 3).and_then(status_of));
+        if envelope.message.head() == Some("halt") {
+            return self.start_halt();
+        }
+        if self.has(Flags::ENTRANCE) {
+            return Stage::Consulting(Question::Enter, Purpose::Tick);
+        }
+        self.read(now)
+    }
+
+    /// Reads what is to be read, and begins.
+    pub(super) fn read(&mut self, now: Duration) -> Stage {
+        if self.has(Flags::READS) && needs_reading(self.kind(), &self.memory, self.mark.was_idle()) {
+            return Stage::Consulting(Question::Read, Purpose::Tick);
+        }
+        let reading = self.node().map_or(Reading::Nothing, |node| node.reading);
+        self.begin(reading, now)
+    }
+
+    pub(super) fn begin(&mut self, reading: Reading, now: Duration) -> Stage {
+        let kind = self.kind();
+        let child_runs = self.records.first().is_some_and(|record| record.mark.is_running());
+        let beginning = Beginning { was: self.mark.status(), reading, now, child_runs };
+        let reaction = begin(kind, &mut self.memory, beginning);
+        self.mark = self.mark.entered();
+        if kind.runs_when_begun() && matches!(reaction, Reaction::Do { then: Then::Tick(_), .. }) {
+            self.mark = self.mark.begun();
+        }
+        self.carry_out(0, reaction)
+    }
+
+    /// The blackboard has answered.
+    pub(super) fn take_told(&mut self, question: Question, purpose: Purpose, told: Told, now: Duration) -> Stage {
+        match (purpose, told) {
+            (Purpose::Tick, Told::Entrance(Entrance::Open)) => self.read(now),
+            (Purpose::Tick, Told::Entrance(Entrance::Closed(status))) => self.leave(status),
+            (Purpose::Tick, Told::Entrance(Entrance::Left)) => self.reset_all(Goal::Halt { skips: true }),
+            (Purpose::Tick, Told::Reading(reading)) => self.begin(reading, now),
+            (Purpose::Tick, Told::Done) => match question {
+                Question::Leave(status) => self.answer(status),
+                _ => Stage::Idle,
+            },
+            (Purpose::Tick, Told::Fault) => match question {
+                Question::Leave(_) => self.answer(Status::Failure),
+                Question::Read => {
+                    self.mark = self.mark.entered();
+                    self.forget();
+                    self.reset_all(Goal::Do(0, Then::Answer(Status::Failure)))
+                }
+                _ => self.leave(Status::Failure),
+            },
+            (Purpose::Retry { child, was_idle }, told) => {
+                if let Told::Reading(Reading::Numbers(limits)) = told {
+                    self.memory.limits = limits;
+                }
+                self.react(child, Status::Failure, was_idle)
+            }
+            (Purpose::Halt, told) => {
+                if told == Told::Reading(Reading::Numbers([1, 0])) {
+                    return self.start_catch();
+                }
+                self.reset_all(Goal::Halt { skips: false })
+            }
+            (Purpose::Halted { skips }, _) => Stage::Answering(self.said_when_halted(skips)),
+        }
+    }
+
+    pub(super) fn tick_child(&mut self, mut child: usize) -> Stage {
+        while self.kind().passes_over_completed() && self.records[child].mark.is_completed() {
+            let answer = Answer { status: None, was_idle: false, is_last: child + 1 == self.records.len() };
+            match react(self.kind(), &mut self.memory, answer) {
+                Reaction::Next => child += 1,
+                reaction => return self.carry_out(child, reaction),
+            }
+        }
+        let record = &mut self.records[child];
+        let mark = record.mark.entered();
+        *record = Record { mark, outcome: Some(Outcome::Answered(Status::Running)), tick: self.tick };
+        Stage::Asking(child, Request::Tick, After::Tick)
+    }
+
+    pub(super) fn take_reply(&mut self, child: usize, after: After, envelope: &Envelope) -> Stage {
+        self.request = envelope.request;
+        let said = said_of(&envelope.message);
+        self.again |= said.again;
+        match (after, said.status) {
+            (After::Reset(rest, goal), _) => {
+                self.record_halt(child);
+                self.reset(rest, goal)
+            }
+            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.stands),
+        }
+    }
+
+    /// A child has answered a tick.
+    pub(super) fn answered(&mut self, child: usize, status: Status, stands: Option<Status>) -> Stage {
+        let record = &mut self.records[child];
+        let was_idle = record.mark.was_idle();
+        *record = Record { mark: mark_of(stands), outcome: Some(Outcome::Answered(status)), tick: self.tick };
+        if self.node().is_none() {
+            return self.root_answered(status);
+        }
+        if self.memory.catches {
+            return self.reset_all(Goal::Halt { skips: false });
+        }
+        let is_retry = self.kind() == Kind::RetryUntilSuccessful && status == Status::Failure;
+        if is_retry && self.has(Flags::READS) {
+            return Stage::Consulting(Question::Read, Purpose::Retry { child, was_idle });
+        }
+        self.react(child, status, was_idle)
+    }
+
+    pub(super) fn react(&mut self, child: usize, status: Status, was_idle: bool) -> Stage {
+        let answer = Answer { status: Some(status), was_idle, is_last: child + 1 == self.records.len() };
+        let reaction = react(self.kind(), &mut self.memory, answer);
+        self.carry_out(child, reaction)
+    }
+
+    /// Does what the node wants done; `here` is the child that answered.
+    pub(super) fn carry_out(&mut self, here: usize, reaction: Reaction) -> Stage {
+        let Reaction::Do { reset, resume, then } = reaction else { return self.tick_child(here + 1) };
+        match resume {
+            Resume::Same => {}
+            Resume::First => self.resume = 0,
+            Resume::Here => self.resume = here,
+            Resume::Next => self.resume = here + 1,
+        }
+        let count = self.records.len();
+        let children: Vec<usize> = match reset {
+            Reset::None => Vec::new(),
+            Reset::All => (0..count).collect(),
+            Reset::Others => (0..count).filter(|child| *child != here).collect(),
+            Reset::FromHere => (here..count).collect(),
+            Reset::Here => vec![here],
+            Reset::Nth(child) => (0..count).skip(child as usize).take(1).collect(),
+        };
+        self.reset(children, Goal::Do(here, then))
+    }
+
+    pub(super) fn do_then(&mut self, here: usize, then: Then) -> Stage {
+        match then {
+            Then::Tick(which) => self.tick_child(match which {
+                Which::First => 0,
+                Which::Resumed => self.resume,
+                Which::Next => here + 1,
+                Which::Nth(child) => child as usize,
+                Which::Last => self.records.len() - 1,
+            }),
+            Then::Answer(status) => self.leave(status),
+            Then::Again => {
+                self.again = true;
+                self.leave(Status::Running)
+            }
+            Then::Fault(why) => {
+                self.fault = Some(why);
+                self.forget();
+                self.leave(Status::Failure)
+            }
+        }
+    }
+
+    /// Runs the scripts for an answer, and answers.
+    pub(super) fn leave(&mut self, status: Status) -> Stage {
+        if self.has(Flags::EXIT) && status.is_completed() {
+            return Stage::Consulting(Question::Leave(status), Purpose::Tick);
+        }
+        self.answer(status)
+    }
+
+    pub(super) fn answer(&mut self, status: Status) -> Stage {
+        let stands = self.mark.answered(status).status();
+        Stage::Answering(Said { status: Some(status), stands, again: std::mem::take(&mut self.again) })
+    }
+
+    /// The root has answered: the tick is over, unless a node wants another at once.
+    pub(super) fn root_answered(&mut self, status: Status) -> Stage {
+        if status.is_completed() {
+            self.records[0].mark = Mark::Idle;
+        }
+        if status == Status::Running && std::mem::take(&mut self.again) {
+            if self.repeats < MAX_REPEATS {
+                self.repeats += 1;
+                return self.tick_child(0);
+            }
+            self.fault = Some(TOO_MANY_REPEATS);
+        }
+        Stage::Idle
+    }
+}
+
+/// How a node stands, as another has said it.
+fn mark_of(stands: Option<Status>) -> Mark {
+    match stands {
+        Some(Status::Running) => Mark::Running,
+        Some(Status::Success) => Mark::Success,
+        Some(Status::Failure) => Mark::Failure,
+        Some(Status::Skipped) | None => Mark::Idle,
+    }
+}
