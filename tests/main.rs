@@ -13,3 +13,4 @@ mod report_page;
 mod skill_command;
 mod steward;
 mod tree_command;
+mod tree_errors;

@@ -23,6 +23,7 @@ pub mod scenario;
 mod tick_clock;
 pub mod timeline;
 pub mod trace;
+mod tree_errors;
 mod wiring;
 
 pub use error::Error;

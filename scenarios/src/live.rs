@@ -16,6 +16,7 @@ use crate::faults::{Change, Fault, Injector, Run};
 use crate::scenario::{Scenario, unknown};
 use crate::tick_clock::TickClock;
 use crate::trace::{Recorder, TraceHash, event_line};
+use crate::tree_errors::{TreeError, TreeErrors};
 use crate::wiring::{Ids, wire};
 
 /// A robot slower than this is at rest, in m/s and rad/s.
@@ -111,6 +112,7 @@ pub struct Live {
     warnings: Vec<Warnings>,
     injector: Injector,
     faults: Vec<FaultRecord>,
+    tree_errors: TreeErrors,
     visits: Vec<Visit>,
     tick_clock: TickClock,
     tally: Tally,
@@ -151,6 +153,7 @@ impl Live {
             warnings,
             injector,
             faults: Vec::new(),
+            tree_errors: TreeErrors::default(),
             visits,
             hash: TraceHash::default(),
         })
@@ -169,6 +172,7 @@ impl Live {
         self.enter_step_into_trace();
         self.system.advance(now);
         self.communicate(now, recorder)?;
+        self.note_tree_errors(now);
         self.note_verdicts(&mut news);
         self.note_arrivals(now, &mut news);
         self.add_to_tally();
@@ -244,6 +248,13 @@ impl Live {
             (name, state.outcome.map_or(serde_json::Value::Null, |outcome| outcome.name().into()))
         });
         serde_json::Value::Object(named.collect())
+    }
+
+    fn note_tree_errors(&mut self, now: Duration) {
+        if !self.events.is_empty() {
+            let tick = self.system.ticks().saturating_sub(1);
+            self.tree_errors.note(bt::faults_in(&self.system, self.ids.tree), tick, now);
+        }
     }
 
     fn note_verdicts(&mut self, news: &mut Vec<News>) {
@@ -339,6 +350,12 @@ impl Live {
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
         &self.faults
+    }
+
+    /// What has gone wrong in the tree so far.
+    #[must_use]
+    pub fn tree_errors(&self) -> &[TreeError] {
+        self.tree_errors.all()
     }
 
     /// How many messages a fault of the scenario has damaged so far; nothing for a fault that damages none.

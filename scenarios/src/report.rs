@@ -34,6 +34,8 @@ pub struct Report {
     pub monitors: Vec<MonitorReport>,
     /// The faults that took hold, in order.
     pub faults: Vec<FaultReport>,
+    /// What went wrong in nodes of the tree, each thing once, in the order of its first time.
+    pub tree_errors: Vec<TreeErrorReport>,
     /// The battery's charge.
     pub battery: BatteryReport,
     /// How the robot fared.
@@ -103,6 +105,21 @@ pub struct FaultReport {
     pub arguments: serde_json::Map<String, serde_json::Value>,
     /// How many messages it damaged in the run; null for a fault that damages none.
     pub messages: Option<u64>,
+}
+
+/// Something that went wrong in a node of the tree: a script that cannot be evaluated, a port without a value.
+#[derive(Clone, Debug, Serialize)]
+pub struct TreeErrorReport {
+    /// The node's number in document order.
+    pub node: usize,
+    /// Its name.
+    pub label: String,
+    /// What went wrong, in words.
+    pub message: String,
+    /// The tick in which it did so for the first time.
+    pub tick: u64,
+    /// The time of that, in seconds.
+    pub time_s: f64,
 }
 
 /// The battery's charge over a run, in percent.

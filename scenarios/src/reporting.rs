@@ -9,9 +9,10 @@ use serde_json::json;
 use crate::live::{Live, Watched};
 use crate::report::{
     BatteryReport, ExpectationReport, FaultReport, LocalizationReport, MonitorReport, OutcomeReport, PlaceReport,
-    Report, RobotReport, SnapshotReport, TimingReport,
+    Report, RobotReport, SnapshotReport, TimingReport, TreeErrorReport,
 };
 use crate::trace::message_json;
+use crate::tree_errors::TreeError;
 
 /// The report of a run in its last step.
 pub(crate) fn report(
@@ -41,6 +42,7 @@ pub(crate) fn report(
         trace_hash: live.trace_hash(),
         monitors: monitors(live),
         faults: faults(live),
+        tree_errors: live.tree_errors().iter().map(|error| tree_error(live, error)).collect(),
         battery: BatteryReport {
             initial: live.scenario().file.sim.battery.initial_pct,
             minimum: live.tally().minimum_pct,
@@ -168,6 +170,16 @@ fn faults(live: &Live) -> Vec<FaultReport> {
         messages: live.messages_hit(fault),
     };
     live.faults().iter().map(report).collect()
+}
+
+fn tree_error(live: &Live, error: &TreeError) -> TreeErrorReport {
+    TreeErrorReport {
+        node: error.node.index(),
+        label: live.scenario().tree.node(error.node).label().to_owned(),
+        message: error.message.clone(),
+        tick: error.tick,
+        time_s: error.time.as_secs_f64(),
+    }
 }
 
 fn robot(live: &Live) -> RobotReport {

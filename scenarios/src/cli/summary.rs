@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use crate::html;
-use crate::report::{MonitorReport, OutcomeReport, Report};
+use crate::report::{MonitorReport, OutcomeReport, Report, TreeErrorReport};
 
 /// The summary of a run whose files went to `folder`.
 pub(super) fn summary(report: &Report, folder: &Path) -> String {
@@ -32,6 +32,10 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
     for fault in &report.faults {
         let until = fault.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));
         writeln!(text, "  fault    {} at {:.2} s{until}", fault.effect, fault.time_s)?;
+    }
+    for error in &report.tree_errors {
+        let TreeErrorReport { label, node, message, tick, time_s } = error;
+        writeln!(text, "  tree     {label} (node {node}): {message}; first in tick {tick}, {time_s:.2} s")?;
     }
     let battery = &report.battery;
     writeln!(

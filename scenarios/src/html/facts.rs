@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::activities::Activity;
 use super::markup::{breakable, row, text};
 use super::words;
-use crate::report::{FaultReport, Report};
+use crate::report::{FaultReport, Report, TreeErrorReport};
 
 /// An arrival this early is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
@@ -64,6 +64,22 @@ pub(super) fn faults(report: &Report) -> String {
         false => format!(
             "<table class=\"stages faults\"><thead><tr><th scope=\"col\">fault at</th><th scope=\"col\">what it did</th></tr>\
              </thead><tbody>\n{lines}</tbody></table>\n"
+        ),
+    }
+}
+
+/// What went wrong in the tree; empty if nothing did.
+pub(super) fn tree_errors(report: &Report) -> String {
+    let line = |error: &TreeErrorReport| {
+        let first = words::time(Duration::from_secs_f64(error.time_s));
+        row(&first, &[text(&format!("{} (node {})", error.label, error.node)), text(&error.message)])
+    };
+    let lines: String = report.tree_errors.iter().map(line).collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!(
+            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">first at</th><th scope=\"col\">node of the tree</th>\
+             <th scope=\"col\">what went wrong in it</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
         ),
     }
 }

@@ -130,9 +130,10 @@ fn way(live: &Live, timeline: &Timeline, report: &Report) -> String {
     format!(
         "<section id=\"way\">\n<h2>Where the robot went</h2>\n<div class=\"panel way\">\n<figure>{map}<figcaption>The way \
          is coloured by what the behavior tree was doing; the numbers are those of the table and of the \
-         timeline.</figcaption></figure>\n<div>\n{}{}</div>\n{}</div>\n</section>\n",
+         timeline.</figcaption></figure>\n<div>\n{}{}{}</div>\n{}</div>\n</section>\n",
         facts::stages(&activities),
         facts::faults(report),
+        facts::tree_errors(report),
         facts::numbers(report),
     )
 }
