@@ -69,6 +69,9 @@ pub enum Problem {
         /// Where it gave up.
         #[label("here")]
         span: SourceSpan,
+        /// What was probably meant.
+        #[help]
+        help: Option<String>,
     },
     /// It declares a document type.
     #[error("a document type declaration is not accepted")]

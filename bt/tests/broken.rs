@@ -35,6 +35,17 @@ fn snapshot(name: &str, report: String) {
 }
 
 #[test]
+fn an_element_that_ends_by_another_name_is_said_to_be_misspelt() {
+    let said =
+        |body: &str| refused(&format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\">{body}</BehaviorTree></root>"));
+    let secuence = said("<Secuence><A/></Sequence>");
+    assert!(secuence.contains("help: <Secuence> ends as </Sequence>: did you mean <Sequence>?"), "{secuence}");
+    let falback = said("<Fallback><A/></Falback>");
+    assert!(falback.contains("help: <Fallback> ends as </Falback>: did you mean <Fallback>?"), "{falback}");
+    assert!(!said("<Fallback><A/></Repeat>").contains("help:"));
+}
+
+#[test]
 fn broken_1_nodes_that_are_none() {
     let text = r#"<root BTCPP_format="4">
   <BehaviorTree ID="Main">

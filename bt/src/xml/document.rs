@@ -12,7 +12,7 @@ use roxmltree::{Document, Node, ParsingOptions, TextPos};
 use super::assemble::{self, Index};
 use super::model::{Model, Models, read_models};
 use super::scan::{Definition, Scan};
-use super::{Loader, Problems, hint, listed, span, tag_span, vocabulary};
+use super::{Loader, Problems, hint, listed, nearest, span, tag_span, vocabulary};
 use crate::{Category, Problem, Tree, TreeError};
 
 /// How many files may be involved.
@@ -222,16 +222,28 @@ fn parse_problem(text: &str, error: &roxmltree::Error, limit: usize) -> Problem 
         }
         roxmltree::Error::NodesLimitReached => Problem::TooLarge { limit, span: at(0) },
         roxmltree::Error::UnclosedRootNode | roxmltree::Error::UnexpectedEndOfStream | roxmltree::Error::NoRootNode => {
-            Problem::Xml { message: error.to_string(), span: at(text.len()) }
+            Problem::Xml { message: error.to_string(), span: at(text.len()), help: None }
         }
         error => {
             let offset = offset(text, error.pos());
             // The parser appends the place to what it says; the label shows it better.
             let message = error.to_string();
             let message = message.rsplit_once(" at ").map_or(message.as_str(), |(message, _)| message).to_owned();
-            Problem::Xml { message, span: at(offset) }
+            let help = match error {
+                roxmltree::Error::UnexpectedCloseTag(opened, closed, _) => misspelt(opened, closed),
+                _ => None,
+            };
+            Problem::Xml { message, span: at(offset), help }
         }
     }
+}
+
+/// What was meant by an element that begins with one name and ends with one much like it.
+fn misspelt(opened: &str, closed: &str) -> Option<String> {
+    let is_known = |name: &str| vocabulary::builtin(name).is_some() || vocabulary::explicit(name).is_some();
+    nearest(opened, std::iter::once(closed), 0)?;
+    let meant = if is_known(closed) { closed } else { opened };
+    Some(format!("<{opened}> ends as </{closed}>: did you mean <{meant}>?"))
 }
 
 /// The byte that a row and a column, both counted from 1, stand for.

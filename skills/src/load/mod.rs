@@ -26,6 +26,7 @@ use files::MAX_BYTES;
 
 use crate::chart::Chart;
 use crate::problem::Problem;
+use crate::suggest::did_you_mean;
 use crate::{SkillError, Strictness};
 
 /// A file may have so many elements, attributes and texts.
@@ -134,6 +135,7 @@ pub(crate) fn parse_xml(text: &str) -> Result<Document<'_>, Problem> {
         match error {
             roxmltree::Error::DtdDetected => problem.help("document types and entities of one's own are refused"),
             roxmltree::Error::NodesLimitReached => problem.help(format!("a file may have {MAX_NODES} nodes")),
+            roxmltree::Error::UnexpectedCloseTag(opened, closed, _) => problem.maybe_help(misspelt(&opened, &closed)),
             _ => problem,
         }
     })?;
@@ -141,6 +143,13 @@ pub(crate) fn parse_xml(text: &str) -> Result<Document<'_>, Problem> {
         Some(problem) => Err(problem),
         None => Ok(document),
     }
+}
+
+/// What was meant by an element that begins with one name and ends with one much like it.
+fn misspelt(opened: &str, closed: &str) -> Option<String> {
+    did_you_mean(opened, [closed])?;
+    let meant = [closed, opened].into_iter().find(|name| rules::Rule::of(name).is_some())?;
+    Some(format!("<{opened}> ends as </{closed}>: did you mean <{meant}>?"))
 }
 
 /// The byte at a row and column.

@@ -164,6 +164,8 @@ fn what_is_not_xml_or_not_scxml_is_refused() {
         "no xml",
         "<scxml",
         "<scxml>\n  <state></scxml>",
+        "<scxml>\n  <stat id='a'></state></scxml>",
+        "<scxml>\n  <state id='a'></sate></scxml>",
         "<!DOCTYPE x [<!ENTITY a 'aaaa'>]><x>&a;</x>",
         "<robot/>",
         "<scxml version='1.0'><state/></scxml>",
