@@ -193,7 +193,7 @@ impl State {
     }
 
     #[cold]
-    fn fault(&mut self, node: u32, message: String) {
+    pub(crate) fn fault(&mut self, node: u32, message: String) {
         self.faults.push(Fault { node: NodeId(node), message });
     }
 }

@@ -16,6 +16,16 @@ pub enum Request {
     Halt,
 }
 
+impl Request {
+    /// What is taken for the answer if none comes: the leaf has failed, or it has halted.
+    pub(crate) fn unanswered(self) -> Reply {
+        match self {
+            Self::Tick => Reply::Status(Status::Failure),
+            Self::Halt => Reply::Halted,
+        }
+    }
+}
+
 /// A call of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Call {
@@ -173,6 +183,15 @@ impl Execution {
         let mut context = Context::new(&self.tree, now, Later);
         let next = self.state.replied(&mut context, reply)?;
         Some(self.state.run(&mut context, next))
+    }
+
+    /// Goes on without the answer to the pending call, which has not come: a leaf that was ticked has failed, one that was
+    /// told to halt has halted. `reason` is kept as the leaf's [fault](Self::faults). None, and nothing happens, if there
+    /// is no call pending.
+    pub fn give_up(&mut self, now: Duration, reason: String) -> Option<Step> {
+        let Call { leaf, request } = self.pending()?;
+        self.state.fault(leaf.0, reason);
+        self.resume(now, request.unanswered())
     }
 
     /// Runs a tick at that time of the run, with leaves that answer at once. Allocates nothing, unless a script joins

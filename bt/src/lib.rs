@@ -71,8 +71,8 @@ pub use execution::{Call, Execution, Fault, Reply, Request, Step};
 pub use kind::{Category, Item, Kind};
 pub use leaf::{Direction, Leaf, Leaves, PortError};
 pub use process::{
-    BlackboardProcess, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in, declare_channels, faults_in,
-    node_processes, reply_domain, request_domain, states_in, tick_domain,
+    BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
+    declare_channels, faults_in, node_processes, reply_domain, request_domain, states_in, tick_domain,
 };
 pub use rehearsal::{Cue, Moment, Part, Rehearsal, table};
 pub use status::{NodeState, Outcome, Status};

@@ -10,6 +10,7 @@ mod nodes;
 mod oracle;
 mod processes;
 mod stage;
+mod timeouts;
 
 use std::time::Duration;
 

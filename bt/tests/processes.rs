@@ -4,8 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{
-    Execution, NodeState, Outcome, RECHARGE, Request, Status, Tree, TreeProcess, blackboard_in, declare_channels,
-    node_processes, states_in,
+    Execution, LEAF_TIMEOUT, NodeState, Outcome, RECHARGE, Request, Status, Tree, TreeProcess, blackboard_in,
+    declare_channels, node_processes, states_in,
 };
 use channels::{
     Action, ChannelId, ChannelSystem, Envelope, EventKind, Message, Offer, Pattern, Process, ProcessId, Random,
@@ -20,7 +20,7 @@ use crate::forest::{Called, Cast, Script, script, spec, wild_tree};
 
 /// A skill that answers by a script. `echoes` says how many wrong replies it sends before each right one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Skill {
+pub(crate) struct Skill {
     name: String,
     requests: ChannelId,
     replies: ChannelId,
@@ -73,23 +73,23 @@ impl Process for Skill {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Form {
+pub(crate) enum Form {
     Whole,
     Nodes,
 }
 
 /// A tree with its skills in a channel system.
-struct Stage {
+pub(crate) struct Stage {
     tree: Arc<Tree>,
-    system: ChannelSystem,
-    bt: ProcessId,
-    generator: ProcessId,
+    pub(crate) system: ChannelSystem,
+    pub(crate) bt: ProcessId,
+    pub(crate) generator: ProcessId,
     skills: Vec<ProcessId>,
     scheduler: Box<dyn Scheduler>,
 }
 
 impl Stage {
-    fn new(tree: &Arc<Tree>, form: Form, script: &Script, echoes: u64, seed: u64) -> Self {
+    pub(crate) fn new(tree: &Arc<Tree>, form: Form, script: &Script, echoes: u64, seed: u64) -> Self {
         let mut topology = Topology::default();
         let generator = topology.process("TickGenerator").unwrap();
         let bt = topology.process("BT").unwrap();
@@ -105,7 +105,7 @@ impl Stage {
                 let process = TreeProcess::new(tree.clone(), &topology, "BT", "TickGenerator").unwrap();
                 vec![(bt, Box::new(process) as Box<dyn Process>)]
             }
-            Form::Nodes => node_processes(tree, &mut topology, "BT", "TickGenerator").unwrap(),
+            Form::Nodes => node_processes(tree, &mut topology, "BT", "TickGenerator", LEAF_TIMEOUT).unwrap(),
         };
         let ticks = topology.find_channel("TickGenerator", "BT").unwrap();
         processes.push((generator, Box::new(TickGenerator::new(ticks))));
@@ -124,9 +124,14 @@ impl Stage {
     }
 
     /// Generates a tick and runs the system until it is quiet: the messages received, as (from, to, message).
-    fn tick(&mut self) -> Vec<(String, String, Message)> {
+    pub(crate) fn tick(&mut self) -> Vec<(String, String, Message)> {
         let (_, taken) = self.system.generate_tick(self.generator);
         assert!(taken, "the last tick is finished");
+        self.run()
+    }
+
+    /// Runs the system until it is quiet: the messages received, as (from, to, message).
+    pub(crate) fn run(&mut self) -> Vec<(String, String, Message)> {
         let events: Vec<_> = self.system.run(self.scheduler.as_mut(), 1_000_000).map(Result::unwrap).collect();
         let received = |kind| match kind {
             EventKind::Received { channel, message } => {
@@ -138,7 +143,7 @@ impl Stage {
         events.into_iter().filter_map(|event| received(event.kind)).collect()
     }
 
-    fn states(&self) -> Vec<NodeState> {
+    pub(crate) fn states(&self) -> Vec<NodeState> {
         states_in(&self.tree, &self.system, self.bt)
     }
 
@@ -149,7 +154,7 @@ impl Stage {
     }
 }
 
-fn calls(messages: &[(String, String, Message)]) -> Vec<Called> {
+pub(crate) fn calls(messages: &[(String, String, Message)]) -> Vec<Called> {
     let call = |(from, to, message): &(String, String, Message)| {
         let request = if message.head() == Some("halt") { Request::Halt } else { Request::Tick };
         (from == "BT").then(|| (to.clone(), request))
@@ -230,7 +235,7 @@ proptest! {
 }
 
 /// The paper's tree with leaves that answer always the same.
-fn recharge(answers: &[(&str, Status)]) -> (Arc<Tree>, Script) {
+pub(crate) fn recharge(answers: &[(&str, Status)]) -> (Arc<Tree>, Script) {
     let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
     let answer = |id: &str| answers.iter().find(|(name, _)| *name == id).map_or(Status::Failure, |(_, status)| *status);
     let script = tree.leaves().map(|leaf| (leaf.type_id().to_owned(), vec![answer(leaf.type_id())])).collect();
@@ -277,7 +282,7 @@ fn requests_are_numbered_throughout_the_tree() {
 }
 
 #[test]
-fn a_tree_whose_skill_is_silent_takes_no_further_tick() {
+fn a_tree_whose_skill_is_silent_takes_no_further_tick_while_it_waits() {
     let (tree, script) = recharge(&[]);
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = Stage::new(&tree, form, &script, 0, 1);

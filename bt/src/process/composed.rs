@@ -2,11 +2,12 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Duration;
 
 use channels::{Capacity, ChannelSystem, Process, ProcessId, Topology, WiringError};
 
 use super::board::{BlackboardProcess, asked_domain, told_domain};
-use super::leaf::LeafProcess;
+use super::leaf::{LeafProcess, Parent};
 use super::node::{self, Child, NodeProcess, Role};
 use super::protocol::{LeafIds, Line, find_channel, question_domain, said_domain};
 use super::whole::TreeProcess;
@@ -25,7 +26,8 @@ pub type WiredProcess = (ProcessId, Box<dyn Process>);
 /// one more for a leaf that has scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses
 /// its blackboard, that is a member, too ("BT/blackboard"). The channels between the tree and the others are declared
 /// already (see [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its
-/// members. To everybody else they do what a [`TreeProcess`] does, message for message and number for number.
+/// members. To everybody else they do what a [`TreeProcess`] does, message for message and number for number; each
+/// leaf's answer is waited for so long as `leaf_timeout` says.
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if a channel between the tree and the others is missing,
@@ -36,6 +38,7 @@ pub fn node_processes(
     topology: &mut Topology,
     bt: &str,
     tick_generator: &str,
+    leaf_timeout: Duration,
 ) -> Result<Vec<WiredProcess>, WiringError> {
     let missing = || WiringError::MissingProcess { process: bt.to_owned() };
     let whole = topology.find_process(bt).ok_or_else(missing)?;
@@ -62,7 +65,7 @@ pub fn node_processes(
     }
     for (place, id) in composition.leaf_ids.ids().enumerate() {
         let line = Line::find(composition.topology, bt, id)?;
-        processes.push(composition.leaf(place, id, line));
+        processes.push(composition.leaf(place, id, line, leaf_timeout));
     }
     processes.extend(composition.board_process());
     Ok(processes)
@@ -231,10 +234,20 @@ impl Composition<'_> {
         NodeProcess::new(Role::Node(node), children)
     }
 
-    fn leaf(&self, place: usize, id: &str, skill: Line) -> WiredProcess {
+    fn leaf(&self, place: usize, id: &str, skill: Line, timeout: Duration) -> WiredProcess {
         let member = self.leaves[&place];
-        let parents = self.lines.iter().filter(|((_, child), _)| *child == member).map(|(_, line)| *line).collect();
-        (member, Box::new(LeafProcess::new(id.to_owned(), skill, self.leaf_ids.halts(place), parents)))
+        let parents = self.lines.iter().filter(|((_, child), _)| *child == member);
+        let parents = parents.filter_map(|(&(asking, _), &line)| {
+            let asks_as = |node: &&Node| self.leaf_of(node) == Some(member) && self.asking(node) == asking;
+            self.tree.nodes().iter().find(asks_as).map(|node| Parent { line, node: node.id() })
+        });
+        let halts = self.leaf_ids.halts(place);
+        (member, Box::new(LeafProcess::new(id.to_owned(), skill, halts, parents.collect(), timeout)))
+    }
+
+    /// Who asks the process of a leaf for that node: the node's parent, or the process that runs the node's scripts.
+    fn asking(&self, node: &Node) -> ProcessId {
+        if self.has_process(node) { self.member(node) } else { self.parent(node) }
     }
 
     fn board_process(&self) -> Option<WiredProcess> {

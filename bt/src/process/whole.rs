@@ -8,16 +8,18 @@ use channels::{
     WiringError,
 };
 
+use super::patience::{LEAF_TIMEOUT, Patience};
 use super::protocol::{LeafIds, Line, find_channel, reply_of, request_message};
 use crate::shared::Shared;
-use crate::{Execution, NodeState, Reply, Request, Step, Tree};
+use crate::{Execution, Fault, NodeState, Reply, Request, Step, Tree};
 
 /// A tree as one process.
 ///
 /// It waits for a tick, and then makes one leaf call after the other: it sends a request, waits for the answer, and goes
 /// on until the tick is over. It takes the next tick only then. Requests are numbered from 1 on, throughout the tree; a
 /// skill echoes the number of the request that it answers. A reply with another number, or one that does not answer the
-/// request, is received and dropped.
+/// request, is received and dropped. A leaf that does not answer within [`LEAF_TIMEOUT`] (or what
+/// [`with_leaf_timeout`](Self::with_leaf_timeout) says) is not waited for any longer.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -43,6 +45,7 @@ pub struct TreeProcess {
     request: RequestNumber,
     /// The pending call has been sent.
     is_sent: bool,
+    patience: Patience,
     tick: Option<i64>,
 }
 
@@ -80,8 +83,16 @@ impl TreeProcess {
             execution: Execution::new(tree),
             request: RequestNumber::default(),
             is_sent: false,
+            patience: Patience::new(LEAF_TIMEOUT),
             tick: None,
         })
+    }
+
+    /// The same tree, which waits so long for a leaf's answer.
+    #[must_use]
+    pub fn with_leaf_timeout(mut self, timeout: Duration) -> Self {
+        self.patience = Patience::new(timeout);
+        self
     }
 
     /// The tree at work.
@@ -94,6 +105,12 @@ impl TreeProcess {
     #[must_use]
     pub fn states(&self) -> Vec<NodeState> {
         self.execution.states()
+    }
+
+    /// What went wrong in the last tick, leaves that did not answer included.
+    #[must_use]
+    pub fn faults(&self) -> &[Fault] {
+        self.execution.faults()
     }
 
     /// The number of the last tick that was taken; none before the first.
@@ -119,10 +136,15 @@ impl TreeProcess {
         Some((line.requests, Envelope { message: message.clone(), request: self.request }))
     }
 
-    fn go_on(&mut self, step: Option<Step>) {
-        if let Some(Step::Call(_)) = step {
-            self.request.0 += 1;
-            self.is_sent = false;
+    fn go_on(&mut self, step: Option<Step>, now: Duration) {
+        match step {
+            Some(Step::Call(_)) => {
+                self.request.0 += 1;
+                self.is_sent = false;
+                self.patience.begin(now);
+            }
+            Some(Step::Done(_) | Step::Halted) => self.patience.end(),
+            None => {}
         }
     }
 
@@ -134,7 +156,7 @@ impl TreeProcess {
         // A reply that is no answer to the request leaves the execution where it is.
         let reply: Option<Reply> = reply_of(&envelope.message);
         let step = reply.and_then(|reply| self.execution.resume(now, reply));
-        self.go_on(step);
+        self.go_on(step, now);
     }
 }
 
@@ -159,13 +181,24 @@ impl Process for TreeProcess {
             (TICK, Some(envelope)) => {
                 self.tick = tick_number(&envelope.message);
                 let step = self.execution.start_tick(now);
-                self.go_on(step);
+                self.go_on(step, now);
             }
             (TransitionId(number), Some(envelope)) => {
                 self.receive_reply((number - FIRST_REPLY) as usize, &envelope, now)
             }
             (_, None) => {}
         }
+    }
+
+    fn next_timer(&self) -> Option<Duration> {
+        self.patience.deadline()
+    }
+
+    fn fire_timers(&mut self, now: Duration) {
+        let Some(call) = self.execution.pending().filter(|_| self.patience.is_over(now)) else { return };
+        let reason = self.patience.reason(self.execution.tree().node(call.leaf).type_id(), call.request);
+        let step = self.execution.give_up(now, reason);
+        self.go_on(step, now);
     }
 
     fn uses(&self) -> Vec<Use> {

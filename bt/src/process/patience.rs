@@ -1,0 +1,50 @@
+//! How long a tree waits for a leaf.
+
+use std::time::Duration;
+
+use crate::Request;
+
+/// How long a tree waits for a leaf's answer, unless it is told otherwise: long enough for a skill to have noticed that
+/// its own component is silent.
+pub const LEAF_TIMEOUT: Duration = Duration::from_secs(2);
+
+/// Until when the answer to a request may come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Patience {
+    timeout: Duration,
+    /// While a request is under way.
+    deadline: Option<Duration>,
+}
+
+impl Patience {
+    pub(super) fn new(timeout: Duration) -> Self {
+        Self { timeout, deadline: None }
+    }
+
+    /// A request is made: it is to be sent and answered within the timeout.
+    pub(super) fn begin(&mut self, now: Duration) {
+        self.deadline = Some(now.saturating_add(self.timeout));
+    }
+
+    /// It has been answered.
+    pub(super) fn end(&mut self) {
+        self.deadline = None;
+    }
+
+    pub(super) fn deadline(&self) -> Option<Duration> {
+        self.deadline
+    }
+
+    pub(super) fn is_over(&self, now: Duration) -> bool {
+        self.deadline.is_some_and(|deadline| deadline <= now)
+    }
+
+    /// What to say of a leaf that has not answered.
+    pub(super) fn reason(&self, leaf: &str, request: Request) -> String {
+        let what = match request {
+            Request::Tick => "answer its tick",
+            Request::Halt => "say that it has halted",
+        };
+        format!("{leaf} did not {what} within {} s", self.timeout.as_secs_f64())
+    }
+}
