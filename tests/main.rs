@@ -9,6 +9,7 @@ mod determinism;
 mod experiments;
 mod faults;
 mod monitors;
+mod protocol;
 mod report_page;
 mod skill_command;
 mod steward;

@@ -171,12 +171,13 @@ fn replies(operations: &[&Operation]) -> Vec<Shape> {
 }
 
 fn tree_processes(scenario: &Scenario, topology: &mut Topology, tree: ProcessId) -> Result<Vec<Player>, WiringError> {
+    let leaf_timeout = scenario.file.execution.leaf_timeout;
     match scenario.file.execution.tree {
         TreeForm::Whole => {
             let process = TreeProcess::new(Arc::clone(&scenario.tree), topology, TREE, TICK_GENERATOR)?;
-            Ok(vec![(tree, Box::new(process))])
+            Ok(vec![(tree, Box::new(process.with_leaf_timeout(leaf_timeout)))])
         }
-        TreeForm::Nodes => bt::node_processes(&scenario.tree, topology, TREE, TICK_GENERATOR),
+        TreeForm::Nodes => bt::node_processes(&scenario.tree, topology, TREE, TICK_GENERATOR, leaf_timeout),
     }
 }
 

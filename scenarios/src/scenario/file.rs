@@ -86,6 +86,8 @@ pub struct Execution {
     pub policy: Policy,
     /// How the tree's process is made.
     pub tree: TreeForm,
+    /// How long the tree waits for a leaf's answer.
+    pub leaf_timeout: Duration,
     /// The run ends then, whatever has happened.
     pub max_time: Duration,
     /// How many transitions the system may take in one step of the simulation before it counts as never quiet.
@@ -269,12 +271,15 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
         tick: Duration::from_secs(1),
         policy: Policy::Random,
         tree: TreeForm::Whole,
+        leaf_timeout: bt::LEAF_TIMEOUT,
         max_time: Duration::from_secs(3600),
         step_budget: 100_000,
     };
     let Some(table) = root.table("execution").optional() else { return Some(execution) };
     execution.tick =
         table.seconds("tick_s").check(|tick| *tick >= Duration::from_millis(20), "be at least 0.02").or(execution.tick);
+    let leaf_timeout = table.seconds("leaf_timeout_s").check(|time| !time.is_zero(), "be above 0");
+    execution.leaf_timeout = leaf_timeout.or(execution.leaf_timeout);
     execution.max_time = table.seconds("max_time_s").check(|time| !time.is_zero(), "be above 0").or(execution.max_time);
     execution.step_budget = table.get::<u64>("step_budget").within(1..=u64::MAX).or(execution.step_budget);
     execution.tree = table.one_of("tree", &[("whole", TreeForm::Whole), ("nodes", TreeForm::Nodes)]).or(execution.tree);

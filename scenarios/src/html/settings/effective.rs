@@ -61,7 +61,7 @@ pub(super) fn of(sim: &SimConfig, execution: &Execution) -> Vec<Group> {
 }
 
 fn execution(execution: &Execution, dt: Duration) -> Group {
-    let Execution { tick, policy, tree, max_time, step_budget } = execution;
+    let Execution { tick, policy, tree, leaf_timeout, max_time, step_budget } = execution;
     let policy = match policy {
         Policy::Random => "random".to_owned(),
         Policy::RoundRobin => "round-robin".to_owned(),
@@ -78,6 +78,7 @@ fn execution(execution: &Execution, dt: Duration) -> Group {
             ("time between ticks", duration(*tick)),
             ("scheduler", policy),
             ("behavior tree", tree.to_owned()),
+            ("patience with a leaf", duration(*leaf_timeout)),
             ("longest run", duration(*max_time)),
             ("transitions a step, at most", step_budget.to_string()),
         ],
