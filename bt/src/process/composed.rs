@@ -100,7 +100,10 @@ pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
     let members = || topology.processes().filter(|member| topology.whole(*member) == bt);
     let boards = members().filter_map(|member| system.process::<BlackboardProcess>(member));
     let nodes = members().filter_map(|member| system.process::<NodeProcess>(member));
-    boards.flat_map(|board| board.faults().to_vec()).chain(nodes.filter_map(NodeProcess::fault)).collect()
+    let leaves = members().filter_map(|member| system.process::<LeafProcess>(member));
+    let of_boards = boards.flat_map(|board| board.faults().to_vec());
+    let of_leaves = leaves.flat_map(|leaf| leaf.faults().to_vec());
+    of_boards.chain(nodes.filter_map(NodeProcess::fault)).chain(of_leaves).collect()
 }
 
 /// The blackboard of a tree that is the process `bt` of a system, in either form. None where the tree's nodes are
