@@ -25,6 +25,11 @@ fn orders() -> impl Strategy<Value = Vec<Order>> {
     prop::collection::vec(prop_oneof![8 => Just(Order::Tick), 1 => Just(Order::HaltTree)], 1..30)
 }
 
+/// What is written to the blackboard before each order, if anything is.
+fn writes() -> impl Strategy<Value = Vec<Option<i64>>> {
+    prop::collection::vec(prop::option::weighted(0.3, 0..3_i64), 30)
+}
+
 fn statuses(execution: &Execution) -> Vec<Option<Status>> {
     execution.states().into_iter().map(|NodeState { status, .. }| status).collect()
 }
@@ -33,13 +38,19 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn the_engine_does_what_the_oracle_does(spec in spec(), script in script_with_skips(), orders in orders()) {
+    fn the_engine_does_what_the_oracle_does(
+        spec in spec(), script in script_with_skips(), orders in orders(), writes in writes(),
+    ) {
         let tree = spec.tree();
         let mut oracle = Oracle::new(&spec, &script);
         let mut cast = Cast::new(&tree, &script);
         let mut execution = Execution::new(tree);
         execution.blackboard_mut().set(KEY, "0").unwrap();
-        for order in orders {
+        for (order, written) in orders.into_iter().zip(writes) {
+            if let Some(number) = written {
+                execution.blackboard_mut().set(KEY, number.to_string().as_str()).unwrap();
+                oracle.write(number);
+            }
             match order {
                 Order::Tick => match oracle.tick_once() {
                     Some(status) => prop_assert_eq!(execution.tick(NOW, &mut cast), status),

@@ -207,6 +207,11 @@ impl Oracle {
         None
     }
 
+    /// Writes the blackboard's entry.
+    pub(super) fn write(&mut self, number: i64) {
+        self.context.entry = number;
+    }
+
     pub(super) fn halt_tree(&mut self) {
         self.root.halt_every_node(&mut self.context);
     }
