@@ -1,4 +1,4 @@
-//! The monitors that are made from text against those built by hand, on recorded runs.
+//! The monitors that are made from text: against those built by hand, on recorded runs, and against themselves as SCXML.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -6,10 +6,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use ::monitors::{Channels, EventLog, PhiTwo, SHIPPED, load, phi1, phi2};
+use ::monitors::{Channels, EventLog, Format, Method, PhiTwo, SHIPPED, ScopeMonitor, load, phi1, phi2, scope_monitor};
 use ::steward::live::Live;
 use ::steward::scenario::{Scenario, find};
-use channels::{Event, Monitor, Topology, Verdict};
+use channels::{Event, EventKind, Monitor, Topology, Value, Verdict};
+use serde_json::json;
+use skills::{Chart, Cues, Machine, Transcript};
 use tempfile::tempdir;
 
 use crate::steward::report;
@@ -50,4 +52,96 @@ fn monitors_from_text_say_of_recorded_runs_what_those_built_by_hand_say() {
             assert_eq!(found.is_some(), is_unsafe && by_hand.name == "phi1", "{scenario} {}", by_hand.name);
         }
     }
+}
+
+/// Properties that become graphs as in the paper, bans, and automata.
+const OF_ALL_KINDS: &str = "
+    property ban := always ((BatteryReader, BatteryLevel, level < 20)
+        implies not time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) <= 2)
+    property way := (BatteryReader, BatteryLevel, m[1] = <ok> and m[2] > 20)
+        until (Localization, AtDestination, m[1] = <ok> and m[2] = true)
+    property step := always ((Navigation, GoToDestination, m[2] = <running>)
+        implies next (Navigation, GoToDestination, m[2] != <idle>))
+    property both := always ((BatteryReader, BatteryLevel, m[2] <= 30)
+            implies time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) < 3)
+        and always ((Navigation, GoToDestination, m[2] = <running>)
+            implies time_until (BatteryReader, BatteryLevel, true) <= 2)
+    property sense := always not (BatteryReader, BatteryLevel, m[1] = <error> and m[2] = \"no \\\"sensor\\\"\")";
+
+/// A run of ticks and of messages, one of each kind that the monitor tells apart, in an order that looks random.
+fn made_up_run(monitor: &ScopeMonitor, mut seed: u64) -> Vec<Event> {
+    let samples: Vec<EventKind> = monitor.samples().collect();
+    let mut ticks = 0_u64;
+    let events = (0..80).map(|step| {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let roll = (seed >> 33) as usize;
+        let kind = if step == 0 || !roll.is_multiple_of(4) {
+            EventKind::Tick
+        } else {
+            samples[roll / 4 % samples.len()].clone()
+        };
+        ticks += u64::from(kind == EventKind::Tick);
+        Event { step, tick: ticks - 1, time: Duration::from_millis(ticks * 1000 + step), kind }
+    });
+    events.collect()
+}
+
+/// An event as an exported machine gets it.
+fn cue(event: &Event, topology: &Topology) -> String {
+    let (name, data) = match &event.kind {
+        EventKind::Tick => ("tick".to_owned(), json!(event.tick)),
+        EventKind::Received { channel, message } => {
+            let (from, to) = topology.ends(*channel);
+            let value = |value: &Value| match value {
+                Value::Symbol(symbol) => json!({ "sym": symbol.name() }),
+                Value::Bool(truth) => json!(truth),
+                Value::Int(number) => json!(number),
+                Value::Real(number) => json!(number),
+                Value::Text(text) => json!(text),
+            };
+            (format!("message.{from}.{to}"), message.fields().iter().map(value).collect())
+        }
+    };
+    json!({ "event": name, "data": data }).to_string() + "\n"
+}
+
+/// How many of the events the machine has taken when it enters a state that means violation.
+fn violation_in_scxml(chart: &Arc<Chart>, events: &[Event], topology: &Topology) -> Option<usize> {
+    let text: String = events.iter().map(|event| cue(event, topology)).collect();
+    let cues = Cues::parse("run.jsonl", &text).unwrap();
+    let mut host = Transcript::default();
+    let mut machine = Machine::new(Arc::clone(chart));
+    machine.start(Duration::ZERO, &mut host);
+    cues.iter().position(|cue| {
+        machine.handle(cue.event.clone(), Duration::ZERO, &mut host);
+        ["failure", "Err", "violated"].iter().any(|state| machine.is_in(state))
+    })
+}
+
+#[test]
+fn exported_scxml_gives_the_same_verdicts_in_the_engine_of_the_skills() {
+    let topology = topology("nominal");
+    let texts = SHIPPED.into_iter().chain([("of all kinds", OF_ALL_KINDS)]);
+    let files = texts.map(|(name, text)| load(name, text, &topology, Duration::from_secs(1)).unwrap());
+    let properties: Vec<_> = files.flat_map(|file| file.properties).collect();
+    let mut automata = 0;
+    for property in &properties {
+        let fresh = scope_monitor(property.monitor.as_ref()).unwrap();
+        automata += u32::from(matches!(fresh.method(), Method::Automaton { .. }));
+        let scxml = fresh.export(Format::Scxml).unwrap();
+        let chart = Chart::load(&property.name, &scxml).unwrap();
+        let mut violated = 0;
+        for seed in 0..60 {
+            let events = made_up_run(fresh, seed);
+            let mut monitor = fresh.clone();
+            let expected = events.iter().position(|event| {
+                monitor.observe(event);
+                monitor.verdict() == Verdict::False
+            });
+            assert_eq!(violation_in_scxml(&chart, &events, &topology), expected, "{}, seed {seed}", property.name);
+            violated += u32::from(expected.is_some());
+        }
+        assert!(violated > 5, "{}: only {violated} runs are violated", property.name);
+    }
+    assert!(automata >= 3 && properties.len() - automata as usize >= 4);
 }

@@ -277,6 +277,11 @@ mod tests {
         let pair = |n| Formula::And(vec![event(0, n), event(1, n)]);
         let grown = |n| Formula::Or((1..=n).map(pair).collect());
         assert_eq!(clauses(&grown(8), &Vocabulary::of(&grown(8))).unwrap().len(), 256);
-        assert_eq!(clauses(&grown(12), &Vocabulary::of(&grown(12))), Err(TooManyParts));
+        assert_eq!(clauses(&grown(11), &Vocabulary::of(&grown(11))), Err(TooManyParts));
+        // 2 · 2 · 2 · 2 · 5 · 5 · 5 clauses are as many as there may be.
+        let all = |(first, last)| Formula::And((first..=last).map(|field| event(0, field)).collect());
+        let largest = [(1, 2), (3, 4), (5, 6), (7, 8), (9, 13), (14, 18), (19, 23)];
+        let largest = Formula::Or(largest.into_iter().map(all).collect());
+        assert_eq!(clauses(&largest, &Vocabulary::of(&largest)).unwrap().len(), MAX_PARTS);
     }
 }

@@ -4,14 +4,21 @@ use channels::{ChannelId, FieldKind, Relation, Topology, Value};
 
 use crate::formula::{Event, Formula, MessageCondition};
 
-/// What a formula asks for, in a sentence.
+/// What a formula asks for, in a sentence; one for each part of an outermost `and`.
 #[must_use]
 pub fn explain(formula: &Formula, topology: &Topology) -> String {
-    let mut text = Explainer { topology }.sentence(formula);
+    match formula {
+        Formula::And(parts) if !parts.is_empty() => {
+            parts.iter().map(|part| explain(part, topology)).collect::<Vec<_>>().join(" ")
+        }
+        formula => capitalised(Explainer { topology }.sentence(formula)) + ".",
+    }
+}
+
+fn capitalised(mut text: String) -> String {
     if let Some(first) = text.chars().next() {
         text.replace_range(..first.len_utf8(), &first.to_uppercase().to_string());
     }
-    text.push('.');
     text
 }
 

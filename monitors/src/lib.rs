@@ -88,12 +88,26 @@
 //! shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become
 //! automata over the letters that messages can be, as far as a formula can tell them apart, with at most
 //! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as it can be given. What is
-//! too large is carried along as a formula ([`Method::Progression`]): never wrong, but late where it takes two
+//! too large is said so at load, and carried along as a formula ([`Method::Progression`]) or, if it is several clauses
+//! with deadlines, as their graphs side by side ([`Method::Graphs`]): never wrong, but late where it takes two
 //! obligations to see that they contradict each other.
+//!
+//! An automaton is not minimised: its states are the different things that can be owed, and the limit counts those. They
+//! have a unique form where no windows are involved. What exceeds the limit in practice is windows that do not begin
+//! now (`= 30` after each of many messages: two to the power of 30 states, minimised or not) and products of long
+//! deadlines; a formula that only a minimised automaton would fit within the limit is monitored as one too large.
 //!
 //! The paper's response monitor arms its timer with θ and fails on the tick that finds it at 0, one tick later than
 //! `< θ` says. The formula is the requirement, and the synthesised monitor keeps to it.
-
+//!
+//! # Why a property is violated
+//!
+//! A [`Witness`] names the clause, the messages that made its antecedent hold or that must not have come, the deadline
+//! and what was missing. Where clauses cannot be told apart (`until`, `next`, nested operators) it names the whole
+//! formula, the messages when something began to be owed and the last ones, and a deadline if one has passed. Messages
+//! are remembered one a channel and clause, so memory does not grow with the run: of overlapping obligations with
+//! windows that do not begin now, only the antecedent of the first is at hand.
+//!
 //! # What is tried
 //!
 //! - `cargo test -p monitors`: ten thousand random pairs of a formula and a sequence, on which the oracle, automaton,
@@ -105,6 +119,9 @@
 //! - `cargo run --release -p monitors --example scxml_traces -- 300`: exported machines with runs and verdicts, for an
 //!   ECMAScript SCXML engine (`examples/scxml_traces.mjs` runs them in SCION).
 //! - `cargo run --release -p monitors --example log_speed -- 10000000 log.jsonl`: a log of ten million events.
+//! - `tests/monitors.rs` of the workspace: exported machines in the SCXML engine of the skills, on random runs.
+//! - `FEWER_CASES=20 cargo mutants -p monitors`: semantics and synthesis, broken in hundreds of places;
+//!   MUTANTS.md lists what survives and why.
 //! - `cargo bench -p monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
 
 mod clause;

@@ -6,8 +6,8 @@ use channels::Topology;
 
 use crate::clause::{Form, Vocabulary, clauses};
 use crate::engine::{
-    Alphabet, Automaton, AutomatonRun, Compact, CompactRun, Letter, MAX_AUTOMATON_STATES, MAX_EVENTS, Operators,
-    Progression,
+    Alphabet, Automaton, AutomatonRun, Clause, Compact, CompactRun, Letter, MAX_AUTOMATON_STATES, MAX_EVENTS,
+    Operators, Progression,
 };
 use crate::formula::Formula;
 use crate::oracle::FormulaTooLarge;
@@ -58,6 +58,8 @@ pub(crate) struct Synthesis {
     pub(crate) alphabet: Alphabet,
     pub(crate) operators: Arc<Operators>,
     machine: Machine,
+    /// The clauses as rules with a deadline each, where they have that form: the words for what the machine says.
+    rules: Option<Arc<Compact>>,
 }
 
 #[derive(Clone, Debug)]
@@ -77,8 +79,9 @@ impl Synthesis {
         let form = clauses(formula, &vocabulary)?;
         let alphabet = Alphabet::new(&vocabulary, topology);
         let operators = Operators::new(&form, &vocabulary, &alphabet);
-        let machine = choice.machine(&form, &vocabulary, &alphabet, &operators);
-        Ok(Self { form, vocabulary, alphabet, operators: Arc::new(operators), machine })
+        let rules = Compact::new(&form, &vocabulary, &alphabet).map(Arc::new);
+        let machine = choice.machine(rules.as_ref(), &alphabet, &operators);
+        Ok(Self { form, vocabulary, alphabet, operators: Arc::new(operators), machine, rules })
     }
 
     pub(crate) fn method(&self) -> Method {
@@ -95,6 +98,11 @@ impl Synthesis {
             Machine::Compact(compact) => Some(compact),
             _ => None,
         }
+    }
+
+    /// The clauses as rules, whichever machine does the work.
+    pub(crate) fn rules(&self) -> Option<&Arc<Compact>> {
+        self.rules.as_ref()
     }
 
     pub(crate) fn automaton(&self) -> Option<&Automaton> {
@@ -117,17 +125,17 @@ impl Synthesis {
 }
 
 impl Choice {
-    fn machine(self, form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet, operators: &Operators) -> Machine {
-        let compact = if self == Self::Best { Compact::new(form, vocabulary, alphabet) } else { None };
-        if let Some(compact) = compact.clone().filter(Compact::is_exact) {
-            return Machine::Compact(Arc::new(compact));
+    fn machine(self, rules: Option<&Arc<Compact>>, alphabet: &Alphabet, operators: &Operators) -> Machine {
+        let compact = rules.filter(|_| self == Self::Best).map(Arc::clone);
+        if let Some(compact) = compact.clone().filter(|compact| compact.is_exact()) {
+            return Machine::Compact(compact);
         }
         if self == Self::Progression {
             return Machine::Progression;
         }
         match (Automaton::new(operators, alphabet, MAX_AUTOMATON_STATES), compact) {
             (Ok(automaton), _) => Machine::Automaton(Arc::new(automaton)),
-            (Err(_), Some(compact)) => Machine::Compact(Arc::new(compact)),
+            (Err(_), Some(compact)) => Machine::Compact(compact),
             (Err(_), None) => Machine::Progression,
         }
     }
@@ -165,6 +173,15 @@ impl Run {
             Self::Compact(run) => run.verdict(),
             Self::Automaton(run) => run.verdict(),
             Self::Progression(run) => run.verdict(),
+        }
+    }
+
+    /// The clause that was not met in its time, if that is what has settled the verdict: ticks count from the first state.
+    pub(crate) fn missed(&self) -> Option<&Clause> {
+        match self {
+            Self::Compact(_) => None,
+            Self::Automaton(run) => run.missed(),
+            Self::Progression(run) => run.missed(),
         }
     }
 

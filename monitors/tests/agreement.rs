@@ -1,16 +1,18 @@
 //! Every monitor agrees with the oracle on every prefix of random sequences.
 
-use channels::{EventKind, Monitor, Relation, Verdict};
-use monitors::{Formula, Method, ScopeMonitor};
+use channels::{EventKind, Message, Monitor, Relation, Value, Verdict};
+use monitors::{Choice, Formula, MessageCondition, Method, ScopeMonitor, holds};
 
-use crate::support::{self, Dice, Tally, check, random_event, random_formula, random_sequence, topology};
+use crate::cases::cases;
+use crate::support::{
+    self, Dice, Tally, check, check_letters, formula_over, random_event, random_formula, random_sequence, topology,
+};
 
-/// Ten thousand pairs, or as many as `AGREE_PAIRS` says: mutation testing takes fewer.
 #[test]
 fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     let topology = topology();
     let mut tally = Tally::default();
-    let pairs = std::env::var("AGREE_PAIRS").ok().and_then(|pairs| pairs.parse().ok()).unwrap_or(10_000);
+    let pairs = cases(10_000);
     for seed in 0..pairs {
         let mut dice = Dice(seed);
         let depth = 1 + seed as u32 % 3;
@@ -23,6 +25,135 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     }
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
+}
+
+/// A message that its channel's domain does not have leaves the automaton, and the rest of the run is judged all the same.
+#[test]
+fn messages_outside_the_domains_are_followed_too() {
+    let topology = topology();
+    let channel = topology.channels().nth(2).expect("C → D");
+    let on = |value: bool| MessageCondition::Compare { field: 1, relation: Relation::Equal, value: value.into() };
+    let [is_on, is_off] = [true, false].map(|value| monitors::Event { channel, condition: on(value) });
+    let (mut automata, mut left) = (0, 0);
+    for seed in 0..cases(4_000) {
+        let mut dice = Dice(seed + 6_000_000);
+        let events = [is_on.clone(), is_off.clone(), random_event(&mut dice, &topology)];
+        let formula = formula_over(&mut dice, &events, 1 + seed as u32 % 2);
+        let mut sequence = random_sequence(&mut dice, &topology, 16);
+        for event in &mut sequence {
+            if matches!(event.kind, EventKind::Received { .. }) && dice.roll(3) == 0 {
+                event.kind = EventKind::Received { channel, message: Message::symbols(["neither"]) };
+            }
+        }
+        for choice in [Choice::Best, Choice::Automaton, Choice::Progression] {
+            let mut monitor = ScopeMonitor::with("p", formula.clone(), &topology, choice).expect("small");
+            automata += u64::from(matches!(monitor.method(), Method::Automaton { .. }));
+            if let Err(what) = check_letters(&monitor, &sequence) {
+                panic!("{what}, {choice:?}, seed {seed}\n{formula:#?}\n{sequence:#?}");
+            }
+            for length in 0..=sequence.len() {
+                let prefix = &sequence[..length];
+                prefix.last().into_iter().for_each(|event| monitor.observe(event));
+                let says = match monitor.verdict() {
+                    Verdict::Inconclusive => monitor.holds_so_far(),
+                    settled => settled == Verdict::True,
+                };
+                let truth = holds(&formula, prefix).expect("small");
+                assert_eq!(says, truth, "{choice:?}, seed {seed}, after {length}\n{formula:#?}\n{sequence:#?}");
+            }
+            left += u64::from(monitor.verdict() == Verdict::Inconclusive && monitor.continuation(true).is_none());
+        }
+    }
+    assert!(automata > cases(2_000) && left > cases(500), "{automata} automata, {left} left");
+}
+
+/// Answers to one question with one deadline make a graph. With deadlines of their own, or a ban beside an answer, one
+/// number is not enough.
+#[test]
+fn answers_with_deadlines_of_their_own_are_kept_apart() {
+    let topology = topology();
+    let on = |channel, value: Value| monitors::Event {
+        channel: topology.channels().nth(channel).expect("four channels"),
+        condition: MessageCondition::Compare { field: 1, relation: Relation::Equal, value },
+    };
+    let asks = Formula::Event(on(0, Value::symbol("x")));
+    let within =
+        |channel, value, ticks| Formula::TimeUntil { event: on(channel, value), relation: Relation::Less, ticks };
+    let [yes, one] = [|ticks| (2, Value::Bool(true), ticks), |ticks| (3, Value::Int(1), ticks)];
+    let timed = |(channel, value, ticks)| within(channel, value, ticks);
+    let cases = [
+        (timed(yes(2)), timed(one(2)), true),
+        (timed(yes(2)), timed(one(4)), false),
+        (timed(yes(4)), timed(one(2)), false),
+        (timed(yes(3)), timed(one(3)).negated(), false),
+    ];
+    let mut tally = Tally::default();
+    for (first, second, is_graph) in cases {
+        let formula = asks.clone().implies(Formula::Or(vec![first, second])).always();
+        let monitor = ScopeMonitor::new("p", formula.clone(), &topology).expect("small");
+        assert_eq!(monitor.method() == Method::Graph, is_graph, "{formula:#?}");
+        for seed in 0..60 {
+            let sequence = random_sequence(&mut Dice(seed), &topology, 24);
+            check(&formula, &sequence, &topology, &mut tally).unwrap_or_else(|what| panic!("seed {seed}: {what}"));
+        }
+    }
+    assert!(tally.settled > 30, "{tally:?}");
+}
+
+/// A clause that looks at very many last messages would need a large table: an automaton over the messages that can
+/// come does with less.
+#[test]
+fn a_graph_with_too_many_states_is_left_to_an_automaton() {
+    let topology = topology();
+    let equals = |channel, field, value: Value| {
+        let condition = MessageCondition::Compare { field, relation: Relation::Equal, value };
+        Formula::Event(monitors::Event { channel: topology.channels().nth(channel).expect("four channels"), condition })
+    };
+    let method = |levels: u32, numbers: i64| {
+        let words = ["w", "x", "y", "z"].map(|word| equals(0, 1, Value::symbol(word)));
+        let levels = (0..levels).map(|level| equals(1, 2, Value::Real(level.into())));
+        let numbers = (0..numbers).map(|number| equals(3, 1, Value::Int(number)));
+        let any = Formula::Or(words.into_iter().chain(levels).chain(numbers).collect());
+        ScopeMonitor::new("p", any.always(), &topology).expect("small").method()
+    };
+    assert_eq!(method(4, 4), Method::Graph);
+    assert!(matches!(method(5, 4), Method::Automaton { states } if states < 500), "{:?}", method(5, 4));
+}
+
+/// Two clauses of the present that look at the same last message: it must be remembered for both.
+#[test]
+fn what_two_clauses_look_at_is_remembered_for_both() {
+    let topology = topology();
+    let level = |relation, value: f64| MessageCondition::Compare { field: 2, relation, value: value.into() };
+    let high = monitors::Event {
+        channel: topology.channels().nth(1).expect("B → C"),
+        condition: level(Relation::Greater, 50.0),
+    };
+    let on = |channel, value: Value| monitors::Event {
+        channel: topology.channels().nth(channel).expect("four channels"),
+        condition: MessageCondition::Compare { field: 1, relation: Relation::Equal, value },
+    };
+    let (x, yes) = (on(0, Value::symbol("x")), on(2, Value::Bool(true)));
+    let either =
+        |other: &monitors::Event| Formula::Or(vec![Formula::Event(high.clone()), Formula::Event(other.clone())]);
+    let formula = Formula::And(vec![either(&x), either(&yes)]).always();
+    let mut monitor = ScopeMonitor::new("p", formula, &topology).expect("small");
+    assert_eq!(monitor.method(), Method::Graph);
+    let received = |event: &monitors::Event, fields: Vec<Value>| EventKind::Received {
+        channel: event.channel,
+        message: Message::new(fields),
+    };
+    let ok = Value::symbol("ok");
+    for kind in [
+        received(&high, vec![ok.clone(), Value::Real(80.0)]),
+        received(&x, vec![Value::symbol("y")]),
+        received(&yes, vec![Value::Bool(false)]),
+    ] {
+        monitor.observe(&support::event(0, 0, kind));
+        assert_eq!(monitor.verdict(), Verdict::Inconclusive);
+    }
+    monitor.observe(&support::event(1, 0, received(&high, vec![ok, Value::Real(20.0)])));
+    assert_eq!(monitor.verdict(), Verdict::False);
 }
 
 /// The formula with all bounds multiplied.
@@ -49,7 +180,7 @@ fn stretched(formula: &Formula, factor: u64) -> Formula {
 fn longer_bounds_and_sequences_agree_too() {
     let topology = topology();
     let mut tally = Tally::default();
-    for seed in 0..400 {
+    for seed in 0..cases(400) {
         let mut dice = Dice(seed + 3_000_000);
         let formula = stretched(&random_formula(&mut dice, &topology, 2), 5);
         let sequence = random_sequence(&mut dice, &topology, 70);
@@ -57,6 +188,38 @@ fn longer_bounds_and_sequences_agree_too() {
             panic!("pair {seed}: {what}\n{formula:#?}\n{sequence:#?}");
         }
     }
+}
+
+/// `always (a implies time_until b < theta)` for each pair of events.
+fn answers(pairs: &[[monitors::Event; 2]], theta: u64) -> Formula {
+    let rule = |[asks, answer]: &[monitors::Event; 2]| {
+        let answered = Formula::TimeUntil { event: answer.clone(), relation: Relation::Less, ticks: theta };
+        Formula::Event(asks.clone()).implies(answered).always()
+    };
+    Formula::And(pairs.iter().map(rule).collect())
+}
+
+/// Two deadlines a long way off would need an automaton of more than ten thousand states: the two graphs side by side
+/// do without, are never wrong, and do not promise to be early.
+#[test]
+fn what_is_too_large_for_an_automaton_is_watched_without_one() {
+    let topology = topology();
+    let mut dice = Dice(7);
+    let mut on = |channel| loop {
+        let event = random_event(&mut dice, &topology);
+        if Some(event.channel) == topology.channels().nth(channel) {
+            break event;
+        }
+    };
+    let pairs = [[on(0), on(1)], [on(2), on(3)]];
+    let small = ScopeMonitor::new("small", answers(&pairs, 5), &topology).expect("small");
+    assert!(matches!(small.method(), Method::Automaton { states } if states < 100) && small.method().anticipates());
+    let large = ScopeMonitor::new("large", answers(&pairs, 5_000), &topology).expect("small");
+    assert!(large.method() == Method::Graphs && !large.method().anticipates());
+    let exactly = Formula::TimeUntil { event: pairs[0][1].clone(), relation: Relation::Equal, ticks: 50 };
+    let exactly = Formula::Event(pairs[0][0].clone()).implies(exactly).always();
+    let exactly = ScopeMonitor::new("exactly", exactly, &topology).expect("small");
+    assert!(exactly.method() == Method::Progression && !exactly.method().anticipates());
 }
 
 /// Deadlines a long way off cost no more memory than near ones, and are met or missed to the tick.

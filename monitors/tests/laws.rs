@@ -3,12 +3,13 @@
 use channels::{ChannelId, Event, EventKind, Topology};
 use monitors::{Formula, holds};
 
+use crate::cases::cases;
 use crate::support::{Dice, formula_over, random_event, random_formula, random_sequence, topology};
 
 /// Random operands, and a random sequence that begins with a tick as runs do.
-fn for_random(cases: u64, law: impl Fn(&[Formula; 3], &[Event], &Topology) -> Result<(), String>) {
+fn for_random(usual: u64, law: impl Fn(&[Formula; 3], &[Event], &Topology) -> Result<(), String>) {
     let topology = topology();
-    for seed in 0..cases {
+    for seed in 0..cases(usual) {
         let mut dice = Dice(seed + 77_000_000);
         let operands = [(); 3].map(|()| random_formula(&mut dice, &topology, 2));
         let length = dice.roll(14) as usize;
@@ -135,7 +136,7 @@ fn temporal_operators_have_their_duals() {
 #[test]
 fn always_distributes_over_and_and_so_do_the_others() {
     let topology = topology();
-    for seed in 0..4_000 {
+    for seed in 0..cases(4_000) {
         let mut dice = Dice(seed + 99_000_000);
         let mut half = |first| random_formula_over_half(&mut dice, &topology, first, 2);
         let (a, b, c) = (half(true), half(false), half(true));

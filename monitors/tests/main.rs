@@ -1,6 +1,7 @@
 //! The language, its semantics and its monitors, from outside.
 
 mod agreement;
+mod cases;
 mod diagnostics;
 mod language;
 mod laws;

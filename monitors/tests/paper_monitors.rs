@@ -6,6 +6,7 @@ use std::time::Duration;
 use channels::{Event, EventKind, Message, Monitor, Topology, Value, Verdict};
 use monitors::{PhiTwo, Property, SHIPPED, holds, phi1, phi2, scope_monitor};
 
+use crate::cases::cases;
 use crate::robot::topology;
 use crate::support::{Dice, event};
 
@@ -60,16 +61,16 @@ fn violation(monitor: &mut dyn Monitor, events: &[Event]) -> Option<usize> {
 #[test]
 fn the_monitors_of_phi1_are_the_same() {
     let topology = topology();
-    let mut violated = 0;
-    for seed in 0..10_000 {
+    let mut violated: u64 = 0;
+    for seed in 0..cases(10_000) {
         let events = run(&mut Dice(seed), &topology, 40);
         let by_hand = violation(phi1(&topology, 20).expect("wired").monitor.as_mut(), &events);
         let mut synthesised = shipped_phi1(&topology);
         let from_text = violation(synthesised.monitor.as_mut(), &events);
         assert_eq!(by_hand, from_text, "seed {seed}");
-        violated += u32::from(from_text.is_some());
+        violated += u64::from(from_text.is_some());
     }
-    assert!(violated > 5_000);
+    assert!(violated > cases(5_000));
 }
 
 fn shipped_phi1(topology: &std::sync::Arc<Topology>) -> Property {
@@ -159,8 +160,8 @@ impl Figure {
 fn the_monitors_of_phi2_differ_in_classes_that_have_names() {
     let topology = topology();
     let theta = 4;
-    let mut counts = std::collections::BTreeMap::<Difference, u32>::new();
-    for seed in 0..10_000 {
+    let mut counts = std::collections::BTreeMap::<Difference, u64>::new();
+    for seed in 0..cases(10_000) {
         let events = run(&mut Dice(seed + 5_000_000), &topology, 60);
         let deadline = PhiTwo { low_pct: 30, deadline_ticks: theta };
         let by_hand = violation(phi2(&topology, deadline).expect("wired").monitor.as_mut(), &events);
@@ -215,14 +216,14 @@ fn the_monitors_of_phi2_differ_in_classes_that_have_names() {
         Difference::LevelBeforeRunning,
         Difference::RunningForgotten,
     ] {
-        assert!(counts.get(&class).is_some_and(|count| *count > 20), "{class:?}: {counts:?}");
+        assert!(counts.get(&class).is_some_and(|count| count * 500 > cases(10_000)), "{class:?}: {counts:?}");
     }
 }
 
 #[test]
 fn the_synthesised_monitor_of_phi2_says_what_the_oracle_says() {
     let topology = topology();
-    for seed in 0..1_000 {
+    for seed in 0..cases(1_000) {
         let events = run(&mut Dice(seed + 8_000_000), &topology, 30);
         let mut phi2 = shipped("phi2", &topology, 3);
         let fails = violation(phi2.monitor.as_mut(), &events);

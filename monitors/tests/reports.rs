@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Message, Topology, Value, Verdict};
-use monitors::{Format, Formula, Outcome, Property, SHIPPED, ScopeMonitor, explain, scope_monitor};
+use monitors::{Format, Formula, Method, Outcome, Property, SHIPPED, ScopeMonitor, explain, scope_monitor};
 
 use crate::robot::topology;
 
@@ -167,6 +167,73 @@ fn formulas_of_other_kinds_have_witnesses_too() {
     insta::assert_snapshot!(watch.monitor().witness().unwrap());
 }
 
+/// Two clauses with deadlines, which an automaton watches together.
+const TWO_ANSWERS: &str = "
+    always ((BatteryReader, BatteryLevel, m[2] < 20)
+        implies time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) < 3)
+    and always ((Localization, AtRechargingStation, m[2] = true)
+        implies time_until (BatteryReader, BatteryLevel, m[2] > 50) < 5)";
+
+#[test]
+fn of_several_clauses_the_one_that_was_violated_is_named() {
+    let mut watch = Watch::new(TWO_ANSWERS);
+    assert!(matches!(watch.monitor().method(), Method::Automaton { .. }));
+    watch.tick();
+    watch.see("Localization", "AtRechargingStation", Message::new([Value::symbol("ok"), true.into()]));
+    watch.tick();
+    watch.level(10.0);
+    assert_eq!(watch.monitor().open_obligations().len(), 2);
+    watch.tick();
+    assert_eq!(watch.start(), Verdict::Inconclusive);
+    watch.tick();
+    watch.tick();
+    assert_eq!(watch.tick(), Verdict::False);
+    let witness = watch.monitor().witness().unwrap();
+    assert_eq!((witness.since.unwrap().tick, witness.deadline_tick, witness.settled.tick), (1, Some(5), 6));
+    insta::assert_snapshot!(witness);
+}
+
+#[test]
+fn obligations_that_contradict_each_other_are_named_together() {
+    let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
+    let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
+    let there = "(Localization, AtRechargingStation, m[2] = true)";
+    let mut watch = Watch::new(&format!(
+        "always ({low} implies time_until {start} < 3) and always ({there} implies not time_until {start} < 9)"
+    ));
+    watch.tick();
+    watch.level(10.0);
+    watch.tick();
+    // Before the deadline: whatever comes now, one of the two is violated.
+    let at = Message::new([Value::symbol("ok"), true.into()]);
+    assert_eq!(watch.see("Localization", "AtRechargingStation", at), Verdict::False);
+    let witness = watch.monitor().witness().unwrap();
+    assert_eq!((witness.messages.len(), witness.deadline_tick), (2, Some(3)));
+    insta::assert_snapshot!(witness);
+}
+
+#[test]
+fn a_missed_moment_is_named_whatever_the_monitor() {
+    let answer = "time_until (BatteryReader, BatteryLevel, m[2] > 50) =";
+    for (ticks, anticipates) in [(3, true), (40, false)] {
+        let mut watch =
+            Watch::new(&format!("always ((Navigation, GoToDestination, m[2] = <running>) implies {answer} {ticks})"));
+        assert_eq!(watch.monitor().method().anticipates(), anticipates);
+        watch.tick();
+        watch.tick();
+        watch.running();
+        for _ in 2..ticks + 2 {
+            assert_eq!(watch.tick(), Verdict::Inconclusive);
+            watch.level(10.0);
+        }
+        assert_eq!(watch.tick(), Verdict::False);
+        let witness = watch.monitor().witness().unwrap();
+        assert_eq!((witness.since.unwrap().tick, witness.deadline_tick), (2, Some(ticks + 2)));
+        assert_eq!(witness.missing.as_deref(), Some("(BatteryReader, BatteryLevel, m[2] > 50)"));
+        assert_eq!(witness.messages[0].message, Message::symbols(["ok", "running"]));
+    }
+}
+
 #[test]
 fn an_antecedent_that_never_held_is_reported_clause_by_clause() {
     let mut watch = Watch::shipped("phi2");
@@ -208,6 +275,8 @@ fn properties_read_as_english() {
         .map(|(name, watch)| format!("{name}: {}", explain(watch.monitor().formula(), &watch.topology)))
         .collect();
     insta::assert_snapshot!(said.join("\n"));
+    let both = Watch::new(TWO_ANSWERS);
+    insta::assert_snapshot!(explain(both.monitor().formula(), &both.topology));
     assert_eq!(explain(&Formula::True, &topology()), "Nothing is asked.");
 }
 

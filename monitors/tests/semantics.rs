@@ -164,6 +164,43 @@ fn time_until_is_about_some_message_that_passes() {
 }
 
 #[test]
+fn conditions_are_read_as_logic_has_them() {
+    let compare = |field, relation, value: bool| MessageCondition::Compare { field, relation, value: value.into() };
+    let (yes, no) = (compare(1, Relation::Equal, true), compare(1, Relation::Equal, false));
+    let (plus, minus) = (Message::new([Value::Bool(true)]), Message::new([Value::Bool(false)]));
+    let not = |part: &MessageCondition| MessageCondition::Not(Box::new(part.clone()));
+    let implies = |a: &MessageCondition, b: &MessageCondition| {
+        MessageCondition::Implies(Box::new(a.clone()), Box::new(b.clone()))
+    };
+    let both = MessageCondition::And(vec![yes.clone(), no.clone()]);
+    let either = MessageCondition::Or(vec![yes.clone(), no.clone()]);
+    // Each with what it says of `[true]` and of `[false]`.
+    let said = [
+        (&yes, [true, false]),
+        (&not(&yes), [false, true]),
+        (&both, [false, false]),
+        (&not(&both), [true, true]),
+        (&either, [true, true]),
+        (&implies(&yes, &no), [false, true]),
+        (&implies(&yes, &yes), [true, true]),
+        (&implies(&MessageCondition::True, &yes), [true, false]),
+        (&MessageCondition::False, [false, false]),
+    ];
+    for (condition, expected) in said {
+        assert_eq!([&plus, &minus].map(|message| condition.holds(message)), expected, "{condition:?}");
+    }
+    // A field that is absent or of another type: only `!=` holds, as the negation of `=`.
+    for relation in
+        [Relation::Equal, Relation::Less, Relation::LessOrEqual, Relation::Greater, Relation::GreaterOrEqual]
+    {
+        assert!(!compare(2, relation, true).holds(&plus), "{relation:?}");
+        assert!(!compare(1, relation, true).holds(&Message::symbols(["true"])), "{relation:?}");
+    }
+    assert!(compare(2, Relation::NotEqual, true).holds(&plus));
+    assert!(compare(1, Relation::NotEqual, true).holds(&Message::symbols(["true"])));
+}
+
+#[test]
 fn channels_that_are_not_mentioned_are_not_there() {
     // The first state is the first that the property can see: `b` is not mentioned.
     says(&next(is("a")), &["b+ a- a+"], &["b+ a+"]);

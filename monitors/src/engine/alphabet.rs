@@ -23,6 +23,11 @@ impl Letter {
     pub(crate) fn is_tick(self) -> bool {
         self.channel == 0
     }
+
+    /// The events that the last messages satisfy, if it was those of `last` before this letter.
+    pub(crate) fn after(self, last: u64) -> u64 {
+        last & !self.channel | self.satisfied
+    }
 }
 
 /// A formula speaks of at most this many different events.
@@ -294,6 +299,15 @@ mod tests {
         assert_eq!(letters(of(FieldKind::Int), &between), [1, 2]);
         let halves = [compare(1, Relation::Greater, 2.5), compare(1, Relation::Less, 3.5)];
         assert_eq!(letters(of(FieldKind::Int), &halves), [1, 2, 3]);
+        let wide = [compare(1, Relation::Greater, 0.1), compare(1, Relation::Less, 5)];
+        assert_eq!(letters(of(FieldKind::Real), &wide), [1, 2, 3]);
+        let apart = [compare(1, Relation::Less, -5), compare(1, Relation::Greater, 30)];
+        assert_eq!(letters(of(FieldKind::Real), &apart), [0, 1, 2]);
+        let huge = [compare(1, Relation::Less, 1e17), compare(1, Relation::Greater, 1e17)];
+        assert_eq!(letters(of(FieldKind::Real), &huge), [0, 1, 2]);
+        let signs = [compare(1, Relation::Less, 0), compare(1, Relation::Greater, 0)];
+        assert_eq!(letters(of(FieldKind::Real), &signs), [0, 1, 2]);
+        assert_eq!(letters(of(FieldKind::Int), &signs), [0, 1, 2]);
         let tenths = [compare(1, Relation::GreaterOrEqual, -0.1), compare(1, Relation::LessOrEqual, -0.1)];
         assert_eq!(letters(of(FieldKind::Real), &tenths), [1, 2, 3]);
     }

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use channels::Verdict;
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
-use crate::engine::obligations::Obligations;
+use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::{Operators, State};
 use crate::engine::progression::Progression;
+use crate::engine::table::Table;
 
 /// The number of a state of an automaton.
 pub(crate) type StateNumber = u16;
@@ -31,9 +32,8 @@ pub(crate) struct TooManyStates;
 /// A state is settled as soon as no path leads to both outcomes: anticipation is exact.
 #[derive(Clone, Debug)]
 pub(crate) struct Automaton {
-    /// Where each symbol leads from each state: `table[state << width | symbol]`.
-    table: Vec<StateNumber>,
-    width: u32,
+    /// Where each symbol leads from each state.
+    table: Table<StateNumber>,
     /// What a state stands for: obligations (none yet at the start) and remembered events.
     meanings: Vec<(Option<Obligations>, u64)>,
     verdicts: Vec<Verdict>,
@@ -45,16 +45,15 @@ impl Automaton {
     /// The automaton, if it has no more than `limit` states.
     pub(crate) fn new(operators: &Operators, alphabet: &Alphabet, limit: usize) -> Result<Self, TooManyStates> {
         let symbols = alphabet.symbols().ok_or(TooManyStates)?;
-        let width = u32::from(symbols).next_power_of_two().trailing_zeros();
-        let explorer = Explorer { operators, alphabet, width, known: HashMap::new(), meanings: Vec::new(), limit };
-        let (table, meanings) = explorer.explore()?;
+        let explorer = Explorer { operators, alphabet, known: HashMap::new(), meanings: Vec::new(), limit };
+        let (table, meanings) = explorer.explore(Table::new(symbols))?;
         let holds: Vec<bool> = meanings
             .iter()
             .map(|(owed, _)| {
                 owed.as_ref().map_or_else(|| operators.holds_on_nothing(), |owed| operators.met_at_the_end(owed))
             })
             .collect();
-        let mut automaton = Self { table, width, meanings, verdicts: Vec::new(), holds, symbols };
+        let mut automaton = Self { table, meanings, verdicts: Vec::new(), holds, symbols };
         automaton.verdicts = automaton.anticipate();
         Ok(automaton)
     }
@@ -109,7 +108,7 @@ impl Automaton {
 
     /// Where a symbol leads from a state; `None` for messages outside the domains.
     pub(crate) fn successor(&self, state: usize, symbol: Symbol) -> Option<usize> {
-        let next = self.table[state << self.width | usize::from(symbol.0)];
+        let next = self.table.get(state as StateNumber, symbol);
         (next != NOWHERE).then_some(usize::from(next))
     }
 
@@ -140,44 +139,41 @@ type Meaning = (Option<Obligations>, u64);
 struct Explorer<'a> {
     operators: &'a Operators,
     alphabet: &'a Alphabet,
-    width: u32,
     known: HashMap<Meaning, StateNumber>,
     meanings: Vec<Meaning>,
     limit: usize,
 }
 
 impl Explorer<'_> {
-    fn explore(mut self) -> Result<(Vec<StateNumber>, Vec<Meaning>), TooManyStates> {
+    fn explore(mut self, mut table: Table<StateNumber>) -> Result<(Table<StateNumber>, Vec<Meaning>), TooManyStates> {
         let letters: Vec<(Symbol, Letter)> = self
             .alphabet
             .letters()
             .map(|(letter, ..)| (self.alphabet.symbol(letter), letter))
             .chain([(Symbol::TICK, Letter::TICK)])
             .collect();
-        let mut table = Vec::new();
         self.number((None, 0))?;
-        let mut state = 0;
-        while state < self.meanings.len() {
-            table.resize((state + 1) << self.width, NOWHERE);
-            let (owed, last) = self.meanings[state].clone();
+        let mut state: StateNumber = 0;
+        while usize::from(state) < self.meanings.len() {
+            table.push_row(NOWHERE);
+            let (owed, last) = self.meanings[usize::from(state)].clone();
             let later = owed.clone().map(|owed| self.operators.advance(owed, 1).shifted());
-            table[state << self.width | usize::from(Symbol::ADVANCE.0)] = self.number((later, last))?;
+            table.set(state, Symbol::ADVANCE, self.number((later, last))?);
             for (symbol, letter) in &letters {
                 let next = self.after(owed.clone(), last, *letter);
-                table[state << self.width | usize::from(symbol.0)] = self.number(next)?;
+                table.set(state, *symbol, self.number(next)?);
             }
             state += 1;
         }
-        for state in 0..self.meanings.len() {
-            let at = |state: StateNumber, symbol: Symbol| usize::from(state) << self.width | usize::from(symbol.0);
-            let later = table[at(state as StateNumber, Symbol::ADVANCE)];
-            table[at(state as StateNumber, Symbol::NEXT_TICK)] = table[at(later, Symbol::TICK)];
+        for state in 0..state {
+            let later = table.get(state, Symbol::ADVANCE);
+            table.set(state, Symbol::NEXT_TICK, table.get(later, Symbol::TICK));
         }
         Ok((table, self.meanings))
     }
 
     fn after(&self, owed: Option<Obligations>, last: u64, letter: Letter) -> Meaning {
-        let last = last & !letter.channel | letter.satisfied;
+        let last = letter.after(last);
         let state = State { letter, last, now: 0 };
         let owed = match owed {
             None => self.operators.begin(state),
@@ -219,11 +215,13 @@ pub(crate) struct AutomatonRun {
     now: u64,
     /// After a message that its channel's domain does not have: the automaton knows no way, progression goes on.
     detour: Option<Progression>,
+    /// The clause whose time was up before it was met.
+    missed: Option<Clause>,
 }
 
 impl AutomatonRun {
     pub(crate) fn new(automaton: Arc<Automaton>, operators: Arc<Operators>) -> Self {
-        Self { automaton, operators, state: 0, now: 0, detour: None }
+        Self { automaton, operators, state: 0, now: 0, detour: None, missed: None }
     }
 
     pub(crate) fn state(&self) -> Option<usize> {
@@ -236,8 +234,10 @@ impl AutomatonRun {
             return detour.advance(now);
         }
         while self.now < now {
-            let next =
-                self.automaton.table[usize::from(self.state) << self.automaton.width | usize::from(Symbol::ADVANCE.0)];
+            let next = self.automaton.table.get(self.state, Symbol::ADVANCE);
+            if next != self.state && self.automaton.verdicts[usize::from(next)] == Verdict::False {
+                self.missed = self.missed.take().or_else(|| self.meaning().0?.ending_by(self.now).cloned());
+            }
             self.now = if next == self.state { now } else { self.now + 1 };
             self.state = next;
         }
@@ -249,7 +249,7 @@ impl AutomatonRun {
             return detour.read(letter);
         }
         let symbol = alphabet.symbol(letter);
-        let next = self.automaton.table[usize::from(self.state) << self.automaton.width | usize::from(symbol.0)];
+        let next = self.automaton.table.get(self.state, symbol);
         if next == NOWHERE {
             self.leave(letter);
         } else {
@@ -271,6 +271,14 @@ impl AutomatonRun {
         (owed.as_ref().map(|owed| owed.at(self.now)), *last)
     }
 
+    /// The clause whose time was up before it was met, if that is why the formula is false.
+    pub(crate) fn missed(&self) -> Option<&Clause> {
+        match &self.detour {
+            Some(detour) => detour.missed(),
+            None => self.missed.as_ref(),
+        }
+    }
+
     pub(crate) fn owed(&self) -> Option<Obligations> {
         match &self.detour {
             Some(detour) => detour.owed().cloned(),
@@ -284,13 +292,16 @@ impl AutomatonRun {
             return detour.run(symbols, alphabet);
         }
         let mut state = self.state;
-        let table = self.automaton.table.as_slice();
+        let table = &self.automaton.table;
         for (at, symbol) in symbols.iter().enumerate() {
-            let next = table[usize::from(state) << self.automaton.width | usize::from(symbol.0)];
+            let next = table.get(state, *symbol);
             if next == NOWHERE {
                 self.now += ticks(&symbols[..at]);
                 self.state = state;
-                return self.run_detour(&symbols[at..], alphabet);
+                if self.verdict() == Verdict::Inconclusive {
+                    self.run_detour(&symbols[at..], alphabet);
+                }
+                return;
             }
             state = next;
         }

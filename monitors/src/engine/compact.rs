@@ -11,6 +11,7 @@ use channels::Verdict;
 
 use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, own_channels};
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::table::Table;
 
 /// A clause `always` of which is watched: whenever one of its own channels speaks (at every tick, if it has none) and
 /// none of its literals holds, the deadline is set; or, without one, the formula is violated.
@@ -52,8 +53,7 @@ struct Step {
 #[derive(Clone, Debug)]
 pub(crate) struct Compact {
     rules: Vec<Rule>,
-    table: Vec<Step>,
-    width: u32,
+    table: Table<Step>,
     /// From which states a violation can still come.
     live: Vec<bool>,
     /// The rules that an event answers.
@@ -70,10 +70,10 @@ impl Compact {
     /// The rules of a formula that is `always` of clauses of this kind, or several such formulas joined by `and`.
     pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Self> {
         let rules = rules(form, vocabulary, alphabet)?;
-        let width = u32::from(alphabet.symbols()?).next_power_of_two().trailing_zeros();
+        let table = Table::new(alphabet.symbols()?);
         let is_answered = |rule: &Rule| matches!(rule.timing, Timing::Within { .. });
         let answered = rules.iter().rev().fold(0, |bits, rule| bits << 1 | u16::from(is_answered(rule)));
-        let mut compact = Self { rules, table: Vec::new(), width, live: Vec::new(), answered };
+        let mut compact = Self { rules, table, live: Vec::new(), answered };
         compact.explore(alphabet)?;
         Some(compact)
     }
@@ -95,16 +95,16 @@ impl Compact {
         let mut edges = Vec::new();
         let mut at = 0;
         while at < states.len() {
-            self.table.resize((at + 1) << self.width, Step { next: at as u16, ..Step::default() });
+            self.table.push_row(Step { next: at as u16, ..Step::default() });
             for symbol in (Symbol::MESSAGES..alphabet.symbols()?).map(Symbol) {
                 let letter = alphabet.letter(symbol);
-                let last = states[at] & !letter.channel | letter.satisfied;
+                let last = letter.after(states[at]);
                 let next = *known.entry(last & remembered).or_insert_with(|| {
                     states.push(last & remembered);
                     (states.len() - 1) as u16
                 });
                 let step = self.step(letter, last, next);
-                self.table[at << self.width | usize::from(symbol.0)] = step;
+                self.table.set(at as u16, symbol, step);
                 // A message outside the domains is followed, but not expected.
                 if possible.contains(&letter) {
                     edges.push((at, usize::from(next), step.strikes & !(step.passes & self.answered)));
@@ -112,7 +112,7 @@ impl Compact {
             }
             let step = self.step(Letter::TICK, states[at], at as u16);
             for tick in [Symbol::TICK, Symbol::NEXT_TICK] {
-                self.table[at << self.width | usize::from(tick.0)] = step;
+                self.table.set(at as u16, tick, step);
             }
             edges.push((at, at, step.strikes));
             if states.len() > MAX_STATES {
@@ -278,7 +278,7 @@ impl CompactRun {
 
     /// A state with that symbol.
     pub(crate) fn read(&mut self, symbol: Symbol) {
-        let step = self.compact.table[usize::from(self.state) << self.compact.width | usize::from(symbol.0)];
+        let step = self.compact.table.get(self.state, symbol);
         self.state = step.next;
         if (step.strikes | step.passes) != 0 {
             self.apply(step);
@@ -306,10 +306,10 @@ impl CompactRun {
     }
 
     fn run_safety(&mut self, symbols: &[Symbol]) {
-        let (table, width) = (self.compact.table.as_slice(), self.compact.width);
+        let table = &self.compact.table;
         let mut state = self.state;
         for symbol in symbols {
-            let step = table[usize::from(state) << width | usize::from(symbol.0)];
+            let step = table.get(state, *symbol);
             state = step.next;
             if step.strikes != 0 {
                 self.broken = self.broken.or(Some(step.strikes.trailing_zeros() as usize));
@@ -320,11 +320,11 @@ impl CompactRun {
     }
 
     fn run_response(&mut self, symbols: &[Symbol], bound: u64) {
-        let (table, width) = (self.compact.table.as_slice(), self.compact.width);
+        let table = &self.compact.table;
         let (mut state, mut now, mut due) = (self.state, self.now, self.ticks[0]);
         for symbol in symbols {
             now += u64::from(*symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE);
-            let step = table[usize::from(state) << width | usize::from(symbol.0)];
+            let step = table.get(state, *symbol);
             state = step.next;
             if now >= due {
                 self.broken = self.broken.or(Some(0));

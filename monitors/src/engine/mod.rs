@@ -11,11 +11,12 @@ mod compact;
 mod obligations;
 mod operators;
 mod progression;
+mod table;
 
 pub use alphabet::Symbol;
 pub(crate) use alphabet::{Alphabet, Letter, MAX_EVENTS};
 pub(crate) use automaton::{Automaton, AutomatonRun, MAX_STATES as MAX_AUTOMATON_STATES};
 pub(crate) use compact::{Compact, CompactRun, Rule, Timing};
-pub(crate) use obligations::{Obligation, Obligations};
+pub(crate) use obligations::{Clause, Obligation, Obligations};
 pub(crate) use operators::Operators;
 pub(crate) use progression::Progression;

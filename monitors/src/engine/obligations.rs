@@ -86,6 +86,15 @@ impl Obligations {
         &self.clauses
     }
 
+    /// The clause that only messages until `last` could have met, if there is one: it is missed when τ goes on.
+    pub(crate) fn ending_by(&self, last: u64) -> Option<&Clause> {
+        let ends = |obligation: &Obligation| match *obligation {
+            Obligation::Passes { holds: true, last: end, .. } => end <= last,
+            _ => false,
+        };
+        self.clauses.iter().find(|clause| !clause.is_empty() && clause.iter().all(ends))
+    }
+
     /// These obligations and a clause.
     fn add(&mut self, clause: Clause) {
         let implies = |a: &Clause, b: &Clause| a.iter().all(|x| b.iter().any(|y| x.implies(y)));

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use channels::Verdict;
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
-use crate::engine::obligations::Obligations;
+use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::{Operators, State};
 
 /// A formula at work: what is owed, and what the last messages were.
@@ -19,29 +19,32 @@ pub(crate) struct Progression {
     owed: Option<Obligations>,
     last: u64,
     now: u64,
+    /// The clause whose time was up before it was met.
+    missed: Option<Clause>,
 }
 
 impl Progression {
     pub(crate) fn new(operators: Arc<Operators>) -> Self {
-        Self { operators, owed: None, last: 0, now: 0 }
+        Self::resume(operators, None, 0, 0)
     }
 
     /// In the middle of a run: with these obligations at τ = `now`.
     pub(crate) fn resume(operators: Arc<Operators>, owed: Option<Obligations>, last: u64, now: u64) -> Self {
-        Self { operators, owed, last, now }
+        Self { operators, owed, last, now, missed: None }
     }
 
     /// τ has become `now`.
     pub(crate) fn advance(&mut self, now: u64) {
         self.now = now;
         if let Some(owed) = self.owed.take() {
+            self.missed = self.missed.take().or_else(|| owed.ending_by(now.saturating_sub(1)).cloned());
             self.owed = Some(self.operators.advance(owed, now));
         }
     }
 
     /// A state with that letter.
     pub(crate) fn read(&mut self, letter: Letter) {
-        self.last = self.last & !letter.channel | letter.satisfied;
+        self.last = letter.after(self.last);
         let state = State { letter, last: self.last, now: self.now };
         self.owed = Some(match self.owed.take() {
             None => self.operators.begin(state),
@@ -59,6 +62,11 @@ impl Progression {
                 self.read(alphabet.letter(*symbol));
             }
         }
+    }
+
+    /// The clause whose time was up before it was met, if that is why the formula is false.
+    pub(crate) fn missed(&self) -> Option<&Clause> {
+        self.missed.as_ref()
     }
 
     /// What is owed; `None` before the first state.

@@ -9,13 +9,13 @@ use std::sync::Arc;
 use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, ProgramGraph, Topology, Verdict};
 
 use crate::describe;
-use crate::engine::{Letter, Obligation, Symbol};
+use crate::engine::{CompactRun, Letter, Obligation, Symbol};
 use crate::export::Picture;
 use crate::formula::Formula;
 use crate::oracle::FormulaTooLarge;
 use crate::outcome::Outcome;
 use crate::synthesis::{Choice, Method, Run, Synthesis};
-use record::Record;
+use record::{Record, Told};
 use vacuity::Watch;
 
 pub use vacuity::Vacuity;
@@ -33,6 +33,8 @@ pub struct ScopeMonitor {
     synthesis: Arc<Synthesis>,
     picture: Option<Arc<Picture>>,
     run: Run,
+    /// Beside a machine without rules: the clauses, where they have that form, to tell which of them is to blame.
+    rules: Option<CompactRun>,
     /// τ at the first state; `None` before it.
     start: Option<u64>,
     now: u64,
@@ -67,11 +69,13 @@ impl ScopeMonitor {
         let synthesis = Synthesis::new(&formula, topology, choice)?;
         let picture = Picture::of(name, &synthesis, topology).map(Arc::new);
         let run = synthesis.start();
+        let rules = synthesis.rules().filter(|_| synthesis.compact().is_none());
         Ok(Self {
             name: name.to_owned(),
             formula: Arc::new(formula),
             topology: Arc::clone(topology),
             picture,
+            rules: rules.map(|rules| CompactRun::new(Arc::clone(rules))),
             start: None,
             now: 0,
             verdict: run.verdict(),
@@ -126,8 +130,8 @@ impl ScopeMonitor {
             return Vec::new();
         }
         let start = self.start.unwrap_or(0);
-        match &self.run {
-            Run::Compact(run) => {
+        match (&self.run, &self.rules) {
+            (Run::Compact(run), _) | (_, Some(run)) => {
                 let rules = run.compact().rules();
                 let owed = run.owed().map(|(rule, due)| {
                     let clause = describe::clause(&rules[rule].clause, &self.synthesis.vocabulary, &self.topology);
@@ -135,8 +139,8 @@ impl ScopeMonitor {
                 });
                 owed.collect()
             }
-            Run::Automaton(run) => self.open_clauses(run.owed().as_ref(), start),
-            Run::Progression(run) => self.open_clauses(run.owed(), start),
+            (Run::Automaton(run), None) => self.open_clauses(run.owed().as_ref(), start),
+            (Run::Progression(run), None) => self.open_clauses(run.owed(), start),
         }
     }
 
@@ -208,9 +212,14 @@ impl ScopeMonitor {
 
     /// Takes letters that have been read before: the fast way for conditions that are ready-made.
     ///
-    /// The verdict afterwards is the one that [`Monitor::observe`] would give; witnesses are not kept.
+    /// The verdict afterwards is the one that [`Monitor::observe`] would give, of messages within the domains of their
+    /// channels; witnesses are not kept.
     pub fn run_symbols(&mut self, symbols: &[Symbol]) {
+        if self.verdict != Verdict::Inconclusive {
+            return;
+        }
         let alphabet = &self.synthesis.alphabet;
+        self.rules = None;
         match &mut self.run {
             Run::Compact(run) => run.run(symbols),
             Run::Automaton(run) => run.run(symbols, alphabet),
@@ -269,16 +278,23 @@ impl ScopeMonitor {
         if now > self.now {
             self.now = now;
             self.run.advance(now);
+            if let Some(rules) = &mut self.rules {
+                rules.advance(now);
+            }
             self.verdict = self.run.verdict();
         }
         if self.verdict == Verdict::Inconclusive {
             self.run.read(letter, &self.synthesis.alphabet);
+            if let Some(rules) = &mut self.rules {
+                rules.read(self.synthesis.alphabet.symbol(letter));
+            }
             self.verdict = self.run.verdict();
             for watch in &mut self.watches {
                 watch.see(event, letter, self.record.last());
             }
         }
-        self.record.follow(event, &self.run, self.verdict, &self.synthesis, &self.topology, start);
+        let told = Told { event, synthesis: &self.synthesis, topology: &self.topology, start };
+        self.record.follow(&told, &self.run, self.rules.as_ref(), self.verdict);
     }
 }
 

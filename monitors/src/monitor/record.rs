@@ -1,13 +1,25 @@
 //! What a monitor remembers of the messages, to explain its verdict: the last one on each channel, and those that made
 //! something owed.
 
+use std::collections::BTreeSet;
+
 use channels::{Event, EventKind, Topology, Verdict};
 
-use crate::clause::{Literal, Part};
+use crate::clause::{EventId, Form, Literal, Part};
 use crate::describe;
-use crate::engine::Letter;
+use crate::engine::{Clause, CompactRun, Letter, Obligation};
 use crate::monitor::witness::{Moment, OpenObligation, Sighting, Witness};
 use crate::synthesis::{Run, Synthesis};
+
+/// A state of the run, and what it takes to speak of it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Told<'a> {
+    pub(crate) event: &'a Event,
+    pub(crate) synthesis: &'a Synthesis,
+    pub(crate) topology: &'a Topology,
+    /// τ at the first state.
+    pub(crate) start: u64,
+}
 
 #[derive(Clone, Debug)]
 pub(crate) struct Record {
@@ -22,7 +34,7 @@ pub(crate) struct Record {
 
 impl Record {
     pub(crate) fn new(synthesis: &Synthesis) -> Self {
-        let rules = synthesis.compact().map_or(1, |compact| compact.rules().len());
+        let rules = synthesis.rules().map_or(1, |compact| compact.rules().len().max(1));
         Self { messages: Vec::new(), last: 0, causes: vec![None; rules], witness: None }
     }
 
@@ -37,7 +49,7 @@ impl Record {
 
     /// Notes a message.
     pub(crate) fn see(&mut self, event: &Event, letter: Letter) {
-        self.last = self.last & !letter.channel | letter.satisfied;
+        self.last = letter.after(self.last);
         if let Some(channel) = channel(event) {
             match self.messages.iter_mut().find(|known| self::channel(known) == Some(channel)) {
                 Some(known) => known.clone_from(event),
@@ -46,28 +58,33 @@ impl Record {
         }
     }
 
-    /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen.
-    pub(crate) fn follow(
-        &mut self,
-        event: &Event,
-        run: &Run,
-        verdict: Verdict,
-        synthesis: &Synthesis,
-        topology: &Topology,
-        start: u64,
-    ) {
-        if verdict == Verdict::False {
-            self.witness = Some(Box::new(self.explain(event, run, synthesis, topology, start)));
-            return;
-        }
-        match run {
-            Run::Compact(run) => {
-                for rule in 0..self.causes.len() {
-                    let clause = &run.compact().rules()[rule].clause;
-                    self.note_cause(rule, run.is_armed(rule), |record| record.of_clause(clause, synthesis, event));
+    /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen. `rules` are the clauses beside a
+    /// machine that does not keep them apart.
+    pub(crate) fn follow(&mut self, told: &Told, run: &Run, rules: Option<&CompactRun>, verdict: Verdict) {
+        let rules = match run {
+            Run::Compact(run) => Some(run),
+            _ => rules,
+        };
+        match rules {
+            Some(rules) => {
+                for rule in 0..rules.compact().rules().len() {
+                    let clause = &rules.compact().rules()[rule].clause;
+                    self.note_cause(rule, rules.is_armed(rule), |record| record.of_clause(clause, told));
                 }
             }
-            _ => self.note_cause(0, !run.holds(), |record| record.everything(event)),
+            None => {
+                self.note_cause(0, verdict == Verdict::False || !run.holds(), |record| record.everything(told.event))
+            }
+        }
+        if verdict == Verdict::False {
+            let witness = match rules {
+                Some(rules) => match rules.broken() {
+                    Some(rule) => self.blame(rule, &rules.compact().rules()[rule].clause, told),
+                    None => self.contradiction(rules, told),
+                },
+                None => self.explain(run.missed(), told),
+            };
+            self.witness = Some(Box::new(witness));
         }
     }
 
@@ -80,10 +97,10 @@ impl Record {
     }
 
     /// The last messages on the own channels of a clause; the event itself if it has none.
-    fn of_clause(&self, clause: &Part, synthesis: &Synthesis, event: &Event) -> Vec<Event> {
-        let own = crate::clause::own_channels(clause, &synthesis.vocabulary);
+    fn of_clause(&self, clause: &Part, told: &Told) -> Vec<Event> {
+        let own = crate::clause::own_channels(clause, &told.synthesis.vocabulary);
         if own.is_empty() {
-            return vec![event.clone()];
+            return vec![told.event.clone()];
         }
         let own = self.messages.iter().filter(|message| channel(message).is_some_and(|channel| own.contains(&channel)));
         sorted(own.cloned().collect())
@@ -97,35 +114,63 @@ impl Record {
         sorted(events)
     }
 
-    fn explain(&self, event: &Event, run: &Run, synthesis: &Synthesis, topology: &Topology, start: u64) -> Witness {
-        match run {
-            Run::Compact(run) if run.broken().is_some() => {
-                let rule = run.broken().unwrap_or_default();
-                self.blame(rule, &run.compact().rules()[rule].clause, event, synthesis, topology, start)
+    /// Why a formula is violated whose clauses are not kept apart: what was seen when something began to be owed, what
+    /// was seen last, and what has not come in its time.
+    fn explain(&self, missed: Option<&Clause>, told: &Told) -> Witness {
+        let words = &told.synthesis.vocabulary;
+        let cause = self.causes[0].clone().unwrap_or_default();
+        let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
+        let since = match missed.map(Vec::as_slice) {
+            // The obligation that is missed need not be the first that was owed: its window tells.
+            Some([Obligation::Passes { event, last, .. }]) => {
+                let window = length(&told.synthesis.form, *event);
+                let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + told.start);
+                cause.last().filter(|first| Some(first.tick) == begun)
             }
-            _ => Witness {
-                clause: describe::form(&synthesis.form, &synthesis.vocabulary, topology),
-                since: self.causes[0].as_ref().and_then(|cause| cause.last()).map(Moment::of),
-                messages: sightings(&self.everything(event), topology),
-                deadline_tick: None,
-                missing: None,
-                settled: Moment::of(event),
-            },
+            Some(_) => None,
+            None => cause.last(),
+        };
+        let missing: Vec<String> = missed.into_iter().flatten().filter_map(|owed| name(owed, told)).collect();
+        let mut messages = cause.clone();
+        messages.extend(self.everything(told.event).into_iter().filter(|event| !cause.contains(event)));
+        Witness {
+            clause: describe::form(&told.synthesis.form, words, told.topology),
+            since: since.map(Moment::of),
+            messages: sightings(&sorted(messages), told.topology),
+            deadline_tick: deadline.map(|tick| tick.saturating_add(told.start)),
+            missing: (!missing.is_empty()).then(|| missing.join(" or ")),
+            settled: Moment::of(told.event),
+        }
+    }
+
+    /// Why no continuation can meet all clauses, though none of them is broken yet: what is owed and what is banned.
+    fn contradiction(&self, rules: &CompactRun, told: &Told) -> Witness {
+        let armed: Vec<usize> = (0..rules.compact().rules().len()).filter(|rule| rules.is_armed(*rule)).collect();
+        let clauses = armed.iter().map(|rule| &rules.compact().rules()[*rule].clause);
+        let clauses = clauses.map(|clause| describe::clause(clause, &told.synthesis.vocabulary, told.topology));
+        let causes = armed.iter().filter_map(|rule| self.causes[*rule].as_ref());
+        let since = causes.clone().filter_map(|cause| cause.last()).min_by_key(|event| (event.step, event.tick));
+        let mut messages: Vec<Event> = Vec::new();
+        for event in causes.flatten() {
+            if !messages.contains(event) {
+                messages.push(event.clone());
+            }
+        }
+        Witness {
+            clause: clauses.collect::<Vec<_>>().join(", and "),
+            since: since.map(Moment::of),
+            messages: sightings(&sorted(messages), told.topology),
+            deadline_tick: rules.owed().map(|(_, due)| told.start.saturating_add(due).saturating_sub(1)).min(),
+            missing: None,
+            settled: Moment::of(told.event),
         }
     }
 
     /// Why a clause is violated.
-    fn blame(
-        &self,
-        rule: usize,
-        clause: &Part,
-        event: &Event,
-        synthesis: &Synthesis,
-        topology: &Topology,
-        start: u64,
-    ) -> Witness {
+    fn blame(&self, rule: usize, clause: &Part, told: &Told) -> Witness {
+        let &Told { event, synthesis, topology, start } = told;
         let words = &synthesis.vocabulary;
-        let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, synthesis, event));
+        let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, told));
         let since = messages.last().cloned();
         let window = clause.iter().find_map(|literal| match literal {
             Literal::Time { window, holds, .. } => Some((window.last, *holds)),
@@ -153,6 +198,47 @@ impl Record {
     pub(crate) fn open(&self, rule: usize, what: String, until_tick: Option<u64>) -> OpenObligation {
         let since = self.causes.get(rule).and_then(Option::as_ref).and_then(|cause| cause.last()).map(Moment::of);
         OpenObligation { what, since, until_tick }
+    }
+}
+
+/// The last tick at which an obligation can be met.
+fn end(obligation: &Obligation) -> Option<u64> {
+    match obligation {
+        Obligation::Passes { last, .. } => Some(*last),
+        _ => None,
+    }
+}
+
+/// The event that an obligation waits for.
+fn name(obligation: &Obligation, told: &Told) -> Option<String> {
+    match obligation {
+        Obligation::Passes { event, .. } => Some(describe::event(told.synthesis.vocabulary.get(*event), told.topology)),
+        _ => None,
+    }
+}
+
+/// How many ticks the windows of a timed event are long; `None` if they differ.
+fn length(form: &Form, event: EventId) -> Option<u64> {
+    let mut lengths = BTreeSet::new();
+    collect_lengths(form, event, &mut lengths);
+    lengths.pop_first().filter(|_| lengths.is_empty())
+}
+
+fn collect_lengths(form: &Form, of: EventId, lengths: &mut BTreeSet<u64>) {
+    for literal in form.iter().flatten() {
+        match literal {
+            Literal::Event { .. } => {}
+            Literal::Time { event, window, .. } => {
+                if *event == of {
+                    lengths.insert(window.last);
+                }
+            }
+            Literal::Next { clauses, .. } => collect_lengths(clauses, of, lengths),
+            Literal::Until { hold: one, goal: other } | Literal::Release { escape: one, hold: other } => {
+                collect_lengths(one, of, lengths);
+                collect_lengths(other, of, lengths);
+            }
+        }
     }
 }
 

@@ -84,10 +84,13 @@ impl fmt::Display for Witness {
         if let Some(missing) = &self.missing {
             writeln!(f, "  missing: {missing}")?;
         }
-        if let (Some(deadline), Some(since)) = (self.deadline_tick, self.since) {
-            writeln!(f, "  owed since tick {}, in time until tick {deadline}", since.tick)?;
+        match (self.deadline_tick, self.since) {
+            (Some(deadline), Some(since)) => {
+                writeln!(f, "  owed since tick {}, in time until tick {deadline}", since.tick)
+            }
+            (Some(deadline), None) => writeln!(f, "  in time until tick {deadline}"),
+            (None, _) => Ok(()),
         }
-        Ok(())
     }
 }
 

@@ -284,7 +284,10 @@ pub(crate) fn check(
 }
 
 /// Letters read beforehand give the verdict that the events give, where no tick is missing.
-fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<(), String> {
+///
+/// # Errors
+/// The verdicts, if they differ.
+pub(crate) fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<(), String> {
     let mut by_event = fresh.clone();
     let mut symbols = Vec::new();
     let (mut now, mut seen) = (0, false);

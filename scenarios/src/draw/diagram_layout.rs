@@ -1,6 +1,6 @@
 //! Where the locations and transitions of a state machine are drawn.
 //!
-//! Locations stand in one row, breadth first from the initial one. A transition to the next location is a straight arrow
+//! Locations stand in one row, breadth first from the initial one, or depth first where fewer arrows cross so. A transition to the next location is a straight arrow
 //! with its label above; one that skips locations runs above the row, one that goes back runs below it, a loop sits on top of
 //! its location. Transitions between the same two locations share an arrow, their labels one below the other. Arrows above
 //! and below run in tracks: one that encloses another runs further out, so that no two labels ever meet.
@@ -112,19 +112,21 @@ impl DiagramLayout {
     /// quarters, then labels are shortened and finally left out.
     #[must_use]
     pub fn new(diagram: &Diagram, width: f64) -> Self {
-        let order = breadth_first(diagram);
+        let orders = [breadth_first(diagram), depth_first(diagram)];
+        let [broad, deep] = orders.each_ref().map(|order| crossings(diagram, order));
+        let order = &orders[usize::from(deep < broad)];
         if order.is_empty() {
             return Self { locations: Vec::new(), edges: Vec::new(), width: 0.0, height: 0.0, font_px: 0.0 };
         }
         let mut attempts =
-            ATTEMPTS.iter().map(|&(scale, longest)| Row::new(diagram, &order, Measures::at(scale), longest));
+            ATTEMPTS.iter().map(|&(scale, longest)| Row::new(diagram, order, Measures::at(scale), longest));
         let row = attempts.find(|row| row.width() <= width);
         let row = row.unwrap_or_else(|| {
-            let bare = Row::new(diagram, &order, Measures::at(0.72), 0.0);
+            let bare = Row::new(diagram, order, Measures::at(0.72), 0.0);
             let squeeze = (width / bare.width()).min(1.0);
-            Row::new(diagram, &order, Measures::at(0.72 * squeeze), 0.0)
+            Row::new(diagram, order, Measures::at(0.72 * squeeze), 0.0)
         });
-        row.stretched(width).placed(&order)
+        row.stretched(width).placed(order)
     }
 }
 
@@ -151,6 +153,40 @@ fn breadth_first(diagram: &Diagram) -> Vec<usize> {
         }
     }
     order
+}
+
+/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met all,
+/// then those it never meets.
+fn depth_first(diagram: &Diagram) -> Vec<usize> {
+    let count = diagram.locations.len();
+    let mut order: Vec<usize> = Vec::with_capacity(count);
+    let mut open: Vec<usize> =
+        (0..count).rev().chain([diagram.initial].into_iter().filter(|root| *root < count)).collect();
+    while let Some(location) = open.pop() {
+        if order.contains(&location) {
+            continue;
+        }
+        order.push(location);
+        let leaving = diagram.transitions.iter().rev().filter(|transition| transition.from == location);
+        open.extend(leaving.map(|transition| transition.to).filter(|to| *to < count));
+    }
+    order
+}
+
+/// How many pairs of arrows above the row, or below it, cross each other in that order.
+fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
+    let place = |location: usize| order.iter().position(|other| *other == location);
+    let ends =
+        diagram.transitions.iter().filter_map(|transition| Some((place(transition.from)?, place(transition.to)?)));
+    let mut arrows: Vec<(usize, usize)> = ends.filter(|(from, to)| *to != from + 1 && from != to).collect();
+    arrows.sort_unstable();
+    arrows.dedup();
+    let cross = |a: &(usize, usize), b: &(usize, usize)| {
+        let [a, b] = [a, b].map(|(from, to)| (from.min(to), from.max(to)));
+        a.0 < b.0 && b.0 < a.1 && a.1 < b.1
+    };
+    let same_side = |a: &(usize, usize), b: &(usize, usize)| (a.0 < a.1) == (b.0 < b.1);
+    arrows.iter().map(|a| arrows.iter().filter(|b| same_side(a, b) && cross(a, b)).count()).sum()
 }
 
 /// Locations in a row, with the distances that labels ask for.
@@ -365,6 +401,24 @@ mod tests {
             assert_eq!(edge.spine.len(), if straight { 2 } else { 4 });
             assert!(straight || edge.spine[1].1 > row, "{edge:?}");
         }
+    }
+
+    #[test]
+    fn locations_stand_so_that_arrows_do_not_cross() {
+        // Breadth first, 0 → 2 and 1 → 3 would cross.
+        let transition = |from, to| Transition { from, to, label: format!("from {from} to {to}") };
+        let diagram = Diagram {
+            locations: ["wait", "count", "answer", "fail"]
+                .map(|name| Location { name: name.to_owned(), error: name == "fail" })
+                .to_vec(),
+            initial: 0,
+            active: 0,
+            transitions: vec![transition(0, 1), transition(0, 2), transition(1, 3), transition(1, 0), transition(2, 0)],
+        };
+        let layout = check(&diagram, 572.0);
+        let lefts = [0, 1, 3, 2].map(|location: usize| layout.locations[location].area.x);
+        assert!(lefts.is_sorted(), "{lefts:?}");
+        assert_eq!(layout.edges.iter().filter(|edge| edge.spine.len() == 2).count(), 2);
     }
 
     #[test]
