@@ -228,7 +228,7 @@ impl Album {
         }
         for news in news {
             match news {
-                News::Fault(index) if wanted(Moment::Fault) => {
+                News::Fault(index) if wanted(Moment::Fault) && live.is_first_time(*index) => {
                     let fault = &live.faults()[*index].fault;
                     occasions.push((format!("fault-{}", fault.kind().name), format!("Fault: {}", fault.words())));
                 }

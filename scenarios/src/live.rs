@@ -50,6 +50,33 @@ pub struct FaultRecord {
     pub position: maps::Point,
 }
 
+/// A fault of the scenario with every time that it took hold.
+#[derive(Clone, Debug)]
+pub struct FaultCourse<'a> {
+    /// What.
+    pub fault: &'a Fault,
+    /// Each time, in order; at least one.
+    pub records: Vec<&'a FaultRecord>,
+}
+
+impl FaultCourse<'_> {
+    /// The first time.
+    #[must_use]
+    pub fn first(&self) -> &FaultRecord {
+        self.records[0]
+    }
+
+    /// What the fault did, in words, and how often if more than once.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let words = self.fault.words();
+        match self.records.len() {
+            1 => words,
+            times => format!("{words} ({times} times)"),
+        }
+    }
+}
+
 /// A property that is being watched, with what its monitor has said.
 #[derive(Clone, Debug)]
 pub struct Watched {
@@ -358,6 +385,19 @@ impl Live {
         self.tree_errors.all()
     }
 
+    /// Whether the fault of this position in [`faults`](Self::faults) took hold then for the first time.
+    #[must_use]
+    pub fn is_first_time(&self, position: usize) -> bool {
+        let index = self.faults[position].index;
+        self.faults[..position].iter().all(|record| record.index != index)
+    }
+
+    /// The faults that have taken hold so far, each with all its times, in the order of the first.
+    #[must_use]
+    pub fn fault_courses(&self) -> Vec<FaultCourse<'_>> {
+        courses(&self.faults)
+    }
+
     /// How many messages a fault of the scenario has damaged so far; nothing for a fault that damages none.
     #[must_use]
     pub fn messages_hit(&self, record: &FaultRecord) -> Option<u64> {
@@ -381,6 +421,18 @@ impl Live {
     pub fn trace_hash(&self) -> String {
         self.hash.finish()
     }
+}
+
+/// Groups what faults did by fault.
+pub(crate) fn courses(records: &[FaultRecord]) -> Vec<FaultCourse<'_>> {
+    let mut courses: Vec<FaultCourse<'_>> = Vec::new();
+    for record in records {
+        match courses.iter_mut().find(|course| course.first().index == record.index) {
+            Some(course) => course.records.push(record),
+            None => courses.push(FaultCourse { fault: &record.fault, records: vec![record] }),
+        }
+    }
+    courses
 }
 
 /// Why a run cannot go on.

@@ -90,7 +90,7 @@ impl Camera {
             start: Some(scenario.start),
             station: Some(scenario.station),
             destination: scenario.places.get(&scenario.file.sites.destination.value).map(destination),
-            faults: live.faults().iter().map(fault_mark).collect(),
+            faults: live.fault_courses().iter().flat_map(fault_marks).collect(),
             bodies: truth.obstacles().map(|obstacle| body(&obstacle)).collect(),
         }
     }
@@ -104,7 +104,7 @@ impl Camera {
             level_pct: state.charge_pct,
             charging: state.charging,
             thresholds: thresholds(),
-            faults: live.faults().iter().map(|fault| (fault.time, "fault".to_owned())).collect(),
+            faults: live.fault_courses().iter().map(|course| (course.first().time, "fault".to_owned())).collect(),
         }
     }
 }
@@ -134,8 +134,11 @@ fn destination(place: &Place) -> draw::Destination {
     draw::Destination { label: "destination".to_owned(), corners }
 }
 
-fn fault_mark(fault: &crate::live::FaultRecord) -> draw::FaultMark {
-    draw::FaultMark { position: fault.position, label: fault.fault.words() }
+/// A mark for each time that a fault took hold; the first says what it did.
+fn fault_marks(course: &crate::live::FaultCourse<'_>) -> Vec<draw::FaultMark> {
+    let label = |index| if index == 0 { course.words() } else { String::new() };
+    let records = course.records.iter().enumerate();
+    records.map(|(index, record)| draw::FaultMark { position: record.position, label: label(index) }).collect()
 }
 
 fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {

@@ -122,6 +122,31 @@ pub struct TreeErrorReport {
     pub time_s: f64,
 }
 
+impl Report {
+    /// The faults in words, each once: what it did, and when.
+    pub(crate) fn faults_in_words(&self) -> Vec<(String, String)> {
+        let mut groups: Vec<(&str, Vec<&FaultReport>)> = Vec::new();
+        for fault in &self.faults {
+            match groups.iter_mut().find(|(effect, _)| *effect == fault.effect) {
+                Some((_, times)) => times.push(fault),
+                None => groups.push((&fault.effect, vec![fault])),
+            }
+        }
+        groups.iter().map(|(effect, times)| ((*effect).to_owned(), when(times))).collect()
+    }
+}
+
+/// When a fault took hold, in words. There is one time at least.
+fn when(times: &[&FaultReport]) -> String {
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let until = last.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));
+    match times.len() {
+        1 if until.is_empty() => format!("at {:.2} s", first.time_s),
+        1 => format!("from {:.2} s{until}", first.time_s),
+        count => format!("{count} times, from {:.2} s{until}", first.time_s),
+    }
+}
+
 /// The battery's charge over a run, in percent.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct BatteryReport {

@@ -29,9 +29,8 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
             writeln!(text, "           {note}")?;
         }
     }
-    for fault in &report.faults {
-        let until = fault.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));
-        writeln!(text, "  fault    {} at {:.2} s{until}", fault.effect, fault.time_s)?;
+    for (effect, when) in report.faults_in_words() {
+        writeln!(text, "  fault    {effect} {when}")?;
     }
     for error in &report.tree_errors {
         let TreeErrorReport { label, node, message, tick, time_s } = error;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::activities::Activity;
 use super::markup::{breakable, row, text};
 use super::words;
-use crate::report::{FaultReport, Report, TreeErrorReport};
+use crate::report::{Report, TreeErrorReport};
 
 /// An arrival this early is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
@@ -57,12 +57,12 @@ fn overruns(report: &Report) -> String {
 
 /// The faults that took hold; empty without any.
 pub(super) fn faults(report: &Report) -> String {
-    let line = |fault: &FaultReport| row(&words::time(Duration::from_secs_f64(fault.time_s)), &[text(&fault.effect)]);
-    let lines: String = report.faults.iter().map(line).collect();
+    let lines: String =
+        report.faults_in_words().iter().map(|(effect, when)| row(&text(when), &[text(effect)])).collect();
     match lines.is_empty() {
         true => lines,
         false => format!(
-            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">fault at</th><th scope=\"col\">what it did</th></tr>\
+            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">fault</th><th scope=\"col\">what it did</th></tr>\
              </thead><tbody>\n{lines}</tbody></table>\n"
         ),
     }

@@ -24,7 +24,7 @@ pub(super) fn scene(live: &Live) -> Scene {
     /// More faults than these are marked without words: the list beside the map has them.
     const MOST_WORDS: usize = 4;
     let mut scene = Camera::new(live).frame(live, 0, "", true).scene;
-    if scene.faults.len() > MOST_WORDS {
+    if scene.faults.iter().filter(|fault| !fault.label.is_empty()).count() > MOST_WORDS {
         scene.faults.iter_mut().for_each(|fault| fault.label.clear());
     }
     scene.laser_hits.clear();

@@ -12,7 +12,7 @@ pub(super) fn code(text: &str) -> String {
 }
 
 /// A text for people: escaped, and with no line's end between a number and its percent sign.
-pub(super) fn text(text: &str) -> String {
+pub(crate) fn text(text: &str) -> String {
     escape(text).replace(" %", "&nbsp;%")
 }
 

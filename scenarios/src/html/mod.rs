@@ -35,8 +35,7 @@ use crate::timeline::Timeline;
 pub use pictures::Picture;
 
 use figure::figure;
-pub(crate) use markup::escape;
-use markup::text;
+pub(crate) use markup::{escape, text};
 
 /// The name of the page's file.
 pub const FILE: &str = "report.html";

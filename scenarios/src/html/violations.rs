@@ -9,7 +9,7 @@ use super::figure::figure;
 use super::markup::{escape, prose, text};
 use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
-use crate::live::{FaultRecord, Live};
+use crate::live::{FaultRecord, Live, courses};
 use crate::timeline::Timeline;
 
 /// The section of all violations; empty if there are none.
@@ -112,11 +112,19 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<Strin
     /// More than these make no story.
     const MOST: usize = 3;
     let decided = evidence.episode.decided.time;
-    let mut latest: Vec<&FaultRecord> = faults.iter().rev().filter(|fault| fault.time <= decided).take(MOST).collect();
-    latest.reverse();
+    let before = faults.iter().take_while(|fault| fault.time <= decided).count();
+    let mut latest = courses(&faults[..before]);
+    latest.sort_by_key(|course| course.records.last().map(|record| record.time));
+    latest.drain(..latest.len().saturating_sub(MOST));
     latest
         .iter()
-        .map(|fault| format!("At {} a fault took hold: {}.", words::time(fault.time), fault.fault.words()))
+        .map(|course| {
+            let again = match course.records.len() {
+                1 => String::new(),
+                times => format!(", for the first of {times} times"),
+            };
+            format!("At {} a fault took hold{again}: {}.", words::time(course.first().time), course.fault.words())
+        })
         .collect()
 }
 

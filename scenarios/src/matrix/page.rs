@@ -2,7 +2,7 @@
 
 use super::table::{onset, robot};
 use super::{Matrix, Notice, Row};
-use crate::html::{document, escape};
+use crate::html::{document, escape, text};
 
 /// One self-contained page: the table, what no property notices, and the runs without a fault.
 pub(super) fn page(matrix: &Matrix) -> String {
@@ -22,31 +22,32 @@ pub(super) fn page(matrix: &Matrix) -> String {
 fn rows(matrix: &Matrix) -> String {
     let names: String =
         matrix.properties.iter().map(|name| format!("<th scope=\"col\">{}</th>", escape(name))).collect();
-    let lines: String = matrix.rows.iter().map(line).collect();
+    let lines: String = matrix.rows.iter().map(|row| line(row, &matrix.properties)).collect();
     format!(
-        "<section id=\"matrix\">\n<div class=\"panel scroll\">\n<table class=\"matrix\"><thead><tr><th scope=\"col\">fault</th>\
+        "<section id=\"matrix\">\n<div class=\"panel\">\n<table class=\"matrix\"><thead><tr><th scope=\"col\">fault</th>\
          <th scope=\"col\">from</th>{names}<th scope=\"col\">robot</th></tr></thead><tbody>\n{lines}</tbody></table>\n\
          <p class=\"quiet\">+n: violated n ticks after the fault took hold. Every row is a scenario: <code>steward --scenario \
          NAME</code> runs it and writes its report.</p>\n</div>\n</section>\n"
     )
 }
 
-fn line(row: &Row) -> String {
-    let cells: String = row.notices.iter().map(|notice| cell(notice.as_ref())).collect();
+fn line(row: &Row, properties: &[String]) -> String {
+    let cells: String = properties.iter().zip(&row.notices).map(|(name, notice)| cell(name, notice.as_ref())).collect();
     let unexpected = match row.as_expected {
         true => String::new(),
-        false => format!("<span class=\"note bad\">{}</span>", escape(&row.differences.join("; "))),
+        false => format!("<span class=\"note bad\">{}</span>", text(&row.differences.join("; "))),
     };
     format!(
-        "<tr><th scope=\"row\"><code>{}</code><span class=\"note\">{}</span>{unexpected}</th><td>{}</td>{cells}<td>{}</td></tr>\n",
+        "<tr><th scope=\"row\"><code>{}</code><span class=\"note\">{}</span>{unexpected}</th><td data-of=\"from\">{}</td>{cells}<td data-of=\"robot\">{}</td></tr>\n",
         escape(&row.scenario),
-        escape(row.fault.as_deref().unwrap_or("no fault took hold")),
+        text(row.fault.as_deref().unwrap_or("no fault took hold")),
         escape(&onset(row)),
         escape(&robot(row)),
     )
 }
 
-fn cell(notice: Option<&Notice>) -> String {
+/// What a property says. On a narrow page a row is a card, and every cell names its column.
+fn cell(property: &str, notice: Option<&Notice>) -> String {
     let Some(notice) = notice else { return "<td></td>".to_owned() };
     let (words, title) = match (notice.verdict, notice.ticks_after_onset) {
         ("violated", Some(ticks)) => (format!("+{ticks}"), "violated"),
@@ -54,14 +55,15 @@ fn cell(notice: Option<&Notice>) -> String {
         ("satisfied", _) => ("–".to_owned(), "satisfied"),
         _ => ("?".to_owned(), "inconclusive"),
     };
-    format!("<td class=\"{}\" title=\"{title}\">{words}</td>", notice.verdict)
+    let property = escape(property);
+    format!("<td class=\"{}\" title=\"{title}\" data-of=\"{property}\">{words}</td>", notice.verdict)
 }
 
 fn unnoticed(matrix: &Matrix) -> String {
     let items: String = matrix
         .unnoticed()
         .map(|row| {
-            let fault = escape(row.fault.as_deref().unwrap_or_default());
+            let fault = text(row.fault.as_deref().unwrap_or_default());
             format!("<li><code>{}</code>: {fault}; the robot {}</li>\n", escape(&row.scenario), escape(&robot(row)))
         })
         .collect();

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use super::Chart;
+use crate::draw::Area;
 use crate::draw::canvas::{Canvas, Paint, TextStyle};
 use crate::draw::icons::Icon;
 use crate::draw::theme::{self, Color};
-use crate::live::Live;
+use crate::live::{FaultCourse, Live};
 use crate::timeline::Timeline;
 
 /// An arrival this early is where the robot stood from the start.
@@ -21,16 +22,19 @@ pub(super) struct Happening {
     color: Color,
     /// Whether it is marked across all lanes.
     across: bool,
+    /// When it was so: a fault that held for a while, perhaps again and again.
+    held: Vec<(Duration, Duration)>,
 }
 
 /// All that happened, in order.
 pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
-    let faults = live.faults().iter().map(|fault| Happening {
-        time: fault.time,
-        words: fault.fault.words(),
+    let faults = live.fault_courses().into_iter().map(|course| Happening {
+        time: course.first().time,
+        words: course.words(),
         icon: Icon::Alert,
         color: theme::BAD,
         across: true,
+        held: held(&course, live.time()),
     });
     let violations = timeline.episodes().iter().map(|episode| Happening {
         time: episode.decided.time,
@@ -38,6 +42,7 @@ pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
         icon: Icon::Cross,
         color: theme::BAD,
         across: true,
+        held: Vec::new(),
     });
     let visits = live.visits().iter().filter_map(|visit| Some((visit, visit.at?)));
     let arrivals = visits.filter(|(_, at)| *at > FROM_THE_START).map(|(visit, at)| Happening {
@@ -46,10 +51,19 @@ pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
         icon: Icon::Check,
         color: theme::GOOD,
         across: false,
+        held: Vec::new(),
     });
     let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).collect();
     happenings.sort_by_key(|happening| happening.time);
     happenings
+}
+
+/// When a fault held; nothing for one that happens at an instant.
+fn held(course: &FaultCourse<'_>, end: Duration) -> Vec<(Duration, Duration)> {
+    if course.fault.kind().momentary {
+        return Vec::new();
+    }
+    course.records.iter().map(|record| (record.time, record.until.unwrap_or(end))).collect()
 }
 
 /// Where a happening's sign and words stand.
@@ -115,9 +129,14 @@ impl Chart {
         placed
     }
 
-    /// A line across all lanes for each fault and each violation.
+    /// A line across all lanes for each fault and each violation, and a band as long as a fault held.
     pub(super) fn happening_lines(&mut self, happenings: &[Happening], top: f64) {
         let mut lines = Canvas::for_browsers();
+        for (from, until) in happenings.iter().flat_map(|happening| &happening.held) {
+            let (left, right) = (self.axis.x(*from), self.axis.x(*until));
+            let band = Area::new(left, top, right - left, self.y - top);
+            lines.rounded(band, 0.0, Paint::fill(theme::BAD).fill_opacity(0.09));
+        }
         for happening in happenings.iter().filter(|happening| happening.across) {
             let x = self.axis.x(happening.time);
             lines.line((x, top), (x, self.y), Paint::stroke(happening.color, 1.4).stroke_opacity(0.75));
