@@ -6,6 +6,7 @@
 //! the event log and gives the [`Report`](report::Report). The command line is in [`cli`].
 
 mod batch;
+pub mod campaign;
 pub mod cli;
 pub mod conduct;
 pub mod draw;

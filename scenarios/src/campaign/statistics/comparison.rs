@@ -1,0 +1,82 @@
+//! Whether something happens more often in one campaign than in another.
+
+use serde::Serialize;
+
+use super::{Confidence, Count, Interval};
+
+/// Two outcomes whose probabilities differ by less than this fraction count as equally likely.
+const EQUALLY_LIKELY: f64 = 1e-7;
+
+/// What two counts say of the difference between two probabilities.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Comparison {
+    /// The count before.
+    pub before: Count,
+    /// The count after.
+    pub after: Count,
+    /// Fisher's exact test, two-sided: how probable counts are that differ at least so much, were the probabilities
+    /// the same.
+    pub p_value: f64,
+    /// The rate after less the rate before; none where there are no runs.
+    pub difference: Option<f64>,
+    /// Where the true difference lies: the two intervals of Clopper and Pearson, combined as by Newcombe (Statistics in
+    /// Medicine 17, 1998, method 10).
+    pub interval: Interval,
+    /// The odds after over the odds before; none where it is 0/0 or infinite.
+    pub odds_ratio: Option<f64>,
+    /// Cohen's h, the difference between the angles that belong to the rates: 0.2 is small, 0.5 medium, 0.8 large.
+    pub cohens_h: Option<f64>,
+}
+
+impl Comparison {
+    /// Compares two campaigns.
+    #[must_use]
+    pub fn of(before: Count, after: Count, confidence: Confidence) -> Self {
+        let rates = before.rate().zip(after.rate());
+        let angle = |rate: f64| 2.0 * libm::asin(rate.sqrt());
+        Self {
+            before,
+            after,
+            p_value: fisher(before, after),
+            difference: rates.map(|(before, after)| after - before),
+            interval: difference(before, after, confidence),
+            odds_ratio: odds_ratio(before, after),
+            cohens_h: rates.map(|(before, after)| angle(after) - angle(before)),
+        }
+    }
+}
+
+fn odds_ratio(before: Count, after: Count) -> Option<f64> {
+    let [x, y] = [before, after].map(|count| count.happened() as f64);
+    let [not_x, not_y] = [before, after].map(|count| (count.runs() - count.happened()) as f64);
+    let below = x * not_y;
+    (below > 0.0).then(|| y * not_x / below)
+}
+
+/// Where the difference of the probabilities lies.
+fn difference(before: Count, after: Count, confidence: Confidence) -> Interval {
+    let (Some(p), Some(q)) = (before.rate(), after.rate()) else { return Interval { low: -1.0, high: 1.0 } };
+    let (around_p, around_q) = (before.interval(confidence), after.interval(confidence));
+    let down = libm::hypot(q - around_q.low, around_p.high - p);
+    let up = libm::hypot(around_q.high - q, p - around_p.low);
+    Interval { low: (q - p - down).max(-1.0), high: (q - p + up).min(1.0) }
+}
+
+/// The two-sided p-value of Fisher's exact test: over all ways to share out what happened among the runs, the
+/// probability of those that are no likelier than what was seen.
+fn fisher(before: Count, after: Count) -> f64 {
+    let happened = before.happened() + after.happened();
+    let fewest = happened.saturating_sub(after.runs());
+    let most = happened.min(before.runs());
+    let ways = |x: u64| ln_choose(before.runs(), x) + ln_choose(after.runs(), happened - x);
+    let all = ln_choose(before.runs() + after.runs(), happened);
+    let seen = ways(before.happened()) + EQUALLY_LIKELY;
+    let p: f64 = (fewest..=most).map(ways).filter(|ln| *ln <= seen).map(|ln| libm::exp(ln - all)).sum();
+    p.min(1.0)
+}
+
+/// The logarithm of the number of ways to choose k of n.
+fn ln_choose(n: u64, k: u64) -> f64 {
+    let ln_factorial = |n: u64| libm::lgamma(n as f64 + 1.0);
+    ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k)
+}

@@ -1,0 +1,126 @@
+//! How often something happened, and what that says of its probability.
+
+use std::fmt;
+
+use serde::Serialize;
+
+use super::{StatisticsError, beta};
+
+/// How sure a statement is to be: the probability, at least, with which the procedure behind it gives a true one.
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
+#[serde(transparent)]
+pub struct Confidence(f64);
+
+impl Confidence {
+    /// A confidence, such as 0.95.
+    ///
+    /// # Errors
+    /// [`StatisticsError::Confidence`] unless it lies between ½ and 1, neither included.
+    pub fn new(confidence: f64) -> Result<Self, StatisticsError> {
+        let sensible = confidence > 0.5 && confidence < 1.0;
+        if sensible { Ok(Self(confidence)) } else { Err(StatisticsError::Confidence(confidence)) }
+    }
+
+    /// The confidence as a number.
+    #[must_use]
+    pub fn value(self) -> f64 {
+        self.0
+    }
+
+    /// The confidence with which each of `statements` must be made so that all of them hold with this one (Bonferroni).
+    #[must_use]
+    pub(super) fn shared_by(self, statements: usize) -> Self {
+        Self(1.0 - (1.0 - self.0) / statements.max(1) as f64)
+    }
+}
+
+/// In how many of how many runs something happened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Count {
+    happened: u64,
+    runs: u64,
+}
+
+impl Count {
+    /// A count.
+    ///
+    /// # Panics
+    /// If it happened in more runs than there were.
+    #[must_use]
+    pub fn new(happened: u64, runs: u64) -> Self {
+        assert!(happened <= runs, "it happened in {happened} of only {runs} runs");
+        Self { happened, runs }
+    }
+
+    /// Counts one more run.
+    pub fn push(&mut self, happened: bool) {
+        self.runs += 1;
+        self.happened += u64::from(happened);
+    }
+
+    /// The count over the runs of both.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self { happened: self.happened + other.happened, runs: self.runs + other.runs }
+    }
+
+    /// In how many runs it happened.
+    #[must_use]
+    pub fn happened(self) -> u64 {
+        self.happened
+    }
+
+    /// How many runs there were.
+    #[must_use]
+    pub fn runs(self) -> u64 {
+        self.runs
+    }
+
+    /// The fraction of runs in which it happened; none without runs.
+    #[must_use]
+    pub fn rate(self) -> Option<f64> {
+        (self.runs > 0).then(|| self.happened as f64 / self.runs as f64)
+    }
+
+    /// The interval of Clopper and Pearson (Biometrika 26, 1934): it contains the probability with at least that
+    /// confidence, whatever it is, if the number of runs was settled beforehand. Without runs, 0 to 1.
+    #[must_use]
+    pub fn interval(self, confidence: Confidence) -> Interval {
+        let each = (1.0 - confidence.0) / 2.0;
+        let (x, n) = (self.happened as f64, self.runs as f64);
+        let low = if self.happened == 0 { 0.0 } else { beta::quantile(each, x, n - x + 1.0) };
+        let high = if self.happened == self.runs { 1.0 } else { beta::quantile(1.0 - each, x + 1.0, n - x) };
+        Interval { low, high }
+    }
+}
+
+/// An interval of probabilities, or of differences between them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Interval {
+    /// Its lower end.
+    pub low: f64,
+    /// Its upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// Half the distance between its ends.
+    #[must_use]
+    pub fn half_width(self) -> f64 {
+        (self.high - self.low) / 2.0
+    }
+
+    /// Whether `value` lies in it; its ends belong to it.
+    #[must_use]
+    pub fn contains(self, value: f64) -> bool {
+        (self.low..=self.high).contains(&value)
+    }
+}
+
+impl fmt::Display for Interval {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.low.fmt(f)?;
+        f.write_str(" to ")?;
+        self.high.fmt(f)
+    }
+}

@@ -1,0 +1,331 @@
+//! Reference values from the literature, and the promises: those that can be are checked to the last outcome by going
+//! through all of them, and all of them by simulation.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use robot::Streams;
+
+use super::*;
+
+fn confidence(value: f64) -> Confidence {
+    Confidence::new(value).unwrap()
+}
+
+fn simulated(name: &str) -> ChaCha8Rng {
+    Streams::new(20_261_120).stream(name)
+}
+
+/// A sequential procedure, followed exactly: calls `at_stop` with every count at which `stops` may first hold, and the
+/// probability that the procedure stops there. Gives the probability that is still going on after `max_runs`.
+fn follow(p: f64, max_runs: u64, stops: impl Fn(Count) -> bool, mut at_stop: impl FnMut(Count, f64)) -> f64 {
+    let mut going = vec![1.0_f64];
+    for runs in 1..=max_runs {
+        let mut next = vec![0.0; runs as usize + 1];
+        for (happened, mass) in going.iter().enumerate() {
+            next[happened] += mass * (1.0 - p);
+            next[happened + 1] += mass * p;
+        }
+        for (happened, mass) in next.iter_mut().enumerate() {
+            let count = Count::new(happened as u64, runs);
+            if *mass > 0.0 && stops(count) {
+                at_stop(count, std::mem::take(mass));
+            }
+        }
+        going = next;
+    }
+    going.iter().sum()
+}
+
+/// The values are those of R's `binom.test`, which the books quote: Conover's 682 of 925 among them.
+#[test]
+fn intervals_agree_with_published_ones() {
+    for (happened, runs, level, low, high) in [
+        (682, 925, 0.95, 0.707_668_3, 0.765_406_6),
+        (10, 100, 0.95, 0.049_004_7, 0.176_222_6),
+        (5, 10, 0.95, 0.187_086_0, 0.812_914_0),
+        (0, 10, 0.95, 0.0, 0.308_497_1),
+        (10, 10, 0.95, 0.691_502_9, 1.0),
+        (0, 300, 0.99, 0.0, 1.0 - libm::pow(0.005, 1.0 / 300.0)),
+        (0, 0, 0.95, 0.0, 1.0),
+    ] {
+        let interval = Count::new(happened, runs).interval(confidence(level));
+        let near = |a: f64, b: f64| (a - b).abs() < 6e-8;
+        assert!(near(interval.low, low) && near(interval.high, high), "{happened} of {runs}: {interval}");
+    }
+}
+
+#[test]
+fn an_interval_covers_every_probability_as_often_as_it_says() {
+    for level in [0.8, 0.95, 0.99] {
+        for runs in [1, 5, 20, 100] {
+            let intervals: Vec<_> = (0..=runs).map(|x| Count::new(x, runs).interval(confidence(level))).collect();
+            for step in 0..=200 {
+                let p = f64::from(step) / 200.0;
+                let mut covered = 0.0;
+                let _ = follow(
+                    p,
+                    runs,
+                    |count| count.runs() == runs,
+                    |count, mass| {
+                        covered += if intervals[count.happened() as usize].contains(p) { mass } else { 0.0 };
+                    },
+                );
+                assert!(covered >= level - 1e-9, "{covered} at {p} with {runs} runs");
+            }
+        }
+    }
+}
+
+#[test]
+fn an_interval_covers_as_often_as_it_says_in_simulated_campaigns() {
+    let mut rng = simulated("interval");
+    for p in [0.003, 0.05, 0.4] {
+        let covers = |_| {
+            let mut count = Count::default();
+            (0..300).for_each(|_| count.push(rng.random_bool(p)));
+            count.interval(confidence(0.9)).contains(p)
+        };
+        let covered = (0..2000).map(covers).filter(|covers| *covers).count();
+        // Three standard deviations below 0.9 of 2000.
+        assert!(covered >= 1760, "{covered} of 2000 at {p}");
+    }
+}
+
+#[test]
+fn stopping_when_precise_enough_keeps_the_confidence_and_the_width() {
+    for (half_width, level) in [(0.05, 0.95), (0.1, 0.9), (0.1, 0.99)] {
+        let goal = Precision::new(half_width, confidence(level)).unwrap();
+        for p in [0.0, 0.001, 0.02, 0.1, 0.3, 0.5, 0.93, 1.0] {
+            let (mut covered, mut runs) = (0.0, 0.0);
+            let left = follow(
+                p,
+                goal.max_runs(),
+                |count| goal.reached(count).is_some(),
+                |count, mass| {
+                    let interval = goal.reached(count).unwrap();
+                    assert!(interval.half_width() <= half_width);
+                    covered += if interval.contains(p) { mass } else { 0.0 };
+                    runs += mass * count.runs() as f64;
+                },
+            );
+            assert_eq!(left, 0.0, "it goes on after {} runs", goal.max_runs());
+            assert!(covered >= level, "{covered} at {p} instead of {level}");
+            let few = goal.looks()[0] as f64 * 1.2;
+            assert!((0.002..0.998).contains(&p) || runs < few, "{runs} runs at {p}");
+        }
+    }
+}
+
+/// The mistake that [`Precision`] avoids is a real one: this is what would come of it.
+#[test]
+fn stopping_at_the_first_narrow_interval_would_break_the_promise() {
+    let (p, usual) = (0.12, |count: Count| count.interval(confidence(0.8)));
+    let mut covered = 0.0;
+    let left = follow(
+        p,
+        150,
+        |count| usual(count).half_width() <= 0.05,
+        |count, mass| {
+            covered += if usual(count).contains(p) { mass } else { 0.0 };
+        },
+    );
+    assert!(covered + left < 0.78, "the usual interval held: {covered}");
+}
+
+#[test]
+fn the_last_look_is_precise_enough_whatever_happened() {
+    let goal = Precision::new(0.1, confidence(0.95)).unwrap();
+    let last = goal.max_runs();
+    assert!((0..=last).all(|happened| goal.reached(Count::new(happened, last)).is_some()));
+    assert!(goal.looks().is_sorted());
+    assert_eq!(goal.reached(Count::new(0, goal.looks()[0] - 1)), None);
+    let widest = goal.interval(Count::new(5, 10));
+    assert!(widest.half_width() > Count::new(5, 10).interval(confidence(0.95)).half_width());
+}
+
+#[test]
+fn the_sequential_test_errs_no_more_often_than_it_may() {
+    for (bound, indifference, error) in [(0.1, 0.05, 0.05), (0.5, 0.1, 0.01), (0.02, 0.015, 0.1)] {
+        let test = Sprt::new(bound, indifference, error).unwrap();
+        for (p, wrong) in [
+            (bound - indifference, Side::Above),
+            ((bound - indifference) / 2.0, Side::Above),
+            (bound + indifference, Side::Below),
+            (bound + 2.0 * indifference, Side::Below),
+        ] {
+            let mut errors = 0.0;
+            let left = follow(
+                p,
+                3000,
+                |count| test.decision(count).is_some(),
+                |count, mass| {
+                    errors += if test.decision(count) == Some(wrong) { mass } else { 0.0 };
+                },
+            );
+            assert!(left < 1e-6, "{left} undecided at {p}");
+            assert!(errors <= error, "{errors} wrong at {p} instead of {error}");
+        }
+    }
+}
+
+#[test]
+fn the_sequential_test_errs_no_more_often_than_it_may_in_simulated_campaigns() {
+    let test = Sprt::new(0.1, 0.05, 0.05).unwrap();
+    let mut rng = simulated("sprt");
+    let (mut wrong, mut runs) = (0, 0);
+    for _ in 0..4000 {
+        let mut count = Count::default();
+        while test.decision(count).is_none() {
+            count.push(rng.random_bool(0.15));
+        }
+        wrong += u64::from(test.decision(count) == Some(Side::Below));
+        runs += count.runs();
+    }
+    assert!(wrong <= 4000 / 20, "{wrong} of 4000 wrong");
+    // Wald's approximation of the expected number of runs, for thresholds of ln 20.
+    let (up, down) = (libm::log(3.0), libm::log(0.85 / 0.95));
+    let wald = libm::log(20.0) * 0.9 / (0.15 * up + 0.85 * down);
+    let mean = runs as f64 / 4000.0;
+    assert!((0.9..1.3).contains(&(mean / wald)), "{mean} runs on average, about {wald} expected");
+}
+
+/// Fisher's tea-tasting lady; the convictions of twins (Fisher 1962); and two tables from the manuals of R and SciPy.
+#[test]
+fn the_exact_test_agrees_with_published_values() {
+    for ([a, b], [c, d], p) in [
+        ([3, 4], [1, 4], 0.485_714_285_714),
+        ([2, 12], [15, 18], 0.000_536_724_12),
+        ([6, 8], [1, 5], 0.102_564_102_564),
+        ([8, 10], [1, 6], 0.034_965_034_965),
+    ] {
+        let got = Comparison::of(Count::new(a, b), Count::new(c, d), confidence(0.95)).p_value;
+        assert!((got / p - 1.0).abs() < 1e-6, "{a} of {b} and {c} of {d}: {got}, not {p}");
+    }
+}
+
+#[test]
+fn effect_sizes_are_those_of_the_books() {
+    // Newcombe's example a: 56 of 70 and 48 of 80, a difference of 0.2; his method 10 gives 0.0524 to 0.3339 with
+    // Wilson's intervals, and the wider exact ones a slightly wider interval around that.
+    let got = Comparison::of(Count::new(48, 80), Count::new(56, 70), confidence(0.95));
+    assert!((got.difference.unwrap() - 0.2).abs() < 1e-12);
+    assert!((0.03..0.0524).contains(&got.interval.low), "{}", got.interval);
+    assert!((0.3339..0.36).contains(&got.interval.high), "{}", got.interval);
+    assert!((got.odds_ratio.unwrap() - 8.0 / 3.0).abs() < 1e-12);
+    // Cohen's table 6.2.2: φ = 2·arcsin √P is 1.772 at 0.60 and 2.214 at 0.80.
+    assert!((got.cohens_h.unwrap() - (2.214 - 1.772)).abs() < 1e-3);
+    let nothing = Comparison::of(Count::default(), Count::new(1, 1), confidence(0.95));
+    assert_eq!((nothing.difference, nothing.cohens_h, nothing.odds_ratio), (None, None, None));
+    assert_eq!(nothing.p_value, 1.0);
+    assert_eq!(nothing.interval, Interval { low: -1.0, high: 1.0 });
+}
+
+#[test]
+fn the_exact_test_sees_a_difference_that_is_none_no_more_often_than_it_may() {
+    let (before, after) = (18, 25);
+    let p_values: Vec<Vec<f64>> = (0..=before)
+        .map(|x| {
+            let p = |y| Comparison::of(Count::new(x, before), Count::new(y, after), confidence(0.95)).p_value;
+            (0..=after).map(p).collect()
+        })
+        .collect();
+    for step in 1..50 {
+        let p = f64::from(step) / 50.0;
+        let mass = |runs| {
+            let mut mass = vec![0.0; runs as usize + 1];
+            let _ = follow(p, runs, |count| count.runs() == runs, |count, m| mass[count.happened() as usize] = m);
+            mass
+        };
+        let (mass_before, mass_after) = (mass(before), mass(after));
+        let chance = |level: f64| -> f64 {
+            let of_row = |(row, m): (&Vec<f64>, &f64)| {
+                let small = row.iter().zip(&mass_after).filter(|(p_value, _)| **p_value <= level);
+                m * small.map(|(_, m)| m).sum::<f64>()
+            };
+            p_values.iter().zip(&mass_before).map(of_row).sum()
+        };
+        for level in [0.01, 0.05, 0.2] {
+            assert!(chance(level) <= level, "{} at {p} instead of {level}", chance(level));
+        }
+    }
+}
+
+#[test]
+fn the_interval_of_the_difference_covers_it_in_simulated_campaigns() {
+    let mut rng = simulated("difference");
+    for (p, q) in [(0.02, 0.02), (0.05, 0.2), (0.5, 0.4)] {
+        let mut draw = |p: f64, runs| {
+            let mut count = Count::default();
+            (0..runs).for_each(|_| count.push(rng.random_bool(p)));
+            count
+        };
+        let covers = |_| {
+            let comparison = Comparison::of(draw(p, 80), draw(q, 120), confidence(0.9));
+            comparison.interval.contains(q - p)
+        };
+        let covered = (0..1500).map(covers).filter(|covers| *covers).count();
+        assert!(covered >= 1320, "{covered} of 1500 at {p} and {q}");
+    }
+}
+
+/// Runs that are violated end four times sooner. Eight cores start a new run whenever one ends; a rule that looks at what
+/// ends first would see too many violations.
+#[test]
+fn stopping_on_many_cores_does_not_favour_short_runs() {
+    let goal = Precision::new(0.2, confidence(0.8)).unwrap();
+    let (p, campaigns) = (0.5, 2000);
+    let mut rng = simulated("order");
+    let mut first_to_end = Count::default();
+    for _ in 0..campaigns {
+        let runs: Vec<bool> = (0..goal.max_runs() + 8).map(|_| rng.random_bool(p)).collect();
+        let mut cores: Vec<(u64, u64)> = (0..8).map(|k| (if runs[k] { 1 } else { 4 }, k as u64)).collect();
+        let (mut order, mut counted, mut early) = (InOrder::from(0), Count::default(), Count::default());
+        let (mut stopped, mut next) = (None, 8);
+        while stopped.is_none() {
+            cores.sort_unstable();
+            let (now, k) = cores.remove(0);
+            order.put(k, runs[k as usize]);
+            if early.runs() < 8 {
+                early.push(runs[k as usize]);
+            }
+            while let (None, Some((_, violated))) = (stopped, order.take()) {
+                counted.push(violated);
+                stopped = goal.reached(counted).map(|_| counted);
+            }
+            if let Some(violated) = runs.get(next as usize) {
+                cores.push((now + if *violated { 1 } else { 4 }, next));
+                next += 1;
+            }
+        }
+        let mut alone = Count::default();
+        let mut runs = runs.iter();
+        while goal.reached(alone).is_none() {
+            alone.push(*runs.next().unwrap());
+        }
+        assert_eq!(stopped, Some(alone), "many cores stop where one does");
+        first_to_end = first_to_end.and(early);
+    }
+    let biased = first_to_end.rate().unwrap();
+    assert!(biased > p + 0.1, "what ends first is violated in {biased}: the test would notice");
+}
+
+#[test]
+fn results_come_out_in_the_order_of_the_runs() {
+    let mut order = InOrder::from(5);
+    order.put(7, 'c');
+    order.put(6, 'b');
+    assert_eq!((order.take(), order.held_back()), (None, 2));
+    order.put(5, 'a');
+    let all: Vec<_> = std::iter::from_fn(|| order.take()).collect();
+    assert_eq!(all, [(5, 'a'), (6, 'b'), (7, 'c')]);
+}
+
+#[test]
+fn goals_that_make_no_sense_are_refused() {
+    assert_eq!(Confidence::new(1.0), Err(StatisticsError::Confidence(1.0)));
+    assert!(Confidence::new(f64::NAN).is_err());
+    assert_eq!(Precision::new(0.0, confidence(0.95)), Err(StatisticsError::HalfWidth(0.0)));
+    assert!(Sprt::new(0.1, 0.1, 0.05).is_err());
+    assert!(Sprt::new(0.95, 0.1, 0.05).is_err());
+    assert_eq!(Sprt::new(0.1, 0.05, 0.5), Err(StatisticsError::ErrorRate(0.5)));
+}
