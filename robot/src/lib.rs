@@ -8,6 +8,7 @@
 mod laser;
 mod motion;
 mod random;
+pub mod recorded;
 
 use std::sync::Arc;
 use std::time::Duration;

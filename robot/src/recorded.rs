@@ -1,0 +1,199 @@
+//! Recorded robots: logs of real ones, played back.
+//!
+//! A [`Recording`] is read from a log in CARMEN's format, as most published logs are, plain or gzipped. A
+//! [`RecordedRobot`] plays it back as a [`Robot`], so that software can be tried on what a real robot once sensed;
+//! with [`OdometryErrors`] its odometry becomes as bad as one likes.
+//!
+//! Fields of a line are separated by spaces:
+//!
+//! - `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`: a scan of the front laser, the pose that
+//!   a SLAM program has found for it, and odometry. `RLASER` is the same for the rear laser.
+//! - `ODOM x y theta tv rv accel time host logger_time`: odometry.
+//! - `PARAM name value …`: `robot_frontlaser_offset` and `robot_rearlaser_offset` are the lasers' places on the x axis,
+//!   `robot_front_laser_max` the range from which on nothing was hit.
+//! - Comments (`#`) and lines that begin with another word in capitals are passed over.
+//!
+//! Beams go from −90° counter-clockwise over 180°: an odd number of them with one at either end, an even number with
+//! none at +90°.
+//!
+//! What is wrong with a log, and what is done about it, is in its [`Complaint`]s.
+
+mod clock;
+mod complaint;
+mod lines;
+mod odometry_errors;
+mod ranges;
+mod text;
+mod writer;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use maps::{Pose, pose};
+
+use crate::{LaserScan, LaserSpec, Odometry, Reading, Robot, RobotModel, VelocityCommand};
+use complaint::Complaints;
+use lines::{Line, Lines};
+
+pub use complaint::{Complaint, Flaw, RecordingError};
+pub use odometry_errors::OdometryErrors;
+pub use writer::LogWriter;
+
+/// Most scans that may be unusable, as a share: a log of which less can be read is not what it seems to be.
+const MOST_UNUSABLE: f64 = 0.5;
+
+/// What a robot has sensed, from a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    model: RobotModel,
+    records: Vec<Record>,
+    complaints: Vec<Complaint>,
+}
+
+/// A line of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Its number, from 1.
+    pub line: usize,
+    /// Time since the first line with a clock. It never goes back.
+    pub time: Duration,
+    /// Pose of `base_link` in the `odom` frame.
+    pub odometry: Pose,
+    /// Forward speed in m/s and turning rate in rad/s, zero where the line does not say.
+    pub velocity: VelocityCommand,
+    /// The scan, unless the line is about odometry alone.
+    pub scan: Option<Arc<LaserScan>>,
+    /// The pose in the `map` frame that a SLAM program has found, for scans of the front laser.
+    pub corrected: Option<Pose>,
+}
+
+impl Recording {
+    /// Reads a log, plain or gzipped.
+    ///
+    /// Lines count in the order of the file, whatever their clocks say. What cannot be used is left out and
+    /// [complained](Self::complaints) about.
+    ///
+    /// # Errors
+    /// [`RecordingError`] if the file is no log, or if so much of it is unusable that the rest means nothing.
+    pub fn read(bytes: &[u8]) -> Result<Self, RecordingError> {
+        let mut complaints = Complaints::default();
+        let text = text::decompressed(bytes, &mut complaints)?;
+        let lines = Lines::parse(&text, &mut complaints)?;
+        let lines = lines.with_usual_beams(&mut complaints);
+        lines.check(MOST_UNUSABLE, &complaints)?;
+        let times = clock::settled(&lines.lines, &mut complaints);
+        let model = model_of(&lines);
+        let range_max_m = model.lasers[0].range_max_m as f32;
+        let records = lines.lines.into_iter().zip(times);
+        let records = records.filter_map(|(line, time)| Some(record(line, time?, range_max_m))).collect();
+        Ok(Self { model, records, complaints: complaints.into_sorted() })
+    }
+
+    /// What is known of the robot: its lasers. The rest is the default robot's.
+    #[must_use]
+    pub fn model(&self) -> &RobotModel {
+        &self.model
+    }
+
+    /// What was recorded, in order.
+    #[must_use]
+    pub fn records(&self) -> &[Record] {
+        &self.records
+    }
+
+    /// What is wrong with the log and what has been done about it, by line.
+    #[must_use]
+    pub fn complaints(&self) -> &[Complaint] {
+        &self.complaints
+    }
+
+    /// Scans of the front laser with the poses that a SLAM program has found for them.
+    pub fn corrected_scans(&self) -> impl Iterator<Item = (&Record, &Arc<LaserScan>, Pose)> {
+        self.records.iter().filter_map(|record| Some((record, record.scan.as_ref()?, record.corrected?)))
+    }
+}
+
+fn record(line: Line, time: Duration, range_max_m: f32) -> Record {
+    let scan = line.scan.map(|scan| {
+        let heard = |range_m: f32| if range_m >= range_max_m { f32::INFINITY } else { range_m };
+        let ranges_m = scan.ranges_m.into_iter().map(heard).collect();
+        Arc::new(LaserScan { time, laser: scan.laser, ranges_m })
+    });
+    let Line { number, odometry, velocity, corrected, .. } = line;
+    Record { line: number, time, odometry, velocity, scan, corrected }
+}
+
+/// A robot with the lasers of the log.
+fn model_of(lines: &Lines) -> RobotModel {
+    let range_max_m = ranges::nothing_hit_from_m(lines);
+    let laser = |index: usize, name: &str, mount| {
+        let beams = lines.beams[index];
+        // With an odd number of beams, one looks to either side.
+        let steps = if beams % 2 == 1 { beams - 1 } else { beams }.max(1);
+        LaserSpec {
+            name: name.to_owned(),
+            mount,
+            angle_min_rad: -std::f64::consts::FRAC_PI_2,
+            angle_increment_rad: std::f64::consts::PI / steps as f64,
+            beams,
+            period: clock::period(lines, index),
+            range_min_m: ranges::LEAST_M,
+            range_max_m,
+        }
+    };
+    let mut lasers = vec![laser(0, "front", pose(lines.front_offset_m, 0.0, 0.0))];
+    if lines.beams[1] > 0 {
+        lasers.push(laser(1, "rear", pose(lines.rear_offset_m, 0.0, std::f64::consts::PI)));
+    }
+    RobotModel { lasers, ..RobotModel::default() }
+}
+
+/// A recording, played back. What it is told to do has been decided long ago: commands change nothing.
+#[derive(Clone, Debug)]
+pub struct RecordedRobot {
+    recording: Arc<Recording>,
+    errors: OdometryErrors,
+    next: usize,
+    unread: Vec<Reading>,
+}
+
+impl RecordedRobot {
+    /// A robot about to sense what was recorded, its odometry made worse by these errors.
+    #[must_use]
+    pub fn new(recording: Arc<Recording>, errors: OdometryErrors) -> Self {
+        Self { recording, errors, next: 0, unread: Vec::new() }
+    }
+
+    /// The same robot, which wakes up at that line of the log.
+    #[must_use]
+    pub fn from_line(mut self, line: usize) -> Self {
+        self.next = self.recording.records.partition_point(|record| record.line < line);
+        self
+    }
+
+    /// Goes on by a line, whose readings can then be [read](Robot::read). `None` at the end.
+    pub fn advance(&mut self) -> Option<&Record> {
+        let record = self.recording.records.get(self.next)?;
+        self.next += 1;
+        let VelocityCommand { linear_mps, angular_radps } = record.velocity;
+        let pose = self.errors.apply(&record.odometry);
+        self.unread.push(Reading::Odometry(Odometry { time: record.time, pose, linear_mps, angular_radps }));
+        self.unread.extend(record.scan.iter().map(|scan| Reading::Scan(Arc::clone(scan))));
+        Some(record)
+    }
+}
+
+impl Robot for RecordedRobot {
+    fn model(&self) -> &RobotModel {
+        &self.recording.model
+    }
+
+    fn read(&mut self, readings: &mut Vec<Reading>) {
+        readings.append(&mut self.unread);
+    }
+
+    fn drive(&mut self, _command: VelocityCommand) {}
+}
+
+#[cfg(test)]
+mod tests;

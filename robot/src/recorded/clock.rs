@@ -1,0 +1,58 @@
+//! The clocks of a log's lines, which are not always in order.
+//!
+//! Lines of real logs come from several programs, so that clocks go back and forth by a second, and what other programs
+//! have added may have no clock at all. What happened first stands first in the file; so lines count in their order.
+
+use std::time::Duration;
+
+use super::complaint::{Complaints, Flaw};
+use super::lines::{Line, Lines};
+
+/// Up to so many seconds, clocks that go back come from lines that were written out of order.
+const JITTER_S: f64 = 2.0;
+
+/// So many lines are looked ahead at, to tell a wrong clock from one that was set.
+const AHEAD: usize = 6;
+
+/// The time of each line since the first, never earlier than that of the line before; `None` for odometry whose clock is
+/// so far off that it may belong elsewhere.
+pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option<Duration>> {
+    let start_s = lines.first().map_or(0.0, |line| line.clock_s);
+    let mut latest_s = start_s;
+    let mut set_back_s = 0.0;
+    let mut times = Vec::with_capacity(lines.len());
+    for (index, line) in lines.iter().enumerate() {
+        let following = &lines[index + 1..lines.len().min(index + 1 + AHEAD)];
+        let behind_s = latest_s - (line.clock_s + set_back_s);
+        if behind_s > JITTER_S {
+            let is_behind = |line: &Line| latest_s - (line.clock_s + set_back_s) > JITTER_S;
+            let set_back = following.len() == AHEAD && line.clock_s > 0.0 && following.iter().all(is_behind);
+            if set_back {
+                complaints.add(line.number, Flaw::ClockSetBack { by_s: behind_s });
+                set_back_s += behind_s;
+            } else if line.scan.is_none() {
+                complaints.add(line.number, Flaw::ClockElsewhere { by_s: behind_s });
+                times.push(None);
+                continue;
+            }
+        }
+        let clock_s = line.clock_s + set_back_s;
+        if clock_s < latest_s {
+            complaints.add(line.number, Flaw::ClockBack { by_s: latest_s - clock_s });
+        }
+        // A clock that is ahead of those that follow it is ahead of its time.
+        let soon_s = following.iter().map(|line| line.clock_s + set_back_s).filter(|soon_s| *soon_s > latest_s);
+        latest_s = soon_s.fold(clock_s, f64::min).max(latest_s);
+        times.push(Some(Duration::from_secs_f64(latest_s - start_s)));
+    }
+    times
+}
+
+/// The time between a laser's scans, as a rule.
+pub(super) fn period(lines: &Lines, laser: usize) -> Duration {
+    let is_scan = |line: &&Line| line.scan.as_ref().is_some_and(|scan| scan.laser == laser);
+    let clocks_s: Vec<f64> = lines.lines.iter().filter(is_scan).map(|line| line.clock_s).collect();
+    let mut periods_s: Vec<f64> = clocks_s.windows(2).map(|pair| (pair[1] - pair[0]).clamp(0.0, 1e6)).collect();
+    periods_s.sort_unstable_by(f64::total_cmp);
+    Duration::from_secs_f64(periods_s.get(periods_s.len() / 2).copied().unwrap_or_default())
+}

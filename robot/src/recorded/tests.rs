@@ -1,0 +1,241 @@
+use std::io::Write as _;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use maps::heading;
+use proptest::prelude::*;
+
+use super::*;
+use crate::Streams;
+
+const BEAMS: usize = 6;
+
+/// A drive along x, a scan a second with odometry between, from epoch time on.
+fn log() -> Vec<String> {
+    let mut log = LogWriter::new("host");
+    log.param("robot_frontlaser_offset", -0.04);
+    log.param("robot_front_laser_max", 30.0);
+    for second in 0..10 {
+        let at = |share: f64| pose(second as f64 + share, 0.0, 0.1);
+        let time = Duration::from_secs(1_000_000_000 + second);
+        let ranges_m = (0..BEAMS).map(|beam| 1.0 + beam as f32 + 0.1 * second as f32).collect();
+        log.scan(&LaserScan { time, laser: 0, ranges_m }, &at(0.0), &pose(5.0, second as f64, 1.6));
+        let time = time + Duration::from_millis(500);
+        log.odometry(&Odometry { time, pose: at(0.5), linear_mps: 0.4, angular_radps: 0.0 });
+    }
+    log.into_text().lines().map(str::to_owned).collect()
+}
+
+fn text(lines: &[String]) -> Vec<u8> {
+    (lines.join("\n") + "\n").into_bytes()
+}
+
+fn read(lines: &[String]) -> Recording {
+    Recording::read(&text(lines)).unwrap()
+}
+
+fn gzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::default());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+/// What is said of the log after a line was changed; the number of usable records.
+fn complaints_after(line: usize, change: impl Fn(&str) -> String) -> (Vec<String>, usize) {
+    let mut lines = log();
+    lines[line - 1] = change(&lines[line - 1]);
+    let recording = read(&lines);
+    (recording.complaints().iter().map(ToString::to_string).collect(), recording.records().len())
+}
+
+#[test]
+fn a_log_is_read_as_it_was_written() {
+    let recording = read(&log());
+    assert_eq!(recording.complaints(), []);
+    let laser = &recording.model().lasers[0];
+    assert_eq!((laser.beams, laser.range_max_m, laser.period), (BEAMS, 30.0, Duration::from_secs(1)));
+    assert!((laser.mount.translation.x + 0.04).abs() < 1e-12);
+    assert!((laser.beam_angle_rad(3)).abs() < 1e-12, "half of an even number of beams lie to the right");
+    assert_eq!(recording.records().len(), 20);
+    let last = &recording.records()[18];
+    assert_eq!((last.line, last.time), (21, Duration::from_secs(9)));
+    assert!((last.odometry.translation.x - 9.0).abs() < 1e-9);
+    let corrected = last.corrected.unwrap();
+    assert!((corrected.translation.y - 9.0).abs() < 1e-9 && (heading(&corrected) - 1.6).abs() < 1e-9);
+    assert!((last.scan.as_ref().unwrap().ranges_m[0] - 1.9).abs() < 1e-6);
+}
+
+#[test]
+fn an_odd_number_of_beams_has_one_at_either_end() {
+    let mut log = LogWriter::new("host");
+    let scan = LaserScan { time: Duration::ZERO, laser: 0, ranges_m: vec![1.0; 181] };
+    log.scan(&scan, &pose(0.0, 0.0, 0.0), &pose(0.0, 0.0, 0.0));
+    log.scan(&LaserScan { laser: 1, ..scan }, &pose(0.0, 0.0, 0.0), &pose(0.0, 0.0, 0.0));
+    let recording = Recording::read(log.into_text().as_bytes()).unwrap();
+    let [front, rear] = &recording.model().lasers[..] else { panic!("two lasers") };
+    assert!((front.angle_increment_rad - 1_f64.to_radians()).abs() < 1e-12);
+    assert!((front.beam_angle_rad(180) - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    assert!((heading(&rear.mount).abs() - std::f64::consts::PI).abs() < 1e-9);
+    assert_eq!(recording.corrected_scans().count(), 1, "only the front laser's poses are the robot's");
+}
+
+#[test]
+fn what_the_laser_says_when_it_hits_nothing_is_found_out() {
+    let mut log = LogWriter::new("host");
+    for second in 0..30 {
+        let ranges_m = vec![2.0 + 0.01 * second as f32, 8.191, 3.0];
+        let scan = LaserScan { time: Duration::from_secs(second), laser: 0, ranges_m };
+        log.scan(&scan, &pose(0.0, 0.0, 0.0), &pose(0.0, 0.0, 0.0));
+    }
+    let recording = Recording::read(log.into_text().as_bytes()).unwrap();
+    assert!((recording.model().lasers[0].range_max_m - 8.191).abs() < 1e-6);
+    assert_eq!(recording.records()[0].scan.as_ref().unwrap().ranges_m[1], f32::INFINITY);
+}
+
+#[test]
+fn a_recorded_robot_senses_what_was_recorded_and_obeys_nobody() {
+    let recording = Arc::new(read(&log()));
+    let errors = || OdometryErrors::new(0.1, 0.0, Streams::new(1).stream("odometry"));
+    let mut robot = RecordedRobot::new(Arc::clone(&recording), errors());
+    let (mut readings, mut advanced) = (Vec::new(), 0);
+    while robot.advance().is_some() {
+        robot.drive(VelocityCommand { linear_mps: 9.0, angular_radps: 9.0 });
+        robot.read(&mut readings);
+        advanced += 1;
+    }
+    assert_eq!((advanced, readings.len()), (20, 30));
+    assert!(readings.windows(2).all(|pair| pair[0].time() <= pair[1].time()));
+    let Reading::Odometry(last) = readings.last().unwrap() else { panic!("the last line is odometry") };
+    assert!((last.pose.translation.x - 9.5 * 1.1).abs() < 1e-9, "{}", last.pose);
+    let mut late = RecordedRobot::new(recording, errors()).from_line(21);
+    assert_eq!(late.advance().map(|record| record.line), Some(21));
+}
+
+#[test]
+fn gzipped_logs_are_the_same_and_what_breaks_off_is_used_to_there() {
+    let plain = text(&log());
+    let packed = gzipped(&plain);
+    assert_eq!(Recording::read(&packed).unwrap(), Recording::read(&plain).unwrap());
+    let broken = Recording::read(&packed[..packed.len() - 20]).unwrap();
+    assert!(broken.records().len() < 20 && !broken.records().is_empty());
+    assert_eq!(broken.complaints()[0].flaw, Flaw::CompressionBreaksOff);
+    let mut damaged = packed;
+    let checksum = damaged.len() - 6;
+    damaged[checksum] ^= 0xff;
+    assert!(matches!(Recording::read(&damaged), Err(RecordingError::Damaged { line: 23, .. })));
+}
+
+#[test]
+fn a_log_that_breaks_off_is_used_up_to_there() {
+    let mut bytes = text(&log());
+    bytes.truncate(bytes.len() - 30);
+    let recording = Recording::read(&bytes).unwrap();
+    assert_eq!(recording.records().len(), 19);
+    assert_eq!(
+        recording.complaints()[0].to_string(),
+        "line 22: the log breaks off within this line; the lines before are used"
+    );
+}
+
+#[test]
+fn wrong_lines_are_left_out_and_named() {
+    let (said, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7"));
+    assert_eq!(said, ["line 5: this FLASER should have 18 fields, but has 17; left out"]);
+    assert_eq!(left, 19);
+    let (said, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7 1.0"));
+    assert_eq!(said, ["line 5: a scan of 7 beams, where most have 6; left out, since its beams may point elsewhere"]);
+    assert_eq!(left, 19);
+    let (said, _) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER many"));
+    assert_eq!(said, ["line 5: the number of beams should be a number, but is `many`; left out"]);
+    let (said, _) = complaints_after(6, |line| line.replace("ODOM 1.5", "ODOM NaN"));
+    assert_eq!(said, ["line 6: x should be a number, but is `NaN`; left out"]);
+    let (said, _) = complaints_after(6, |_| "what is this".to_owned());
+    assert_eq!(said, ["line 6: `what` is not how a line of a log begins; left out"]);
+}
+
+#[test]
+fn ranges_that_cannot_be_are_not_used() {
+    let mut lines = log();
+    lines[4] = lines[4].replace(" 2.1 ", " NaN ").replace(" 3.1 ", " -3.1 ").replace(" 4.1 ", " 40.0 ");
+    let recording = read(&lines);
+    assert_eq!(
+        recording.complaints()[0].to_string(),
+        "line 5: 2 ranges are negative or no numbers; these beams are not used"
+    );
+    let ranges_m = &recording.records()[2].scan.as_ref().unwrap().ranges_m;
+    assert!(ranges_m[1].is_nan() && ranges_m[2].is_nan() && ranges_m[3] == f32::INFINITY);
+}
+
+#[test]
+fn clocks_that_go_back_do_not_turn_time_back() {
+    let reset = |line: &str, clock: &str| {
+        let fields: Vec<&str> = line.split(' ').collect();
+        let time = fields.len() - 3;
+        fields[..time].iter().chain(&[clock, "host", clock]).copied().collect::<Vec<_>>().join(" ")
+    };
+    let (said, left) = complaints_after(7, |line| reset(line, "1000000000.2"));
+    assert_eq!(said, ["line 7: the clock goes back by 1.300 s; lines are taken in the order of the file"]);
+    assert_eq!(left, 20);
+    // Odometry without a clock, as correcting programs insert it.
+    let (said, left) = complaints_after(8, |line| reset(line, "0"));
+    assert!(said[0].starts_with("line 8: the clock of this odometry is 1000000002"), "{said:?}");
+    assert_eq!(left, 19);
+    // A clock ahead of its time must not drag the others along.
+    let (said, _) = complaints_after(8, |line| reset(line, "1000000900.0"));
+    assert!(said.is_empty(), "{said:?}");
+    // A clock that was set back by 500 s.
+    let mut lines = log();
+    for line in &mut lines[8..] {
+        *line = line.replace("10000000", "9999995");
+    }
+    let recording = read(&lines);
+    assert!(matches!(recording.complaints()[0], Complaint { line: 9, flaw: Flaw::ClockSetBack { .. }, more: 0 }));
+    let times: Vec<Duration> = recording.records().iter().map(|record| record.time).collect();
+    assert!(times.windows(2).all(|pair| pair[0] <= pair[1]) && times[19] > Duration::from_secs(8), "{times:?}");
+}
+
+#[test]
+fn what_is_no_log_is_refused() {
+    for bytes in [&b""[..], b"\n\n", b"# nothing\nPARAM a b\n", b"hello\nworld\n", &[0x1f, 0x8b, 0, 0], &[0xff; 500]] {
+        assert!(Recording::read(bytes).is_err(), "{bytes:?}");
+    }
+    let mut lines = log();
+    lines.iter_mut().filter(|line| line.starts_with("FLASER")).for_each(|line| line.push_str(" more"));
+    let error = Recording::read(&text(&lines)).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "10 of 10 scans cannot be used, so the others are not used either; \
+         line 3: this FLASER should have 17 fields, but has 18"
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
+
+    /// Whatever happens to a log's bytes: no panic, time never goes back, and every record is finite.
+    #[test]
+    fn spoilt_logs_are_read_or_refused(
+        spoilt in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"0 -.nNaeEF\n\x00\xff9".to_vec())), 0..40),
+        cut in any::<prop::sample::Index>(),
+        packed in any::<bool>(),
+    ) {
+        let mut bytes = text(&log());
+        if packed {
+            bytes = gzipped(&bytes);
+        }
+        for (index, byte) in spoilt {
+            let at = index.index(bytes.len());
+            bytes[at] = byte;
+        }
+        bytes.truncate(bytes.len() - cut.index(bytes.len()) / 4);
+        if let Ok(recording) = Recording::read(&bytes) {
+            let records = recording.records();
+            prop_assert!(records.windows(2).all(|pair| pair[0].time <= pair[1].time && pair[0].line < pair[1].line));
+            for record in records {
+                let finite = |pose: &Pose| pose.translation.vector.iter().all(|c| c.is_finite()) && heading(pose).is_finite();
+                prop_assert!(finite(&record.odometry) && record.corrected.as_ref().is_none_or(finite));
+                prop_assert!(record.scan.as_ref().is_none_or(|scan| scan.ranges_m.len() == recording.model().lasers[scan.laser].beams));
+            }
+        }
+    }
+}
