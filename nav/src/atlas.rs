@@ -6,7 +6,7 @@ use maps::OccupancyGrid;
 use robot::RobotModel;
 
 use crate::costmap::clearance;
-use crate::localization::{FreeSpace, LikelihoodField, SurfaceField};
+use crate::localization::{BeamModel, FreeSpace, LikelihoodField, SurfaceField};
 use crate::{Error, LocalizationParameters};
 
 /// A map made ready for localizing and navigating robots of one model.
@@ -36,6 +36,7 @@ pub struct Atlas {
     parameters: LocalizationParameters,
     pub(crate) surfaces: SurfaceField,
     pub(crate) likelihoods: LikelihoodField,
+    pub(crate) beams: BeamModel,
     pub(crate) free: FreeSpace,
     /// Clearance of each cell from the map's obstacles.
     pub(crate) clearances: Arc<Vec<u8>>,
@@ -51,7 +52,9 @@ impl Atlas {
         let free = FreeSpace::new(&map).ok_or(Error::NoFreeSpace)?;
         let surfaces = SurfaceField::new(&map, parameters.laser_likelihood_max_dist);
         let range_max_m = model.lasers.iter().map(|laser| laser.range_max_m).fold(1.0, f64::max);
+        let range_max_m = range_max_m.min(parameters.laser_max_range);
         Ok(Self {
+            beams: BeamModel::new(&parameters, range_max_m),
             likelihoods: LikelihoodField::new(&map, &surfaces, &parameters, range_max_m),
             clearances: Arc::new(clearance::of_map(&map)),
             model: model.clone(),

@@ -4,6 +4,7 @@
 //! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters] and [scan matching](scan_matching); the
 //! [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
 
+mod beam_model;
 mod challengers;
 mod clusters;
 mod filter;
@@ -18,6 +19,7 @@ mod particle;
 mod recovery;
 mod resampling;
 mod scan_matching;
+mod search;
 mod surface_field;
 
 use std::sync::Arc;
@@ -29,16 +31,20 @@ use rand_chacha::ChaCha8Rng;
 use robot::{LaserScan, Odometry, RobotModel};
 
 use crate::{Atlas, Error};
+use beam_model::Ray;
+use clusters::Clusters;
 use filter::ParticleFilter;
 use laser_memory::LaserMemory;
 use likelihood_field::Endpoints;
 use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
 use particle::Gaussian;
+use search::Search;
 
+pub(crate) use beam_model::BeamModel;
 pub(crate) use free_space::FreeSpace;
 pub(crate) use likelihood_field::LikelihoodField;
-pub use parameters::LocalizationParameters;
+pub use parameters::{LaserModel, LocalizationParameters};
 pub(crate) use surface_field::SurfaceField;
 
 /// Scans of the other lasers join an update if they are at most so old.
@@ -56,6 +62,17 @@ pub struct PoseEstimate {
     pub pose: Pose,
     /// Covariance of x, y (metres, `map` frame) and heading (radians).
     pub covariance: Matrix3<f64>,
+}
+
+/// A place where the robot may be: a cluster of particles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hypothesis {
+    /// The mean pose of `base_link` in the `map` frame.
+    pub pose: Pose,
+    /// Covariance of x, y (metres, `map` frame) and heading (radians).
+    pub covariance: Matrix3<f64>,
+    /// How likely it is: the share of the particles' weight, from 0 to 1.
+    pub weight: f64,
 }
 
 /// What is known of the pose before the first scan.
@@ -97,6 +114,8 @@ pub struct Localization {
     filter: ParticleFilter,
     lasers: Vec<LaserMemory>,
     odometry: OdometryHistory,
+    /// The search for a robot that may be anywhere, until it has been found.
+    search: Option<Box<Search>>,
     /// The estimate at the last update, in the grid's frame.
     belief: Gaussian,
     /// Odometry at the last update; before the first one, the first odometry.
@@ -107,6 +126,8 @@ pub struct Localization {
     /// Ends of the beams that weigh particles, and of those that are matched; kept for their memory.
     weighed: Endpoints,
     matched: Endpoints,
+    /// The beams that weigh particles in the beam model.
+    rays: Vec<Ray>,
 }
 
 impl Localization {
@@ -133,14 +154,16 @@ impl Localization {
         let mut localization = Self {
             atlas: Arc::clone(atlas),
             filter: ParticleFilter::new(atlas, rng),
-            lasers: atlas.model().lasers.iter().map(LaserMemory::new).collect(),
+            lasers: atlas.model().lasers.iter().map(|laser| LaserMemory::new(laser, atlas.parameters())).collect(),
             odometry: OdometryHistory::new(),
+            search: None,
             belief,
             anchor: None,
             updates: 0,
             first_scan: None,
             weighed: Endpoints::default(),
             matched: Endpoints::default(),
+            rays: Vec::new(),
         };
         localization.restart(initial);
         localization
@@ -154,10 +177,12 @@ impl Localization {
                 let (pose, covariance) = (origin.inv_mul(pose), turned(covariance, -heading(&origin)));
                 self.belief = gaussian(&pose, covariance);
                 self.filter.place_around(&self.belief);
+                self.search = None;
             }
             InitialPose::Anywhere => {
                 self.filter.place_anywhere();
                 self.belief = self.filter.estimate();
+                self.search = Some(Box::default());
             }
         }
         self.anchor = self.odometry.latest().map(|odometry| odometry.pose);
@@ -212,6 +237,21 @@ impl Localization {
         self.filter.particles().iter().map(move |particle| (in_map(particle), particle.weight))
     }
 
+    /// Where the robot may be, likeliest first: the clusters of the particles. Several while a robot is sought, or where
+    /// two places look alike.
+    #[must_use]
+    pub fn hypotheses(&self) -> Vec<Hypothesis> {
+        let mut clusters = Clusters::default();
+        clusters.assign(self.filter.particles());
+        let origin = self.origin();
+        let in_map = |(weight, at): (f64, Gaussian)| Hypothesis {
+            pose: origin * pose(at.x_m, at.y_m, at.heading_rad),
+            covariance: turned(&at.covariance, heading(&origin)),
+            weight,
+        };
+        clusters.all(self.filter.particles()).into_iter().map(in_map).collect()
+    }
+
     /// How many updates there have been since the start or the last [`restart`](Self::restart).
     #[must_use]
     pub fn updates(&self) -> u64 {
@@ -222,10 +262,15 @@ impl Localization {
     fn collect_ends(&mut self, time: Duration, now: &Pose) {
         self.weighed.clear();
         self.matched.clear();
+        self.rays.clear();
+        let casts = self.parameters().laser_model_type == LaserModel::Beam;
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
             let stride = laser.stride(self.atlas.parameters().max_beams);
             // Other beams each time, so that all have their say.
             laser.append_ends(now, self.updates as usize % stride, stride, &mut self.weighed);
+            if casts {
+                laser.append_rays(now, self.updates as usize % stride, stride, &mut self.rays);
+            }
             let stride = laser.stride(MATCHED_BEAMS * self.atlas.parameters().max_beams);
             laser.append_ends(now, self.updates as usize % stride, stride, &mut self.matched);
             laser.mark_used();
@@ -233,19 +278,39 @@ impl Localization {
     }
 
     fn update(&mut self, anchor: &Pose, now: Pose) {
-        self.filter.predict(&DifferentialMotion::between(anchor, &now, self.alphas()));
-        self.filter.weigh(&self.weighed);
+        match self.search.take() {
+            Some(search) => self.seek(search, &anchor.inv_mul(&now)),
+            None => self.track(anchor, &now),
+        }
+        self.anchor = Some(now);
+        self.updates += 1;
+    }
+
+    /// An update of a robot that may be anywhere.
+    fn seek(&mut self, mut search: Box<Search>, moved: &Pose) {
+        let sought = self.filter.seek(&mut search, moved, &self.matched);
+        let is_over = sought.is_some_and(|(_, is_over)| is_over);
+        if let Some((belief, _)) = sought {
+            self.belief = belief;
+        }
+        if !is_over {
+            self.search = Some(search);
+        }
+    }
+
+    /// An update of a robot whose place is known.
+    fn track(&mut self, anchor: &Pose, now: &Pose) {
+        self.filter.predict(&DifferentialMotion::between(anchor, now, self.alphas()));
+        self.filter.weigh(&self.weighed, &self.rays);
         let mean = self.filter.estimate();
         self.belief = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
-        match self.filter.challenge(&self.belief, &anchor.inv_mul(&now), &self.weighed) {
+        match self.filter.challenge(&self.belief, &anchor.inv_mul(now), &self.weighed) {
             None => self.filter.resample_if_needed(&self.belief),
             Some(found) => {
                 self.filter.place_around(&found);
                 self.belief = found;
             }
         }
-        self.anchor = Some(now);
-        self.updates += 1;
     }
 
     fn alphas(&self) -> [f64; 4] {

@@ -138,7 +138,8 @@ fn driven(from: &Gaussian, moved: &Pose) -> Gaussian {
     Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), ..*from }
 }
 
-fn are_same(a: &Gaussian, b: &Gaussian) -> bool {
+/// Whether two poses are the same guess.
+pub(crate) fn are_same(a: &Gaussian, b: &Gaussian) -> bool {
     let (x, y) = (a.x_m - b.x_m, a.y_m - b.y_m);
     x * x + y * y < SAME_M * SAME_M && wrap_angle(a.heading_rad - b.heading_rad).abs() < SAME_RAD
 }

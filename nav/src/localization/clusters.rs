@@ -61,12 +61,26 @@ impl Clusters {
     /// Mean and covariance of the cluster of greatest weight.
     pub(crate) fn heaviest(&self, particles: &[Particle]) -> Gaussian {
         let heaviest = (0..self.weights.len()).max_by(|a, b| self.weights[*a].total_cmp(&self.weights[*b]));
-        let members = particles
-            .iter()
-            .zip(&self.bin_of_particle)
-            .filter(|(_, bin)| self.bins[**bin as usize].cluster == heaviest)
-            .map(|(particle, _)| particle);
-        mean_and_covariance(members)
+        mean_and_covariance(self.members(heaviest, particles))
+    }
+
+    /// Weight, mean and covariance of every cluster that has weight, heaviest first.
+    pub(crate) fn all(&self, particles: &[Particle]) -> Vec<(f64, Gaussian)> {
+        let weighty = (0..self.weights.len()).filter(|cluster| self.weights[*cluster] > 0.0);
+        let mut all: Vec<(f64, Gaussian)> = weighty
+            .map(|cluster| (self.weights[cluster], mean_and_covariance(self.members(Some(cluster), particles))))
+            .collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        all
+    }
+
+    fn members<'a>(
+        &'a self,
+        cluster: Option<usize>,
+        particles: &'a [Particle],
+    ) -> impl Iterator<Item = &'a Particle> + Clone {
+        let binned = particles.iter().zip(&self.bin_of_particle);
+        binned.filter(move |(_, bin)| self.bins[**bin as usize].cluster == cluster).map(|(particle, _)| particle)
     }
 
     fn fill_bins(&mut self, particles: &[Particle]) {

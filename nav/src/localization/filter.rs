@@ -8,15 +8,17 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::normal;
 
+use super::beam_model::Ray;
 use super::challengers::{Challengers, Trial};
 use super::clusters::Clusters;
 use super::kld::particles_needed;
 use super::likelihood_field::Endpoints;
 use super::motion_model::DifferentialMotion;
-use super::parameters::LocalizationParameters;
+use super::parameters::{LaserModel, LocalizationParameters};
 use super::particle::{Gaussian, Particle};
 use super::recovery::Recovery;
 use super::resampling::{effective_number, systematic};
+use super::search::{Search, Sighting};
 use crate::Atlas;
 
 /// Every how many particles one is put where the scan was matched.
@@ -31,10 +33,6 @@ const CANDIDATE_STRIDE: usize = 4;
 /// Most challengers that are sought in an update: each takes about 10 µs.
 const MOST_SOUGHT: usize = 10;
 
-/// However many beams there are, they tell no more than so many that are independent of one another: what is not on
-/// the map misleads many neighbouring beams at once.
-const INDEPENDENT_BEAMS: f64 = 60.0;
-
 /// Fewer beams than this say nothing of the pose.
 const FEWEST_BEAMS: usize = 8;
 
@@ -46,6 +44,7 @@ pub(crate) struct ParticleFilter {
     /// The particles of the last generation, kept for their memory.
     spare: Vec<Particle>,
     penalties: Vec<u32>,
+    nats: Vec<f64>,
     drawn: Vec<u32>,
     is_drawn: Vec<bool>,
     sparse: Endpoints,
@@ -63,6 +62,7 @@ impl ParticleFilter {
             particles: Vec::with_capacity(parameters.min_particles),
             spare: Vec::with_capacity(parameters.min_particles),
             penalties: Vec::new(),
+            nats: Vec::new(),
             drawn: Vec::new(),
             is_drawn: Vec::new(),
             sparse: Endpoints::default(),
@@ -122,17 +122,65 @@ impl ParticleFilter {
         }
     }
 
-    /// Weighs all particles by where their beams would end. Too few beams change nothing.
-    pub(crate) fn weigh(&mut self, ends: &Endpoints) {
+    /// Weighs all particles by where their beams would end, or by how long they would be. Too few beams change nothing.
+    pub(crate) fn weigh(&mut self, ends: &Endpoints, rays: &[Ray]) {
         if ends.len() < FEWEST_BEAMS {
             return;
         }
+        match self.parameters().laser_model_type {
+            LaserModel::LikelihoodFieldProb => self.weigh_by_product(ends),
+            LaserModel::LikelihoodField => self.weigh_by_sum(ends),
+            LaserModel::Beam => self.weigh_by_rays(ends, rays),
+        }
+    }
+
+    /// How much a scan of so many beams counts.
+    fn say(&self, beams: usize) -> f64 {
+        (self.parameters().independent_beams / beams as f64).min(1.0)
+    }
+
+    fn weigh_by_sum(&mut self, ends: &Endpoints) {
+        let field = &self.atlas.likelihoods;
+        for particle in &mut self.particles {
+            particle.weight *= field.sum_of_cubes(particle, ends);
+        }
+        self.normalize(ends);
+    }
+
+    fn weigh_by_rays(&mut self, ends: &Endpoints, rays: &[Ray]) {
+        let (say, map) = (self.say(rays.len()), self.atlas.map());
+        self.nats.clear();
+        self.nats.extend(self.particles.iter().map(|particle| say * self.atlas.beams.nats(map, particle, rays)));
+        let most = self.nats.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        for (particle, nats) in self.particles.iter_mut().zip(&self.nats) {
+            particle.weight *= libm::exp(nats - most);
+        }
+        self.normalize(ends);
+    }
+
+    /// Makes the weights add up to one, and takes note of how likely the scan is by the likelihood field: recovery
+    /// compares that of one scan with that of another.
+    fn normalize(&mut self, ends: &Endpoints) {
+        let total: f64 = self.particles.iter().map(|particle| particle.weight).sum();
+        let equal = 1.0 / self.particles.len() as f64;
+        let field = &self.atlas.likelihoods;
+        let mut penalty = 0.0;
+        for particle in &mut self.particles {
+            particle.weight = if total > 0.0 { particle.weight / total } else { equal };
+            if particle.weight > 0.1 * equal {
+                penalty += particle.weight * f64::from(field.penalty(particle, ends));
+            }
+        }
+        self.recovery.observe(libm::exp(-penalty * field.nats_per_unit() / ends.len() as f64));
+    }
+
+    fn weigh_by_product(&mut self, ends: &Endpoints) {
         self.penalties.clear();
         let field = &self.atlas.likelihoods;
         self.penalties.extend(self.particles.iter().map(|particle| field.penalty(particle, ends)));
         let least = self.penalties.iter().copied().min().unwrap_or(0);
         let nats_per_unit = field.nats_per_unit();
-        let say = (INDEPENDENT_BEAMS / ends.len() as f64).min(1.0);
+        let say = self.say(ends.len());
         let mut total = 0.0;
         let mut penalty = 0.0;
         for (particle, units) in self.particles.iter_mut().zip(&self.penalties) {
@@ -186,7 +234,7 @@ impl ParticleFilter {
         if ends.len() < FEWEST_BEAMS {
             return None;
         }
-        let beams = (ends.len() as f64).min(INDEPENDENT_BEAMS);
+        let beams = (ends.len() as f64).min(self.parameters().independent_beams);
         let mut challengers = std::mem::take(&mut self.challengers);
         self.sparse.copy_every(CANDIDATE_STRIDE, ends);
         let sought = (self.recovery.random_share() * self.particles.len() as f64) as usize;
@@ -203,6 +251,23 @@ impl ParticleFilter {
         sought.iter().for_each(|candidate| challengers.add(candidate, &trial));
         self.challengers = challengers;
         winner
+    }
+
+    /// Seeks a robot that may be anywhere: the particles are the hypotheses of the search, or a cloud around the one
+    /// that has proved right. Returns what is believed, and whether the search is over.
+    pub(crate) fn seek(&mut self, search: &mut Search, moved: &Pose, ends: &Endpoints) -> Option<(Gaussian, bool)> {
+        if ends.len() < FEWEST_BEAMS {
+            return None;
+        }
+        let sighting = Sighting { atlas: &self.atlas, moved, ends };
+        if let Some(found) = search.update(&sighting, &mut self.rng) {
+            self.place_around(&found);
+            return Some((found, true));
+        }
+        let belief = search.belief()?;
+        self.particles.clear();
+        self.particles.extend(search.particles());
+        Some((belief, false))
     }
 
     /// The bins that would still be occupied if as many particles were drawn again.

@@ -42,6 +42,11 @@ impl FreeSpace {
         (cells > 0).then_some(Self { width: map.width(), resolution_m: map.resolution_m(), runs, cells })
     }
 
+    /// How large the free space is, in square metres.
+    pub(crate) fn area_m2(&self) -> f64 {
+        self.cells as f64 * self.resolution_m * self.resolution_m
+    }
+
     /// A pose of any heading anywhere on a free cell, in the grid's frame.
     pub(crate) fn draw(&self, rng: &mut ChaCha8Rng) -> Particle {
         let cell = rng.random_range(0..self.cells) as u32;

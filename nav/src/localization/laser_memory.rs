@@ -5,7 +5,9 @@ use std::time::Duration;
 use maps::Pose;
 use robot::{LaserScan, LaserSpec};
 
+use super::beam_model::Ray;
 use super::likelihood_field::Endpoints;
+use super::parameters::LocalizationParameters;
 
 /// A laser and its latest scan.
 #[derive(Clone, Debug)]
@@ -30,7 +32,7 @@ struct Taken {
 }
 
 impl LaserMemory {
-    pub(crate) fn new(spec: &LaserSpec) -> Self {
+    pub(crate) fn new(spec: &LaserSpec, parameters: &LocalizationParameters) -> Self {
         let direction = |beam| {
             let unit =
                 spec.mount.rotation * nalgebra::Rotation2::new(spec.beam_angle_rad(beam)) * nalgebra::Vector2::x();
@@ -39,8 +41,8 @@ impl LaserMemory {
         Self {
             mount: [spec.mount.translation.x as f32, spec.mount.translation.y as f32],
             directions: (0..spec.beams).map(direction).collect(),
-            range_min_m: spec.range_min_m as f32,
-            range_max_m: spec.range_max_m as f32,
+            range_min_m: spec.range_min_m.max(parameters.laser_min_range) as f32,
+            range_max_m: spec.range_max_m.min(parameters.laser_max_range) as f32,
             ranges_m: Vec::with_capacity(spec.beams),
             period: spec.period,
             taken: None,
@@ -89,6 +91,22 @@ impl LaserMemory {
         }
     }
 
+    /// The same beams as rays, those that hit nothing among them.
+    pub(crate) fn append_rays(&self, now: &Pose, first: usize, step: usize, rays: &mut Vec<Ray>) {
+        let Some(taken) = self.taken else { return };
+        let moved = now.inv_mul(&taken.odometry);
+        let (cos, sin) = (moved.rotation.re as f32, moved.rotation.im as f32);
+        let turned = |[x, y]: [f32; 2]| [cos * x - sin * y, sin * x + cos * y];
+        let mount = turned(self.mount);
+        let eye = [moved.translation.x as f32 + mount[0], moved.translation.y as f32 + mount[1]];
+        for (range_m, direction) in self.ranges_m.iter().zip(&self.directions).skip(first).step_by(step) {
+            if *range_m >= self.range_min_m {
+                let range_m = if *range_m < self.range_max_m { *range_m } else { f32::INFINITY };
+                rays.push(Ray { eye, direction: turned(*direction), range_m });
+            }
+        }
+    }
+
     /// How many beams to go on by, so that at most `most` of the laser's are used.
     pub(crate) fn stride(&self, most: usize) -> usize {
         self.directions.len().div_ceil(most).max(1)
@@ -113,7 +131,7 @@ mod tests {
             range_min_m: 0.1,
             range_max_m: 10.0,
         };
-        let mut memory = LaserMemory::new(&spec);
+        let mut memory = LaserMemory::new(&spec, &LocalizationParameters::default());
         let ranges_m = vec![1.0, f32::INFINITY, f32::NAN, f32::NEG_INFINITY, 3.0];
         memory.keep(&LaserScan { time: Duration::from_secs(1), laser: 0, ranges_m }, pose(5.0, 5.0, 0.0));
         let mut ends = Endpoints::default();

@@ -66,6 +66,8 @@ pub(crate) struct LikelihoodField {
     row_offset: f64,
     penalties: Vec<u8>,
     nats_per_unit: f64,
+    /// The cube of the likelihood that each penalty stands for.
+    cubes: Box<[f64; 256]>,
 }
 
 impl LikelihoodField {
@@ -107,6 +109,7 @@ impl LikelihoodField {
             row_offset: -(row * fine as i64) as f64,
             penalties: (0..columns * fine * rows * fine).map(penalty).collect(),
             nats_per_unit,
+            cubes: Box::new(std::array::from_fn(|units| libm::exp(-3.0 * (best + units as f64 * nats_per_unit)))),
         }
     }
 
@@ -130,6 +133,13 @@ impl LikelihoodField {
             sum += u32::from(self.penalties[view.offset(*x, *y) as usize]);
         }
         sum
+    }
+
+    /// The sum of the cubes of the beams' likelihoods, seen from a particle, and one: AMCL's likelihood field.
+    pub(crate) fn sum_of_cubes(&self, particle: &Particle, ends: &Endpoints) -> f64 {
+        let view = View::new(self, particle);
+        let cube = |(x, y): (&f32, &f32)| self.cubes[usize::from(self.penalties[view.offset(*x, *y) as usize])];
+        1.0 + ends.x_m.iter().zip(&ends.y_m).map(cube).sum::<f64>()
     }
 
     /// How many nats (units of the natural logarithm) of log-likelihood a unit of penalty is.

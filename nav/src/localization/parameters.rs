@@ -2,6 +2,22 @@
 
 use crate::{Error, error::check};
 
+/// What makes a scan likely: the sensor models of Nav2's AMCL.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum LaserModel {
+    /// Each beam ends near an obstacle; the likelihoods' cubes are added, as in AMCL since its beginnings. Forgiving: a
+    /// beam that misses costs no more than what it would have brought. Nav2's default.
+    LikelihoodField,
+    /// Each beam ends near an obstacle; the likelihoods are multiplied, as probabilities are, with beams counted as
+    /// `independent_beams` at most. The default: it is the sharper one, and with the dependence of beams on
+    /// one another seen to, no less forgiving.
+    #[default]
+    LikelihoodFieldProb,
+    /// Each beam is as long as the way to the nearest obstacle; the likelihoods are multiplied. The unknown is any
+    /// length away.
+    Beam,
+}
+
 /// Parameters of [`Localization`](crate::Localization).
 ///
 /// Names and meanings are those of Nav2's AMCL where it has the parameter. Where a default differs from Nav2's, the
@@ -31,12 +47,31 @@ pub struct LocalizationParameters {
     pub z_hit: f64,
     /// Weight of beams that end anywhere. Default 0.1 (Nav2: 0.5).
     pub z_rand: f64,
+    /// Weight of beams that end before the obstacle that they should hit; for the beam model. Default 0.1 (Nav2: 0.05):
+    /// people and chairs are in the way of more beams than stray.
+    pub z_short: f64,
+    /// Weight of beams that hit nothing though they should; for the beam model. Default 0.05, as in Nav2.
+    pub z_max: f64,
+    /// How fast the likelihood of a beam that ends too early falls with its length, per metre; for the beam model.
+    /// Default 0.1, as in Nav2.
+    pub lambda_short: f64,
     /// Standard deviation of a hit's distance from the surface, in metres. Default 0.1 (Nav2: 0.2): map cells, laser
     /// noise and the dependence of neighbouring beams on one another, for which a wider hit makes up.
     pub sigma_hit: f64,
     /// Beyond this distance from a surface all distances count as this one, in metres. Default 0.5 (Nav2: 2.0): five
     /// `sigma_hit`, where a hit is already as unlikely as a stray beam.
     pub laser_likelihood_max_dist: f64,
+    /// What makes a scan likely. Default [`LaserModel::LikelihoodFieldProb`] (Nav2: `likelihood_field`).
+    pub laser_model_type: LaserModel,
+    /// Beams longer than this tell nothing, in metres, whatever the laser can do. Default 100, as in Nav2.
+    pub laser_max_range: f64,
+    /// Beams shorter than this tell nothing, in metres, whatever the laser can do. Default 0: the laser's own limit
+    /// counts (Nav2: −1, which means the same).
+    pub laser_min_range: f64,
+    /// However many beams there are, they weigh no more than so many that are independent of one another: what is not
+    /// on the map misleads many neighbouring beams at once. Default 60. Nav2 has no such parameter, and multiplies the
+    /// likelihoods of all beams.
+    pub independent_beams: f64,
     /// Beams of each scan that weigh the particles, evenly spread. Default 60, as in Nav2.
     pub max_beams: usize,
     /// Drive this far before the next update, in metres. Default 0.1 (Nav2: 0.25): an update is cheap, and the estimate
@@ -67,8 +102,15 @@ impl Default for LocalizationParameters {
             alpha4: 0.001,
             z_hit: 0.9,
             z_rand: 0.1,
+            z_short: 0.1,
+            z_max: 0.05,
+            lambda_short: 0.1,
             sigma_hit: 0.1,
             laser_likelihood_max_dist: 0.5,
+            laser_model_type: LaserModel::default(),
+            laser_max_range: 100.0,
+            laser_min_range: 0.0,
+            independent_beams: 60.0,
             max_beams: 60,
             update_min_d: 0.1,
             update_min_a: 0.1,
@@ -104,6 +146,12 @@ impl LocalizationParameters {
             ("alpha4", self.alpha4, at_least_zero(self.alpha4), "zero or positive"),
             ("z_hit", self.z_hit, positive(self.z_hit), "positive"),
             ("z_rand", self.z_rand, positive(self.z_rand), "positive"),
+            ("z_short", self.z_short, at_least_zero(self.z_short), "zero or positive"),
+            ("z_max", self.z_max, positive(self.z_max), "positive"),
+            ("lambda_short", self.lambda_short, positive(self.lambda_short), "positive"),
+            ("laser_max_range", self.laser_max_range, positive(self.laser_max_range), "positive"),
+            ("laser_min_range", self.laser_min_range, self.laser_min_range.is_finite(), "a number"),
+            ("independent_beams", self.independent_beams, positive(self.independent_beams), "positive"),
             ("sigma_hit", self.sigma_hit, positive(self.sigma_hit), "positive"),
             (
                 "laser_likelihood_max_dist",

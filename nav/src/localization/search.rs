@@ -1,0 +1,227 @@
+//! Global localization: a robot that may be anywhere is sought with several hypotheses at a time.
+//!
+//! Particles that are strewn over a whole map are too few by far: where one lies near the truth, it does so by half a
+//! metre and half a right angle, and loses against another that happens to fit. So here poses drawn anywhere are only
+//! candidates. Those that a scan fits best are matched to it, and stand as hypotheses from then on: they move along
+//! with the odometry, are matched to every scan, and gather evidence, until one is far ahead of all others. New
+//! candidates may join at any time, since the first scan may have been seen from where the map is wrong.
+
+use maps::{Pose, heading, pose, wrap_angle};
+use nalgebra::{Matrix3, Vector3};
+use rand_chacha::ChaCha8Rng;
+
+use super::challengers::{are_same, log_likelihood};
+use super::likelihood_field::Endpoints;
+use super::particle::{Gaussian, Particle};
+use super::scan_matching;
+use crate::Atlas;
+
+/// Poses that are drawn for the first scan, for each square metre of free floor, and the fewest and the most of them: a
+/// few of each lie within a quarter of a metre and 10° of the truth.
+const DRAWN_PER_M2: f64 = 400.0;
+const FEWEST_DRAWN: usize = 20_000;
+const MOST_DRAWN: usize = 600_000;
+
+/// So much fewer for each later scan.
+const DRAWN_LATER: usize = 6;
+
+/// At most so many of the drawn poses are matched to the scan, the first time and later.
+const MATCHED_FIRST: usize = 600;
+const MATCHED_LATER: usize = 100;
+
+/// Beams that choose among drawn poses.
+const CHOOSING_BEAMS: usize = 30;
+
+/// Most hypotheses at a time.
+const MOST: usize = 300;
+
+/// As how many independent beams a scan counts: furniture that has been moved misleads many beams, and it does so for
+/// many scans.
+const INDEPENDENT_BEAMS: f64 = 20.0;
+
+/// A hypothesis that is so much less likely than the best is given up, in nats.
+const GIVEN_UP_NATS: f64 = 40.0;
+
+/// One that joins later begins so much behind the best, in nats.
+const HANDICAP_NATS: f64 = 5.0;
+
+/// The best is right once it has been so far ahead of all others, in nats, for so long a way, in metres, and so many
+/// scans.
+const AHEAD_NATS: f64 = 15.0;
+const AHEAD_M: f64 = 2.0;
+const AHEAD_SCANS: u32 = 6;
+
+/// How far a hypothesis may be from its best match: the deviations of the first guess in metres and radians, squared.
+const GUESS_VARIANCE: [f64; 3] = [0.04, 0.04, 0.02];
+
+/// A search for a robot that may be anywhere. Poses are in the grid's frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Search {
+    hypotheses: Vec<Hypothesis>,
+    candidates: Vec<Candidate>,
+    choosing: Endpoints,
+    scans: u32,
+    ahead_scans: u32,
+    ahead_m: f64,
+}
+
+/// A place where the robot may be, and the logarithm of how likely it has made the scans.
+#[derive(Clone, Copy, Debug)]
+struct Hypothesis {
+    at: Gaussian,
+    nats: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Candidate {
+    penalty: u32,
+    at: Particle,
+}
+
+/// A scan, and how the robot has moved to where it was taken.
+pub(crate) struct Sighting<'a> {
+    pub(crate) atlas: &'a Atlas,
+    pub(crate) moved: &'a Pose,
+    /// Ends of the scan's beams.
+    pub(crate) ends: &'a Endpoints,
+}
+
+impl Sighting<'_> {
+    fn matched(&self, at: &Gaussian) -> Gaussian {
+        scan_matching::matched(at, self.ends, &self.atlas.surfaces)
+    }
+
+    fn nats(&self, at: &Gaussian) -> f64 {
+        log_likelihood(&self.atlas.likelihoods, at, self.ends) * (self.ends.len() as f64).min(INDEPENDENT_BEAMS)
+    }
+}
+
+impl Search {
+    /// Takes in a scan. Returns the pose of the hypothesis that has proved right, if one has.
+    pub(crate) fn update(&mut self, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) -> Option<Gaussian> {
+        let leader = self.hypotheses.first().copied();
+        let expected = leader.map_or(0.0, |leader| leader.nats);
+        for hypothesis in &mut self.hypotheses {
+            hypothesis.at = sighting.matched(&driven(&hypothesis.at, sighting.moved));
+            hypothesis.nats += sighting.nats(&hypothesis.at);
+        }
+        self.merge_and_give_up();
+        self.admit(expected - HANDICAP_NATS, sighting, rng);
+        self.scans += 1;
+        let leads_still = match (leader, self.hypotheses.first()) {
+            (Some(before), Some(now)) => are_same(&driven(&before.at, sighting.moved), &now.at),
+            _ => false,
+        };
+        self.judge(leads_still, sighting.moved.translation.vector.norm())
+    }
+
+    /// Sorts hypotheses by evidence and drops those that are far behind, or have come to where a better one is.
+    fn merge_and_give_up(&mut self) {
+        self.hypotheses.sort_by(|a, b| b.nats.total_cmp(&a.nats));
+        let Some(best) = self.hypotheses.first().map(|best| best.nats) else { return };
+        let mut kept = 0;
+        for index in 0..self.hypotheses.len().min(MOST) {
+            let hypothesis = self.hypotheses[index];
+            let known = || self.hypotheses[..kept].iter().any(|other| are_same(&other.at, &hypothesis.at));
+            if hypothesis.nats >= best - GIVEN_UP_NATS && !known() {
+                self.hypotheses[kept] = hypothesis;
+                kept += 1;
+            }
+        }
+        self.hypotheses.truncate(kept);
+    }
+
+    /// Draws poses and takes in those that fit best as hypotheses; they begin with that much evidence.
+    fn admit(&mut self, nats: f64, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) {
+        let most = if self.scans == 0 { MATCHED_FIRST } else { MATCHED_LATER };
+        self.choose(most, sighting, rng);
+        let candidates = std::mem::take(&mut self.candidates);
+        for candidate in &candidates {
+            let Particle { x_m, y_m, heading_rad, .. } = candidate.at;
+            let covariance = Matrix3::from_diagonal(&Vector3::from(GUESS_VARIANCE));
+            let at = sighting.matched(&Gaussian { x_m, y_m, heading_rad, covariance });
+            if !self.hypotheses.iter().any(|other| are_same(&other.at, &at)) {
+                self.hypotheses.push(Hypothesis { at, nats: nats + sighting.nats(&at) });
+            }
+        }
+        self.candidates = candidates;
+        self.merge_and_give_up();
+    }
+
+    /// Draws poses anywhere and keeps those that a few beams fit best.
+    fn choose(&mut self, most: usize, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) {
+        let Sighting { atlas, ends, .. } = sighting;
+        self.choosing.copy_every(ends.len().div_ceil(CHOOSING_BEAMS).max(1), ends);
+        let drawn = ((atlas.free.area_m2() * DRAWN_PER_M2) as usize).clamp(FEWEST_DRAWN, MOST_DRAWN);
+        let drawn = if self.scans == 0 { drawn } else { drawn / DRAWN_LATER };
+        let mut least = u32::MAX;
+        self.candidates.clear();
+        for _ in 0..drawn {
+            let at = atlas.free.draw(rng);
+            let penalty = atlas.likelihoods.penalty(&at, &self.choosing);
+            if penalty < least {
+                self.candidates.push(Candidate { penalty, at });
+            }
+            if self.candidates.len() == 4 * most {
+                least = self.keep_best(most);
+            }
+        }
+        self.keep_best(most);
+    }
+
+    /// Keeps that many candidates, best first; the penalty of the last.
+    fn keep_best(&mut self, most: usize) -> u32 {
+        // Stable: which of two equally good ones is kept depends on the order of drawing alone.
+        self.candidates.sort_by_key(|candidate| candidate.penalty);
+        self.candidates.truncate(most);
+        self.candidates.last().map_or(u32::MAX, |last| last.penalty)
+    }
+
+    /// The leader, if it has been far enough ahead for long enough.
+    fn judge(&mut self, leads_still: bool, moved_m: f64) -> Option<Gaussian> {
+        let best = self.hypotheses.first()?;
+        let ahead_nats = self.hypotheses.get(1).map_or(f64::INFINITY, |second| best.nats - second.nats);
+        if ahead_nats < AHEAD_NATS || !leads_still {
+            (self.ahead_scans, self.ahead_m) = (0, 0.0);
+            return None;
+        }
+        self.ahead_scans += 1;
+        self.ahead_m += moved_m;
+        (self.ahead_scans >= AHEAD_SCANS && self.ahead_m >= AHEAD_M).then_some(best.at)
+    }
+
+    /// The best hypothesis; its covariance is that of all of them around it.
+    pub(crate) fn belief(&self) -> Option<Gaussian> {
+        let best = self.hypotheses.first()?;
+        let mut covariance = Matrix3::zeros();
+        for (hypothesis, weight) in self.weighted() {
+            let Gaussian { x_m, y_m, heading_rad, .. } = hypothesis.at;
+            let turn_rad = wrap_angle(heading_rad - best.at.heading_rad);
+            let off = Vector3::new(x_m - best.at.x_m, y_m - best.at.y_m, turn_rad);
+            covariance += (hypothesis.at.covariance + off * off.transpose()) * weight;
+        }
+        Some(Gaussian { covariance, ..best.at })
+    }
+
+    /// The hypotheses as particles with normalized weights.
+    pub(crate) fn particles(&self) -> impl Iterator<Item = Particle> {
+        self.weighted().map(|(hypothesis, weight)| {
+            let Gaussian { x_m, y_m, heading_rad, .. } = hypothesis.at;
+            Particle { weight, ..Particle::new(x_m, y_m, heading_rad) }
+        })
+    }
+
+    fn weighted(&self) -> impl Iterator<Item = (&Hypothesis, f64)> {
+        let best = self.hypotheses.first().map_or(0.0, |best| best.nats);
+        let likelihood = move |hypothesis: &Hypothesis| libm::exp(hypothesis.nats - best);
+        let total: f64 = self.hypotheses.iter().map(likelihood).sum();
+        self.hypotheses.iter().map(move |hypothesis| (hypothesis, likelihood(hypothesis) / total))
+    }
+}
+
+/// A guess after a motion.
+fn driven(from: &Gaussian, moved: &Pose) -> Gaussian {
+    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
+    let covariance = Matrix3::from_diagonal(&Vector3::from(GUESS_VARIANCE));
+    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), covariance }
+}
