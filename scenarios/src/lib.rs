@@ -18,6 +18,7 @@ pub mod junit;
 pub mod live;
 pub mod matrix;
 pub mod pictures;
+pub mod replay;
 pub mod report;
 mod reporting;
 pub mod scenario;

@@ -6,6 +6,8 @@
 mod faults;
 mod init;
 mod list;
+mod localize;
+mod map;
 mod matrix;
 mod monitor;
 mod progress;
@@ -88,6 +90,10 @@ enum Command {
     List,
     /// Shows which property notices which fault
     Matrix(matrix::MatrixArgs),
+    /// Localizes a recorded robot on a map and says how far off it was
+    Localize(localize::LocalizeArgs),
+    /// Makes a map of a log's corrected poses and scans
+    Map(map::MapArgs),
     /// Property files: check them, have them explained, write their monitors out
     #[command(subcommand)]
     Monitor(monitor::MonitorCommand),
@@ -109,6 +115,8 @@ pub fn run(cli: &Cli) -> ExitCode {
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
         Some(Command::Faults(args)) => faults::faults(args).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
+        Some(Command::Localize(args)) => localize::localize(args),
+        Some(Command::Map(args)) => map::map(args),
         Some(Command::Skill(command)) => skill::skill(command),
         Some(Command::Matrix(args)) => matrix::matrix(args),
         Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
@@ -143,6 +151,11 @@ fn warn(diagnostic: &impl miette::Diagnostic) {
     // Writing to a string cannot fail.
     let _ = miette::GraphicalReportHandler::new().render_report(&mut text, diagnostic);
     let _ = io::stderr().write_all(text.as_bytes());
+}
+
+/// Writes to stderr, in a line, what a user should know of the input.
+fn note(text: &str) {
+    let _ = io::stderr().write_all(format!("note: {text}\n").as_bytes());
 }
 
 /// Writes a result to stdout. A reader that has gone away is no error.

@@ -254,7 +254,7 @@ pub(crate) fn thinned(spots: impl Iterator<Item = Spot>, gap: f64) -> Vec<Spot> 
 }
 
 /// Draws a bar of a round length at the left of `foot`; returns how far right it reaches.
-fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
+pub(super) fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
     const ROUND_M: [f64; 10] = [100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1];
     let length_m = ROUND_M.into_iter().find(|&length_m| view.pixels(length_m) <= 170.0).unwrap_or(0.1);
     let length = view.pixels(length_m).min(170.0);

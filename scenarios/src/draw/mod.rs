@@ -62,6 +62,7 @@ mod state_chart;
 pub(crate) mod tests;
 pub(crate) mod text;
 pub(crate) mod theme;
+mod trajectories;
 mod tree_layout;
 mod tree_panel;
 mod tree_picture;
@@ -80,6 +81,7 @@ pub use map_picture::MapPicture;
 pub use page::Page;
 pub use render::Renderer;
 pub use state_chart::state_chart_svg;
+pub use trajectories::Trajectories;
 pub use tree_layout::{Link, PlacedNode, TreeLayout};
 pub use tree_picture::tree_svg;
 

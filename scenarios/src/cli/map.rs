@@ -1,0 +1,74 @@
+//! `steward map --log LOG --out MAP.yaml`: a map of a recorded robot's scans.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use maps::{Cell, ImageFormat};
+
+use super::localize::open_log;
+use super::print;
+use crate::Error;
+use crate::replay::mapping::{MappingParameters, map_of};
+
+/// A log, and how a map is made of it.
+#[derive(Debug, Args)]
+pub(super) struct MapArgs {
+    /// The log, in CARMEN's format (.log or .log.gz)
+    #[arg(long)]
+    log: PathBuf,
+    /// Where the map goes: a YAML file, with the picture (PGM) beside it [default: the log's name with .yaml, here]
+    #[arg(long, value_name = "MAP.yaml")]
+    out: Option<PathBuf>,
+    /// Side of a cell, in metres
+    #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = metres)]
+    resolution: f64,
+    /// Beams count up to this range, in metres
+    #[arg(long, value_name = "M", default_value_t = 20.0, value_parser = metres)]
+    max_range: f64,
+}
+
+fn metres(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|_| "not a number".to_owned())?;
+    if (0.005..=1000.0).contains(&value) { Ok(value) } else { Err("not from 0.005 to 1000".to_owned()) }
+}
+
+/// Builds the map and writes it.
+pub(super) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
+    let recording = open_log(&args.log)?;
+    let parameters = MappingParameters {
+        resolution_m: args.resolution,
+        range_max_m: args.max_range,
+        ..MappingParameters::default()
+    };
+    let grid = map_of(&recording, &parameters).map_err(|error| {
+        let help = "a map is made of the scans of FLASER lines, at the poses that these lines have first";
+        Error::refused(format!("{}: {error}", args.log.display()), help)
+    })?;
+    let path = args.out.clone().unwrap_or_else(|| default_path(args)).with_extension("yaml");
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
+    }
+    maps::save_map(&grid, &path, ImageFormat::Pgm).map_err(|error| match error {
+        maps::Error::Write { path, source } => Error::Write { path, source },
+        other => Error::bad_input(other),
+    })?;
+    let occupied = grid.cells().iter().filter(|cell| **cell == Cell::Occupied).count();
+    let free = grid.cells().iter().filter(|cell| **cell == Cell::Free).count();
+    print(&format!(
+        "{}: {} × {} cells of {} m from {} scans, {free} of them free and {occupied} occupied\n",
+        path.display(),
+        grid.width(),
+        grid.height(),
+        grid.resolution_m(),
+        recording.corrected_scans().count(),
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The log's name without its endings.
+fn default_path(args: &MapArgs) -> PathBuf {
+    let name = args.log.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let name = name.strip_suffix(".gz").unwrap_or(&name);
+    PathBuf::from(format!("{}.yaml", name.strip_suffix(".log").unwrap_or(name)))
+}

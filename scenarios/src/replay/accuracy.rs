@@ -1,0 +1,166 @@
+//! How exact localization is on a simulated drive of some 50 m, with odometry and lasers that are off.
+
+use std::sync::Arc;
+
+use maps::{Place, Point, Pose, heading, pose, wrap_angle};
+use nalgebra::{Matrix3, Vector3};
+use nav::{Atlas, InitialPose, Localization, LocalizationParameters};
+use rand::RngExt;
+use robot::{Reading, RobotModel, Streams};
+use sim::{DriftNoise, LaserConfig, OdometryConfig, SimConfig};
+
+use super::drive::{Drive, route};
+
+/// How far localization is told the robot to be from where it is, in metres.
+const INITIAL_OFFSET_M: f64 = 0.2;
+
+/// Standard deviation of a range, in metres.
+const LASER_SIGMA_M: f64 = 0.01;
+
+/// What came out of a drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Accuracy {
+    /// The way, in metres.
+    pub driven_m: f64,
+    /// How far odometry is off at the end, in metres.
+    pub odometry_off_m: f64,
+    /// And its heading, in radians.
+    pub odometry_off_rad: f64,
+    /// Root mean square of the distances between estimates and truth, at every scan from the first on, in metres.
+    pub rmse_m: f64,
+    /// The same of headings, in radians.
+    pub rmse_rad: f64,
+    /// The greatest distance, in metres.
+    pub max_m: f64,
+    /// Mean of the squared errors in units of the estimate's own covariance. Three would be exact; more is too sure of
+    /// itself, less too modest.
+    pub normalized_squared: f64,
+    /// How often localization updated its estimate.
+    pub updates: u64,
+}
+
+/// The settings of the drive: an odometry that reports 2 % too much way and turns a little to the left, with noise; and
+/// lasers with noise.
+#[must_use]
+pub fn config() -> SimConfig {
+    let noise = DriftNoise {
+        angle_per_sqrt_rad: 0.01,
+        angle_per_sqrt_m: 0.015,
+        distance_per_sqrt_m: 0.02,
+        distance_per_sqrt_rad: 0.005,
+    };
+    SimConfig {
+        odometry: OdometryConfig {
+            noise,
+            distance_bias: 0.02,
+            angle_bias: 0.01,
+            angle_bias_rad_per_m: 0.003,
+            ..OdometryConfig::default()
+        },
+        lasers: LaserConfig { range_sigma_m: LASER_SIGMA_M },
+        ..SimConfig::default()
+    }
+}
+
+/// The floor of the drive: the project's house.
+///
+/// # Panics
+/// Never: the house has free floor.
+#[must_use]
+pub fn floor() -> Arc<Atlas> {
+    let atlas = Atlas::new(Arc::new(maps::house::draw()), &RobotModel::default(), LocalizationParameters::default());
+    Arc::new(atlas.expect("the house has free floor"))
+}
+
+/// The way of the drive: from the start to the kitchen, and back by way of the charging station.
+///
+/// # Panics
+/// Never: all places of the house can be reached.
+#[must_use]
+pub fn way(atlas: &Atlas) -> Vec<Point> {
+    let places = maps::house::places();
+    let at = |name: &str| places.get(name).map(Place::goal_position).expect("the house has that place");
+    let stops = ["start", "Destination", "RechargingStation", "start"].map(at);
+    route(atlas, &stops).expect("all places of the house can be reached")
+}
+
+/// Drives and localizes with the random numbers of a root seed; `update` is called for every reading, and may take the
+/// time.
+///
+/// # Panics
+/// If the atlas is not of the project's [`floor`].
+pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
+    let streams = Streams::new(seed);
+    let mut drive = Drive::along(way(atlas), atlas.map(), &config(), &streams).expect("the way begins on free floor");
+    let initial = offset(&drive.pose(), &streams);
+    let mut localization = Localization::on(atlas, &initial, streams.stream("nav/localization"));
+    let mut sums = Sums::default();
+    let mut readings = Vec::new();
+    let (first, mut odometry_first, mut odometry_last) = (drive.pose(), None, Pose::identity());
+    while let Some(truth) = drive.step(&mut readings) {
+        let mut has_scan = false;
+        for reading in readings.drain(..) {
+            if let Reading::Odometry(odometry) = &reading {
+                odometry_last = odometry.pose;
+                odometry_first.get_or_insert(odometry.pose);
+            }
+            has_scan |= matches!(reading, Reading::Scan(_));
+            update(&mut localization, &reading);
+        }
+        if has_scan {
+            sums.add(&truth, &localization);
+        }
+    }
+    let odometry = first * odometry_first.unwrap_or_default().inv_mul(&odometry_last);
+    let off = drive.pose().inv_mul(&odometry);
+    Accuracy {
+        driven_m: drive.driven_m(),
+        odometry_off_m: off.translation.vector.norm(),
+        odometry_off_rad: heading(&off).abs(),
+        updates: localization.updates(),
+        ..sums.accuracy()
+    }
+}
+
+/// A first pose that is off by so much, in a direction by chance.
+fn offset(truth: &Pose, streams: &Streams) -> InitialPose {
+    let direction = streams.stream("accuracy/offset").random::<f64>() * std::f64::consts::TAU;
+    let (sin, cos) = libm::sincos(direction);
+    let off = pose(INITIAL_OFFSET_M * cos, INITIAL_OFFSET_M * sin, 0.0);
+    let variance = INITIAL_OFFSET_M * INITIAL_OFFSET_M;
+    InitialPose::Near { pose: truth * off, covariance: Matrix3::from_diagonal(&Vector3::new(variance, variance, 0.01)) }
+}
+
+#[derive(Default)]
+struct Sums {
+    squared_m2: f64,
+    squared_rad2: f64,
+    max_m: f64,
+    normalized_squared: f64,
+    count: f64,
+}
+
+impl Sums {
+    fn add(&mut self, truth: &Pose, localization: &Localization) {
+        let estimate = localization.estimate();
+        let way = truth.translation.vector - estimate.pose.translation.vector;
+        let turn_rad = wrap_angle(heading(truth) - heading(&estimate.pose));
+        let off = way.push(turn_rad);
+        self.squared_m2 += way.norm_squared();
+        self.squared_rad2 += turn_rad * turn_rad;
+        self.max_m = self.max_m.max(way.norm());
+        let information = estimate.covariance.try_inverse().unwrap_or_default();
+        self.normalized_squared += off.dot(&(information * off));
+        self.count += 1.0;
+    }
+
+    fn accuracy(&self) -> Accuracy {
+        Accuracy {
+            rmse_m: (self.squared_m2 / self.count).sqrt(),
+            rmse_rad: (self.squared_rad2 / self.count).sqrt(),
+            max_m: self.max_m,
+            normalized_squared: self.normalized_squared / self.count,
+            ..Accuracy::default()
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! A simulated robot that is driven about with a sure hand, whatever it believes: to try localization alone.
+
+use maps::{OccupancyGrid, Point, Pose};
+use nav::{Atlas, Costmap, CostmapParameters, PlanError, plan};
+use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
+use sim::{SimConfig, SimError, Simulation};
+
+/// How far ahead on its path the robot is steered to, in metres.
+const AHEAD_M: f64 = 0.4;
+
+/// A target that is this far to the side is turned to on the spot, in radians.
+const TURN_ON_THE_SPOT_RAD: f64 = 0.8;
+
+/// A robot under way on a path.
+pub struct Drive {
+    sim: Simulation,
+    path: Vec<Point>,
+    next: usize,
+}
+
+impl Drive {
+    /// A robot at rest at the beginning of a path, facing along it.
+    ///
+    /// # Errors
+    /// [`SimError`] if the simulation cannot be set up.
+    pub fn along(
+        path: Vec<Point>,
+        map: &OccupancyGrid,
+        config: &SimConfig,
+        streams: &Streams,
+    ) -> Result<Self, SimError> {
+        let first = path.first().copied().unwrap_or_default();
+        let towards = path.iter().map(|point| point - first).find(|way| way.norm() > AHEAD_M).unwrap_or_default();
+        let start = maps::pose(first.x, first.y, libm::atan2(towards.y, towards.x));
+        Ok(Self { sim: Simulation::new(config, map, start, start, streams)?, path, next: 0 })
+    }
+
+    /// Lets one step pass; its readings are appended. Returns where the robot really is, nothing at the end of the path.
+    pub fn step(&mut self, readings: &mut Vec<Reading>) -> Option<Pose> {
+        let at = self.sim.truth().pose();
+        let is_near = |point: &Point| (point - Point::from(at.translation.vector)).norm() < AHEAD_M;
+        while self.path.get(self.next).is_some_and(is_near) {
+            self.next += 1;
+        }
+        let target = self.path.get(self.next)?;
+        let command = steered(&at.inverse_transform_point(target), self.sim.model());
+        self.sim.drive(command);
+        self.sim.step();
+        self.sim.read(readings);
+        Some(self.sim.truth().pose())
+    }
+
+    /// The robot's model.
+    #[must_use]
+    pub fn model(&self) -> &RobotModel {
+        self.sim.model()
+    }
+
+    /// Where the robot really is, in the `map` frame.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.sim.truth().pose()
+    }
+
+    /// How far it has driven, in metres.
+    #[must_use]
+    pub fn driven_m(&self) -> f64 {
+        self.sim.truth().distance_m()
+    }
+}
+
+fn steered(target: &Point, model: &RobotModel) -> VelocityCommand {
+    let bearing_rad = libm::atan2(target.y, target.x);
+    let linear_mps = if bearing_rad.abs() > TURN_ON_THE_SPOT_RAD { 0.0 } else { model.max_linear_mps };
+    let angular_radps = (2.0 * bearing_rad).clamp(-model.max_angular_radps, model.max_angular_radps);
+    VelocityCommand { linear_mps, angular_radps }
+}
+
+/// A path by way of all those points, in the `map` frame.
+///
+/// # Errors
+/// [`PlanError`] if there is none.
+///
+/// # Panics
+/// If the atlas's robot has a radius that makes no sense.
+pub fn route(atlas: &Atlas, by_way_of: &[Point]) -> Result<Vec<Point>, PlanError> {
+    let costmap = Costmap::on(atlas, CostmapParameters::of(atlas.model())).expect("a robot has a radius");
+    let legs = by_way_of.windows(2).map(|leg| plan(&costmap, &leg[0], &leg[1], 0.5));
+    Ok(legs.collect::<Result<Vec<_>, _>>()?.concat())
+}

@@ -1,0 +1,158 @@
+//! A map of a log: what its scans saw from their corrected poses.
+//!
+//! Each cell counts the beams that ended in it and those that went through. A cell is an obstacle if enough beams ended
+//! there, as a share of all that came by; that is what is said, independently of the order of scans, by the reflection
+//! model of D. Hähnel, "Mapping with Mobile Robots", 2004.
+
+use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
+use robot::LaserSpec;
+use robot::recorded::Recording;
+
+/// How a map is made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MappingParameters {
+    /// Side of a cell, in metres. Default 0.05.
+    pub resolution_m: f64,
+    /// Beams count up to this range, in metres: beyond, a slight turn of the pose moves their ends by cells. Default 20.
+    pub range_max_m: f64,
+    /// A cell is an obstacle if at least this share of the beams that reached it ended there. Default 0.2: grazing beams
+    /// pass through the cells of a wall.
+    pub hit_share: f64,
+}
+
+impl Default for MappingParameters {
+    fn default() -> Self {
+        Self { resolution_m: 0.05, range_max_m: 20.0, hit_share: 0.2 }
+    }
+}
+
+/// Why there is no map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MappingError {
+    /// No beam of the log has hit anything.
+    #[error("no beam of the log has hit anything")]
+    NothingSeen,
+    /// The corrected poses lie too far apart.
+    #[error("the map would have {width} × {height} cells, and {} are the most", maps::MAX_CELLS)]
+    TooLarge {
+        /// Columns.
+        width: usize,
+        /// Rows.
+        height: usize,
+    },
+}
+
+/// Makes a map of a log. Its frame is that of the corrected poses; its origin lies on whole cells.
+///
+/// # Errors
+/// [`MappingError`] if there is nothing to make a map of, or too much.
+pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
+    let frame = frame_of(recording, parameters)?;
+    let mut counts = vec![Count::default(); frame.cells().len()];
+    for (_, scan, pose) in recording.corrected_scans() {
+        let laser = &recording.model().lasers[scan.laser];
+        let eye = pose * laser.mount;
+        for (beam, range_m) in scan.ranges_m.iter().enumerate() {
+            let Some((reach_m, hits)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
+            walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m), |offset, is_last| {
+                let count = &mut counts[offset];
+                if hits && is_last { count.hits += 1 } else { count.passed += 1 }
+            });
+        }
+    }
+    let cells = counts.iter().map(|count| count.cell(parameters.hit_share)).collect();
+    Ok(OccupancyGrid::from_cells(frame.width(), frame.height(), frame.resolution_m(), frame.origin(), cells))
+}
+
+/// The beams that came by a cell.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    hits: u32,
+    passed: u32,
+}
+
+impl Count {
+    fn cell(self, hit_share: f64) -> Cell {
+        match self.hits + self.passed {
+            0 => Cell::Unknown,
+            all if f64::from(self.hits) >= hit_share * f64::from(all) => Cell::Occupied,
+            _ => Cell::Free,
+        }
+    }
+}
+
+/// How far a beam is followed, and whether there is an obstacle at its end. A beam that hit nothing, or may have failed,
+/// tells nothing: some materials swallow it.
+fn reach(range_m: f64, range_max_m: f64) -> Option<(f64, bool)> {
+    range_m.is_finite().then_some((range_m.min(range_max_m), range_m < range_max_m))
+}
+
+fn end_of(eye: &Pose, laser: &LaserSpec, beam: usize, range_m: f64) -> Point {
+    let (sin, cos) = libm::sincos(laser.beam_angle_rad(beam));
+    eye * (Point::new(cos, sin) * range_m)
+}
+
+/// An empty grid around all that was seen, with a margin.
+fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
+    let (mut low, mut high) =
+        (Point::new(f64::INFINITY, f64::INFINITY), Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
+    for (_, scan, pose) in recording.corrected_scans() {
+        let laser = &recording.model().lasers[scan.laser];
+        let eye = pose * laser.mount;
+        for (beam, range_m) in scan.ranges_m.iter().enumerate() {
+            let Some((reach_m, _)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
+            let end = end_of(&eye, laser, beam, reach_m);
+            let eye = Point::from(eye.translation.vector);
+            (low, high) = (low.inf(&end).inf(&eye), high.sup(&end).sup(&eye));
+        }
+    }
+    if low.x > high.x {
+        return Err(MappingError::NothingSeen);
+    }
+    let cell = |metres: f64| (metres / parameters.resolution_m).floor();
+    let (left, bottom) = (cell(low.x) - MARGIN, cell(low.y) - MARGIN);
+    let (width, height) =
+        ((cell(high.x) + MARGIN + 1.0 - left) as usize, (cell(high.y) + MARGIN + 1.0 - bottom) as usize);
+    if width.saturating_mul(height) > maps::MAX_CELLS {
+        return Err(MappingError::TooLarge { width, height });
+    }
+    let origin = pose(left * parameters.resolution_m, bottom * parameters.resolution_m, 0.0);
+    Ok(OccupancyGrid::new(width, height, parameters.resolution_m, origin))
+}
+
+/// Cells around what was seen.
+const MARGIN: f64 = 10.0;
+
+/// Visits the cells from a laser to a beam's end, in order.
+///
+/// Source: J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
+fn walk(frame: &OccupancyGrid, eye: &Pose, end: &Point, mut visit: impl FnMut(usize, bool)) {
+    let (from, to) = (frame.to_grid(&eye.translation.vector.into()), frame.to_grid(end));
+    let way = to - from;
+    let mut cell = [from.x.floor() as i64, from.y.floor() as i64];
+    let last = [to.x.floor() as i64, to.y.floor() as i64];
+    let axis = |way: f64, at: f64, cell: i64| match way {
+        0.0 => (0, f64::INFINITY, f64::INFINITY),
+        _ if way > 0.0 => (1, ((cell + 1) as f64 - at) / way, 1.0 / way),
+        _ => (-1, (cell as f64 - at) / way, -1.0 / way),
+    };
+    let (step_x, mut next_x, width_x) = axis(way.x, from.x, cell[0]);
+    let (step_y, mut next_y, width_y) = axis(way.y, from.y, cell[1]);
+    for _ in 0..(last[0] - cell[0]).abs() + (last[1] - cell[1]).abs() {
+        mark(frame, cell, false, &mut visit);
+        if next_x < next_y {
+            (next_x, cell[0]) = (next_x + width_x, cell[0] + step_x);
+        } else {
+            (next_y, cell[1]) = (next_y + width_y, cell[1] + step_y);
+        }
+    }
+    mark(frame, last, true, &mut visit);
+}
+
+fn mark(frame: &OccupancyGrid, [column, row]: [i64; 2], is_last: bool, visit: &mut impl FnMut(usize, bool)) {
+    let (Ok(column), Ok(row)) = (usize::try_from(column), usize::try_from(row)) else { return };
+    if let Some(offset) = frame.offset(CellIndex { column, row }) {
+        visit(offset, is_last);
+    }
+}

@@ -1,0 +1,121 @@
+//! Localization on recorded robots: a log is played back through the robot interface, into the very same localization
+//! that scenarios use, and its estimates are held against the poses that a SLAM program has found.
+//!
+//! [`replay`] gives a [`Course`]: what was believed at each scan, and what is right. A [`Score`] says how good that was.
+//! [`mapping`] makes a map of a log, and [`fit`] says whether a map is of the place that a log is from.
+
+pub mod accuracy;
+pub mod drive;
+pub mod fit;
+pub mod mapping;
+mod score;
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use maps::{Pose, heading, wrap_angle};
+use nalgebra::Matrix3;
+use nav::{Atlas, InitialPose, Localization};
+use robot::recorded::{OdometryErrors, RecordedRobot, Recording};
+use robot::{Reading, Robot, Streams};
+
+pub use score::{Score, Stretch};
+
+/// How a log is played back.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Conditions {
+    /// Localization starts from nothing, instead of from the first corrected pose.
+    pub global: bool,
+    /// What odometry drives and turns too far, as a share of the motion.
+    pub odometry_drift: f64,
+    /// Standard deviation of what it drives and turns too far at random, as a share of the motion.
+    pub odometry_noise: f64,
+    /// Root seed of particles and odometry's noise.
+    pub seed: u64,
+}
+
+/// What was believed at a scan, and what is right.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Waypoint {
+    /// Line of the log.
+    pub line: usize,
+    /// Time since the log's start.
+    pub time: Duration,
+    /// The pose that a SLAM program has found, in the `map` frame.
+    pub corrected: Pose,
+    /// The pose that localization believed after the scan, in the `map` frame.
+    pub estimate: Pose,
+    /// Covariance of the estimate: x, y in metres, heading in radians.
+    pub covariance: Matrix3<f64>,
+    /// Odometry as localization was given it, moved so that it starts at the first corrected pose.
+    pub odometry: Pose,
+}
+
+impl Waypoint {
+    /// How far the estimate is off, in metres.
+    #[must_use]
+    pub fn error_m(&self) -> f64 {
+        (self.estimate.translation.vector - self.corrected.translation.vector).norm()
+    }
+
+    /// How far the estimated heading is off either way, in radians.
+    #[must_use]
+    pub fn error_rad(&self) -> f64 {
+        wrap_angle(heading(&self.estimate) - heading(&self.corrected)).abs()
+    }
+}
+
+/// A log played back: a waypoint for each scan that has a corrected pose.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Course {
+    /// The waypoints, in order.
+    pub waypoints: Vec<Waypoint>,
+    /// How often localization updated its estimate.
+    pub updates: u64,
+}
+
+/// Plays a recording back into localization on a map.
+#[must_use]
+pub fn replay(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions) -> Course {
+    replay_from(recording, atlas, conditions, 0)
+}
+
+/// The same from the scan with this number among those with a corrected pose on, counted from 0.
+#[must_use]
+pub fn replay_from(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, first: usize) -> Course {
+    let streams = Streams::new(conditions.seed);
+    let Some((start, _, first_pose)) = recording.corrected_scans().nth(first) else { return Course::default() };
+    let initial = if conditions.global { InitialPose::Anywhere } else { InitialPose::at(first_pose) };
+    let mut localization = Localization::on(atlas, &initial, streams.stream("nav/localization"));
+    let errors = streams.stream("localize/odometry");
+    let errors = OdometryErrors::new(conditions.odometry_drift, conditions.odometry_noise, errors);
+    let mut robot = RecordedRobot::new(Arc::clone(recording), errors).from_line(start.line);
+    let mut readings = Vec::new();
+    let mut odom_to_map = None;
+    let mut course = Course::default();
+    while let Some(record) = robot.advance() {
+        let (line, time, corrected) = (record.line, record.time, record.corrected);
+        robot.read(&mut readings);
+        let mut odometry = None;
+        for reading in readings.drain(..) {
+            match reading {
+                Reading::Odometry(reading) => {
+                    localization.odometry(&reading);
+                    odometry = Some(reading.pose);
+                }
+                Reading::Scan(scan) => {
+                    localization.scan(&scan);
+                }
+                Reading::Battery(_) => {}
+            }
+        }
+        if let (Some(corrected), Some(odometry)) = (corrected, odometry) {
+            let odom_to_map = odom_to_map.get_or_insert_with(|| corrected * odometry.inverse());
+            let estimate = localization.estimate();
+            let (covariance, odometry) = (estimate.covariance, *odom_to_map * odometry);
+            course.waypoints.push(Waypoint { line, time, corrected, estimate: estimate.pose, covariance, odometry });
+        }
+    }
+    course.updates = localization.updates();
+    course
+}

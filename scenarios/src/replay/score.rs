@@ -1,0 +1,156 @@
+//! How good localization was on a course.
+
+use std::time::Duration;
+
+use super::{Course, Waypoint};
+
+/// An estimate that is off by more is lost, in metres and radians (30°).
+const LOST_M: f64 = 1.0;
+const LOST_RAD: f64 = 0.524;
+
+/// An estimate that is off by less has found the robot, in metres and radians (15°).
+const FOUND_M: f64 = 0.3;
+const FOUND_RAD: f64 = 0.262;
+
+/// It has found the robot only if it then stays with it for so long a way, in metres, or to the end.
+const STAYS_M: f64 = 5.0;
+
+/// A stretch of a course, by the times of its first and last scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// The first scan.
+    pub from: Duration,
+    /// The last scan.
+    pub to: Duration,
+}
+
+/// How far estimates were off, over the scans from when the robot was found on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Score {
+    /// Scans that count.
+    pub scans: usize,
+    /// Way between them, in metres.
+    pub driven_m: f64,
+    /// Half of all estimates were nearer, in metres.
+    pub median_m: f64,
+    /// Root mean square of the distances, in metres.
+    pub rmse_m: f64,
+    /// The greatest distance, in metres.
+    pub max_m: f64,
+    /// Half of all headings were nearer, in radians.
+    pub median_rad: f64,
+    /// Root mean square of the headings' errors, in radians.
+    pub rmse_rad: f64,
+    /// When estimates were off by more than 1 m or 30°.
+    pub lost: Vec<Stretch>,
+    /// The first scan from which on the estimate was within 0.3 m and 15° for at least 5 m of way (or the rest of
+    /// it); none if that never was.
+    pub converged_at: Option<Duration>,
+    /// How far the robot had driven by then, in metres.
+    pub converged_after_m: Option<f64>,
+}
+
+impl Score {
+    /// The score of a course. If the robot was never found, all scans count.
+    #[must_use]
+    pub fn of(course: &Course) -> Self {
+        let all = &course.waypoints;
+        let found = converged(all);
+        let counted = &all[found.unwrap_or(0)..];
+        let metres = sorted(counted.iter().map(Waypoint::error_m));
+        let radians = sorted(counted.iter().map(Waypoint::error_rad));
+        Self {
+            scans: counted.len(),
+            driven_m: way_m(counted),
+            median_m: median(&metres),
+            rmse_m: root_mean_square(&metres),
+            max_m: metres.last().copied().unwrap_or_default(),
+            median_rad: median(&radians),
+            rmse_rad: root_mean_square(&radians),
+            lost: lost(counted),
+            converged_at: found.map(|found| all[found].time),
+            converged_after_m: found.map(|found| way_m(&all[..=found])),
+        }
+    }
+}
+
+/// The way between waypoints, in metres.
+fn way_m(waypoints: &[Waypoint]) -> f64 {
+    let step = |pair: &[Waypoint]| (pair[1].corrected.translation.vector - pair[0].corrected.translation.vector).norm();
+    waypoints.windows(2).map(step).fold(0.0, |way_m, step_m| way_m + step_m)
+}
+
+fn converged(all: &[Waypoint]) -> Option<usize> {
+    let mut since: Option<usize> = None;
+    for (index, waypoint) in all.iter().enumerate() {
+        if waypoint.error_m() > FOUND_M || waypoint.error_rad() > FOUND_RAD {
+            since = None;
+            continue;
+        }
+        let first = *since.get_or_insert(index);
+        if way_m(&all[first..=index]) >= STAYS_M {
+            break;
+        }
+    }
+    since
+}
+
+fn lost(waypoints: &[Waypoint]) -> Vec<Stretch> {
+    let is_lost = |waypoint: &Waypoint| waypoint.error_m() > LOST_M || waypoint.error_rad() > LOST_RAD;
+    let stretches = waypoints.chunk_by(|a, b| is_lost(a) == is_lost(b)).filter(|stretch| is_lost(&stretch[0]));
+    stretches.map(|stretch| Stretch { from: stretch[0].time, to: stretch[stretch.len() - 1].time }).collect()
+}
+
+fn sorted(errors: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = errors.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    sorted
+}
+
+/// The middle of sorted numbers, the mean of the two in the middle if there are two; zero without numbers.
+fn median(sorted: &[f64]) -> f64 {
+    match sorted.len() {
+        0 => 0.0,
+        count => f64::midpoint(sorted[(count - 1) / 2], sorted[count / 2]),
+    }
+}
+
+fn root_mean_square(numbers: &[f64]) -> f64 {
+    (numbers.iter().map(|number| number * number).sum::<f64>() / numbers.len().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::pose;
+    use nalgebra::Matrix3;
+
+    use super::*;
+
+    /// A drive along x, a metre and a second a scan, with estimates off to the side by so much.
+    fn course(errors_m: &[f64]) -> Course {
+        let waypoint = |(second, error_m): (usize, &f64)| {
+            let corrected = pose(second as f64, 0.0, 0.0);
+            let (line, time) = (second + 1, Duration::from_secs(second as u64));
+            let estimate = pose(second as f64, *error_m, 0.02);
+            Waypoint { line, time, corrected, estimate, covariance: Matrix3::zeros(), odometry: corrected }
+        };
+        Course { waypoints: errors_m.iter().enumerate().map(waypoint).collect(), updates: 0 }
+    }
+
+    #[test]
+    fn a_robot_that_is_found_late_is_scored_from_then_on() {
+        let score = Score::of(&course(&[7.0, 0.1, 7.0, 0.1, 0.2, 0.0, 0.1, 0.1, 0.1, 2.0, 3.0, 0.1]));
+        assert_eq!(score.converged_at, Some(Duration::from_secs(3)), "one scan in passing does not count");
+        assert_eq!((score.scans, score.converged_after_m), (9, Some(3.0)));
+        assert_eq!(score.lost, [Stretch { from: Duration::from_secs(9), to: Duration::from_secs(10) }]);
+        assert!((score.median_m - 0.1).abs() < 1e-12 && (score.max_m - 3.0).abs() < 1e-12);
+        assert!((score.rmse_rad - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_robot_that_is_never_found_is_lost_all_the_way() {
+        let score = Score::of(&course(&[7.0; 20]));
+        assert_eq!((score.converged_at, score.scans), (None, 20));
+        assert_eq!(score.lost, [Stretch { from: Duration::ZERO, to: Duration::from_secs(19) }]);
+    }
+}
