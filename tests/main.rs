@@ -8,6 +8,7 @@ mod command_line;
 mod determinism;
 mod experiments;
 mod faults;
+mod localize_command;
 mod monitors;
 mod protocol;
 mod report_page;

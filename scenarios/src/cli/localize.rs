@@ -15,6 +15,7 @@ use super::print;
 use crate::Error;
 use crate::draw::{MapPicture, Renderer, Trajectories};
 use crate::replay::fit::Fit;
+use crate::replay::starts::{Start, WITHIN_M, try_starts};
 use crate::replay::{Conditions, Course, Score, Stretch, replay};
 
 /// A log and the map of where it was recorded.
@@ -29,6 +30,10 @@ pub(super) struct LocalizeArgs {
     /// Starts from nothing instead of from the first corrected pose
     #[arg(long)]
     global: bool,
+    /// Tries so many starts, spread over the log, and says after how much way the robot was found
+    #[arg(long, value_name = "N", requires = "global", conflicts_with = "out",
+          value_parser = clap::value_parser!(u16).range(1..))]
+    starts: Option<u16>,
     /// Odometry drives and turns too far by this share: 0.05 or 5%
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share)]
     odometry_drift: f64,
@@ -71,6 +76,11 @@ pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
         odometry_noise: args.odometry_noise,
         seed: args.seed,
     };
+    if let Some(count) = args.starts {
+        let starts = try_starts(&recording, &atlas, &conditions, usize::from(count));
+        print(&if args.json { starts_as_json(&starts) } else { starts_in_words(&starts) })?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let course = replay(&recording, &atlas, &conditions);
     let score = Score::of(&course);
     if let Some(folder) = &args.out {
@@ -226,4 +236,27 @@ fn as_json(args: &LocalizeArgs, recording: &Recording, course: &Course, score: &
         "complaints": recording.complaints().iter().map(ToString::to_string).collect::<Vec<_>>(),
     });
     serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+}
+
+fn starts_in_words(starts: &[Start]) -> String {
+    let mut text = String::from("start  line    time      found after\n");
+    for (number, start) in starts.iter().enumerate() {
+        let found = start.found_after_m.map_or_else(|| "not found".to_owned(), |way_m| format!("{way_m:.1} m"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:>5}  {:<6}  {:>6.1} s  {found}", number + 1, start.line, start.time.as_secs_f64());
+    }
+    let _ = writeln!(text, "found within {WITHIN_M} m: {} of {}", found(starts), starts.len());
+    text
+}
+
+fn starts_as_json(starts: &[Start]) -> String {
+    let each = starts.iter().map(
+        |start| json!({ "line": start.line, "time_s": start.time.as_secs_f64(), "found_after_m": start.found_after_m }),
+    );
+    let report = json!({ "within_m": WITHIN_M, "found": found(starts), "starts": each.collect::<Vec<_>>() });
+    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+}
+
+fn found(starts: &[Start]) -> usize {
+    starts.iter().filter(|start| start.is_found()).count()
 }

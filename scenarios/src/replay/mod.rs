@@ -9,6 +9,7 @@ pub mod drive;
 pub mod fit;
 pub mod mapping;
 mod score;
+pub mod starts;
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -77,14 +78,23 @@ pub struct Course {
 /// Plays a recording back into localization on a map.
 #[must_use]
 pub fn replay(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions) -> Course {
-    replay_from(recording, atlas, conditions, 0)
+    replay_part(recording, atlas, conditions, Part { first: 0, way_m: f64::INFINITY })
 }
 
-/// The same from the scan with this number among those with a corrected pose on, counted from 0.
+/// A part of a log.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// The scan that it begins with, among those with a corrected pose, counted from 0.
+    pub first: usize,
+    /// It ends when the robot has driven this far, in metres.
+    pub way_m: f64,
+}
+
+/// Plays a part of a recording back into localization on a map.
 #[must_use]
-pub fn replay_from(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, first: usize) -> Course {
+pub fn replay_part(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, part: Part) -> Course {
     let streams = Streams::new(conditions.seed);
-    let Some((start, _, first_pose)) = recording.corrected_scans().nth(first) else { return Course::default() };
+    let Some((start, _, first_pose)) = recording.corrected_scans().nth(part.first) else { return Course::default() };
     let initial = if conditions.global { InitialPose::Anywhere } else { InitialPose::at(first_pose) };
     let mut localization = Localization::on(atlas, &initial, streams.stream("nav/localization"));
     let errors = streams.stream("localize/odometry");
@@ -93,6 +103,7 @@ pub fn replay_from(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &
     let mut readings = Vec::new();
     let mut odom_to_map = None;
     let mut course = Course::default();
+    let mut way_m = 0.0;
     while let Some(record) = robot.advance() {
         let (line, time, corrected) = (record.line, record.time, record.corrected);
         robot.read(&mut readings);
@@ -110,6 +121,11 @@ pub fn replay_from(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &
             }
         }
         if let (Some(corrected), Some(odometry)) = (corrected, odometry) {
+            let before = course.waypoints.last().map_or(corrected, |before| before.corrected);
+            way_m += (corrected.translation.vector - before.translation.vector).norm();
+            if way_m > part.way_m {
+                break;
+            }
             let odom_to_map = odom_to_map.get_or_insert_with(|| corrected * odometry.inverse());
             let estimate = localization.estimate();
             let (covariance, odometry) = (estimate.covariance, *odom_to_map * odometry);

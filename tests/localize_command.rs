@@ -1,0 +1,187 @@
+//! `steward localize` and `steward map` on the log of a simulated robot.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+use maps::{ImageFormat, pose};
+use nav::{Atlas, LocalizationParameters};
+use robot::recorded::LogWriter;
+use robot::{LaserSpec, Reading, RobotModel, Streams};
+use sim::{LaserConfig, SimConfig};
+use steward::replay::drive::{Drive, route};
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, steward};
+
+/// A robot with a laser as those of most logs: 180 beams over 180°.
+fn model() -> RobotModel {
+    let laser = LaserSpec {
+        name: "front".to_owned(),
+        mount: pose(0.1, 0.0, 0.0),
+        angle_min_rad: -std::f64::consts::FRAC_PI_2,
+        angle_increment_rad: 1_f64.to_radians(),
+        beams: 180,
+        period: Duration::from_millis(500),
+        range_min_m: 0.1,
+        range_max_m: 30.0,
+    };
+    RobotModel { lasers: vec![laser], ..RobotModel::default() }
+}
+
+/// The log of a drive through the house, from its start to the kitchen.
+fn log() -> String {
+    let map = Arc::new(maps::house::draw());
+    let atlas = Atlas::new(Arc::clone(&map), &model(), LocalizationParameters::default()).unwrap();
+    let places = maps::house::places();
+    let ends = ["start", "Destination"].map(|name| places.get(name).unwrap().goal_position());
+    let config = SimConfig { model: model(), lasers: LaserConfig { range_sigma_m: 0.01 }, ..SimConfig::default() };
+    let mut drive = Drive::along(route(&atlas, &ends).unwrap(), &map, &config, &Streams::new(1)).unwrap();
+    let mut log = LogWriter::new("simulated");
+    log.param("robot_frontlaser_offset", 0.1);
+    log.param("robot_front_laser_max", 30.0);
+    let mut readings = Vec::new();
+    let mut odometry = None;
+    while let Some(truth) = drive.step(&mut readings) {
+        for reading in readings.drain(..) {
+            match reading {
+                Reading::Odometry(latest) => odometry = Some(latest),
+                Reading::Scan(scan) => {
+                    let odometry = odometry.unwrap();
+                    log.odometry(&odometry);
+                    log.scan(&scan, &odometry.pose, &truth);
+                }
+                Reading::Battery(_) => {}
+            }
+        }
+    }
+    log.into_text()
+}
+
+/// A folder with the log and the map of the house.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        let folder = Self(tempdir().unwrap());
+        std::fs::write(folder.path("drive.log"), log()).unwrap();
+        maps::save_map(&maps::house::draw(), &folder.path("house.yaml"), ImageFormat::Pgm).unwrap();
+        folder
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn arguments<'a>(&self, arguments: &[&'a str]) -> Vec<std::borrow::Cow<'a, str>> {
+        // Names with an ending are files of the folder.
+        let in_folder =
+            |name: &'a str| match name.contains('.') && Path::new(name).extension().is_some() && !name.starts_with('0')
+            {
+                true => self.path(name).to_str().unwrap().to_owned().into(),
+                false => name.into(),
+            };
+        arguments.iter().map(|name| in_folder(name)).collect()
+    }
+
+    /// What a command prints that must succeed, and what it says on stderr.
+    fn run(&self, arguments: &[&str]) -> (String, String) {
+        let arguments = self.arguments(arguments);
+        let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
+        let output = steward(&arguments);
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{said}");
+        (String::from_utf8(output.stdout).unwrap(), said)
+    }
+
+    fn json(&self, arguments: &[&str]) -> serde_json::Value {
+        serde_json::from_str(&self.run(arguments).0).unwrap()
+    }
+
+    /// What is said of a command that is refused, on one line.
+    fn refusal(&self, arguments: &[&str]) -> String {
+        let arguments = self.arguments(arguments);
+        let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
+        refusal(&arguments).split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    }
+}
+
+const BAD_ODOMETRY: [&str; 4] = ["--odometry-drift", "5%", "--odometry-noise", "0.05"];
+
+#[test]
+fn a_recorded_robot_is_localized_with_bad_odometry() {
+    let folder = Folder::new();
+    let out = folder.path("out");
+    let command = ["localize", "--map", "house.yaml", "--log", "drive.log", "--json", "--out", out.to_str().unwrap()];
+    let result = folder.json(&[&command[..], &BAD_ODOMETRY].concat());
+    let number = |key: &str| result[key].as_f64().unwrap();
+    assert!(number("median_m") < 0.02 && number("rmse_m") < 0.03 && number("max_m") < 0.2, "{result}");
+    assert!(number("median_rad") < 0.005 && number("rmse_rad") < 0.01, "{result}");
+    assert!(result["lost"].as_array().unwrap().is_empty() && number("converged_at_s") < 1.0, "{result}");
+    let csv = std::fs::read_to_string(out.join("trajectories.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + number("scans") as usize);
+    assert!(std::fs::read(out.join("trajectories.png")).unwrap().starts_with(b"\x89PNG"));
+}
+
+#[test]
+fn a_robot_that_knows_nothing_is_found_and_the_same_seed_finds_it_alike() {
+    let folder = Folder::new();
+    let command = ["localize", "--map", "house.yaml", "--log", "drive.log", "--json", "--global"];
+    let result = folder.json(&[&command[..], &BAD_ODOMETRY].concat());
+    assert!(result["converged_after_m"].as_f64().unwrap() < 15.0, "{result}");
+    assert!(result["lost"].as_array().unwrap().is_empty(), "{result}");
+    assert_eq!(folder.json(&[&command[..], &BAD_ODOMETRY].concat()), result);
+    assert_ne!(folder.json(&[&command[..], &BAD_ODOMETRY, &["--seed", "2"]].concat())["rmse_m"], result["rmse_m"]);
+    let starts = folder.json(&[&command[..], &["--starts", "3"]].concat());
+    assert_eq!((starts["starts"].as_array().unwrap().len(), starts["found"].as_u64()), (3, Some(3)), "{starts}");
+}
+
+#[test]
+fn a_map_made_of_a_log_is_good_enough_to_localize_on() {
+    let folder = Folder::new();
+    let (said, _) = folder.run(&["map", "--log", "drive.log", "--out", "made.yaml"]);
+    assert!(said.contains("cells of 0.05 m from"), "{said}");
+    let result =
+        folder.json(&[&["localize", "--map", "made.yaml", "--log", "drive.log", "--json"], &BAD_ODOMETRY[..]].concat());
+    assert!(result["median_m"].as_f64().unwrap() < 0.03 && result["lost"].as_array().unwrap().is_empty(), "{result}");
+}
+
+#[test]
+fn a_map_of_another_place_is_refused() {
+    let folder = Folder::new();
+    let mut hall = maps::OccupancyGrid::new(400, 400, 0.1, pose(-20.0, -20.0, 0.0));
+    (0..160_000).for_each(|i| hall.set(maps::CellIndex { column: i % 400, row: i / 400 }, maps::Cell::Free));
+    maps::save_map(&hall, &folder.path("hall.yaml"), ImageFormat::Pgm).unwrap();
+    let said = folder.refusal(&["localize", "--map", "hall.yaml", "--log", "drive.log"]);
+    assert!(said.contains("does not fit the log") && said.contains("100 % of which are on free floor, 0 %"), "{said}");
+}
+
+#[test]
+fn logs_with_faults_are_used_as_far_as_that_is_safe_and_named_by_line() {
+    let folder = Folder::new();
+    let text = log();
+    let whole = folder.json(&["localize", "--map", "house.yaml", "--log", "drive.log", "--json"]);
+    let broken = text.replacen("FLASER 180", "FLASER 181", 1);
+    std::fs::write(folder.path("broken.log"), &broken[..broken.len() - 40]).unwrap();
+    let (said, notes) = folder.run(&["localize", "--map", "house.yaml", "--log", "broken.log", "--json"]);
+    let scans = serde_json::from_str::<serde_json::Value>(&said).unwrap()["scans"].as_u64().unwrap();
+    assert_eq!(scans + 2, whole["scans"].as_u64().unwrap(), "all but the spoilt ones");
+    assert!(notes.contains("line 4: this FLASER should have 192 fields, but has 191"), "{notes}");
+    assert!(notes.contains("the log breaks off within this line"), "{notes}");
+    let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
+    packed.write_all(text.as_bytes()).unwrap();
+    let packed = packed.finish().unwrap();
+    std::fs::write(folder.path("half.log.gz"), &packed[..packed.len() / 2]).unwrap();
+    let (_, notes) = folder.run(&["localize", "--map", "house.yaml", "--log", "half.log.gz"]);
+    assert!(notes.contains("the compressed file breaks off here"), "{notes}");
+    let mut damaged = packed;
+    let last = damaged.len() - 6;
+    damaged[last] ^= 1;
+    std::fs::write(folder.path("damaged.log.gz"), damaged).unwrap();
+    assert!(folder.refusal(&["localize", "--map", "house.yaml", "--log", "damaged.log.gz"]).contains("is damaged"));
+    assert!(folder.refusal(&["map", "--log", "house.yaml"]).contains("this is no CARMEN log"));
+    assert!(folder.refusal(&["map", "--log", "missing.log"]).contains("cannot read the log"));
+}
