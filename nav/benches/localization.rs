@@ -7,11 +7,18 @@ mod floor;
 #[expect(dead_code, reason = "shared with the tests")]
 mod unicycle;
 
-use divan::Bencher;
+use std::sync::Arc;
+
+use divan::counter::ItemsCount;
+use divan::{AllocProfiler, Bencher};
 use maps::pose;
-use nav::{InitialPose, Localization, LocalizationParameters};
+use nav::{Atlas, InitialPose, Localization, LocalizationParameters, SensorModel};
 use robot::{LaserScan, Streams, VelocityCommand};
 use unicycle::{Noise, Unicycle};
+
+/// Shows allocations beside the times: an update has none.
+#[global_allocator]
+static ALLOCATOR: AllocProfiler = AllocProfiler::system();
 
 fn main() {
     divan::main();
@@ -54,7 +61,7 @@ fn two_updates(bencher: Bencher, particles: usize) {
     bencher.bench_local(|| drive_and_update(&mut localization, &mut robot, &mut scans));
 }
 
-/// The first update of a global localization: 10 000 particles.
+/// The first update of a global localization: poses drawn anywhere, and the best of them matched to the scan.
 #[divan::bench]
 fn first_update_anywhere(bencher: Bencher) {
     let (localization, robot, scans) = set_up(&InitialPose::Anywhere, LocalizationParameters::default());
@@ -71,6 +78,33 @@ fn scan_at_rest(bencher: Bencher) {
     let initial = InitialPose::at(pose(13.9, 9.3, 0.3));
     let (mut localization, _robot, scans) = set_up(&initial, LocalizationParameters::default());
     bencher.bench_local(|| localization.scan(&scans[0]));
+}
+
+/// The sensor model alone: particles × 60 beams ("items"), one core.
+#[divan::bench(args = [500, 2000, 10_000])]
+fn sensor_update(bencher: Bencher, particles: u32) {
+    let mut robot = Unicycle::new(floor::office(), pose(13.9, 9.3, 0.3), Noise { laser_m: 0.01, ..Noise::default() });
+    let map = Arc::new(robot.world.clone());
+    let atlas = Atlas::new(map, &robot.model, LocalizationParameters::default()).expect("the parameters make sense");
+    let mut sensor = SensorModel::new(&Arc::new(atlas));
+    sensor.look(&robot.scans()[0]);
+    assert_eq!(sensor.beams(), 60, "every beam hits something");
+    let off = |index: u32, step: u32| f64::from(index * step % 997) / 997.0 - 0.5;
+    let around = |index: u32| pose(13.9 + off(index, 7), 9.3 + off(index, 13), 0.3 + off(index, 31));
+    let poses: Vec<_> = (0..particles).map(around).collect();
+    bencher
+        .counter(ItemsCount::new(poses.len() * sensor.beams()))
+        .bench_local(|| poses.iter().map(|pose| sensor.nats(pose)).sum::<f64>());
+}
+
+/// A localization on a map that has been made ready.
+#[divan::bench]
+fn start_on_an_atlas(bencher: Bencher) {
+    let model = robot::RobotModel::default();
+    let atlas = Atlas::new(Arc::new(floor::office()), &model, LocalizationParameters::default());
+    let atlas = Arc::new(atlas.expect("the parameters make sense"));
+    let initial = InitialPose::at(pose(13.9, 9.3, 0.3));
+    bencher.bench_local(|| Localization::on(&atlas, &initial, Streams::new(1).stream("localization")));
 }
 
 /// Building the fields of the map.

@@ -74,6 +74,8 @@ pub use atlas::Atlas;
 pub use costmap::{Costmap, CostmapParameters, INSCRIBED_COST, LETHAL_COST, UNKNOWN_COST};
 pub use error::Error;
 pub use following::FollowingParameters;
-pub use localization::{Hypothesis, InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate};
+pub use localization::{
+    Hypothesis, InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate, SensorModel,
+};
 pub use navigation::{GiveUpReason, Goal, NavigationParameters, NavigationStatus, Navigator};
 pub use planning::{PlanError, plan, plan_into};

@@ -1,8 +1,9 @@
 //! Where the robot is: adaptive Monte Carlo localization.
 //!
 //! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
-//! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters] and [scan matching](scan_matching); the
-//! [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
+//! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
+//! [beam model](beam_model) and the [search] for a robot that may be anywhere; the [filter] puts them together, and
+//! [`Localization`] connects it with odometry, scans and frames.
 
 mod beam_model;
 mod challengers;
@@ -20,6 +21,7 @@ mod recovery;
 mod resampling;
 mod scan_matching;
 mod search;
+mod sensor_model;
 mod surface_field;
 
 use std::sync::Arc;
@@ -45,6 +47,7 @@ pub(crate) use beam_model::BeamModel;
 pub(crate) use free_space::FreeSpace;
 pub(crate) use likelihood_field::LikelihoodField;
 pub use parameters::{LaserModel, LocalizationParameters};
+pub use sensor_model::SensorModel;
 pub(crate) use surface_field::SurfaceField;
 
 /// Scans of the other lasers join an update if they are at most so old.
@@ -99,9 +102,13 @@ impl InitialPose {
 
 /// Adaptive Monte Carlo localization on an occupancy grid.
 ///
-/// A particle filter with a likelihood-field sensor model, an odometry motion model, an adaptive number of particles
-/// (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of the
-/// heaviest cluster of particles, matched to the scan, and carried on by odometry between updates.
+/// A particle filter with a choice of [sensor models](LaserModel), an odometry motion model, an adaptive number of
+/// particles (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of
+/// the heaviest cluster of particles, matched to the scan, and carried on by odometry between updates.
+///
+/// A robot that may be [anywhere](InitialPose::Anywhere) is sought with hypotheses, each matched to every scan, until one
+/// is far ahead of all others. The estimate then is the best of them, its covariance that of all, and the particles are
+/// the hypotheses.
 ///
 /// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough,
 /// as soon as each laser that is not silent has delivered one. A robot at rest costs nothing, and its estimate stays
@@ -252,6 +259,15 @@ impl Localization {
         clusters.all(self.filter.particles()).into_iter().map(in_map).collect()
     }
 
+    /// How much speaks against the estimate, from 0 (nothing) to 1: how far scans have of late been less likely than
+    /// they usually are. 1 while a robot that may be anywhere has not been found.
+    ///
+    /// A robot that has been carried away, or whose map is out of date, shows it here before it is found elsewhere.
+    #[must_use]
+    pub fn doubt(&self) -> f64 {
+        if self.search.is_some() { 1.0 } else { self.filter.doubt() }
+    }
+
     /// How many updates there have been since the start or the last [`restart`](Self::restart).
     #[must_use]
     pub fn updates(&self) -> u64 {
@@ -288,7 +304,9 @@ impl Localization {
 
     /// An update of a robot that may be anywhere.
     fn seek(&mut self, mut search: Box<Search>, moved: &Pose) {
-        let sought = self.filter.seek(&mut search, moved, &self.matched);
+        // Every beam counts to find the places that fit at all; to tell them apart, fewer do.
+        let ends = if self.updates == 0 { &self.matched } else { &self.weighed };
+        let sought = self.filter.seek(&mut search, moved, ends);
         let is_over = sought.is_some_and(|(_, is_over)| is_over);
         if let Some((belief, _)) = sought {
             self.belief = belief;

@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(expected(&map(), from, [1.0, 0.0], 1.5), Expected::Nothing);
         let Expected::Unknown(way_m) = expected(&map(), from, [-1.0, 0.0], 10.0) else { panic!("unknown") };
         assert!((way_m - 1.0).abs() < 1e-9);
-        let Expected::Wall(way_m) = expected(&map(), from, [0.8, 0.6], 10.0) else { return };
+        let Expected::Wall(way_m) = expected(&map(), from, [0.6, 0.8], 10.0) else { return };
         panic!("the unknown comes before a wall at {way_m}");
     }
 

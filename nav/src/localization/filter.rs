@@ -270,6 +270,11 @@ impl ParticleFilter {
         Some((belief, false))
     }
 
+    /// How far scans have of late been less likely than usual, from 0 to 1.
+    pub(crate) fn doubt(&self) -> f64 {
+        self.recovery.random_share()
+    }
+
     /// The bins that would still be occupied if as many particles were drawn again.
     fn bins_after_resampling(&mut self) -> usize {
         let offset = self.rng.random();

@@ -22,12 +22,12 @@ const DRAWN_PER_M2: f64 = 400.0;
 const FEWEST_DRAWN: usize = 20_000;
 const MOST_DRAWN: usize = 600_000;
 
-/// So much fewer for each later scan.
-const DRAWN_LATER: usize = 6;
+/// Later scans draw so many times fewer, and fewer with each scan: what the first scans have not found, others seldom do.
+const DRAWN_LATER: usize = 10;
 
 /// At most so many of the drawn poses are matched to the scan, the first time and later.
 const MATCHED_FIRST: usize = 600;
-const MATCHED_LATER: usize = 100;
+const MATCHED_LATER: usize = 50;
 
 /// Beams that choose among drawn poses.
 const CHOOSING_BEAMS: usize = 30;
@@ -153,7 +153,7 @@ impl Search {
         let Sighting { atlas, ends, .. } = sighting;
         self.choosing.copy_every(ends.len().div_ceil(CHOOSING_BEAMS).max(1), ends);
         let drawn = ((atlas.free.area_m2() * DRAWN_PER_M2) as usize).clamp(FEWEST_DRAWN, MOST_DRAWN);
-        let drawn = if self.scans == 0 { drawn } else { drawn / DRAWN_LATER };
+        let drawn = if self.scans == 0 { drawn } else { drawn / (DRAWN_LATER + self.scans as usize) };
         let mut least = u32::MAX;
         self.candidates.clear();
         for _ in 0..drawn {

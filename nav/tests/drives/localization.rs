@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use maps::{Cell, Pose, heading, pose, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
-use nav::{InitialPose, Localization, LocalizationParameters, PoseEstimate};
+use nav::{InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate};
 use robot::{Streams, VelocityCommand};
 
 use crate::floor::{fill, office, round_trip};
@@ -58,9 +58,13 @@ impl std::fmt::Display for Errors {
 }
 
 fn localization(robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localization {
+    with_model(LaserModel::default(), robot, initial, seed)
+}
+
+fn with_model(laser_model_type: LaserModel, robot: &Unicycle, initial: &InitialPose, seed: u64) -> Localization {
     let rng = Streams::new(seed).stream("localization");
-    Localization::new(&office(), &robot.model, LocalizationParameters::default(), initial, rng)
-        .expect("the parameters make sense")
+    let parameters = LocalizationParameters { laser_model_type, ..LocalizationParameters::default() };
+    Localization::new(&office(), &robot.model, parameters, initial, rng).expect("the parameters make sense")
 }
 
 /// Takes in all that the robot senses.
@@ -117,6 +121,37 @@ fn bad_odometry_and_noisy_lasers_are_followed_within_a_centimetre() {
 }
 
 #[test]
+fn every_sensor_model_follows_bad_odometry() {
+    let start = pose(2.7, 3.5, 1.0);
+    for model in [LaserModel::LikelihoodField, LaserModel::LikelihoodFieldProb, LaserModel::Beam] {
+        let mut robot = Unicycle::new(office(), start, Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 });
+        let mut localization = with_model(model, &robot, &InitialPose::at(start), 1);
+        let errors = drive(&mut robot, &mut localization);
+        println!("{model:?}: {errors}");
+        assert!(errors.rmse_m() < 0.02 && errors.rmse_rad() < 0.01, "{model:?}: {errors}");
+    }
+}
+
+#[test]
+fn a_robot_that_may_be_in_several_places_says_so() {
+    let start = pose(13.9, 9.3, 0.3);
+    let mut robot = Unicycle::new(office(), start, Noise::default());
+    let mut localization = localization(&robot, &InitialPose::Anywhere, 1);
+    assert_eq!(localization.doubt(), 1.0);
+    while localization.updates() == 0 {
+        robot.step(VelocityCommand::STOP);
+        sense(&mut localization, &mut robot);
+    }
+    // Corridors look alike.
+    let hypotheses = localization.hypotheses();
+    assert!(hypotheses.len() > 1, "{hypotheses:?}");
+    assert!((hypotheses.iter().map(|one| one.weight).sum::<f64>() - 1.0).abs() < 1e-9);
+    assert!(hypotheses.windows(2).all(|pair| pair[0].weight >= pair[1].weight));
+    let drive = drive(&mut robot, &mut localization);
+    assert!(drive.last_m < 0.1 && localization.hypotheses().len() == 1, "{drive}");
+}
+
+#[test]
 fn furniture_that_is_not_on_the_map_does_little_harm() {
     let start = pose(2.7, 3.5, 1.0);
     let mut world = office();
@@ -145,15 +180,20 @@ fn a_robot_that_is_carried_away_finds_itself_again() {
             sense(&mut localization, &mut robot);
         }
         robot.truth = elsewhere;
-        let mut found_after_s = f64::INFINITY;
+        assert!(localization.doubt() < 0.05, "all was well before");
+        let (mut found_after_s, mut noticed_after_s) = (f64::INFINITY, f64::INFINITY);
         for _ in 0..2000 {
             robot.step(VelocityCommand { linear_mps: 0.2, angular_radps: 0.4 });
             sense(&mut localization, &mut robot);
             let off = robot.truth.translation.vector - localization.estimate().pose.translation.vector;
             let after_s = (robot.time - Duration::from_secs(10)).as_secs_f64();
+            if localization.doubt() > 0.2 {
+                noticed_after_s = after_s.min(noticed_after_s);
+            }
             found_after_s = if off.norm() < 0.1 { found_after_s.min(after_s) } else { f64::INFINITY };
         }
-        println!("found after {found_after_s:.1} s");
+        println!("noticed after {noticed_after_s:.1} s, found after {found_after_s:.1} s");
+        assert!(noticed_after_s < 8.0 && noticed_after_s < found_after_s);
         assert!(found_after_s < 35.0, "{elsewhere}");
     }
 }
