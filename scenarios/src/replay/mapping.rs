@@ -156,3 +156,40 @@ fn mark(frame: &OccupancyGrid, [column, row]: [i64; 2], is_last: bool, visit: &m
         visit(offset, is_last);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use robot::LaserScan;
+    use robot::recorded::LogWriter;
+
+    use super::*;
+
+    /// What a robot at (1.025, 2.025) sees to the right, ahead (along x) and to the left.
+    fn map(ranges_m: [f32; 3]) -> Result<OccupancyGrid, MappingError> {
+        let mut log = LogWriter::new("test");
+        let scan = LaserScan { time: Duration::ZERO, laser: 0, ranges_m: ranges_m.to_vec() };
+        log.scan(&scan, &pose(0.0, 0.0, 0.0), &pose(1.025, 2.025, 0.0));
+        let recording = Recording::read(log.into_text().as_bytes()).expect("a good log");
+        map_of(&recording, &MappingParameters::default())
+    }
+
+    #[test]
+    fn beams_clear_their_way_and_mark_their_end() {
+        let map = map([f32::INFINITY, 3.0, 25.0]).expect("something was seen");
+        let at = |x_m, y_m| map.index_of(&Point::new(x_m, y_m)).and_then(|index| map.cell(index));
+        assert_eq!(at(1.025, 2.025), Some(Cell::Free), "where the robot is");
+        assert_eq!([at(2.0, 2.025), at(3.975, 2.025)], [Some(Cell::Free); 2]);
+        assert_eq!(at(4.025, 2.025), Some(Cell::Occupied));
+        assert_eq!(at(4.075, 2.025), Some(Cell::Unknown), "behind the wall");
+        assert_eq!(at(1.025, 1.975), Some(Cell::Unknown), "a beam that hit nothing tells nothing");
+        assert_eq!(at(1.025, 21.9), Some(Cell::Free), "a long beam clears up to its limit, and marks nothing");
+        assert_eq!(map.cells().iter().filter(|cell| **cell == Cell::Occupied).count(), 1);
+    }
+
+    #[test]
+    fn a_log_that_saw_nothing_makes_no_map() {
+        assert_eq!(map([f32::INFINITY; 3]), Err(MappingError::NothingSeen));
+    }
+}
