@@ -79,7 +79,7 @@ impl Recording {
         let mut complaints = Complaints::default();
         let text = text::decompressed(bytes, &mut complaints)?;
         let lines = Lines::parse(&text, &mut complaints)?;
-        let lines = lines.with_usual_beams(&mut complaints);
+        let lines = lines.with_usual_beams(&mut complaints).in_one_frame(&mut complaints);
         lines.check(MOST_UNUSABLE, &complaints)?;
         let times = clock::settled(&lines.lines, &mut complaints);
         let model = model_of(&lines);

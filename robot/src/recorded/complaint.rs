@@ -67,6 +67,11 @@ pub enum Flaw {
         /// By so many seconds.
         by_s: f64,
     },
+    /// Odometry of its own is, as a rule, elsewhere than that of the scans.
+    OtherFrame {
+        /// By so many metres.
+        by_m: f64,
+    },
     /// The clock was set back, and goes on from there.
     ClockSetBack {
         /// By so many seconds.
@@ -91,6 +96,9 @@ impl fmt::Display for Flaw {
             Self::ClockElsewhere { by_s } => {
                 write!(f, "the clock of this odometry is {by_s:.3} s behind that of the lines around it")
             }
+            Self::OtherFrame { by_m } => {
+                write!(f, "ODOM lines are in another frame than the odometry of scans, {by_m:.1} m away as here")
+            }
             Self::ClockSetBack { by_s } => write!(f, "the clock is set back by {by_s:.3} s"),
         }
     }
@@ -106,6 +114,7 @@ impl Flaw {
             Self::Ranges { .. } => "these beams are not used",
             Self::ClockBack { .. } => "lines are taken in the order of the file",
             Self::ClockElsewhere { .. } => "left out; scans carry odometry of their own",
+            Self::OtherFrame { .. } => "all of them are left out",
             Self::ClockSetBack { .. } => "time goes on from where it was",
         }
     }

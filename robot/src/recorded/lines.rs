@@ -11,6 +11,9 @@ const FARTHEST_M: f64 = 1e6;
 /// More beams than this are a slip of the pen.
 const MOST_BEAMS: usize = 100_000;
 
+/// Odometry just before a scan is, as a rule, no farther from the scan's own than this, in metres.
+const SAME_FRAME_M: f64 = 1.0;
+
 /// A line with odometry.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
@@ -112,6 +115,27 @@ impl Lines {
                 0 => {}
                 count => complaints.add(line.number, Flaw::Ranges { count }),
             }
+        }
+        self
+    }
+
+    /// The same without lines of odometry alone, if these are in another frame than the odometry of scans: some programs
+    /// that correct logs correct one of the two.
+    pub(super) fn in_one_frame(mut self, complaints: &mut Complaints) -> Self {
+        let mut apart_m = Vec::new();
+        let mut latest: Option<&Line> = None;
+        for line in &self.lines {
+            if let (Some(odom), Some(_)) = (latest.take(), &line.scan) {
+                let apart = line.odometry.translation.vector - odom.odometry.translation.vector;
+                apart_m.push((apart.norm(), odom.number));
+            }
+            latest = Some(line).filter(|line| line.scan.is_none());
+        }
+        apart_m.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let usual = apart_m.get(apart_m.len() / 2).copied();
+        if let Some((by_m, number)) = usual.filter(|(by_m, _)| *by_m > SAME_FRAME_M) {
+            complaints.add(number, Flaw::OtherFrame { by_m });
+            self.lines.retain(|line| line.scan.is_some());
         }
         self
     }

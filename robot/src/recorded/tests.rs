@@ -195,6 +195,17 @@ fn clocks_that_go_back_do_not_turn_time_back() {
 }
 
 #[test]
+fn odometry_of_another_frame_is_left_out() {
+    let mut lines = log();
+    for line in lines.iter_mut().filter(|line| line.starts_with("ODOM")) {
+        *line = line.replacen("ODOM ", "ODOM 70", 1);
+    }
+    let recording = read(&lines);
+    assert_eq!(recording.records().len(), 10);
+    assert!(matches!(recording.complaints(), [Complaint { flaw: Flaw::OtherFrame { by_m }, .. }] if *by_m > 600.0));
+}
+
+#[test]
 fn what_is_no_log_is_refused() {
     for bytes in [&b""[..], b"\n\n", b"# nothing\nPARAM a b\n", b"hello\nworld\n", &[0x1f, 0x8b, 0, 0], &[0xff; 500]] {
         assert!(Recording::read(bytes).is_err(), "{bytes:?}");

@@ -22,8 +22,9 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// A map of another place, or in another frame, fits no better by chance.
-    pub const LEAST: Self = Self { beams: 0.4, poses: 0.7 };
+    /// What a map of another place, or in another frame, does not reach by chance: a fifth of the beams and half of the
+    /// poses are seen to fit there.
+    pub const LEAST: Self = Self { beams: 0.4, poses: 0.5 };
 
     /// Looks at a sample of a log's scans.
     #[must_use]
