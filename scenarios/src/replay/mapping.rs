@@ -55,7 +55,10 @@ pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<O
         let eye = pose * laser.mount;
         for (beam, range_m) in scan.ranges_m.iter().enumerate() {
             let Some((reach_m, hits)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
-            walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m), |offset, is_last| {
+            // A hit is on the face of an obstacle; its cell is the one behind. Half a cell deeper, the faces of the
+            // cells that are marked lie where the faces of obstacles are, on average.
+            let depth_m = if hits { parameters.resolution_m / 2.0 } else { 0.0 };
+            walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m + depth_m), |offset, is_last| {
                 let count = &mut counts[offset];
                 if hits && is_last { count.hits += 1 } else { count.passed += 1 }
             });
@@ -177,12 +180,12 @@ mod tests {
 
     #[test]
     fn beams_clear_their_way_and_mark_their_end() {
-        let map = map([f32::INFINITY, 3.0, 25.0]).expect("something was seen");
+        let map = map([f32::INFINITY, 2.98, 25.0]).expect("something was seen");
         let at = |x_m, y_m| map.index_of(&Point::new(x_m, y_m)).and_then(|index| map.cell(index));
         assert_eq!(at(1.025, 2.025), Some(Cell::Free), "where the robot is");
         assert_eq!([at(2.0, 2.025), at(3.975, 2.025)], [Some(Cell::Free); 2]);
         assert_eq!(at(4.025, 2.025), Some(Cell::Occupied));
-        assert_eq!(at(4.075, 2.025), Some(Cell::Unknown), "behind the wall");
+        assert_eq!(at(4.075, 2.025), Some(Cell::Unknown), "behind the face at 4.005 m");
         assert_eq!(at(1.025, 1.975), Some(Cell::Unknown), "a beam that hit nothing tells nothing");
         assert_eq!(at(1.025, 21.9), Some(Cell::Free), "a long beam clears up to its limit, and marks nothing");
         assert_eq!(map.cells().iter().filter(|cell| **cell == Cell::Occupied).count(), 1);
