@@ -1,0 +1,244 @@
+//! What varies from run to run: a scenario's value, and what it may be.
+
+use std::fmt;
+
+use maps::document::{FromItem, Item};
+use maps::{Problem, Spanned};
+use serde::Serialize;
+
+/// A value that a campaign gives to a key of the scenario.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// An integer.
+    Integer(i64),
+    /// A finite number.
+    Number(f64),
+    /// A boolean.
+    Boolean(bool),
+    /// A text.
+    Text(String),
+}
+
+/// As TOML, and so as `--set` takes it.
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Integer(value) => write!(f, "{value}"),
+            Self::Number(value) => write!(f, "{value:?}"),
+            Self::Boolean(value) => write!(f, "{value}"),
+            Self::Text(value) => write!(f, "{}", toml::Value::String(value.clone())),
+        }
+    }
+}
+
+impl FromItem<'_> for Value {
+    fn wanted() -> String {
+        "a number, a boolean or a text".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        let integer = item.as_integer().map(Self::Integer);
+        let number = || item.as_number().filter(|number| number.is_finite()).map(Self::Number);
+        let boolean = || item.as_boolean().map(Self::Boolean);
+        let text = || item.as_text().map(|text| Self::Text(text.to_owned()));
+        let value = integer.or_else(number).or_else(boolean).or_else(text);
+        value.ok_or_else(|| vec![item.wrong(&Self::wanted())])
+    }
+}
+
+/// One thing that varies.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// The key, dotted as `--set` takes it.
+    pub key: Spanned<String>,
+    /// What it may be.
+    pub domain: Domain,
+}
+
+/// What a parameter may be.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Domain {
+    /// One of these; never empty.
+    Values(Vec<Value>),
+    /// Every whole number from the first to the last.
+    Whole {
+        /// The first.
+        from: i64,
+        /// The last, which belongs to them.
+        to: i64,
+    },
+    /// Numbers from one to another.
+    Range {
+        /// The lower end.
+        from: f64,
+        /// The upper end, which is above.
+        to: f64,
+        /// Whether equal ratios, and not equal differences, are equally far apart.
+        logarithmic: bool,
+        /// Only so many, evenly spaced with both ends among them; at least 2.
+        steps: Option<u64>,
+    },
+    /// Normally distributed numbers.
+    Normal {
+        /// The mean.
+        mean: f64,
+        /// The standard deviation, above 0.
+        sd: f64,
+        /// The distribution is cut off below.
+        min: Option<f64>,
+        /// The distribution is cut off above.
+        max: Option<f64>,
+    },
+    /// Exponentially distributed numbers.
+    Exponential {
+        /// The mean, above 0.
+        mean: f64,
+    },
+}
+
+impl Domain {
+    /// How many values there are, where they can be counted.
+    #[must_use]
+    pub fn count(&self) -> Option<u64> {
+        match self {
+            Self::Values(values) => Some(values.len() as u64),
+            Self::Whole { from, to } => Some(to.abs_diff(*from).saturating_add(1)),
+            Self::Range { steps, .. } => *steps,
+            Self::Normal { .. } | Self::Exponential { .. } => None,
+        }
+    }
+
+    /// The value of that place among those that can be counted; none where they cannot be or there is no such place.
+    #[must_use]
+    pub fn nth(&self, place: u64) -> Option<Value> {
+        let count = self.count().filter(|count| place < *count)?;
+        match self {
+            Self::Values(values) => Some(values[place as usize].clone()),
+            Self::Whole { from, .. } => Some(Value::Integer(from.wrapping_add_unsigned(place))),
+            _ => self.between(place as f64 / (count - 1) as f64),
+        }
+    }
+
+    /// The value below which a fraction `u` of them lies, `0 < u < 1`: the quantile.
+    #[must_use]
+    pub fn at(&self, u: f64) -> Value {
+        let place = |count: u64| ((u * count as f64) as u64).min(count - 1);
+        if let Some(value) = self.count().and_then(|count| self.nth(place(count))) {
+            return value;
+        }
+        match self {
+            Self::Normal { mean, sd, min, max } => {
+                let share = |end: Option<f64>, open| end.map_or(open, |end| normal_cdf((end - mean) / sd));
+                let (low, high) = (share(*min, 0.0), share(*max, 1.0));
+                let value = mean + sd * normal_quantile(low + u * (high - low));
+                Value::Number(value.clamp(min.unwrap_or(f64::MIN), max.unwrap_or(f64::MAX)))
+            }
+            Self::Exponential { mean } => Value::Number(-mean * libm::log1p(-u)),
+            Self::Range { .. } | Self::Whole { .. } | Self::Values(_) => {
+                self.between(u).expect("what has no steps is a range")
+            }
+        }
+    }
+
+    /// Values at and near the ends, with one in the middle: what a scenario must accept before a campaign starts. An
+    /// unlimited tail is tried where one value of a thousand lies beyond.
+    #[must_use]
+    pub fn extremes(&self) -> Vec<Value> {
+        match (self, self.count()) {
+            (Self::Values(values), _) => values.clone(),
+            (_, Some(count)) => [0, count / 2, count - 1].into_iter().filter_map(|place| self.nth(place)).collect(),
+            (Self::Range { .. }, None) => [0.0, 0.5, 1.0].into_iter().filter_map(|share| self.between(share)).collect(),
+            _ => [0.001, 0.5, 0.999].map(|u| self.at(u)).to_vec(),
+        }
+    }
+
+    /// A number of a range, a share of the way from its lower to its upper end; none of anything else.
+    fn between(&self, share: f64) -> Option<Value> {
+        let Self::Range { from, to, logarithmic, .. } = self else { return None };
+        let number = if *logarithmic { from * libm::pow(to / from, share) } else { from * (1.0 - share) + to * share };
+        Some(Value::Number(number.clamp(*from, *to)))
+    }
+}
+
+/// The standard normal distribution function.
+pub(super) fn normal_cdf(x: f64) -> f64 {
+    libm::erfc(-x / std::f64::consts::SQRT_2) / 2.0
+}
+
+/// Its inverse, by bisection in the lower half, where no digit is lost.
+fn normal_quantile(u: f64) -> f64 {
+    if u > 0.5 {
+        return -normal_quantile(1.0 - u);
+    }
+    let (mut low, mut high) = (-40.0_f64, 0.0_f64);
+    for _ in 0..80 {
+        let middle = f64::midpoint(low, high);
+        if normal_cdf(middle) < u { low = middle } else { high = middle }
+    }
+    high
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(value: &Value) -> f64 {
+        let Value::Number(number) = value else { panic!("{value} is no number") };
+        *number
+    }
+
+    fn near(value: &Value, wanted: f64) -> bool {
+        (number(value) - wanted).abs() < 1e-9 * wanted.abs().max(1.0)
+    }
+
+    #[test]
+    fn ranges_have_their_ends_and_even_steps() {
+        let range = Domain::Range { from: 1.0, to: 2.0, logarithmic: false, steps: Some(5) };
+        let values: Vec<f64> = (0..5).map(|place| number(&range.nth(place).unwrap())).collect();
+        assert_eq!(values, [1.0, 1.25, 1.5, 1.75, 2.0]);
+        assert_eq!(range.nth(5), None);
+        let ratios = Domain::Range { from: 0.001, to: 10.0, logarithmic: true, steps: Some(5) };
+        assert!(
+            (0..5).zip([0.001, 0.01, 0.1, 1.0, 10.0]).all(|(place, wanted)| near(&ratios.nth(place).unwrap(), wanted))
+        );
+        assert!(near(&Domain::Range { from: 1.0, to: 100.0, logarithmic: true, steps: None }.at(0.5), 10.0));
+        assert_eq!(Domain::Whole { from: -1, to: 1 }.at(0.999), Value::Integer(1));
+        assert_eq!(Domain::Whole { from: i64::MIN, to: i64::MAX }.at(0.0), Value::Integer(i64::MIN));
+    }
+
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        let normal = Domain::Normal { mean: 10.0, sd: 2.0, min: None, max: None };
+        for (u, wanted) in [(0.5, 10.0), (0.975, 13.919_927_969_08), (0.001, 3.819_535_387_66)] {
+            assert!(near(&normal.at(u), wanted), "{} at {u}", normal.at(u));
+        }
+        assert!(near(&Domain::Exponential { mean: 3.0 }.at(0.5), 3.0 * std::f64::consts::LN_2));
+        let cut = Domain::Normal { mean: 0.0, sd: 1.0, min: Some(0.0), max: Some(0.5) };
+        assert!(cut.extremes().iter().all(|value| (0.0..=0.5).contains(&number(value))));
+        // Half of what is left of the distribution lies below: Φ(x) = (Φ(0) + Φ(0.5))/2.
+        assert!((normal_cdf(number(&cut.at(0.5))) - (0.5 + normal_cdf(0.5)) / 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn values_are_written_as_toml_reads_them() {
+        let all = [
+            Value::Integer(-3),
+            Value::Number(1e-7),
+            Value::Number(5.0),
+            Value::Boolean(true),
+            Value::Text("a \"b\"\n".into()),
+        ];
+        for value in all {
+            let table: toml::Table = format!("value = {value}").parse().expect("it is TOML");
+            let back = match &table["value"] {
+                toml::Value::Integer(back) => Value::Integer(*back),
+                toml::Value::Float(back) => Value::Number(*back),
+                toml::Value::Boolean(back) => Value::Boolean(*back),
+                toml::Value::String(back) => Value::Text(back.clone()),
+                other => panic!("{other}"),
+            };
+            assert_eq!(back, value);
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The plan: what each run of a campaign is, as a function of its number.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use maps::{Problem, Spanned};
+use serde::Serialize;
+
+use super::file::{CampaignFile, Seeds};
+use super::parameter::{Parameter, Value};
+use super::sampling::{Dimension, Sampling};
+use crate::Error;
+use crate::error::Complaints;
+use crate::live::Live;
+use crate::scenario::{Found, Scenario, find, unknown};
+
+/// A campaign, ready to be run: its file, its scenario, and what each run is.
+///
+/// ```
+/// use steward::campaign::Plan;
+///
+/// let text = r#"
+///     scenario = "errand"
+///     sampling = "sobol"
+///     runs = 1000
+///     [[parameters]]
+///     key = "battery.initial_pct"
+///     from = 31
+///     to = 80
+/// "#;
+/// let plan = Plan::parse("drain.toml", text)?;
+/// let run = plan.run(7);
+/// assert_eq!(run.seed, 8);
+/// assert!(run.overrides(&plan)[0].starts_with("battery.initial_pct="));
+/// assert_eq!(plan.run(7), run, "nothing but plan and number decides");
+/// # Ok::<(), steward::Error>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Plan {
+    file: CampaignFile,
+    found: Found,
+    /// A dimension for each parameter; none for a grid.
+    dimensions: Vec<Dimension>,
+}
+
+/// One run of a campaign.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedRun {
+    /// Its number, from 0.
+    pub k: u64,
+    /// Its root seed.
+    pub seed: u64,
+    /// The parameters' values, in the order of the file.
+    pub values: Vec<Value>,
+}
+
+impl Plan {
+    /// Loads a campaign's file and its scenario.
+    ///
+    /// # Errors
+    /// Everything that is wrong with them; see [`parse`](Self::parse).
+    pub fn load(path: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(path).map_err(|error| {
+            let message = format!("cannot read the campaign {}: {error}", path.display());
+            Error::refused(message, "a campaign is a TOML file that names a scenario and what varies")
+        })?;
+        Self::parse(&path.display().to_string(), &text)
+    }
+
+    /// Reads a campaign's text; a scenario that it names by a path is looked for beside `name`.
+    ///
+    /// The scenario is loaded with the values that the parameters have at their ends and in the middle, and with all of
+    /// those that are listed, one parameter after the other: what it would refuse in the middle of a campaign, it refuses
+    /// now. Values that it takes each but not together may still be refused in a run.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that is wrong.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
+        let found = scenario(name, &file)?;
+        let dimension = |(place, parameter): (usize, &Parameter)| {
+            Dimension::new(file.sampling, place, &parameter.key.value, file.seed, file.runs)
+        };
+        let dimensions = file.parameters.iter().enumerate().filter_map(dimension).collect();
+        let plan = Self { file, found, dimensions };
+        plan.check()?;
+        Ok(plan)
+    }
+
+    /// What the file says.
+    #[must_use]
+    pub fn file(&self) -> &CampaignFile {
+        &self.file
+    }
+
+    /// The scenario that is varied.
+    #[must_use]
+    pub fn scenario(&self) -> &Found {
+        &self.found
+    }
+
+    /// How many runs there are at most.
+    #[must_use]
+    pub fn runs(&self) -> u64 {
+        self.file.runs
+    }
+
+    /// Run `k`: a function of plan and number, whatever ran before or runs elsewhere.
+    ///
+    /// # Panics
+    /// If there is no such run.
+    #[must_use]
+    pub fn run(&self, k: u64) -> PlannedRun {
+        assert!(k < self.file.runs, "there are only {} runs, and no run {k}", self.file.runs);
+        let seed = match self.file.seeds {
+            Seeds::Each => self.file.seed.wrapping_add(k),
+            Seeds::Same => self.file.seed,
+        };
+        let values = match self.file.sampling {
+            Sampling::Grid => self.grid_point(k),
+            _ => {
+                let placed = self.file.parameters.iter().zip(&self.dimensions);
+                placed.map(|(parameter, dimension)| parameter.domain.at(dimension.at(k))).collect()
+            }
+        };
+        PlannedRun { k, seed, values }
+    }
+
+    /// The combination of run `k`: the last parameter changes fastest, and after the last combination comes the first
+    /// again.
+    fn grid_point(&self, k: u64) -> Vec<Value> {
+        let mut rest = k;
+        let mut values: Vec<Value> = Vec::with_capacity(self.file.parameters.len());
+        for parameter in self.file.parameters.iter().rev() {
+            let count = parameter.domain.count().expect("a grid's parameters were checked to be countable");
+            values.push(parameter.domain.nth(rest % count).expect("a remainder is below the count"));
+            rest /= count;
+        }
+        values.reverse();
+        values
+    }
+
+    /// Tries what the scenario says to the parameters' values.
+    fn check(&self) -> Result<(), Error> {
+        let mut complaints = Complaints::default();
+        let set: Vec<String> = self.file.set.iter().map(|set| set.value.clone()).collect();
+        let base = complaints.take(Scenario::load(&self.found, &set));
+        complaints.check()?;
+        let first = self.run(0);
+        for problem in self.refusals(&first, &set) {
+            complaints.push(problem);
+        }
+        if let (Some(goal), Some(base)) = (&self.file.goal, base)
+            && let Some(live) = complaints.take(Live::new(Arc::new(base), first.seed, true))
+        {
+            let names = live.watched().iter().map(|watched| watched.name.as_str()).chain(["expectation"]);
+            if !names.clone().any(|name| name == goal.of.value) {
+                complaints.push(unknown("property", &goal.of, names));
+            }
+        }
+        complaints.check()
+    }
+
+    /// What the scenario does not take, once for each parameter. Parameters are varied around the first run; where the
+    /// scenario refuses that already, each is tried alone, so that every one that is wrong is found.
+    fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
+        let together = Scenario::load(&self.found, &first.overrides(self)).err();
+        let overrides = |place: usize, value: &Value| {
+            if together.is_none() {
+                let mut run = first.clone();
+                run.values[place] = value.clone();
+                return run.overrides(self);
+            }
+            let alone = format!("{}={value}", self.file.parameters[place].key.value);
+            set.iter().cloned().chain([alone]).collect()
+        };
+        let refused = |(place, parameter): (usize, &Parameter)| {
+            let refused = |value: Value| {
+                let error = Scenario::load(&self.found, &overrides(place, &value)).err()?;
+                Some(refusal(&parameter.key, &value, &error))
+            };
+            parameter.domain.extremes().into_iter().find_map(refused)
+        };
+        let mut problems: Vec<Problem> = self.file.parameters.iter().enumerate().filter_map(refused).collect();
+        if let (Some(error), true, Some(parameter)) = (together, problems.is_empty(), self.file.parameters.first()) {
+            let span = &parameter.key.span;
+            let message = format!("the scenario does not take the first run's values together: {}", reasons(&error));
+            problems.push(span.problem(message).with_label("this parameter and those after it"));
+        }
+        problems
+    }
+}
+
+impl PlannedRun {
+    /// What the scenario is loaded with for this run of `plan`, as `--set` takes it.
+    #[must_use]
+    pub fn overrides(&self, plan: &Plan) -> Vec<String> {
+        let set = plan.file.set.iter().map(|set| set.value.clone());
+        let varied = plan.file.parameters.iter().zip(&self.values);
+        set.chain(varied.map(|(parameter, value)| format!("{}={value}", parameter.key.value))).collect()
+    }
+}
+
+/// The scenario that a campaign names: beside its file, or one that comes with the program.
+fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
+    let beside = Path::new(name).parent().unwrap_or(Path::new("")).join(&file.scenario.value);
+    let found =
+        if beside.is_file() { find::find(&beside.display().to_string()) } else { find::find(&file.scenario.value) };
+    found.map_err(|error| {
+        let problem = file.scenario.span.problem(error.to_string()).with_label("this scenario");
+        let help = "a scenario is looked for beside the campaign's file, and then by its name (`steward list`)";
+        Error::bad_input(problem.with_help(help))
+    })
+}
+
+/// That the scenario does not take a value, said at the parameter.
+fn refusal(key: &Spanned<String>, value: &Value, error: &Error) -> Problem {
+    let problem = key.span.problem(format!("the scenario does not take `{}={value}`: {}", key.value, reasons(error)));
+    problem.with_label("this parameter")
+}
+
+/// Everything that is wrong, in a line.
+fn reasons(error: &Error) -> String {
+    let Error::BadInput(diagnostics) = error else { return error.to_string() };
+    let mut reasons: Vec<String> = Vec::new();
+    for diagnostic in diagnostics {
+        let related: Vec<String> = diagnostic.related().into_iter().flatten().map(ToString::to_string).collect();
+        reasons.extend(if related.is_empty() { vec![diagnostic.to_string()] } else { related });
+    }
+    reasons.join("; ")
+}
+
+#[cfg(test)]
+mod tests;
