@@ -6,7 +6,7 @@
 //! code, and one that is taken out of the file gives back the unfaulted run bit for bit: what is wrong at the moment is
 //! computed anew from the faults that hold, and each draws its random numbers from a stream of its own.
 //!
-//! The [`Timetable`] says when faults begin and end; the [`Injector`] makes them take hold.
+//! The `Timetable` says when faults begin and end; the `Injector` makes them take hold.
 
 mod argument;
 mod catalogue;
