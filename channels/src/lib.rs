@@ -84,7 +84,7 @@ pub use graph::{GraphBuilder, GraphProcess, GraphTransition, Label, LocationId, 
 pub use message::{Envelope, Message, RequestNumber};
 pub use monitor::{GraphMonitor, Monitor, Verdict};
 pub use process::{Action, Offer, Pattern, Process, ProcessState, TransitionId, Use};
-pub use scheduler::{Random, RoundRobin, Scheduler, Scripted, Starving};
+pub use scheduler::{Delivery, Ordered, Precedence, Random, RoundRobin, Scheduler, Scripted, Starving};
 pub use system::{Attached, ChannelSystem, DisturbanceId, Enabled, EnabledKind, Run};
 pub use tick::TickGenerator;
 pub use topology::{Capacity, Channel, ChannelId, ProcessId, Topology};

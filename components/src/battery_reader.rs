@@ -39,7 +39,8 @@ impl BatteryReader {
         self.latest = None;
     }
 
-    fn update(&mut self, state: &BatteryState) {
+    /// Its driver hands it the latest state of the battery.
+    pub fn update(&mut self, state: &BatteryState) {
         self.latest = Some(Latest { level: state.charge_pct.into(), charging: state.charging.into() });
     }
 

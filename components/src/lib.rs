@@ -10,6 +10,7 @@
 mod battery_reader;
 mod localization;
 mod navigation;
+mod navigation_lock;
 mod operations;
 mod outages;
 mod service;
@@ -17,7 +18,8 @@ mod software;
 
 pub use battery_reader::BatteryReader;
 pub use localization::Localization;
-pub use navigation::Navigation;
-pub use operations::{BATTERY_READER, LOCALIZATION, NAVIGATION, Operation, operations};
+pub use navigation::{Navigation, Order, StopRule, TripStatus};
+pub use navigation_lock::NavigationLock;
+pub use operations::{BATTERY_READER, LOCALIZATION, NAVIGATION, NAVIGATION_LOCK, Operation, operations};
 pub use outages::{Component, Outages};
 pub use software::{Processes, Software};

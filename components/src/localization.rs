@@ -34,6 +34,11 @@ impl Localization {
         self.at.clear();
     }
 
+    /// Its driver hands it the latest estimate of the robot's pose, in the `map` frame, and the places there are.
+    pub fn update(&mut self, places: &Places, pose: &Pose) {
+        self.at = places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect();
+    }
+
     fn answer(&self, request: &Message) -> Option<Message> {
         let Some(Value::Symbol(place)) = request.field(2) else {
             return Some(error("the request names no place"));
@@ -88,7 +93,7 @@ impl LocalizationDriver {
             self.places.iter().any(|(name, place)| process.at.get(name) != Some(&place.contains(pose)))
         });
         if changed && let Some(process) = system.process_mut::<Localization>(self.process) {
-            process.at = self.places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect();
+            process.update(&self.places, pose);
         }
     }
 }

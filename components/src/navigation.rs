@@ -9,10 +9,24 @@ use crate::service::Service;
 
 /// How a trip stands, as Navigation tells it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum TripStatus {
+pub enum TripStatus {
+    /// The robot is on its way.
     Running,
+    /// It has arrived.
     Success,
+    /// It will not arrive.
     Failure,
+}
+
+/// What becomes of a stop.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum StopRule {
+    /// It ends the trip to the place that it names and no other, and is answered `[<ok>, <stopped>]` when it is taken.
+    #[default]
+    OwnTrip,
+    /// It ends whatever trip there is, whichever place it names, and is never answered: the protocol of the system that
+    /// the paper ran, kept to show what is wrong with it.
+    AnyTrip,
 }
 
 impl TripStatus {
@@ -33,7 +47,7 @@ struct Trip {
 
 /// What the driver is to do.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum Order {
+pub enum Order {
     /// Drive to that place, whatever was done before.
     Start(Symbol),
     /// Stand still.
@@ -47,12 +61,17 @@ pub(crate) enum Order {
 /// - `[<get_status>, <Place>]` is answered with the status of the last trip to that place, `[<ok>, <idle>]` if the
 ///   last trip was to another place or was stopped.
 /// - `[<stop_navigation>, <Place>]` ends the trip to that place and no other, and is answered `[<ok>, <stopped>]` when
-///   it is taken, not at standstill. So once a new trip has started, no `<running>` of the old one arrives.
+///   it is taken, not at standstill. So once a new trip has started, no `<running>` of the old one arrives. Under
+///   [`StopRule::AnyTrip`] it ends every trip and is not answered.
+///
+/// The driver carries out its [orders](Self::next_order) and [tells](Self::set_trip_status) how the trip stands, between
+/// steps; [`Software`](crate::Software) has one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Navigation {
     service: Service,
     trip: Option<Trip>,
     orders: VecDeque<Order>,
+    stops: StopRule,
 }
 
 impl Navigation {
@@ -61,7 +80,14 @@ impl Navigation {
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
     pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
-        Ok(Self { service: Service::new(topology, process)?, trip: None, orders: VecDeque::new() })
+        let service = Service::new(topology, process)?;
+        Ok(Self { service, trip: None, orders: VecDeque::new(), stops: StopRule::OwnTrip })
+    }
+
+    /// The same with another rule for stops.
+    #[must_use]
+    pub fn with_stops(self, stops: StopRule) -> Self {
+        Self { stops, ..self }
     }
 
     /// As it was at the start.
@@ -72,21 +98,30 @@ impl Navigation {
     }
 
     /// Takes what the driver is to do next.
-    pub(crate) fn next_order(&mut self) -> Option<Order> {
+    pub fn next_order(&mut self) -> Option<Order> {
         self.orders.pop_front()
     }
 
-    pub(crate) fn has_orders(&self) -> bool {
+    /// Whether the driver has anything to do that it has not taken yet.
+    #[must_use]
+    pub fn has_orders(&self) -> bool {
         !self.orders.is_empty()
     }
 
     /// The status of the trip, if there is one.
-    pub(crate) fn trip_status(&self) -> Option<TripStatus> {
+    #[must_use]
+    pub fn trip_status(&self) -> Option<TripStatus> {
         self.trip.as_ref().map(|trip| trip.status)
     }
 
-    /// Says how the trip stands.
-    pub(crate) fn set_trip_status(&mut self, status: TripStatus) {
+    /// Where the trip leads, if there is one.
+    #[must_use]
+    pub fn trip_place(&self) -> Option<&Symbol> {
+        self.trip.as_ref().map(|trip| &trip.place)
+    }
+
+    /// Says how the trip stands; nothing happens if there is none.
+    pub fn set_trip_status(&mut self, status: TripStatus) {
         if let Some(trip) = &mut self.trip {
             trip.status = status;
         }
@@ -100,12 +135,17 @@ impl Navigation {
                 self.trip = Some(Trip { place: place.clone(), status: TripStatus::Running });
                 self.orders.push_back(Order::Start(place.clone()));
             }
-            Some("stop_navigation") if self.trip.as_ref().is_some_and(|trip| trip.place == *place) => {
+            Some("stop_navigation") if self.trip.as_ref().is_some_and(|trip| self.ends(trip, place)) => {
                 self.trip = None;
                 self.orders.push_back(Order::Stop);
             }
             _ => {}
         }
+    }
+
+    /// Whether a stop that names `place` ends the trip.
+    fn ends(&self, trip: &Trip, place: &Symbol) -> bool {
+        self.stops == StopRule::AnyTrip || trip.place == *place
     }
 
     fn answer(&self, request: &Message) -> Message {
@@ -127,6 +167,9 @@ impl Process for Navigation {
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         if let Some(request) = self.service.take(transition, received).cloned() {
             self.begin(&request);
+            if self.stops == StopRule::AnyTrip && request.head() == Some("stop_navigation") {
+                self.service.dismiss(transition);
+            }
         }
     }
 

@@ -14,7 +14,7 @@ use components::{
     operations,
 };
 use maps::{Cell, CellIndex, OccupancyGrid, Place, Places, Point, Pose, pose};
-use nav::InitialPose;
+use nav::{Atlas, InitialPose, LocalizationParameters};
 use robot::{BatteryState, Odometry, Reading, Robot, RobotModel, Streams, VelocityCommand};
 
 const STEP: Duration = Duration::from_millis(20);
@@ -139,7 +139,9 @@ impl Scene {
         let start = pose(1.0, 2.0, 0.0);
         let processes = Processes { battery_reader, localization, navigation };
         let rng = Streams::new(1).stream("nav/localization");
-        let software = Software::new(&hall(), &places(), &model, &InitialPose::at(start), processes, rng).unwrap();
+        let atlas = Atlas::new(Arc::new(hall()), &model, LocalizationParameters::default()).unwrap();
+        let atlas = Arc::new(atlas);
+        let software = Software::new(&atlas, &places(), &InitialPose::at(start), processes, rng).unwrap();
         let robot = Ideal { model, pose: start, time: Duration::ZERO, command: VelocityCommand::STOP };
         Self { robot, software, system, client }
     }

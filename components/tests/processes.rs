@@ -5,9 +5,12 @@
 use std::time::Duration;
 
 use channels::{
-    Action, Capacity, Domain, Envelope, Message, Offer, Process, ProcessId, RequestNumber, Topology, Value,
+    Action, Capacity, Domain, Envelope, Message, Offer, Process, ProcessId, RequestNumber, Symbol, Topology, Value,
 };
-use components::{BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation, operations};
+use components::{
+    BatteryReader, LOCALIZATION, Localization, NAVIGATION, NAVIGATION_LOCK, Navigation, NavigationLock, Order,
+    StopRule, operations,
+};
 use maps::{Place, Places, Point};
 
 fn places() -> Places {
@@ -136,4 +139,44 @@ fn every_operation_has_an_answer_and_an_error() {
     for operation in operations(&places()) {
         assert_eq!(operation.replies.len(), 2, "{}", operation.name);
     }
+}
+
+/// Hands the component a request that it never answers.
+fn tell(process: &mut dyn Process, topology: &Topology, client: &str, request: Message) {
+    ask(process, topology, client, request, 0);
+    assert_eq!(answer(process, topology, client), None, "{client} is not answered");
+}
+
+#[test]
+fn under_the_original_rule_a_stop_ends_every_trip_and_is_not_acknowledged() {
+    let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
+    let mut navigation = Navigation::new(&topology, id).unwrap().with_stops(StopRule::AnyTrip);
+    ask(&mut navigation, &topology, "GotoRechargingStation", go("start_navigation", "RechargingStation"), 1);
+    assert!(answer(&mut navigation, &topology, "GotoRechargingStation").is_some());
+    tell(&mut navigation, &topology, "GoToDestination", go("stop_navigation", "Destination"));
+    assert_eq!(navigation.trip_place(), None);
+    let orders: Vec<_> = std::iter::from_fn(|| navigation.next_order()).collect();
+    assert_eq!(orders, [Order::Start(Symbol::new("RechargingStation")), Order::Stop]);
+    // The client that was not answered is heard again.
+    ask(&mut navigation, &topology, "GoToDestination", go("get_status", "Destination"), 2);
+    let reply = answer(&mut navigation, &topology, "GoToDestination").unwrap();
+    assert_eq!(reply.message, Message::symbols(["ok", "idle"]));
+}
+
+#[test]
+fn the_lock_is_granted_to_one_and_waits_for_the_other_to_give_it_back() {
+    let (topology, id) = wire(NAVIGATION_LOCK, &["GotoRechargingStation", "GoToDestination"]);
+    let mut lock = NavigationLock::new(&topology, id).unwrap();
+    let granted = Some(Message::symbols(["ok", "granted"]));
+    let taken = |lock: &mut NavigationLock, client| answer(lock, &topology, client).map(|reply| reply.message);
+    ask(&mut lock, &topology, "GoToDestination", go("take_lock", "Destination"), 1);
+    ask(&mut lock, &topology, "GotoRechargingStation", go("take_lock", "RechargingStation"), 1);
+    assert_eq!(taken(&mut lock, "GoToDestination"), granted);
+    assert_eq!(taken(&mut lock, "GotoRechargingStation"), None);
+    tell(&mut lock, &topology, "GoToDestination", go("give_back", "Destination"));
+    assert_eq!(taken(&mut lock, "GotoRechargingStation"), granted);
+    assert_eq!(lock.location(), "held for RechargingStation");
+    // Who does not have it cannot give it back.
+    tell(&mut lock, &topology, "GoToDestination", go("give_back", "Destination"));
+    assert_eq!(lock.location(), "held for RechargingStation");
 }

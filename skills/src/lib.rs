@@ -103,7 +103,7 @@ pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutations};
 pub use problem::Problem;
 pub use process::{CLIENT, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
-pub use shipped::{SHIPPED, shipped};
+pub use shipped::{ORIGINAL, SHIPPED, shipped};
 
 /// What becomes of an expression that cannot be compiled, a name that stands for nothing, a delay that is none.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -11,6 +11,13 @@ pub const SHIPPED: [(&str, &str); 7] = [
     ("GoToDestination", include_str!("../machines/GoToDestination.scxml")),
 ];
 
+/// The machines of the two actions by the protocol of the system that the paper ran, which does not wait for a stop to be
+/// acknowledged: the name of the leaf, and the text of its file `original/<name>.scxml`.
+pub const ORIGINAL: [(&str, &str); 2] = [
+    ("GotoRechargingStation", include_str!("../machines/original/GotoRechargingStation.scxml")),
+    ("GoToDestination", include_str!("../machines/original/GoToDestination.scxml")),
+];
+
 /// The text of the shipped machine for the leaf of that name.
 #[must_use]
 pub fn shipped(leaf: &str) -> Option<&'static str> {

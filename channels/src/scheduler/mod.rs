@@ -3,6 +3,7 @@
 //! The paper leaves the choice open ("a level of abstraction with respect to actual scheduling policies"), so a
 //! verdict must not depend on it. Each policy here is a way to look for one that does.
 
+mod ordered;
 mod random;
 mod round_robin;
 mod scripted;
@@ -10,15 +11,22 @@ mod starving;
 
 use std::fmt::Debug;
 
+pub use ordered::{Delivery, Ordered, Precedence};
 pub use random::Random;
 pub use round_robin::RoundRobin;
 pub use scripted::Scripted;
 pub use starving::Starving;
 
-use crate::Enabled;
+use crate::{ChannelSystem, Enabled};
 
 /// A scheduling policy.
 pub trait Scheduler: Debug + Send {
     /// The position of the transition to take. `enabled` is never empty.
     fn choose(&mut self, enabled: &[Enabled]) -> usize;
+
+    /// The same for a policy that looks at the messages on their way; this is what a running system asks.
+    fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
+        let _ = system;
+        self.choose(enabled)
+    }
 }

@@ -34,7 +34,7 @@ impl Run<'_> {
     }
 
     fn move_on(&mut self) -> Result<Option<Event>, RunError> {
-        let choice = self.scheduler.choose(&self.enabled);
+        let choice = self.scheduler.choose_in(self.system, &self.enabled);
         let enabled = self.enabled[choice].clone();
         self.taken += 1;
         if self.taken * 10 > self.budget * 9 {

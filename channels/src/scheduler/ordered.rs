@@ -1,0 +1,170 @@
+//! A policy that lets some messages wait for others.
+
+use std::fmt;
+
+use crate::{ChannelId, ChannelSystem, Concern, Enabled, EnabledKind, Scheduler};
+
+/// Messages on a channel of capacity 1, as an order speaks of them.
+#[derive(Clone)]
+pub struct Delivery {
+    /// The channel.
+    pub channel: ChannelId,
+    /// Which of its messages are meant.
+    pub concerns: Concern,
+}
+
+impl Delivery {
+    /// Whether taking the transition delivers such a message.
+    fn happens(&self, system: &ChannelSystem, transition: &Enabled) -> bool {
+        transition.kind == EnabledKind::Receive(self.channel)
+            && system.content(self.channel).is_some_and(|envelope| (self.concerns)(&envelope.message))
+    }
+}
+
+impl fmt::Debug for Delivery {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Delivery").field("channel", &self.channel).finish_non_exhaustive()
+    }
+}
+
+/// That a message is received only after another one.
+#[derive(Clone, Debug)]
+pub struct Precedence {
+    /// What comes first.
+    pub first: Delivery,
+    /// What waits for it. Each such message waits for a `first` of its own: one that was received after the `then` before.
+    pub then: Delivery,
+}
+
+/// Keeps an order among messages, and leaves the choice among what the order allows to another policy.
+///
+/// An order is kept as long as anything else can move: a message waits no longer when nothing else is left to do, so
+/// this is a schedule like any other, and a system that becomes quiet under every policy becomes quiet under this one.
+#[derive(Debug)]
+pub struct Ordered {
+    rules: Vec<Rule>,
+    others: Box<dyn Scheduler>,
+    /// The transitions that wait for nothing, and their places among all.
+    rest: (Vec<Enabled>, Vec<usize>),
+}
+
+#[derive(Debug)]
+struct Rule {
+    precedence: Precedence,
+    /// Whether a `first` was received after the last `then`.
+    satisfied: bool,
+}
+
+impl Ordered {
+    /// The policy that keeps these orders and leaves the rest to `others`.
+    pub fn new(orders: impl IntoIterator<Item = Precedence>, others: Box<dyn Scheduler>) -> Self {
+        let rules = orders.into_iter().map(|precedence| Rule { precedence, satisfied: false }).collect();
+        Self { rules, others, rest: (Vec::new(), Vec::new()) }
+    }
+
+    fn note(&mut self, system: &ChannelSystem, taken: &Enabled) {
+        for Rule { precedence, satisfied } in &mut self.rules {
+            if precedence.then.happens(system, taken) {
+                *satisfied = false;
+            }
+            if precedence.first.happens(system, taken) {
+                *satisfied = true;
+            }
+        }
+    }
+}
+
+impl Scheduler for Ordered {
+    fn choose(&mut self, enabled: &[Enabled]) -> usize {
+        self.others.choose(enabled)
+    }
+
+    fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
+        let Self { rules, others, rest: (rest, places) } = self;
+        rest.clear();
+        places.clear();
+        for (place, transition) in enabled.iter().enumerate() {
+            if !rules.iter().any(|rule| !rule.satisfied && rule.precedence.then.happens(system, transition)) {
+                rest.push(transition.clone());
+                places.push(place);
+            }
+        }
+        let choice = match rest.is_empty() {
+            true => others.choose_in(system, enabled),
+            false => places[others.choose_in(system, rest)],
+        };
+        self.note(system, &enabled[choice]);
+        choice
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use rand::SeedableRng;
+    use rand_chacha::ChaCha8Rng;
+
+    use super::*;
+    use crate::{
+        Capacity, Domain, EventKind, FieldKind, GraphProcess, Message, ProgramGraph, Random, Shape, Topology, Value,
+    };
+
+    /// What C receives when each of A and B has so many numbers for it, and B's wait for A's; by the sender's name.
+    fn received(seed: u64, from_a: i64, from_b: i64) -> String {
+        let mut topology = Topology::default();
+        let [a, b, c] = ["A", "B", "C"].map(|name| topology.process(name).expect("a new name"));
+        let numbers = || Domain::new([Shape::new([("number", FieldKind::Int)])]);
+        let channels = [a, b].map(|from| topology.channel(from, c, Capacity::One, numbers()).expect("a new channel"));
+        let sender = |channel, count: i64| {
+            let mut graph = ProgramGraph::builder("sender");
+            let first = graph.location("0");
+            let mut at = first;
+            for number in 1..=count {
+                let next = graph.location(&number.to_string());
+                graph.send(at, channel, Message::new([Value::Int(number)]), next);
+                at = next;
+            }
+            GraphProcess::new(Arc::new(graph.initial(first).build().expect("an initial location")))
+        };
+        let mut graph = ProgramGraph::builder("receiver");
+        let (here, number) = (graph.location("here"), graph.variable("number"));
+        for channel in channels {
+            graph.receive(here, channel, number, here);
+        }
+        let receiver = GraphProcess::new(Arc::new(graph.initial(here).build().expect("an initial location")));
+        let processes: [(_, Box<dyn crate::Process>); 3] = [
+            (a, Box::new(sender(channels[0], from_a))),
+            (b, Box::new(sender(channels[1], from_b))),
+            (c, Box::new(receiver)),
+        ];
+        let mut system = ChannelSystem::new(Arc::new(topology), processes).expect("a sound system");
+        let [first, then] = channels.map(|channel| Delivery { channel, concerns: Arc::new(|_| true) });
+        let mut ordered =
+            Ordered::new([Precedence { first, then }], Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed))));
+        let events: Vec<_> = system.run(&mut ordered, 1000).map(|event| event.expect("no livelock")).collect();
+        let sender = |event: &crate::Event| match &event.kind {
+            EventKind::Received { channel, .. } if *channel == channels[0] => 'A',
+            _ => 'B',
+        };
+        events.iter().map(sender).collect()
+    }
+
+    #[test]
+    fn each_message_waits_for_one_of_its_own() {
+        let orders: Vec<String> = (0..20).map(|seed| received(seed, 9, 3)).collect();
+        for order in &orders {
+            assert_eq!((order.matches('A').count(), order.matches('B').count()), (9, 3), "{order}");
+            // As long as there are messages of A to come, B's wait for them.
+            let (while_a_lasts, _) = order.rsplit_once('A').expect("there are nine");
+            assert!(!while_a_lasts.starts_with('B') && !while_a_lasts.contains("BB"), "{order}");
+        }
+        assert!(orders.iter().any(|order| !order.ends_with("BBB")), "{orders:?}");
+    }
+
+    #[test]
+    fn a_message_waits_no_longer_when_nothing_else_can_move() {
+        assert_eq!(received(1, 0, 2), "BB");
+        assert_eq!(received(1, 1, 2), "ABB");
+    }
+}
