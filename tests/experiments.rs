@@ -3,7 +3,7 @@
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::report;
+use crate::steward::{refusal, report};
 
 fn monitor<'a>(report: &'a Value, name: &str) -> &'a Value {
     let monitors = report["monitors"].as_array().expect("a list of monitors");
@@ -67,12 +67,94 @@ fn verdicts_do_not_depend_on_the_scheduler() {
         "execution.starve=BatteryReader",
         "execution.starve=Navigation",
         "execution.starve=GotoRechargingStation",
+        "execution.starve=GoToDestination",
         "execution.tree=nodes",
     ];
-    for variant in variants {
-        let out = tempdir().unwrap();
-        let report = report("battery_fault", out.path(), &["--set", variant, "--no-snapshots"]);
-        assert_eq!(report["outcome"], "as_expected", "{variant}: {report}");
+    for scenario in ["battery_fault", "skill_bug", "joypad", "never_arrives", "already_there", "stop_overtakes_start"] {
+        for variant in variants {
+            let out = tempdir().unwrap();
+            let report = report(scenario, out.path(), &["--set", variant, "--no-snapshots"]);
+            assert_eq!(report["outcome"], "as_expected", "{scenario} {variant}: {}", report["differences"]);
+        }
+    }
+}
+
+/// The report of a scenario with these changes.
+fn changed(scenario: &str, changes: &[&str]) -> Value {
+    let out = tempdir().unwrap();
+    let arguments: Vec<&str> = changes.iter().flat_map(|change| ["--set", change]).collect();
+    report(scenario, out.path(), &[&["--no-snapshots"], arguments.as_slice()].concat())
+}
+
+#[test]
+fn skill_bug_violates_phi2_when_theta_ticks_have_gone_by_and_phi3_later() {
+    let run = changed("skill_bug", &[]);
+    assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
+    // The battery is set at 20.5 s; the level is read at tick 21.
+    assert_eq!(monitor(&run, "phi2")["tick"], 31);
+    assert_eq!(monitor(&run, "phi3")["tick"], 141);
+    let sound = changed("skill_bug", &[r#"faults=[{ kind = "battery_level", at_s = 20.5, level_pct = 25 }]"#]);
+    assert_eq!(monitor(&sound, "phi2")["verdict"], "satisfied");
+    assert!(reached(&sound, "RechargingStation").is_some());
+}
+
+#[test]
+fn joypad_keeps_the_robot_away_until_the_level_is_below_twenty() {
+    let run = changed("joypad", &[]);
+    assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
+    let level = monitor(&run, "phi1")["witness"]["message"][1].as_f64().unwrap();
+    assert!((19.0..20.0).contains(&level), "{level}");
+    let verdict = monitor(&run, "phi1")["time_s"].as_f64();
+    let faults = run["faults"].as_array().unwrap();
+    let before = faults.iter().filter(|fault| fault["time_s"].as_f64() < verdict).count();
+    assert!(before >= 3, "the joypad was held {before} times");
+    let alone = changed("joypad", &["faults=[]"]);
+    assert_eq!(monitor(&alone, "phi1")["verdict"], "satisfied");
+    assert!(reached(&alone, "RechargingStation").is_some());
+}
+
+#[test]
+fn phi2_is_satisfied_with_a_robot_that_never_arrives_and_phi3_is_not() {
+    let run = changed("never_arrives", &[]);
+    assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
+    assert_eq!(monitor(&run, "phi2")["vacuous"], Value::Array(Vec::new()), "phi2 was asked");
+    assert_eq!(monitor(&run, "phi3")["tick"], 151);
+    let free = changed("never_arrives", &["faults=[]"]);
+    assert_eq!(monitor(&free, "phi3")["verdict"], "satisfied");
+}
+
+#[test]
+fn phi2_blames_a_robot_that_is_already_there_and_its_variant_does_not() {
+    let run = changed("already_there", &[]);
+    assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
+    assert_eq!(monitor(&run, "phi2")["tick"], 11);
+    assert_eq!(monitor(&run, "phi2_or_there")["vacuous"], Value::Array(Vec::new()), "the variant was asked");
+}
+
+#[test]
+fn a_stop_overtaken_by_a_start_loses_the_trip_with_the_original_protocol_only() {
+    let run = changed("stop_overtakes_start", &[]);
+    assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
+    let shipped = changed("stop_overtakes_start", &["components.navigation=shipped", "skills=skills"]);
+    for name in ["phi2", "phi3"] {
+        assert_eq!(monitor(&shipped, name)["verdict"], "satisfied", "{name}");
+    }
+    assert!(reached(&shipped, "RechargingStation").is_some());
+    // Some schedules lose nothing, and phi2 is violated all the same.
+    let reaches = |seed: u64| {
+        let run = changed("stop_overtakes_start", &["execution.order=[]", &format!("seed={seed}")]);
+        assert_eq!(monitor(&run, "phi2")["verdict"], "violated");
+        reached(&run, "RechargingStation").is_some()
+    };
+    assert!((1..=4).any(reaches), "the station is reached with some seed");
+}
+
+#[test]
+fn an_order_that_speaks_of_unknown_channels_is_refused() {
+    let order = r#"execution.order=[{ first = "(BatteryReader, Navigation, true)", then = "(BatteryReeder, BatteryLevel, true)" }]"#;
+    let said = refusal(&["--scenario", "nominal", "--set", order]);
+    for word in ["BatteryReeder", "Navigation"] {
+        assert!(said.contains(word), "{word} is missing in\n{said}");
     }
 }
 

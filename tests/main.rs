@@ -12,6 +12,7 @@ mod localize_command;
 mod monitors;
 mod protocol;
 mod report_page;
+mod reproduce;
 mod schedules;
 mod skill_command;
 mod steward;

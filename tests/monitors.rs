@@ -121,8 +121,10 @@ fn violation_in_scxml(chart: &Arc<Chart>, events: &[Event], topology: &Topology)
 #[test]
 fn exported_scxml_gives_the_same_verdicts_in_the_engine_of_the_skills() {
     let topology = topology("nominal");
-    let texts = SHIPPED.into_iter().chain([("of all kinds", OF_ALL_KINDS)]);
-    let files = texts.map(|(name, text)| load(name, text, &topology, Duration::from_secs(1)).unwrap());
+    // Two minutes are longer than the runs.
+    let shipped = SHIPPED.map(|(name, text)| (name, text.replace("theta2 := 120", "theta2 := 12")));
+    let texts = shipped.into_iter().chain([("of all kinds", OF_ALL_KINDS.to_owned())]);
+    let files = texts.map(|(name, text)| load(name, &text, &topology, Duration::from_secs(1)).unwrap());
     let properties: Vec<_> = files.flat_map(|file| file.properties).collect();
     let mut automata = 0;
     for property in &properties {

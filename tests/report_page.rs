@@ -106,9 +106,10 @@ fn probe(browser: &Path, folder: &Path, width: u32) -> Value {
 }
 
 /// Looks at the page of a run, and keeps screenshots of it, light and dark.
-fn look_at(name: &str, folder: &Path, charts: u64) {
+pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
     let Some(browser) = browser() else { return };
-    let text = std::fs::read_to_string(folder.join("report.html")).unwrap();
+    let folder = page.parent().unwrap();
+    let text = std::fs::read_to_string(page).unwrap();
     std::fs::write(folder.join("probed.html"), text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
     std::fs::create_dir_all(&kept).unwrap();
@@ -126,7 +127,7 @@ fn look_at(name: &str, folder: &Path, charts: u64) {
             let picture = kept.join(format!("{name}-{width}-{surroundings}.png"));
             let screenshot = format!("--screenshot={}", picture.display());
             let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
-            open(&browser, &folder.join("report.html"), (width, height), &[&screenshot, &scheme]);
+            open(&browser, page, (width, height), &[&screenshot, &scheme]);
             assert_eq!(image::image_dimensions(&picture).unwrap(), (width, height));
         }
     }
@@ -136,14 +137,44 @@ fn look_at(name: &str, folder: &Path, charts: u64) {
 fn the_page_of_the_first_experiment_fits_every_screen() {
     let out = tempdir().unwrap();
     report("battery_fault", out.path(), &[]);
-    look_at("battery_fault", out.path(), 3); // map, timeline, one violation
+    look_at("battery_fault", &out.path().join("report.html"), 3); // map, timeline, one violation
 }
 
 #[test]
 fn a_long_run_fits_too() {
     let out = tempdir().unwrap();
     report("nominal", out.path(), &["--no-snapshots"]);
-    look_at("nominal", out.path(), 2);
+    look_at("nominal", &out.path().join("report.html"), 2);
+}
+
+#[test]
+fn a_stranger_is_told_why_the_robot_stands_still() {
+    let out = tempdir().unwrap();
+    report("stop_overtakes_start", out.path(), &["--no-snapshots"]);
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    for words in [
+        "So Localization had to tell AtRechargingStation <code>[&lt;ok&gt;, true]</code> by tick 150.",
+        "Navigation told GotoRechargingStation <code>[&lt;ok&gt;, &lt;running&gt;]</code> once and <code>[&lt;ok&gt;, &lt;idle&gt;]</code>",
+        "GotoRechargingStation told Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> at tick 31",
+        "GoToDestination told Navigation <code>[&lt;stop_navigation&gt;, &lt;Destination&gt;]</code> at tick 31",
+    ] {
+        assert!(page.contains(words), "the page does not say: {words}");
+    }
+    let (start, stop) = (
+        page.find("&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> at tick 31"),
+        page.find("&lt;stop_navigation&gt;, &lt;Destination&gt;]</code> at tick 31"),
+    );
+    assert!(start < stop, "the start comes first");
+    look_at("stop_overtakes_start", &out.path().join("report.html"), 4);
+}
+
+#[test]
+fn a_robot_that_is_driven_away_again_and_again_fits_too() {
+    let out = tempdir().unwrap();
+    report("joypad", out.path(), &["--no-snapshots"]);
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(page.contains("At 35.42 s a fault took hold, for the first of 4 times: a joypad overrides"));
+    look_at("joypad", &out.path().join("report.html"), 4);
 }
 
 /// A run in which BatteryLevel says success although the level is low: phi2 is violated, by a message that does not come.
@@ -177,7 +208,7 @@ fn a_missing_message_is_told_in_words_and_drawn() {
     ] {
         assert!(page.contains(words), "the page does not say: {words}");
     }
-    look_at("skill_bug", out.path(), 3);
+    look_at("skill_bug", &out.path().join("report.html"), 3);
 }
 
 #[test]
@@ -206,11 +237,11 @@ fn junit_has_a_case_for_each_property_and_expectation() {
     let arguments = ["--no-snapshots", "--junit", file_text, "--set", "expect.max_collisions=0"];
     report("battery_fault", out.path(), &arguments);
     let passed = std::fs::read_to_string(&file).unwrap();
-    assert!(passed.contains("<testsuite name=\"battery_fault\" tests=\"6\" failures=\"0\""), "{passed}");
-    assert_eq!(passed.matches("classname=\"battery_fault.properties\"").count(), 2, "{passed}");
+    assert!(passed.contains("<testsuite name=\"battery_fault\" tests=\"8\" failures=\"0\""), "{passed}");
+    assert_eq!(passed.matches("classname=\"battery_fault.properties\"").count(), 3, "{passed}");
     report("battery_fault", out.path(), &[&arguments[..], &["--set", "expect.phi1=satisfied"]].concat());
     let failed = std::fs::read_to_string(&file).unwrap();
-    assert!(failed.contains("tests=\"6\" failures=\"2\""), "{failed}");
+    assert!(failed.contains("tests=\"8\" failures=\"2\""), "{failed}");
     assert!(failed.contains("<failure message=\"phi1 was expected to be satisfied and is violated\">"), "{failed}");
 }
 

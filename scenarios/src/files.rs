@@ -7,6 +7,11 @@ use std::path::{Path, PathBuf};
 const SHIPPED: &[(&str, &[u8])] = &[
     ("scenarios/nominal.toml", include_bytes!("../nominal.toml")),
     ("scenarios/battery_fault.toml", include_bytes!("../battery_fault.toml")),
+    ("scenarios/skill_bug.toml", include_bytes!("../skill_bug.toml")),
+    ("scenarios/joypad.toml", include_bytes!("../joypad.toml")),
+    ("scenarios/never_arrives.toml", include_bytes!("../never_arrives.toml")),
+    ("scenarios/already_there.toml", include_bytes!("../already_there.toml")),
+    ("scenarios/stop_overtakes_start.toml", include_bytes!("../stop_overtakes_start.toml")),
     ("scenarios/errand.toml", include_bytes!("../errand.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
@@ -24,6 +29,17 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("skills/GoToDestination.scxml", include_bytes!("../../skills/machines/GoToDestination.scxml")),
     ("skills/GotoRechargingStation.scxml", include_bytes!("../../skills/machines/GotoRechargingStation.scxml")),
     ("skills/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
+    // The skills of the system that the paper ran: two of them differ.
+    ("skills/original/AtDestination.scxml", include_bytes!("../../skills/machines/AtDestination.scxml")),
+    ("skills/original/AtRechargingStation.scxml", include_bytes!("../../skills/machines/AtRechargingStation.scxml")),
+    ("skills/original/BatteryLevel.scxml", include_bytes!("../../skills/machines/BatteryLevel.scxml")),
+    ("skills/original/BatteryNotCharging.scxml", include_bytes!("../../skills/machines/BatteryNotCharging.scxml")),
+    ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
+    ("skills/original/GoToDestination.scxml", include_bytes!("../../skills/machines/original/GoToDestination.scxml")),
+    (
+        "skills/original/GotoRechargingStation.scxml",
+        include_bytes!("../../skills/machines/original/GotoRechargingStation.scxml"),
+    ),
 ];
 
 /// The scenario of a kind of fault, by its name.

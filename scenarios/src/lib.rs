@@ -21,6 +21,7 @@ pub mod pictures;
 pub mod replay;
 pub mod report;
 mod reporting;
+pub mod reproduce;
 pub mod scenario;
 mod tick_clock;
 pub mod timeline;

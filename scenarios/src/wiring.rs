@@ -5,19 +5,20 @@ use std::sync::Arc;
 
 use bt::{Node, Tree, TreeProcess};
 use channels::{
-    Capacity, ChannelSystem, Domain, Process, ProcessId, Random, RoundRobin, Scheduler, Shape, Starving, TickGenerator,
-    Topology, WiringError,
+    Capacity, ChannelSystem, Delivery, Domain, Ordered, Precedence, Process, ProcessId, Random, RoundRobin, Scheduler,
+    Shape, Starving, TickGenerator, Topology, WiringError,
 };
 use components::{
-    BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, Navigation, Operation, operations,
+    BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, NAVIGATION_LOCK, Navigation, NavigationLock,
+    Operation, operations,
 };
-use maps::Places;
+use maps::{Places, Spanned};
 use robot::Streams;
 use skills::{Chart, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
 use crate::error::{Complaints, Refusal};
-use crate::scenario::{Policy, Scenario, TreeForm, unknown};
+use crate::scenario::{Order, Policy, Scenario, TreeForm, unknown};
 
 /// The name of the process that supplies ticks.
 const TICK_GENERATOR: &str = "TickGenerator";
@@ -66,7 +67,7 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
         let skill = complaints.note(SkillProcess::new(name, chart, &topology, []));
         processes.extend(skill.map(|skill| (id, Box::new(skill) as Box<dyn Process>)));
     }
-    processes.extend(components(&topology, &ids).map_err(refused)?);
+    processes.extend(components(scenario, &topology, &ids).map_err(refused)?);
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
@@ -124,8 +125,11 @@ fn declare(
     let battery_reader = topology.process(BATTERY_READER)?;
     let localization = topology.process(LOCALIZATION)?;
     let navigation = topology.process(NAVIGATION)?;
+    // Only the skills of the system that the paper ran take turns at navigating.
+    let take_turns = messages.values().flatten().any(|(to, _)| *to == NAVIGATION_LOCK);
+    let lock = take_turns.then(|| topology.process(NAVIGATION_LOCK)).transpose()?;
     bt::declare_channels(tree, topology, bt, tick_generator)?;
-    for component in [battery_reader, localization, navigation] {
+    for component in [battery_reader, localization, navigation].into_iter().chain(lock) {
         declare_services(messages, operations, topology, component)?;
     }
     Ok(Ids { tick_generator, tree: bt, battery_reader, localization, navigation })
@@ -181,15 +185,52 @@ fn tree_processes(scenario: &Scenario, topology: &mut Topology, tree: ProcessId)
     }
 }
 
-fn components(topology: &Topology, ids: &Ids) -> Result<[Player; 3], WiringError> {
-    Ok([
+fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<Player>, WiringError> {
+    let navigation = Navigation::new(topology, ids.navigation)?.with_stops(scenario.file.execution.stops);
+    let mut players: Vec<Player> = vec![
         (ids.battery_reader, Box::new(BatteryReader::new(topology, ids.battery_reader)?)),
         (ids.localization, Box::new(Localization::new(topology, ids.localization)?)),
-        (ids.navigation, Box::new(Navigation::new(topology, ids.navigation)?)),
-    ])
+        (ids.navigation, Box::new(navigation)),
+    ];
+    if let Some(lock) = topology.find_process(NAVIGATION_LOCK) {
+        players.push((lock, Box::new(NavigationLock::new(topology, lock)?)));
+    }
+    Ok(players)
 }
 
+/// Who chooses among the enabled transitions: the scenario's policy, within the orders that it asks for.
 fn scheduler(
+    scenario: &Scenario,
+    topology: &Topology,
+    streams: &Streams,
+    complaints: &mut Complaints,
+) -> Option<Box<dyn Scheduler>> {
+    let policy = policy(scenario, topology, streams, complaints);
+    let orders = &scenario.file.execution.orders;
+    let precedences: Vec<_> = orders.iter().map(|order| precedences(order, topology, complaints)).collect();
+    let policy = policy?;
+    Some(if orders.is_empty() { policy } else { Box::new(Ordered::new(precedences.into_iter().flatten(), policy)) })
+}
+
+/// An order among messages: one precedence for each pair of events that it joins by `or`.
+fn precedences(order: &Order, topology: &Topology, complaints: &mut Complaints) -> Vec<Precedence> {
+    let mut deliveries = |event: &Spanned<String>| -> Vec<Delivery> {
+        let events = complaints.note(monitors::occurrences("order", &event.value, topology)).unwrap_or_default();
+        let delivery = |event: monitors::Event| {
+            let condition = event.condition;
+            Delivery { channel: event.channel, concerns: Arc::new(move |message| condition.holds(message)) }
+        };
+        events.into_iter().map(delivery).collect()
+    };
+    let (first, then) = (deliveries(&order.first), deliveries(&order.then));
+    let pair = |first: &Delivery| {
+        let first = first.clone();
+        then.iter().map(move |then| Precedence { first: first.clone(), then: then.clone() })
+    };
+    first.iter().flat_map(pair).collect()
+}
+
+fn policy(
     scenario: &Scenario,
     topology: &Topology,
     streams: &Streams,

@@ -11,6 +11,7 @@ mod map;
 mod matrix;
 mod monitor;
 mod progress;
+mod reproduce;
 mod run;
 mod skill;
 mod summary;
@@ -103,6 +104,8 @@ enum Command {
     /// Skills: check machines, show them, run them without a robot
     #[command(subcommand)]
     Skill(skill::SkillCommand),
+    /// Runs the paper's experiments again and holds them against what the paper says
+    Reproduce(reproduce::ReproduceArgs),
     /// Holds properties against a recorded run
     Verify(verify::VerifyArgs),
 }
@@ -120,6 +123,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Some(Command::Skill(command)) => skill::skill(command),
         Some(Command::Matrix(args)) => matrix::matrix(args),
         Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
+        Some(Command::Reproduce(args)) => reproduce::reproduce(args),
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),
     };

@@ -70,7 +70,8 @@ impl<'a> MapDrawing<'a> {
 }
 
 impl MapDrawing<'_> {
-    fn draw(mut self) {
+    /// Everything, one thing on top of the other.
+    pub(crate) fn draw(mut self) {
         let scene = self.scene;
         if let Some(destination) = &scene.destination {
             self.destination(destination);

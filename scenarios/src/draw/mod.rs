@@ -78,11 +78,13 @@ pub use frame::{
 pub use geometry::{Area, Spot};
 pub use machine::diagram_svg;
 pub use map_picture::MapPicture;
+pub(crate) use monitor_panel::draw_machine;
 pub use page::Page;
 pub use render::Renderer;
 pub use state_chart::state_chart_svg;
 pub use trajectories::Trajectories;
 pub use tree_layout::{Link, PlacedNode, TreeLayout};
+pub(crate) use tree_panel::draw_nodes;
 pub use tree_picture::tree_svg;
 
 /// The frame as a standalone SVG picture of 1600 × 900 pixels.

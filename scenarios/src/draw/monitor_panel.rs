@@ -134,7 +134,8 @@ fn location_colors(diagram: &Diagram, i: usize) -> (Color, Color, Color) {
     }
 }
 
-pub(super) fn draw_machine(canvas: &mut Canvas, area: Area, layout: &DiagramLayout, diagram: &Diagram) {
+/// Draws a state machine into `area`, where `layout` fits.
+pub(crate) fn draw_machine(canvas: &mut Canvas, area: Area, layout: &DiagramLayout, diagram: &Diagram) {
     let (dx, dy) = (area.x + (area.width - layout.width).max(0.0) / 2.0, area.y);
     let font = Font::regular(layout.font_px);
     if let Some(initial) = layout.locations.get(diagram.initial) {

@@ -22,7 +22,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
 }
 
 /// Draws the nodes and their links, moved by that much.
-pub(super) fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (dx, dy): (f64, f64)) {
+pub(crate) fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (dx, dy): (f64, f64)) {
     for link in &layout.links {
         draw_link(canvas, link, (dx, dy), tree[link.child].status);
     }

@@ -9,7 +9,7 @@ pub(super) const NARROW: f64 = 325.0;
 
 /// For which width a drawing is laid out. Text keeps its size; the style sheet shows the one that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Layout {
+pub(crate) enum Layout {
     /// For tablets, desks and paper.
     Wide,
     /// For phones.
@@ -36,14 +36,14 @@ impl Layout {
 }
 
 /// A drawing and its size, in pixels.
-pub(super) struct Drawing {
+pub(crate) struct Drawing {
     pub(super) canvas: Canvas,
     pub(super) width: f64,
     pub(super) height: f64,
 }
 
 /// A drawing in both layouts, as SVG inside the page; `label` says to those who cannot see it what it shows.
-pub(super) fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> String {
+pub(crate) fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> String {
     Layout::ALL.map(|layout| inline(draw(layout), layout.class(), label)).concat()
 }
 

@@ -16,7 +16,9 @@ mod facts;
 mod figure;
 mod map;
 mod markup;
+pub(crate) mod picture;
 mod pictures;
+mod said_once;
 mod sequence;
 mod settings;
 #[cfg(test)]
@@ -34,7 +36,7 @@ use crate::timeline::Timeline;
 
 pub use pictures::Picture;
 
-use figure::figure;
+pub(crate) use figure::{Drawing, figure};
 pub(crate) use markup::{escape, text};
 
 /// The name of the page's file.

@@ -7,6 +7,7 @@ use channels::{EventKind, Topology};
 use super::evidence::{Evidence, Missing, Seen};
 use super::figure::figure;
 use super::markup::{escape, prose, text};
+use super::said_once;
 use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
 use crate::live::{FaultRecord, Live, courses};
@@ -73,6 +74,10 @@ fn story_sentences(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) ->
     sentences.extend(going_on_sentence(evidence, topology));
     sentences.extend(answer_sentence(evidence, topology, live));
     sentences.extend(activity_sentence(evidence, timeline));
+    sentences.extend(component_sentence(evidence, topology, timeline));
+    if !evidence.missing.is_empty() {
+        sentences.extend(said_once::sentence(&evidence.episode.events, window(evidence), topology));
+    }
     sentences.push(match evidence.missing.is_empty() {
         true => format!("That is what {} forbids: it is violated from there on, for good.", evidence.name),
         false => format!(
@@ -168,6 +173,30 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     Some(format!("In the meantime the tree was running {doing}, and navigation was {}.", statuses.join(", then ")))
 }
 
+/// What components told the leaf that the tree was running last, while an answer was owed.
+fn component_sentence(evidence: &Evidence<'_>, topology: &Topology, timeline: &Timeline) -> Option<String> {
+    let (from, to) = window(evidence);
+    let stages = timeline.trail().stages(timeline.end());
+    let doing = &stages.iter().rfind(|stage| stage.from < to && stage.to > from && !stage.doing.is_empty())?.doing;
+    let events = evidence.episode.events.iter().filter(|event| (from..=to).contains(&event.time));
+    let heard = events.filter_map(|event| Seen::of(event, topology));
+    let heard: Vec<Seen> = heard.filter(|seen| seen.to == *doing && seen.from != skills::CLIENT).collect();
+    let teller = heard.last().filter(|_| !evidence.missing.is_empty())?.from.clone();
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for seen in heard.into_iter().filter(|seen| seen.from == teller) {
+        count(&mut counts, seen.message);
+    }
+    let told: Vec<String> = counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
+    (told.len() <= 4).then(|| format!("{teller} told {doing} {}.", words::list(&told)))
+}
+
+fn count(counts: &mut Vec<(String, usize)>, message: String) {
+    match counts.iter_mut().find(|(known, _)| *known == message) {
+        Some((_, count)) => *count += 1,
+        None => counts.push((message, 1)),
+    }
+}
+
 /// What passed on the channels on which an answer was owed.
 fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     let (from, _) = window(evidence);
@@ -220,10 +249,7 @@ fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, live: &Live) ->
         for seen in messages.filter_map(|event| Seen::of(event, topology)) {
             // A leaf's answers to the tree have one word; what it asks components has more, or goes elsewhere.
             if seen.from == *name && !evidence.concerned.contains(&seen.to) {
-                match counts.iter_mut().find(|(message, _)| *message == seen.message) {
-                    Some((_, count)) => *count += 1,
-                    None => counts.push((seen.message, 1)),
-                }
+                count(&mut counts, seen.message);
             }
         }
         let told: Vec<String> =

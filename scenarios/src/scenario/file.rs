@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
+use components::StopRule;
 use maps::document::{Document, Table};
 use maps::{FileProblems, Spanned};
 use monitors::Outcome;
@@ -77,6 +78,16 @@ pub enum Policy {
     Starve(Spanned<String>),
 }
 
+/// That a message is received only after another one, as [`channels::Precedence`] does it: two events in the SCOPE
+/// language.
+#[derive(Clone, Debug)]
+pub struct Order {
+    /// What comes first.
+    pub first: Spanned<String>,
+    /// What waits for it.
+    pub then: Spanned<String>,
+}
+
 /// How tree, skills and components are run.
 #[derive(Clone, Debug)]
 pub struct Execution {
@@ -84,6 +95,10 @@ pub struct Execution {
     pub tick: Duration,
     /// Who chooses among the enabled transitions.
     pub policy: Policy,
+    /// Orders among messages that whoever chooses has to keep.
+    pub orders: Vec<Order>,
+    /// What Navigation makes of a stop.
+    pub stops: StopRule,
     /// How the tree's process is made.
     pub tree: TreeForm,
     /// How long the tree waits for a leaf's answer.
@@ -270,11 +285,17 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     let mut execution = Execution {
         tick: Duration::from_secs(1),
         policy: Policy::Random,
+        orders: Vec::new(),
+        stops: StopRule::OwnTrip,
         tree: TreeForm::Whole,
         leaf_timeout: bt::LEAF_TIMEOUT,
         max_time: Duration::from_secs(3600),
         step_budget: 100_000,
     };
+    if let Some(components) = root.table("components").optional() {
+        let rules = [("shipped", StopRule::OwnTrip), ("original", StopRule::AnyTrip)];
+        execution.stops = components.one_of("navigation", &rules).or(StopRule::OwnTrip);
+    }
     let Some(table) = root.table("execution").optional() else { return Some(execution) };
     execution.tick =
         table.seconds("tick_s").check(|tick| *tick >= Duration::from_millis(20), "be at least 0.02").or(execution.tick);
@@ -289,7 +310,14 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     if let Some(victim) = starve.optional() {
         execution.policy = Policy::Starve(victim);
     }
+    execution.orders = table.tables("order").each(read_order).or(Vec::new());
     Some(execution)
+}
+
+fn read_order(table: Table<'_>) -> Option<Order> {
+    let event = |key| table.text(key).spanned().required();
+    let (first, then) = (event("first"), event("then"));
+    Some(Order { first: first?, then: then? })
 }
 
 fn read_stop(table: Table<'_>) -> Stop {

@@ -14,7 +14,7 @@ use nav::{Atlas, LocalizationParameters};
 use robot::RobotModel;
 use skills::Chart;
 
-pub use file::{Execution, Expectations, Moment, Moments, Policy, ScenarioFile, Sites, Stop, TreeForm};
+pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Stop, TreeForm};
 pub use find::Found;
 
 use crate::error::Complaints;

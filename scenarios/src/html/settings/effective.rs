@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use components::StopRule;
 use maps::Pose;
 use robot::{LaserSpec, RobotModel};
 use sim::{
@@ -11,7 +12,7 @@ use sim::{
 
 use crate::html::markup::{escape, row};
 use crate::html::words;
-use crate::scenario::{Execution, Policy, TreeForm};
+use crate::scenario::{Execution, Order, Policy, TreeForm};
 
 /// Parameters that belong together.
 pub(super) struct Group {
@@ -61,17 +62,21 @@ pub(super) fn of(sim: &SimConfig, execution: &Execution) -> Vec<Group> {
 }
 
 fn execution(execution: &Execution, dt: Duration) -> Group {
-    let Execution { tick, policy, tree, leaf_timeout, max_time, step_budget } = execution;
+    let Execution { tick, policy, orders, stops, tree, leaf_timeout, max_time, step_budget } = execution;
     let policy = match policy {
         Policy::Random => "random".to_owned(),
         Policy::RoundRobin => "round-robin".to_owned(),
         Policy::Starve(victim) => format!("starve {}", victim.value),
     };
+    let stops = match stops {
+        StopRule::OwnTrip => "ends the trip to its place, and is acknowledged",
+        StopRule::AnyTrip => "ends whatever trip there is, and is not acknowledged",
+    };
     let tree = match tree {
         TreeForm::Whole => "one process",
         TreeForm::Nodes => "a process for each node",
     };
-    Group::new(
+    let mut group = Group::new(
         "Execution",
         [
             ("step of the simulation", duration(dt)),
@@ -79,10 +84,14 @@ fn execution(execution: &Execution, dt: Duration) -> Group {
             ("scheduler", policy),
             ("behavior tree", tree.to_owned()),
             ("patience with a leaf", duration(*leaf_timeout)),
+            ("a stop of navigation", stops.to_owned()),
             ("longest run", duration(*max_time)),
             ("transitions a step, at most", step_budget.to_string()),
         ],
-    )
+    );
+    let in_words = |order: &Order| format!("{} before {}", order.first.value, order.then.value);
+    group.rows.extend(orders.iter().map(|order| ("received in this order".to_owned(), in_words(order))));
+    group
 }
 
 fn battery(battery: &BatteryConfig) -> Group {

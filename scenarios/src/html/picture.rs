@@ -1,0 +1,58 @@
+//! Parts of a frame as drawings of a page: a scene, a state machine, a behavior tree.
+
+use super::figure::{Drawing, Layout, NARROW};
+use crate::draw::canvas::{Canvas, Paint};
+use crate::draw::map_panel::{self, MapDrawing};
+use crate::draw::text::Font;
+use crate::draw::view::View;
+use crate::draw::{Area, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_machine, draw_nodes, theme};
+
+/// A fault has its words in a scene if it is the only one and they are no longer than this, so that they are not cut.
+const MOST_LETTERS: usize = 28;
+
+/// A width that two drawings have beside each other, in pixels.
+const HALF: f64 = 500.0;
+const MARGIN: f64 = 8.0;
+
+/// The map with everything on it. `name` tells it from the page's other drawings.
+pub(crate) fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
+    let mut scene = scene.clone();
+    let alone = scene.faults.len() == 1;
+    for fault in scene.faults.iter_mut().filter(|fault| !alone || fault.label.chars().count() > MOST_LETTERS) {
+        fault.label.clear();
+    }
+    let width = layout.pick(HALF, NARROW);
+    let bounds = map_panel::bounds(&scene);
+    let extent = bounds.high - bounds.low;
+    let height = (width * extent.y / extent.x.max(1e-3)).clamp(width * 0.4, width * 1.3);
+    let area = Area::new(0.0, 0.0, width, height);
+    let view = View::fitting(bounds, area);
+    let mut canvas = Canvas::for_browsers();
+    canvas.rounded(area, 8.0, Paint::fill(theme::UNKNOWN));
+    canvas.clipped(&format!("{name}-{}", layout.pick("wide", "narrow")), area, |canvas| {
+        scene.map.draw(canvas, &view);
+        MapDrawing::new(canvas, view, &scene, Font::regular(layout.pick(12.0, 10.5))).draw();
+    });
+    Drawing { canvas, width, height }
+}
+
+/// A state machine.
+pub(crate) fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
+    let width = layout.pick(HALF, NARROW);
+    let placed = DiagramLayout::new(diagram, width - 2.0 * MARGIN);
+    let mut canvas = Canvas::for_browsers();
+    let area = Area::new(MARGIN, MARGIN, width - 2.0 * MARGIN, placed.height);
+    draw_machine(&mut canvas, area, &placed, diagram);
+    Drawing { canvas, width, height: placed.height + 2.0 * MARGIN }
+}
+
+/// A behavior tree.
+pub(crate) fn tree(tree: &[TreeNode], layout: Layout) -> Drawing {
+    // On a phone it is drawn smaller, not with shorter names.
+    let width = layout.pick(HALF, 1.4 * NARROW);
+    let (pleasant, _) = TreeLayout::wanted_height(tree);
+    let placed = TreeLayout::new(tree, width - 2.0 * MARGIN, pleasant);
+    let mut canvas = Canvas::for_browsers();
+    draw_nodes(&mut canvas, &placed, tree, (MARGIN, MARGIN));
+    Drawing { canvas, width: placed.width.min(width) + 2.0 * MARGIN, height: placed.height + 2.0 * MARGIN }
+}
