@@ -78,7 +78,7 @@ impl Lines {
             Some(&"RLASER") => self.lines.push(laser(number, "RLASER", 1, &fields)?),
             Some(&"PARAM") => self.param(&fields),
             Some(word) if is_keyword(word) => {}
-            Some(word) => return Err(Flaw::NoKeyword { start: word.chars().take(24).collect() }),
+            Some(word) => return Err(Flaw::NoKeyword { start: shown(word) }),
         }
         Ok(())
     }
@@ -159,6 +159,11 @@ impl Lines {
     }
 }
 
+/// The beginning of a text that may be anything, for a message.
+fn shown(text: &str) -> String {
+    text.chars().take(24).map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
 /// Whether it may begin a line of another kind: `SYNC`, `ROBOTLASER1`.
 fn is_keyword(word: &str) -> bool {
     word.len() >= 2 && word.chars().all(|c| c.is_ascii_uppercase() || c.is_ascii_digit() || c == '_')
@@ -188,7 +193,7 @@ fn odom(number: usize, fields: &[&str]) -> Result<Line, Flaw> {
 fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) -> Result<Line, Flaw> {
     let count = fields.get(1).copied().unwrap_or_default();
     let beams = count.parse::<usize>().ok().filter(|beams| (1..=MOST_BEAMS).contains(beams));
-    let beams = beams.ok_or_else(|| Flaw::Number { field: "the number of beams", text: count.to_owned() })?;
+    let beams = beams.ok_or_else(|| Flaw::Number { field: "the number of beams", text: shown(count) })?;
     has_fields(keyword, fields, beams + 11)?;
     let ranges_m = fields[2..2 + beams].iter().map(|field| range(field)).collect::<Result<_, _>>()?;
     let corrected = pose_at(fields, 2 + beams, ["x", "y", "theta"])?;
@@ -210,7 +215,7 @@ fn has_fields(keyword: &'static str, fields: &[&str], expected: usize) -> Result
 
 /// A range, NaN if it cannot be one. A word is not a range at all.
 fn range(field: &str) -> Result<f32, Flaw> {
-    let range_m = field.parse::<f32>().map_err(|_| Flaw::Number { field: "a range", text: field.to_owned() })?;
+    let range_m = field.parse::<f32>().map_err(|_| Flaw::Number { field: "a range", text: shown(field) })?;
     Ok(if range_m >= 0.0 { range_m } else { f32::NAN })
 }
 
@@ -221,10 +226,10 @@ fn pose_at(fields: &[&str], first: usize, names: [&'static str; 3]) -> Result<Po
 
 fn finite(fields: &[&str], index: usize, field: &'static str) -> Result<f64, Flaw> {
     let number = fields[index].parse::<f64>().ok().filter(|number| number.abs() < FARTHEST_M);
-    number.ok_or_else(|| Flaw::Number { field, text: fields[index].to_owned() })
+    number.ok_or_else(|| Flaw::Number { field, text: shown(fields[index]) })
 }
 
 fn clock(fields: &[&str], index: usize) -> Result<f64, Flaw> {
     let number = fields[index].parse::<f64>().ok().filter(|number| number.abs() < 1e12);
-    number.ok_or_else(|| Flaw::Number { field: "time", text: fields[index].to_owned() })
+    number.ok_or_else(|| Flaw::Number { field: "time", text: shown(fields[index]) })
 }

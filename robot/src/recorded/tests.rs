@@ -149,6 +149,8 @@ fn wrong_lines_are_left_out_and_named() {
     assert_eq!(said, ["line 5: the number of beams should be a number, but is `many`; left out"]);
     let (said, _) = complaints_after(6, |line| line.replace("ODOM 1.5", "ODOM NaN"));
     assert_eq!(said, ["line 6: x should be a number, but is `NaN`; left out"]);
+    let (said, _) = complaints_after(6, |_| "\u{1b}[2J".to_owned());
+    assert_eq!(said, ["line 6: `\u{fffd}[2J` is not how a line of a log begins; left out"], "no control characters");
     let (said, _) = complaints_after(6, |_| "what is this".to_owned());
     assert_eq!(said, ["line 6: `what` is not how a line of a log begins; left out"]);
 }
