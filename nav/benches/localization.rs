@@ -87,7 +87,9 @@ fn sensor_update(bencher: Bencher, particles: u32) {
     let map = Arc::new(robot.world.clone());
     let atlas = Atlas::new(map, &robot.model, LocalizationParameters::default()).expect("the parameters make sense");
     let mut sensor = SensorModel::new(&Arc::new(atlas));
-    sensor.look(&robot.scans()[0]);
+    let mut scan = robot.scans().swap_remove(0);
+    scan.ranges_m.iter_mut().filter(|range_m| !range_m.is_finite()).for_each(|range_m| *range_m = 9.0);
+    sensor.look(&scan);
     assert_eq!(sensor.beams(), 60, "every beam hits something");
     let off = |index: u32, step: u32| f64::from(index * step % 997) / 997.0 - 0.5;
     let around = |index: u32| pose(13.9 + off(index, 7), 9.3 + off(index, 13), 0.3 + off(index, 31));

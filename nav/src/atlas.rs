@@ -11,7 +11,7 @@ use crate::{Error, LocalizationParameters};
 
 /// A map made ready for localizing and navigating robots of one model.
 ///
-/// It takes some 10 ms on the floor of an office, and then any number of [`Localization`](crate::Localization)s and
+/// It takes some 50 ms on the floor of an office, and then any number of [`Localization`](crate::Localization)s and
 /// [`Navigator`](crate::Navigator)s share it, each set up in microseconds. It never changes.
 ///
 /// ```
