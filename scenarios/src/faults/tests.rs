@@ -49,8 +49,8 @@ fn what_is_wrong_with_a_fault_is_said_all_at_once() {
         problems("kind = \"battery_level\"\nlevel_pct = 180\nlasts_s = 3"),
         [
             "nothing says when this fault takes hold",
-            "this fault happens at one instant and cannot last",
             "`level_pct` must lie between 0 and 100",
+            "this fault happens at one instant and cannot last",
         ]
     );
     assert_eq!(
