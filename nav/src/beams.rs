@@ -26,18 +26,20 @@ impl Beams {
     }
 
     /// The ends of the beams shorter than `farthest_m`, lengthened by `behind_m`, in the frame of `eye`. A hit too
-    /// near to be measured counts as one at the shortest range; beams that failed or do not exist are left out.
+    /// near to be measured counts as one at `nearest_m`; beams that failed or do not exist are left out.
     pub(crate) fn ends(
         &self,
         scan: &LaserScan,
         eye: Pose,
+        nearest_m: f64,
         farthest_m: f64,
         behind_m: f64,
     ) -> impl Iterator<Item = Point> {
         let farthest_m = farthest_m.min(self.spec.range_max_m) as f32;
         let near = scan.ranges_m.iter().zip(&self.directions).filter(move |(range_m, _)| **range_m < farthest_m);
         near.map(move |(range_m, direction)| {
-            let reach_m = f64::from(*range_m).max(self.spec.range_min_m) + behind_m;
+            let measured_m = f64::from(*range_m);
+            let reach_m = if measured_m < self.spec.range_min_m { nearest_m } else { measured_m } + behind_m;
             eye * Point::from(direction * reach_m)
         })
     }

@@ -53,6 +53,10 @@ const LOOKAHEAD_SHARES: [f64; 3] = [1.0, 0.6, 0.35];
 const NOT_FOLLOWED_MPS: f64 = 0.15;
 const NOT_FOLLOWED_RADPS: f64 = 0.4;
 
+/// Over so long the difference is averaged, in seconds: encoders' speeds are noisy, and taken at their word they would
+/// keep the robot from slowing down.
+const LAG_TIME_S: f64 = 0.2;
+
 /// Share of the robot's turning rate that is used.
 const TURNING_SHARE: f64 = 0.9;
 
@@ -111,6 +115,8 @@ pub(crate) struct Follower {
     arrival: Arrival,
     phase: Phase,
     command: VelocityCommand,
+    /// What the wheels do beyond what they were told, on average of late.
+    excess: VelocityCommand,
 }
 
 impl Follower {
@@ -133,7 +139,15 @@ impl Follower {
         } else {
             Phase::Aligning
         };
-        Self { parameters: parameters.clone(), model: model.clone(), route, arrival, phase, command }
+        Self {
+            parameters: parameters.clone(),
+            model: model.clone(),
+            route,
+            arrival,
+            phase,
+            command,
+            excess: VelocityCommand::STOP,
+        }
     }
 
     pub(crate) fn route(&self) -> &Route {
@@ -165,6 +179,7 @@ impl Follower {
             Phase::Turning => (self.turn(now), None),
             Phase::Arrived => (VelocityCommand::STOP, None),
         };
+        self.note_excess(now);
         self.command = self.attainable(wanted, now);
         Progress { command: self.command, off_path_m, obstacle }
     }
@@ -300,13 +315,23 @@ impl Follower {
         speed_mps * speed_mps / (2.0 * self.parameters.braking_share * self.model.max_linear_acceleration_mps2)
     }
 
+    /// Averages what the wheels do beyond what they were told.
+    fn note_excess(&mut self, now: &Situation<'_>) {
+        let share = (now.dt_s / LAG_TIME_S).min(1.0);
+        let towards = |average: f64, latest: f64| average + (latest - average) * share;
+        self.excess = VelocityCommand {
+            linear_mps: towards(self.excess.linear_mps, now.odometry.linear_mps - self.command.linear_mps),
+            angular_radps: towards(self.excess.angular_radps, now.odometry.angular_radps - self.command.angular_radps),
+        };
+    }
+
     /// The command nearest to the wanted one that the robot can follow by the next step.
     fn attainable(&self, wanted: VelocityCommand, now: &Situation<'_>) -> VelocityCommand {
-        let from = |command: f64, actual: f64, tolerated: f64| {
-            if (command - actual).abs() > tolerated { actual } else { command }
+        let from = |command: f64, excess: f64, tolerated: f64| {
+            if excess.abs() > tolerated { command + excess } else { command }
         };
-        let linear = from(self.command.linear_mps, now.odometry.linear_mps, NOT_FOLLOWED_MPS);
-        let angular = from(self.command.angular_radps, now.odometry.angular_radps, NOT_FOLLOWED_RADPS);
+        let linear = from(self.command.linear_mps, self.excess.linear_mps, NOT_FOLLOWED_MPS);
+        let angular = from(self.command.angular_radps, self.excess.angular_radps, NOT_FOLLOWED_RADPS);
         let linear_step = self.model.max_linear_acceleration_mps2 * now.dt_s;
         let angular_step = self.model.max_angular_acceleration_radps2 * now.dt_s;
         VelocityCommand {

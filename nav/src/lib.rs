@@ -77,5 +77,5 @@ pub use following::FollowingParameters;
 pub use localization::{
     Hypothesis, InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate, SensorModel,
 };
-pub use navigation::{GiveUpReason, Goal, NavigationParameters, NavigationStatus, Navigator};
+pub use navigation::{GiveUpReason, Goal, NavigationParameters, NavigationStatus, Navigator, Recovery};
 pub use planning::{PlanError, plan, plan_into};

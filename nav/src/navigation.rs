@@ -8,11 +8,13 @@
 //!  aborted <--- failing '------------------------------- waiting_obstacle
 //! ```
 //!
+//! While it is failing it recovers, one behaviour after the other ([`Recovery`]), and looks for a path again and again.
 //! From everywhere: `stop` leads to idle, `pause` to paused, silent lasers or a pose that is not known to error.
 
 mod goal;
 mod machine;
 mod parameters;
+mod recovery;
 mod status;
 mod trip;
 
@@ -28,6 +30,7 @@ use trip::Trip;
 
 pub use goal::Goal;
 pub use parameters::NavigationParameters;
+pub use recovery::Recovery;
 pub use status::{GiveUpReason, NavigationStatus};
 
 /// The longest time between two updates that counts in full, in seconds.
@@ -157,6 +160,13 @@ impl Navigator {
     #[must_use]
     pub fn reason(&self) -> Option<GiveUpReason> {
         self.reason
+    }
+
+    /// By what behaviour it is trying to get a way, while [`Failing`](NavigationStatus::Failing).
+    #[must_use]
+    pub fn recovery(&self) -> Option<Recovery> {
+        let attempt = self.trip.as_ref().and_then(|trip| trip.attempt.as_ref());
+        attempt.filter(|_| self.status == NavigationStatus::Failing).map(|attempt| attempt.recovery)
     }
 
     /// The goal that it is under way to.

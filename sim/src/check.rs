@@ -2,14 +2,16 @@
 
 use std::time::Duration;
 
-use maps::Pose;
+use maps::{Point, Pose};
 use robot::{LaserSpec, RobotModel};
 
 use crate::config::{
     BatteryConfig, DockingConfig, DriftNoise, DriveConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, Shape,
     SimConfig,
 };
+use crate::doors::Door;
 use crate::error::BadSetting;
+use crate::people::Walk;
 
 impl SimConfig {
     /// Every setting that has a value that it cannot have.
@@ -156,14 +158,46 @@ impl Check {
         match &obstacle.motion {
             ObstacleMotion::Fixed => {}
             ObstacleMotion::Movable { mass_kg } => self.positive(at("motion.mass_kg"), *mass_kg),
+            ObstacleMotion::Person(walk) => self.walk(&at("motion"), walk),
+            ObstacleMotion::Door(door) => self.door(&at("motion"), door),
             ObstacleMotion::Route { waypoints, speed_mps, .. } => {
                 self.positive(at("motion.speed_mps"), *speed_mps);
                 self.that(!waypoints.is_empty(), at("motion.waypoints"), waypoints.len() as f64, "at least one point");
-                for (number, waypoint) in waypoints.iter().enumerate() {
-                    self.finite(at(&format!("motion.waypoints[{number}].x")), waypoint.x);
-                    self.finite(at(&format!("motion.waypoints[{number}].y")), waypoint.y);
-                }
+                self.waypoints(&at("motion.waypoints"), waypoints);
             }
+        }
+    }
+
+    /// Those without waypoints stand where they are.
+    fn walk(&mut self, path: &str, walk: &Walk) {
+        self.positive(format!("{path}.speed_mps"), walk.speed_mps);
+        self.waypoints(&format!("{path}.waypoints"), &walk.waypoints);
+        if let Some(manners) = &walk.manners {
+            self.not_negative(format!("{path}.manners.stop_within_m"), manners.stop_within_m);
+            let slows = manners.slow_within_m > manners.stop_within_m;
+            self.that(
+                slows,
+                format!("{path}.manners.slow_within_m"),
+                manners.slow_within_m,
+                "greater than stop_within_m",
+            );
+        }
+    }
+
+    fn waypoints(&mut self, path: &str, waypoints: &[Point]) {
+        for (number, waypoint) in waypoints.iter().enumerate() {
+            self.finite(format!("{path}[{number}].x"), waypoint.x);
+            self.finite(format!("{path}[{number}].y"), waypoint.y);
+        }
+    }
+
+    fn door(&mut self, path: &str, door: &Door) {
+        for (number, (from, to)) in door.closed.iter().enumerate() {
+            let setting = format!("{path}.closed[{number}]");
+            self.that(from < to, setting, to.as_secs_f64(), "later than the door begins to close");
+        }
+        if let Some(every) = door.every {
+            self.duration(&format!("{path}.every"), every);
         }
     }
 }

@@ -5,6 +5,9 @@ use std::time::Duration;
 use maps::{Point, Pose};
 use robot::RobotModel;
 
+use crate::doors::Door;
+use crate::people::Walk;
+
 /// Everything about the simulated robot and its world but the map, the poses of start and station, and the seed.
 ///
 /// The default is the robot of the paper's experiments, without noise, alone in the world.
@@ -242,6 +245,10 @@ pub enum ObstacleMotion {
         /// What happens at the last waypoint.
         end: RouteEnd,
     },
+    /// Somebody who walks.
+    Person(Walk),
+    /// A door's leaf.
+    Door(Door),
     /// It stays where it is until it is pushed.
     Movable {
         /// Mass, in kg.

@@ -1,25 +1,40 @@
-//! Counts the robot's collisions.
+//! Counts the robot's collisions, and says with what.
+
+use std::time::Duration;
 
 use bevy_ecs::prelude::*;
 use rapier2d::prelude::ColliderHandle;
 
+use crate::clock::Clock;
+use crate::obstacles::{Obstacle, Rest};
 use crate::physics::{Body, Physics, Touch};
 
 /// A contact ends when the gap is wider than this, in metres; else a robot that trembles at a wall would collide with it
 /// at every step.
 const RELEASE_GAP_M: f32 = 0.005;
 
+/// A contact that the robot has begun, or suffered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contact {
+    /// When it began, since the start of the run.
+    pub time: Duration,
+    /// The name of the obstacle; none for walls.
+    pub obstacle: Option<String>,
+    /// How long the obstacle had stood still when it was touched.
+    pub at_rest: Duration,
+}
+
 /// What the robot touches. All walls together are one thing: sliding from one along the next is one contact.
 #[derive(Component, Clone, Debug, Default)]
 pub(crate) struct Contacts {
     touching: Vec<ColliderHandle>,
-    begun: u64,
+    begun: Vec<Contact>,
 }
 
 impl Contacts {
-    /// Number of contacts begun since the start.
-    pub(crate) fn begun(&self) -> u64 {
-        self.begun
+    /// The contacts begun since the start.
+    pub(crate) fn begun(&self) -> &[Contact] {
+        &self.begun
     }
 
     /// Whether the robot touches anything now.
@@ -27,25 +42,37 @@ impl Contacts {
         !self.touching.is_empty()
     }
 
-    /// A contact begins when two bodies push each other, and ends when there is a gap between them.
-    fn update(&mut self, touches: &[Touch]) {
+    /// A contact begins when two bodies push each other, and ends when there is a gap between them. `begin` says what is
+    /// touched.
+    fn update(&mut self, touches: &[Touch], begin: impl Fn(ColliderHandle) -> Contact) {
         self.touching.retain(|held| touches.iter().any(|touch| touch.other == *held && touch.gap_m <= RELEASE_GAP_M));
         for touch in touches.iter().filter(|touch| touch.pushing) {
             if !self.touching.contains(&touch.other) {
                 self.touching.push(touch.other);
-                self.begun += 1;
+                self.begun.push(begin(touch.other));
             }
         }
     }
 }
 
 /// Counts the contacts that a step began.
-pub(crate) fn count_contacts(physics: Res<Physics>, robot: Single<(&Body, &mut Contacts)>) {
+pub(crate) fn count_contacts(
+    clock: Res<Clock>,
+    physics: Res<Physics>,
+    robot: Single<(&Body, &mut Contacts)>,
+    obstacles: Query<(&Body, &Obstacle, &Rest)>,
+) {
     let (body, mut contacts) = robot.into_inner();
     let touches: Vec<Touch> = physics.touches(*body).collect();
-    if !touches.is_empty() || contacts.is_touching() {
-        contacts.update(&touches);
+    if touches.is_empty() && !contacts.is_touching() {
+        return;
     }
+    contacts.update(&touches, |other| {
+        let touched = obstacles.iter().find(|(body, ..)| body.has(other));
+        let since = touched.map_or(Duration::ZERO, |(.., rest)| rest.0);
+        let obstacle = touched.map(|(_, obstacle, _)| obstacle.name.clone());
+        Contact { time: clock.now, obstacle, at_rest: clock.now.saturating_sub(since) }
+    });
 }
 
 #[cfg(test)]
@@ -54,6 +81,10 @@ mod tests {
 
     fn touch(other: u32, gap_m: f32, pushing: bool) -> Touch {
         Touch { other: ColliderHandle::from_raw_parts(other, 0), gap_m, pushing }
+    }
+
+    fn wall(_: ColliderHandle) -> Contact {
+        Contact { time: Duration::ZERO, obstacle: None, at_rest: Duration::ZERO }
     }
 
     #[test]
@@ -68,17 +99,17 @@ mod tests {
             (0.006, false, 1),
             (0.000, true, 2),
         ] {
-            contacts.update(&[touch(7, gap_m, pushing)]);
-            assert_eq!(contacts.begun(), begun, "gap {gap_m}, pushing {pushing}");
+            contacts.update(&[touch(7, gap_m, pushing)], wall);
+            assert_eq!(contacts.begun().len(), begun, "gap {gap_m}, pushing {pushing}");
         }
-        contacts.update(&[]);
+        contacts.update(&[], wall);
         assert!(!contacts.is_touching());
     }
 
     #[test]
     fn each_body_that_is_touched_counts() {
         let mut contacts = Contacts::default();
-        contacts.update(&[touch(1, 0.0, true), touch(2, 0.0, true), touch(3, 0.01, false)]);
-        assert_eq!(contacts.begun(), 2);
+        contacts.update(&[touch(1, 0.0, true), touch(2, 0.0, true), touch(3, 0.01, false)], wall);
+        assert_eq!(contacts.begun().len(), 2);
     }
 }

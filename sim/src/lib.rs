@@ -29,8 +29,8 @@
 //! # What is where
 //! Entities and systems are bevy_ecs's, bodies and contacts rapier2d's, rays against moving bodies parry2d's. Whole scans
 //! are swept against the [`Walls`], a single ray is cast through their [`RayGrid`]. `simulation.rs` lists the systems in
-//! the order in which a step runs them; each system lives with the part that it moves: `bodies`, `obstacles`, `drive`,
-//! `contacts`, `battery`, `odometer`, `lasers`. [`Truth`] is for reports, pictures and trace hashes only.
+//! the order in which a step runs them; each system lives with the part that it moves: `bodies`, `obstacles`, `people`,
+//! `doors`, `drive`, `contacts`, `battery`, `odometer`, `lasers`. [`Truth`] is for reports, pictures and trace hashes only.
 //!
 //! # What can go wrong
 //! Everything that acts in the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
@@ -55,6 +55,7 @@ mod config;
 mod contacts;
 mod convert;
 mod docking;
+mod doors;
 mod drive;
 mod error;
 mod faults;
@@ -63,6 +64,7 @@ mod lasers;
 mod noise;
 mod obstacles;
 mod odometer;
+mod people;
 mod physics;
 mod ray_grid;
 mod rectangles;
@@ -79,8 +81,11 @@ pub use config::{
     BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
     OdometryConfig, RouteEnd, Shape, SimConfig,
 };
+pub use contacts::Contact;
+pub use doors::{Door, Opening};
 pub use error::{BadSetting, Placement, SimError};
 pub use faults::{BaseFaults, BatteryFaults, BatteryReport, Faults, LaserFault, LaserTrouble, OdometryFaults};
+pub use people::{Manners, Pauses, Walk};
 pub use ray_grid::{RayGrid, RayHit};
 pub use simulation::Simulation;
 pub use truth::{ObstacleTruth, Truth};

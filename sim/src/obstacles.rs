@@ -1,11 +1,15 @@
 //! What stands or moves in the world beside walls and robot.
 
+use std::time::Duration;
+
 use bevy_ecs::prelude::*;
 use maps::Pose;
 use parry2d::shape::SharedShape;
 
 use crate::clock::Clock;
 use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
+use crate::doors::Leaf;
+use crate::people::Walker;
 use crate::physics::{Body, Physics, parry_shape};
 use crate::route::Route;
 
@@ -19,8 +23,12 @@ pub(crate) struct Obstacle {
 }
 
 /// An obstacle's pose in the `map` frame.
-#[derive(Component, Clone, Copy, Debug)]
+#[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ObstaclePose(pub(crate) Pose);
+
+/// Since when an obstacle has not moved: from the start, if it never has.
+#[derive(Component, Clone, Copy, Debug, Default)]
+pub(crate) struct Rest(pub(crate) Duration);
 
 /// The obstacle can be pushed.
 #[derive(Component, Clone, Copy, Debug)]
@@ -31,14 +39,29 @@ pub(crate) struct Movable;
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Obstacles(pub(crate) Vec<Entity>);
 
+/// Where an obstacle is at the start: where its configuration says, or, if it is an open door, where its leaf is then.
+pub(crate) fn first_pose(config: &ObstacleConfig) -> Pose {
+    match &config.motion {
+        ObstacleMotion::Door(door) => Leaf::new(door, &config.shape, config.pose).pose(),
+        _ => config.pose,
+    }
+}
+
 /// Puts an obstacle into the world.
 pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Entity {
     let outline = parry_shape(&config.shape);
-    let body = world.resource_mut::<Physics>().add_obstacle(config, outline.clone());
+    let pose = first_pose(config);
+    let body = world.resource_mut::<Physics>().add_obstacle(config, &pose, outline.clone());
     let obstacle = Obstacle { name: config.name.clone(), shape: config.shape, outline };
-    let mut entity = world.spawn((obstacle, ObstaclePose(config.pose), body));
+    let mut entity = world.spawn((obstacle, ObstaclePose(pose), Rest::default(), body));
     match &config.motion {
         ObstacleMotion::Fixed => {}
+        ObstacleMotion::Person(walk) => {
+            entity.insert(Walker::new(walk));
+        }
+        ObstacleMotion::Door(door) => {
+            entity.insert(Leaf::new(door, &config.shape, config.pose));
+        }
         ObstacleMotion::Route { waypoints, speed_mps, end } => {
             entity.insert(Route::new(waypoints.clone(), *speed_mps, *end));
         }
@@ -67,14 +90,22 @@ pub(crate) fn move_obstacles(
     mut obstacles: Query<(&Body, &mut ObstaclePose, &mut Route)>,
 ) {
     for (body, mut pose, mut route) in &mut obstacles {
-        pose.0 = route.advance(&pose.0, clock.dt_s());
-        physics.carry(*body, &pose.0);
+        let at = route.advance(&pose.0, clock.dt_s());
+        pose.set_if_neq(ObstaclePose(at));
+        physics.carry(*body, &at);
     }
 }
 
 /// Takes over where the step has brought those that were pushed.
 pub(crate) fn settle_obstacles(physics: Res<Physics>, mut obstacles: Query<(&Body, &mut ObstaclePose), With<Movable>>) {
     for (body, mut pose) in &mut obstacles {
-        pose.0 = physics.pose(*body);
+        pose.set_if_neq(ObstaclePose(physics.pose(*body)));
+    }
+}
+
+/// Keeps in mind which obstacles have moved in this step.
+pub(crate) fn note_rest(clock: Res<Clock>, mut moved: Query<&mut Rest, Changed<ObstaclePose>>) {
+    for mut rest in &mut moved {
+        rest.0 = clock.now;
     }
 }

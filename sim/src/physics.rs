@@ -22,6 +22,13 @@ pub(crate) struct Body {
     collider: ColliderHandle,
 }
 
+impl Body {
+    /// Whether the body has that collider.
+    pub(crate) fn has(&self, collider: ColliderHandle) -> bool {
+        self.collider == collider
+    }
+}
+
 /// A pair of bodies that touch or nearly do.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
@@ -80,13 +87,14 @@ impl Physics {
         Body { rigid, collider }
     }
 
-    /// Adds an obstacle.
-    pub(crate) fn add_obstacle(&mut self, obstacle: &ObstacleConfig, shape: SharedShape) -> Body {
+    /// Adds an obstacle at a pose.
+    pub(crate) fn add_obstacle(&mut self, obstacle: &ObstacleConfig, pose: &Pose, shape: SharedShape) -> Body {
         let collider = ColliderBuilder::new(shape).friction(self.friction);
         let (rigid, collider) = match obstacle.motion {
-            ObstacleMotion::Fixed | ObstacleMotion::Route { .. } => {
-                (RigidBodyBuilder::kinematic_position_based(), collider)
-            }
+            ObstacleMotion::Fixed
+            | ObstacleMotion::Route { .. }
+            | ObstacleMotion::Person(_)
+            | ObstacleMotion::Door(_) => (RigidBodyBuilder::kinematic_position_based(), collider),
             ObstacleMotion::Movable { mass_kg } => {
                 let damped = RigidBodyBuilder::dynamic()
                     .linear_damping(FLOOR_DAMPING_PER_S)
@@ -94,7 +102,7 @@ impl Physics {
                 (damped, collider.mass(mass_kg as f32))
             }
         };
-        let (rigid, collider) = self.world.insert(rigid.pose(to_glam_pose(&obstacle.pose)), collider);
+        let (rigid, collider) = self.world.insert(rigid.pose(to_glam_pose(pose)), collider);
         Body { rigid, collider }
     }
 

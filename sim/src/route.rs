@@ -1,7 +1,7 @@
 //! Following a polyline.
 
 use maps::{Point, Pose};
-use nalgebra::UnitComplex;
+use nalgebra::{UnitComplex, Vector2};
 
 use crate::config::RouteEnd;
 
@@ -24,8 +24,14 @@ impl Route {
 
     /// Where a walker at `from` is after `dt_s`, facing the way it went.
     pub(crate) fn advance(&mut self, from: &Pose, dt_s: f64) -> Pose {
+        self.walk(from, self.speed_mps * dt_s, |_| false).0
+    }
+
+    /// Where a walker at `from` is after a way of that length, facing the way it went, and whether it has come to a
+    /// waypoint at which it `stops`: it goes no farther then.
+    pub(crate) fn walk(&mut self, from: &Pose, way_m: f64, stops: impl Fn(usize) -> bool) -> (Pose, bool) {
         let mut at = *from;
-        let mut left_m = self.speed_mps * dt_s;
+        let mut left_m = way_m;
         // Waypoints may coincide: no more of them in a step than there are.
         for _ in 0..=self.waypoints.len() {
             let Some(next) = self.next else { break };
@@ -42,8 +48,32 @@ impl Route {
             at.translation.vector = self.waypoints[next].coords;
             left_m -= distance_m;
             self.next = self.after(next);
+            if stops(next) {
+                return (at, true);
+            }
         }
-        at
+        (at, false)
+    }
+
+    /// The direction of the next waypoint from a place; none at the route's end, or on the waypoint.
+    pub(crate) fn direction(&self, from: &Pose) -> Option<Vector2<f64>> {
+        (self.waypoints[self.next?].coords - from.translation.vector).try_normalize(0.0)
+    }
+
+    /// Heads for the waypoint before, unless the route ends at its last one.
+    pub(crate) fn turn_back(&mut self) {
+        let (Some(next), last) = (self.next, self.waypoints.len().saturating_sub(1)) else { return };
+        match self.end {
+            RouteEnd::Stop => {}
+            RouteEnd::Loop => {
+                self.waypoints.reverse();
+                self.next = Some((last - next + 1) % (last + 1));
+            }
+            RouteEnd::BackAndForth => {
+                self.backward = !self.backward;
+                self.next = Some(if self.backward { next.saturating_sub(1) } else { (next + 1).min(last) });
+            }
+        }
     }
 
     fn after(&mut self, reached: usize) -> Option<usize> {
@@ -96,6 +126,19 @@ mod tests {
         let mut route = Route::new(vec![Point::new(0.0, -3.0)], 1.0, RouteEnd::Stop);
         let at = route.advance(&pose(0.0, 0.0, 1.0), 0.5);
         assert!((heading(&at) + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
+    }
+
+    #[test]
+    fn whoever_turns_back_goes_to_the_waypoint_before() {
+        let line = [1.0, 2.0, 3.0].map(|x| Point::new(x, 0.0)).to_vec();
+        for (end, before) in [(RouteEnd::Stop, 2.0), (RouteEnd::Loop, 1.0), (RouteEnd::BackAndForth, 1.0)] {
+            let mut route = Route::new(line.clone(), 1.0, end);
+            let at = route.advance(&pose(0.0, 0.0, 0.0), 1.5);
+            route.turn_back();
+            assert_eq!(route.waypoints[route.next.unwrap()].x, before, "{end:?}");
+            let then = route.walk(&at, 0.5, |_| true);
+            assert_eq!((then.0.translation.x, then.1), (before, true), "{end:?}");
+        }
     }
 
     #[test]

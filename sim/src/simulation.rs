@@ -15,14 +15,16 @@ use crate::clock::{Clock, advance_clock};
 use crate::config::SimConfig;
 use crate::contacts::{Contacts, count_contacts};
 use crate::docking::{Dock, Station};
+use crate::doors::move_doors;
 use crate::drive::{Drive, Motion, RobotPose, drive_robot, settle_robot};
 use crate::error::{Placement, SimError};
 use crate::faults::Faults;
 use crate::kidnapping::kidnap;
 use crate::lasers::{Laser, scan};
 use crate::noise::Drift;
-use crate::obstacles::{Obstacles, move_obstacles, settle_obstacles, spawn_obstacle};
+use crate::obstacles::{Obstacles, first_pose, move_obstacles, note_rest, settle_obstacles, spawn_obstacle};
 use crate::odometer::{Odometer, measure_odometry};
+use crate::people::walk;
 use crate::physics::{Physics, step_physics};
 use crate::room::{check_on_map, check_room};
 use crate::truth::Truth;
@@ -161,7 +163,9 @@ impl Robot for Simulation {
 
 /// Fails if the robot has no room at the start, or the station is not on the map.
 fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: &Pose) -> Result<(), SimError> {
-    let obstacles = config.obstacles.iter().map(|obstacle| (obstacle.name.as_str(), &obstacle.shape, &obstacle.pose));
+    let poses: Vec<Pose> = config.obstacles.iter().map(first_pose).collect();
+    let obstacles = config.obstacles.iter().zip(&poses);
+    let obstacles = obstacles.map(|(obstacle, pose)| (obstacle.name.as_str(), &obstacle.shape, pose));
     let at = |pose: &Pose| pose.translation.vector.into();
     check_room(walls.rays(), obstacles, config.model.radius_m, Placement::Start, &at(start))?;
     check_on_map(walls.rays(), Placement::Station, &at(station))
@@ -211,7 +215,9 @@ fn schedule(world: &mut World) -> Schedule {
     schedule.set_executor(SingleThreadedExecutor::new());
     let ambiguity_detection = LogLevel::Error;
     schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection, ..ScheduleBuildSettings::default() });
-    let motion = (move_obstacles, drive_robot, step_physics, settle_robot, settle_obstacles, count_contacts);
+    let others = (move_obstacles, walk, move_doors).chain();
+    let settling = (settle_robot, settle_obstacles, note_rest).chain();
+    let motion = (others, drive_robot, step_physics, settling, count_contacts);
     let measurement = (measure_odometry, scan, report_battery);
     schedule.add_systems((advance_clock, place_bodies, motion.chain(), update_battery, measurement.chain()).chain());
     schedule.initialize(world).expect("the systems are in one order");

@@ -10,7 +10,7 @@ use robot::{BatteryState, LaserScan, Odometry};
 use crate::battery::Battery;
 use crate::clock::Clock;
 use crate::config::Shape;
-use crate::contacts::Contacts;
+use crate::contacts::{Contact, Contacts};
 use crate::docking::{Dock, Station};
 use crate::drive::{Motion, RobotPose};
 use crate::faults::Faults;
@@ -76,6 +76,12 @@ impl<'a> Truth<'a> {
     /// ends when the gap is wider than 5 mm.
     #[must_use]
     pub fn collisions(&self) -> u64 {
+        self.contacts().len() as u64
+    }
+
+    /// The contacts begun between the robot and anything else, in order: what [`collisions`](Self::collisions) counts.
+    #[must_use]
+    pub fn contacts(&self) -> &'a [Contact] {
         self.of::<Contacts>(self.robot).begun()
     }
 

@@ -25,7 +25,8 @@ impl Costmap {
         }
         let resolution_m = self.frame.resolution_m;
         let explained = clearance::at_least(self.parameters.map_tolerance / resolution_m);
-        for end in beams.ends(scan, eye, self.parameters.obstacle_max_range, BEHIND_CELLS * resolution_m) {
+        let (nearest_m, farthest_m) = (beams.spec.range_min_m, self.parameters.obstacle_max_range);
+        for end in beams.ends(scan, eye, nearest_m, farthest_m, BEHIND_CELLS * resolution_m) {
             let Some(offset) = self.frame.offset_in_grid(&(end / resolution_m)) else { continue };
             // What stands in the unknown changes no plan: none leads there.
             if self.fixed[offset] >= explained {

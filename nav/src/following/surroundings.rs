@@ -10,6 +10,10 @@ use crate::beams::Beams;
 /// Hits farther from the laser than this are no concern, in metres: braking from full speed takes 0.2 m.
 const FARTHEST_M: f64 = 1.3;
 
+/// What is too near to be measured is taken to be this near, as a share of the shortest range: a laser stands behind
+/// the body's edge, and an obstacle that vanishes when it is nearly touched must not seem to leave room.
+const TOO_NEAR_SHARE: f64 = 0.5;
+
 /// Distance between the places along an arc that are looked at, in metres.
 const LOOK_M: f64 = 0.04;
 
@@ -43,7 +47,8 @@ impl Surroundings {
     pub(crate) fn take_in(&mut self, scan: &LaserScan, beams: &Beams, robot: &Pose) {
         let hits = &mut self.hits[scan.laser];
         hits.clear();
-        hits.extend(beams.ends(scan, beams.eye(robot), FARTHEST_M, 0.0));
+        let nearest_m = TOO_NEAR_SHARE * beams.spec.range_min_m;
+        hits.extend(beams.ends(scan, beams.eye(robot), nearest_m, FARTHEST_M, 0.0));
     }
 
     /// How far a disc of radius `needed_m` at `from` can drive along an arc of that curvature (1/m, positive to the

@@ -5,6 +5,7 @@ use std::time::Duration;
 use maps::Point;
 use robot::VelocityCommand;
 
+use super::recovery::Recovery;
 use super::trip::Trip;
 use super::{GiveUpReason, NavigationStatus, Navigator, Now, is_finite};
 use crate::following::{Arrival, Follower, Phase, Progress, Route, Situation};
@@ -23,13 +24,7 @@ const STUCK: Duration = Duration::from_millis(400);
 const FREE_AGAIN: Duration = Duration::from_millis(300);
 
 /// Time between two tries to find a way.
-const TRY_AGAIN: Duration = Duration::from_secs(2);
-
-/// Time in which the lasers see again what is still there after all marks have been forgotten.
-const SEE_AGAIN: Duration = Duration::from_millis(300);
-
-/// How often all marks are forgotten on one trip because there is no way.
-const FORGET_TIMES: u32 = 2;
+const TRY_AGAIN: Duration = Duration::from_secs(1);
 
 /// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
 const SHARE_OF_PLAN: f64 = 0.6;
@@ -66,13 +61,19 @@ impl Navigator {
                 self.status = NavigationStatus::GoalReached;
             }
             Err(error) => {
-                self.reason = Some(error.into());
                 trip.follower = None;
-                trip.next_plan = now.time;
-                self.enter(trip, NavigationStatus::Failing, now);
+                self.fail(trip, error.into(), now);
             }
         }
         VelocityCommand::STOP
+    }
+
+    /// Has no way, for now.
+    fn fail(&mut self, trip: &mut Trip, reason: GiveUpReason, now: &Now<'_>) {
+        self.reason = Some(reason);
+        trip.next_plan = now.time + TRY_AGAIN;
+        (trip.attempt, trip.recoveries) = (None, 0);
+        self.enter(trip, NavigationStatus::Failing, now);
     }
 
     fn find_path(&self, trip: &Trip, now: &Now<'_>) -> Result<Vec<Point>, PlanError> {
@@ -101,6 +102,7 @@ impl Navigator {
         trip.progress_at = now.time;
         trip.next_plan = now.time + self.parameters.planning_period;
         (trip.stuck_since, trip.obstacle, trip.looked_at, trip.blocked_m) = (None, None, None, None);
+        trip.attempt = None;
         self.reason = None;
         self.enter(trip, NavigationStatus::PreparingBeforeMove, now);
     }
@@ -224,9 +226,18 @@ impl Navigator {
         if trip.stalls > self.parameters.stalls {
             let patience = self.parameters.progress_patience * trip.stalls;
             self.give_up(NavigationStatus::Aborted, GiveUpReason::NoProgress(patience));
-        } else {
+        } else if trip.stalls == 1 {
             self.enter(trip, NavigationStatus::Thinking, now);
+        } else {
+            self.get_away(trip, GiveUpReason::NoProgress(self.parameters.progress_patience * trip.stalls), now);
         }
+    }
+
+    /// There is a way, but it does not work: begins with the recovery behaviours that move the robot.
+    fn get_away(&mut self, trip: &mut Trip, reason: GiveUpReason, now: &Now<'_>) {
+        self.fail(trip, reason, now);
+        trip.recoveries = Recovery::FIRST_THAT_MOVES;
+        trip.next_plan = Duration::MAX;
     }
 
     /// Waits for what is in the way; goes on when it is gone, looks for another way when patience is over.
@@ -236,6 +247,9 @@ impl Navigator {
             && trip.obstacle.is_none_or(|obstacle| !self.surroundings.is_near(&obstacle));
         if !is_free {
             trip.free_since = None;
+            if trip.obstacle.is_none() && now.time >= trip.next_plan {
+                self.find_detour(trip, now);
+            }
         } else if now.time.saturating_sub(*trip.free_since.get_or_insert(now.time)) >= FREE_AGAIN {
             trip.progress_at = now.time;
             trip.stuck_since = None;
@@ -243,39 +257,37 @@ impl Navigator {
         }
         let waited = now.time.saturating_sub(trip.since) >= self.parameters.obstacle_patience;
         if self.status == NavigationStatus::WaitingObstacle && waited && self.count_blockage(trip) {
-            self.enter(trip, NavigationStatus::Thinking, now);
-        }
-        VelocityCommand::STOP
-    }
-
-    /// Tries again to find a way, as long as what the lasers have seen may be why there is none.
-    pub(super) fn try_again(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
-        let reason = self.reason.unwrap_or(GiveUpReason::NoPlan(PlanError::NoPath));
-        let failed_for = now.time.saturating_sub(trip.since);
-        let hopeless = trip.forgotten == 0 && self.costmap.marked().len() == 0;
-        if hopeless || failed_for >= self.parameters.failing_patience {
-            self.give_up(NavigationStatus::Aborted, reason);
-        } else if now.time >= trip.next_plan {
-            trip.next_plan = now.time + TRY_AGAIN;
-            match self.find_path(trip, now) {
-                Ok(path) => self.take_path(trip, path, now),
-                Err(error) => {
-                    self.reason = Some(error.into());
-                    self.forget_marks(trip, now);
-                }
+            if trip.wait_in_vain(&now.position()) {
+                self.get_away(trip, GiveUpReason::BlockedTooOften(trip.blockages), now);
+            } else {
+                self.enter(trip, NavigationStatus::Thinking, now);
             }
         }
         VelocityCommand::STOP
     }
 
-    /// Forgets what the lasers have seen, for they may have seen it long ago, and tries again when they have looked
-    /// anew.
-    fn forget_marks(&mut self, trip: &mut Trip, now: &Now<'_>) {
-        if trip.forgotten < FORGET_TIMES {
-            trip.forgotten += 1;
-            self.costmap.forget_marks();
-            trip.next_plan = now.time + SEE_AGAIN;
+    /// Recovers: one behaviour after the other, with a look for a way after each and every second, as long as what the
+    /// lasers have seen may be why there is none.
+    pub(super) fn try_again(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
+        let reason = self.reason.unwrap_or(GiveUpReason::NoPlan(PlanError::NoPath));
+        let failed_for = now.time.saturating_sub(trip.since);
+        let hopeless = trip.recoveries == 0 && self.costmap.marked().len() == 0;
+        if hopeless || failed_for >= self.parameters.failing_patience {
+            self.give_up(NavigationStatus::Aborted, reason);
+            return VelocityCommand::STOP;
         }
+        let (command, done) = self.recover(trip, now);
+        if done || now.time >= trip.next_plan {
+            trip.next_plan = now.time + TRY_AGAIN;
+            match self.find_path(trip, now) {
+                Ok(path) => {
+                    self.take_path(trip, path, now);
+                    return VelocityCommand::STOP;
+                }
+                Err(error) => self.reason = Some(error.into()),
+            }
+        }
+        command
     }
 }
 

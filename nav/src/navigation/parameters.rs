@@ -21,15 +21,16 @@ pub struct NavigationParameters {
     pub detour_m: f64,
     /// Shortest time between two looks for a way around. Default 1 s.
     pub planning_period: Duration,
-    /// How long to try again when there is no way, while something that the lasers have seen may be the reason.
-    /// Default 15 s. If the map alone is the reason, trying again is pointless and left out.
+    /// How long to recover and try again when there is no way, while something that the lasers have seen may be the
+    /// reason. Default 40 s: twice through all recovery behaviours; people who stand in a doorway have moved on by then.
+    /// If the map alone is the reason, trying again is pointless and left out.
     pub failing_patience: Duration,
-    /// How long the robot may come no nearer to its goal before the path is planned anew; after as many times as
-    /// `stalls` it gives up. Default 10 s.
+    /// How long the robot may come no nearer to its goal before the path is planned anew, and the next time recovery
+    /// begins; after as many times as `stalls` it gives up. Default 10 s.
     pub progress_patience: Duration,
     /// How often in a row progress may stop. Default 3.
     pub stalls: u32,
-    /// How often the way may be blocked on one trip. Default 100.
+    /// How often the way may be blocked on one trip. Default 300: among people it is so every few seconds.
     pub blockages: u32,
     /// How long the lasers may be silent while driving. Default 1 s: ten scans.
     pub scan_patience: Duration,
@@ -45,10 +46,10 @@ impl Default for NavigationParameters {
             obstacle_patience: Duration::from_secs(4),
             detour_m: 2.0,
             planning_period: Duration::from_secs(1),
-            failing_patience: Duration::from_secs(15),
+            failing_patience: Duration::from_secs(40),
             progress_patience: Duration::from_secs(10),
             stalls: 3,
-            blockages: 100,
+            blockages: 300,
             scan_patience: Duration::from_secs(1),
             off_path_m: 0.5,
         }

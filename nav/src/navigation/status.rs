@@ -20,7 +20,7 @@ pub enum NavigationStatus {
     GoalReached,
     /// Given up; [`Navigator::reason`](crate::Navigator::reason) says why. Stays until the next start or stop.
     Aborted,
-    /// Standing, because there is no way; tries again for a while.
+    /// There is no way: tries to get one by [recovery behaviours](crate::Recovery), for a while.
     Failing,
     /// Standing, because it was told to pause.
     Paused,

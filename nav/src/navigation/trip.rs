@@ -5,7 +5,14 @@ use std::time::Duration;
 use maps::Point;
 
 use super::Goal;
+use super::recovery::Attempt;
 use crate::following::Follower;
+
+/// The robot waits in the same place again if it has not got farther from it than this, in metres.
+const SAME_PLACE_M: f64 = 0.5;
+
+/// So many waits in vain in the same place are enough.
+const WAITS_IN_VAIN: u32 = 2;
 
 /// What belongs to one goal.
 #[derive(Clone, Debug)]
@@ -27,7 +34,12 @@ pub(super) struct Trip {
     pub(super) progress_at: Duration,
     pub(super) stalls: u32,
     pub(super) blockages: u32,
-    pub(super) forgotten: u32,
+    /// The recovery behaviour under way, and how many there have been since the way was lost.
+    pub(super) attempt: Option<Attempt>,
+    pub(super) recoveries: usize,
+    /// Where the robot last waited in vain, and how often it has in that place.
+    waited_at: Option<Point>,
+    waits_in_vain: u32,
     /// The costmap's generation at the last look along the path, and what was seen: the way to what blocks it.
     pub(super) looked_at: Option<u64>,
     pub(super) blocked_m: Option<f64>,
@@ -48,9 +60,21 @@ impl Trip {
             progress_at: Duration::ZERO,
             stalls: 0,
             blockages: 0,
-            forgotten: 0,
+            attempt: None,
+            recoveries: 0,
+            waited_at: None,
+            waits_in_vain: 0,
             looked_at: None,
             blocked_m: None,
         }
+    }
+
+    /// Notes that the robot has waited in vain; true if it has so often in this place that waiting will not do.
+    pub(super) fn wait_in_vain(&mut self, at: &Point) -> bool {
+        if self.waited_at.is_none_or(|before| (before - at).norm() > SAME_PLACE_M) {
+            (self.waited_at, self.waits_in_vain) = (Some(*at), 0);
+        }
+        self.waits_in_vain += 1;
+        self.waits_in_vain.is_multiple_of(WAITS_IN_VAIN)
     }
 }

@@ -202,7 +202,7 @@ fn a_closed_door_ends_in_a_reason_in_bounded_time() {
     assert_eq!(status, NavigationStatus::Aborted);
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::NoPlan(PlanError::NoPath)));
     assert!(drive.statuses.contains(&NavigationStatus::Failing));
-    assert!(took < Duration::from_secs(60));
+    assert!(took < Duration::from_secs(90));
 }
 
 #[test]
@@ -279,6 +279,63 @@ fn silent_lasers_and_unknown_poses_are_errors() {
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadEstimate));
     drive.navigator.start(goal(f64::INFINITY, 4.0, 0.0));
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadGoal));
+}
+
+#[test]
+fn encoders_whose_speeds_are_noisy_do_not_carry_the_robot_past_its_goal() {
+    let mut rng = Streams::new(6).stream("speeds");
+    let mut drive = Drive::new(hall(6.0, 5.0), pose(1.0, 2.5, 0.0));
+    // 5 cm from the wall.
+    drive.navigator.start(goal(5.55, 2.5, 0.0));
+    while drive.navigator.status().is_under_way() {
+        let mut odometry = drive.robot.odometry();
+        if odometry.linear_mps > 0.05 {
+            odometry.linear_mps += 0.3 * (rng.random::<f64>() - 0.5) + 0.3 * (rng.random::<f64>() - 0.5);
+        }
+        drive.localization.odometry(&odometry);
+        for scan in drive.robot.scans() {
+            drive.localization.scan(&scan);
+            drive.navigator.scan(&scan, &drive.localization.estimate());
+        }
+        let command = drive.navigator.update(drive.robot.time, &drive.localization.estimate(), &odometry);
+        drive.robot.step(command);
+        drive.closest_m = drive.closest_m.min(drive.robot.clearance_m());
+        assert!(drive.robot.time < Duration::from_secs(60));
+    }
+    assert_eq!(drive.navigator.status(), NavigationStatus::GoalReached);
+    assert!(drive.closest_m > 0.01, "{} m from the wall", drive.closest_m);
+}
+
+#[test]
+fn a_robot_without_a_way_recovers_one_behaviour_after_the_other() {
+    use nav::Recovery::{BackUp, ClearCostmap, Spin, Wait};
+    let map = two_rooms(1.0);
+    let mut world = map.clone();
+    fill(&mut world, [4.0, 0.0, 4.2, 5.0], Cell::Occupied);
+    let mut drive = Drive::in_world(&map, world, pose(1.0, 1.0, 0.0));
+    drive.navigator.start(goal(7.0, 2.5, 0.0));
+    let mut seen = Vec::new();
+    let mut backwards_m: f64 = 0.0;
+    while !seen.contains(&Spin) && drive.robot.time < Duration::from_secs(60) {
+        let before = drive.robot.truth;
+        drive.step();
+        if let Some(recovery) = drive.navigator.recovery() {
+            backwards_m += (-before.inv_mul(&drive.robot.truth).translation.x).max(0.0);
+            if seen.last() != Some(&recovery) {
+                seen.push(recovery);
+            }
+        }
+    }
+    assert_eq!(seen, [ClearCostmap, Wait, BackUp, ClearCostmap, Spin]);
+    assert!(backwards_m > 0.25 && backwards_m < 0.4, "{backwards_m} m");
+    // The door opens.
+    drive.robot.world = map;
+    while drive.navigator.status().is_under_way() {
+        drive.step();
+        assert!(drive.robot.time < Duration::from_secs(120));
+    }
+    assert_eq!((drive.navigator.status(), drive.navigator.recovery()), (NavigationStatus::GoalReached, None));
+    assert!(drive.closest_m > 0.0);
 }
 
 #[test]

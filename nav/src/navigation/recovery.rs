@@ -1,0 +1,136 @@
+//! What a navigator does when it has no way: the recovery behaviours of Nav2's trees, one after the other.
+
+use std::time::Duration;
+
+use maps::{Point, Pose, heading, pose, wrap_angle};
+use robot::VelocityCommand;
+
+use super::trip::Trip;
+use super::{Navigator, Now};
+
+/// How far the robot backs up, in metres, and how fast, in m/s.
+const BACK_UP_M: f64 = 0.3;
+const BACK_UP_MPS: f64 = 0.12;
+
+/// How far behind the robot is looked while it backs up, in metres; it stops when less than the second is free.
+const LOOK_BEHIND_M: f64 = 0.25;
+const FREE_BEHIND_M: f64 = 0.1;
+
+/// How fast the robot spins, in rad/s.
+const SPIN_RADPS: f64 = 0.8;
+
+/// Time in which the lasers see again what is still there after the costmap has been cleared.
+const SEE_AGAIN: Duration = Duration::from_millis(300);
+
+/// How long the robot waits.
+const WAIT: Duration = Duration::from_secs(5);
+
+/// A behaviour that moves the robot ends after this time at the latest.
+const LONGEST: Duration = Duration::from_secs(10);
+
+/// A behaviour by which a navigator that has no way tries to get one; names as in Nav2.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Recovery {
+    /// Forgets what the lasers have seen, which may have been long ago, and looks anew.
+    ClearCostmap,
+    /// Waits: people go on, doors open.
+    Wait,
+    /// Drives back a little, as far as the lasers see that it is free.
+    BackUp,
+    /// Turns once around.
+    Spin,
+}
+
+impl Recovery {
+    /// The order in which they are tried, again and again.
+    const ORDER: [Self; 6] = [Self::ClearCostmap, Self::Wait, Self::BackUp, Self::ClearCostmap, Self::Spin, Self::Wait];
+
+    /// The name, for example `back_up`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ClearCostmap => "clear_costmap",
+            Self::Wait => "wait",
+            Self::BackUp => "back_up",
+            Self::Spin => "spin",
+        }
+    }
+
+    /// The one that is tried as the `number`th, counted from 0.
+    pub(super) fn nth(number: usize) -> Self {
+        Self::ORDER[number % Self::ORDER.len()]
+    }
+
+    /// Where in the order the robot first moves.
+    pub(super) const FIRST_THAT_MOVES: usize = 2;
+}
+
+/// A recovery behaviour under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Attempt {
+    pub(super) recovery: Recovery,
+    since: Duration,
+    from: Point,
+    /// The heading at the last step, and how far the robot has turned, in radians.
+    heading_rad: f64,
+    turned_rad: f64,
+}
+
+impl Attempt {
+    fn begin(recovery: Recovery, now: &Now<'_>) -> Self {
+        Self { recovery, since: now.time, from: now.position(), heading_rad: heading(now.at), turned_rad: 0.0 }
+    }
+
+    /// The velocity to drive at, or nothing if it is done.
+    fn step(&mut self, now: &Now<'_>, free_behind: impl Fn() -> bool) -> Option<VelocityCommand> {
+        let lasted = now.time.saturating_sub(self.since);
+        match self.recovery {
+            Recovery::ClearCostmap => (lasted < SEE_AGAIN).then_some(VelocityCommand::STOP),
+            Recovery::Wait => (lasted < WAIT).then_some(VelocityCommand::STOP),
+            Recovery::BackUp => {
+                let near = (now.position() - self.from).norm() < BACK_UP_M;
+                let goes_on = lasted < LONGEST && near && free_behind();
+                goes_on.then_some(VelocityCommand { linear_mps: -BACK_UP_MPS, angular_radps: 0.0 })
+            }
+            Recovery::Spin => {
+                self.turned_rad += wrap_angle(heading(now.at) - self.heading_rad);
+                self.heading_rad = heading(now.at);
+                let goes_on = lasted < LONGEST && self.turned_rad < std::f64::consts::TAU;
+                goes_on.then_some(VelocityCommand { linear_mps: 0.0, angular_radps: SPIN_RADPS })
+            }
+        }
+    }
+}
+
+impl Navigator {
+    /// Goes on with the recovery behaviour under way, or begins the next; true with the first step after one is done.
+    pub(super) fn recover(&mut self, trip: &mut Trip, now: &Now<'_>) -> (VelocityCommand, bool) {
+        let mut attempt = match trip.attempt.take() {
+            Some(attempt) => attempt,
+            None => self.begin_recovery(trip, now),
+        };
+        let command = attempt.step(now, || self.is_free_behind(now.at));
+        match command {
+            Some(command) => {
+                trip.attempt = Some(attempt);
+                (command, false)
+            }
+            None => (VelocityCommand::STOP, true),
+        }
+    }
+
+    fn begin_recovery(&mut self, trip: &mut Trip, now: &Now<'_>) -> Attempt {
+        let recovery = Recovery::nth(trip.recoveries);
+        trip.recoveries += 1;
+        if recovery == Recovery::ClearCostmap {
+            self.costmap.forget_marks();
+        }
+        Attempt::begin(recovery, now)
+    }
+
+    fn is_free_behind(&self, at: &Pose) -> bool {
+        let needed_m = self.model.radius_m + self.parameters.following.collision_margin;
+        let back = at * pose(0.0, 0.0, std::f64::consts::PI);
+        self.surroundings.free_way(&back, 0.0, LOOK_BEHIND_M, needed_m).way_m >= FREE_BEHIND_M
+    }
+}
