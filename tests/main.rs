@@ -10,6 +10,7 @@ mod experiments;
 mod faults;
 mod localize_command;
 mod monitors;
+mod navigation;
 mod protocol;
 mod report_page;
 mod reproduce;

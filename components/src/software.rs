@@ -5,7 +5,9 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, ProcessId};
 use maps::{Places, Point, Pose};
-use nav::{Atlas, Goal, InitialPose, NavigationParameters, NavigationStatus, Navigator, PoseEstimate};
+use nav::{
+    Atlas, GiveUpReason, Goal, InitialPose, NavigationParameters, NavigationStatus, Navigator, PoseEstimate, Recovery,
+};
 use rand_chacha::ChaCha8Rng;
 use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
 
@@ -228,6 +230,18 @@ impl Software {
         let squared = |point: &Point| (point - here).norm_squared();
         let nearest = (0..path.len()).min_by(|&a, &b| squared(&path[a]).total_cmp(&squared(&path[b])));
         &path[nearest.unwrap_or(0)..]
+    }
+
+    /// Why navigation has given up, or has no way at the moment.
+    #[must_use]
+    pub fn navigation_reason(&self) -> Option<GiveUpReason> {
+        self.navigator.reason()
+    }
+
+    /// By what behaviour navigation is trying to get a way, while it has none.
+    #[must_use]
+    pub fn recovery(&self) -> Option<Recovery> {
+        self.navigator.recovery()
     }
 
     /// What navigation is doing.

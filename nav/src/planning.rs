@@ -4,6 +4,7 @@
 //! points, 0.1 m or less apart, in the `map` frame.
 
 mod astar;
+mod reachability;
 mod smoothing;
 mod standing;
 
@@ -100,6 +101,10 @@ fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point)
     }
     let escape = |cell| ground.can_stand(cell) && !costmap.line_meets_obstacle(start, &costmap.frame.center(cell));
     let first = nearest_cell(costmap, start_cell, ESCAPE_M, escape).ok_or(PlanError::StartInObstacle)?;
+    // Something seen by the lasers may have closed the way; on the map alone there nearly always is one.
+    if costmap.marked().len() > 0 && !reachability::is_reachable(&ground, first, goal_cell) {
+        return Err(PlanError::NoPath);
+    }
     let cells = astar::shortest_path(&ground, first, goal_cell).ok_or(PlanError::NoPath)?;
     if first == start_cell {
         return Ok(smoothing::smoothed(&ground, &cells, Some(start), end));

@@ -13,6 +13,7 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("scenarios/already_there.toml", include_bytes!("../already_there.toml")),
     ("scenarios/stop_overtakes_start.toml", include_bytes!("../stop_overtakes_start.toml")),
     ("scenarios/errand.toml", include_bytes!("../errand.toml")),
+    ("scenarios/populated.toml", include_bytes!("../populated.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),

@@ -13,6 +13,7 @@ use sim::Simulation;
 use crate::Error;
 use crate::error::Complaints;
 use crate::faults::{Change, Fault, Injector, Run};
+use crate::given_up::{GivenUp, GivenUps};
 use crate::scenario::{Scenario, unknown};
 use crate::tick_clock::TickClock;
 use crate::trace::{Recorder, TraceHash, event_line};
@@ -140,6 +141,7 @@ pub struct Live {
     injector: Injector,
     faults: Vec<FaultRecord>,
     tree_errors: TreeErrors,
+    given_up: GivenUps,
     visits: Vec<Visit>,
     tick_clock: TickClock,
     tally: Tally,
@@ -181,6 +183,7 @@ impl Live {
             injector,
             faults: Vec::new(),
             tree_errors: TreeErrors::default(),
+            given_up: GivenUps::default(),
             visits,
             hash: TraceHash::default(),
         })
@@ -200,6 +203,7 @@ impl Live {
         self.system.advance(now);
         self.communicate(now, recorder)?;
         self.note_tree_errors(now);
+        self.given_up.note(&self.software, now);
         self.note_verdicts(&mut news);
         self.note_arrivals(now, &mut news);
         self.add_to_tally();
@@ -377,6 +381,12 @@ impl Live {
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
         &self.faults
+    }
+
+    /// The trips that navigation has given up so far.
+    #[must_use]
+    pub fn given_up(&self) -> &[GivenUp] {
+        self.given_up.all()
     }
 
     /// What has gone wrong in the tree so far.

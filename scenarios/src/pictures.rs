@@ -116,7 +116,11 @@ pub(crate) fn thresholds() -> Vec<draw::Threshold> {
 }
 
 /// Where the beams of a scan ended on something, in the `map` frame.
-fn hits<'a>(scan: &'a robot::LaserScan, pose: &Pose, model: &'a RobotModel) -> impl Iterator<Item = Point> + use<'a> {
+pub(crate) fn hits<'a>(
+    scan: &'a robot::LaserScan,
+    pose: &Pose,
+    model: &'a RobotModel,
+) -> impl Iterator<Item = Point> + use<'a> {
     let laser = &model.lasers[scan.laser];
     let at = pose * laser.mount;
     let ranges = scan.ranges_m.iter().enumerate().filter(|(_, range)| range.is_finite());
@@ -141,7 +145,7 @@ fn fault_marks(course: &crate::live::FaultCourse<'_>) -> Vec<draw::FaultMark> {
     records.map(|(index, record)| draw::FaultMark { position: record.position, label: label(index) }).collect()
 }
 
-fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {
+pub(crate) fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {
     let pose = obstacle.pose;
     let shape = match obstacle.shape {
         sim::Shape::Disc { radius_m } => draw::BodyShape::Disc { center: pose.translation.vector.into(), radius_m },

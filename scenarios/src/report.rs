@@ -167,8 +167,19 @@ pub struct RobotReport {
     pub distance_m: f64,
     /// Contacts begun between the robot and anything else.
     pub collisions: u64,
+    /// The trips that navigation gave up, in order.
+    pub given_up: Vec<GivenUpReport>,
     /// How well localization knew where it was.
     pub localization: LocalizationReport,
+}
+
+/// A trip that navigation gave up.
+#[derive(Clone, Debug, Serialize)]
+pub struct GivenUpReport {
+    /// When, in seconds.
+    pub time_s: f64,
+    /// Why, in words.
+    pub reason: String,
 }
 
 /// The error of the estimated pose against the true one, over all steps.

@@ -6,10 +6,11 @@ use channels::{Event, EventKind};
 use monitors::{Outcome, ScopeMonitor, Sighting, Witness};
 use serde_json::json;
 
+use crate::given_up::GivenUp;
 use crate::live::{Live, Watched};
 use crate::report::{
-    BatteryReport, ExpectationReport, FaultReport, LocalizationReport, MonitorReport, OutcomeReport, PlaceReport,
-    Report, RobotReport, SnapshotReport, TimingReport, TreeErrorReport,
+    BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport, OutcomeReport,
+    PlaceReport, Report, RobotReport, SnapshotReport, TimingReport, TreeErrorReport,
 };
 use crate::trace::message_json;
 use crate::tree_errors::TreeError;
@@ -190,8 +191,13 @@ fn robot(live: &Live) -> RobotReport {
         final_pose: [pose.translation.x, pose.translation.y, maps::heading(&pose)],
         distance_m: truth.distance_m(),
         collisions: truth.collisions(),
+        given_up: live.given_up().iter().map(given_up).collect(),
         localization: LocalizationReport { rmse_m, max_m, rmse_rad },
     }
+}
+
+fn given_up(given_up: &GivenUp) -> GivenUpReport {
+    GivenUpReport { time_s: given_up.time.as_secs_f64(), reason: given_up.reason.to_string() }
 }
 
 fn place(visit: &crate::live::Visit) -> PlaceReport {

@@ -197,7 +197,7 @@ impl Check {
             self.that(from < to, setting, to.as_secs_f64(), "later than the door begins to close");
         }
         if let Some(every) = door.every {
-            self.duration(&format!("{path}.every"), every);
+            self.duration(format!("{path}.every"), every);
         }
     }
 }

@@ -17,6 +17,9 @@ const LOOK_AHEAD_M: f64 = 4.0;
 /// Stop and wait when the path is blocked nearer than this, in metres.
 const STOP_BEFORE_M: f64 = 1.0;
 
+/// A robot that has waited takes a way around that is longer by as many times what it could have driven meanwhile.
+const DETOUR_FOR_WAITING: f64 = 3.0;
+
 /// Something stands in the way when the robot cannot move for so long.
 const STUCK: Duration = Duration::from_millis(400);
 
@@ -255,8 +258,9 @@ impl Navigator {
             trip.stuck_since = None;
             self.enter(trip, NavigationStatus::Moving, now);
         }
-        let waited = now.time.saturating_sub(trip.since) >= self.parameters.obstacle_patience;
-        if self.status == NavigationStatus::WaitingObstacle && waited && self.count_blockage(trip) {
+        let patience_over = now.time.saturating_sub(trip.since) >= self.parameters.obstacle_patience;
+        let waits = self.status == NavigationStatus::WaitingObstacle && patience_over;
+        if waits && !self.is_better_to_wait(trip, now) && self.count_blockage(trip) {
             if trip.wait_in_vain(&now.position()) {
                 self.get_away(trip, GiveUpReason::BlockedTooOften(trip.blockages), now);
             } else {
@@ -264,6 +268,19 @@ impl Navigator {
             }
         }
         VelocityCommand::STOP
+    }
+
+    /// Whether the only other way is so long that what is in the way of this one may well be gone sooner. The longer the
+    /// robot has waited, the longer a way it takes.
+    fn is_better_to_wait(&self, trip: &mut Trip, now: &Now<'_>) -> bool {
+        if now.time < trip.next_plan {
+            return true;
+        }
+        trip.next_plan = now.time + self.parameters.planning_period;
+        let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
+        let waited_s = now.time.saturating_sub(trip.since).as_secs_f64();
+        let worth_m = self.parameters.detour_m + DETOUR_FOR_WAITING * self.model.max_linear_mps * waited_s;
+        self.find_path(trip, now).is_ok_and(|path| length_m(&path) > left_m + worth_m)
     }
 
     /// Recovers: one behaviour after the other, with a look for a way after each and every second, as long as what the

@@ -2,6 +2,11 @@
 //!
 //! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it
 //! enters. Corners are not cut: a diagonal step needs both cells beside it.
+//!
+//! The search is `pathfinding`'s, which keeps what it knows of cells in a hash map and what is open in a binary heap.
+//! That is most of the 5.4 ms that a path across 1984 × 1984 cells takes. Costs and parents in arrays over the cells, and
+//! a queue of buckets, since costs are small integers, would make it 1.2 ms (measured, for the same path): worth an own
+//! search once plans are so frequent that it matters. They are not: the path is planned anew only when it is blocked.
 
 use super::standing::Ground;
 
@@ -51,6 +56,7 @@ mod tests {
     use maps::{Cell, CellIndex, OccupancyGrid, pose};
     use proptest::prelude::*;
 
+    use super::super::reachability::is_reachable;
     use super::*;
     use crate::{Costmap, CostmapParameters};
 
@@ -102,6 +108,7 @@ mod tests {
             let path = shortest_path(&ground, from, to);
             let expected = cheapest(&ground, from)[to];
             prop_assert_eq!(path.is_some(), expected.is_some());
+            prop_assert_eq!(is_reachable(&ground, from, to), path.is_some());
             let Some(path) = path else { return Ok(()) };
             let mut cost = 0;
             for pair in path.windows(2) {

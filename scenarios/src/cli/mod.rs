@@ -10,6 +10,7 @@ mod localize;
 mod map;
 mod matrix;
 mod monitor;
+mod navigate;
 mod progress;
 mod reproduce;
 mod run;
@@ -98,6 +99,8 @@ enum Command {
     /// Property files: check them, have them explained, write their monitors out
     #[command(subcommand)]
     Monitor(monitor::MonitorCommand),
+    /// Measures navigation: trips between random places on maps, among people
+    Navigate(navigate::NavigateArgs),
     /// Behavior trees: check files, show them, tick them without a robot
     #[command(subcommand)]
     Tree(tree::TreeCommand),
@@ -123,6 +126,7 @@ pub fn run(cli: &Cli) -> ExitCode {
         Some(Command::Skill(command)) => skill::skill(command),
         Some(Command::Matrix(args)) => matrix::matrix(args),
         Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
+        Some(Command::Navigate(args)) => navigate::navigate(args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(args),
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),

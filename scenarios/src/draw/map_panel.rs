@@ -18,7 +18,7 @@ const FONT: Font = Font::regular(15.0);
 const FOOT: f64 = 40.0;
 
 /// Draws the map, the legend and the scale bar into `area`.
-pub(super) fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
+pub(crate) fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
     panel_ground(canvas, area);
     let frame = Area::new(area.x + 10.0, area.y + 10.0, area.width - 20.0, area.height - 10.0 - FOOT);
     let view = View::fitting(bounds(scene), frame);

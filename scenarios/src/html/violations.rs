@@ -164,7 +164,7 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     }
     let mut statuses: Vec<String> = Vec::new();
     for span in timeline.navigation().spans(timeline.end()).filter(|span| span.from < to && span.to > from) {
-        let name = span.state.name().replace('_', " ");
+        let name = span.state.status.name().replace('_', " ");
         if !statuses.contains(&name) {
             statuses.push(name);
         }

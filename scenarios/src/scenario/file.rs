@@ -10,6 +10,7 @@ use maps::{FileProblems, Spanned};
 use monitors::Outcome;
 use sim::{DriftNoise, SimConfig};
 
+use super::world::{WorldBody, read_world};
 use crate::Error;
 use crate::faults::Fault;
 use crate::files::Files;
@@ -35,6 +36,8 @@ pub struct ScenarioFile {
     pub sites: Sites,
     /// The simulated robot and its world.
     pub sim: SimConfig,
+    /// People, doors and boxes: what stands in `sim.obstacles`, and where the file speaks of it.
+    pub world: Vec<WorldBody>,
     /// How tree, skills and components are run.
     pub execution: Execution,
     /// What goes wrong, and when.
@@ -222,7 +225,9 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let properties = root.get::<Vec<Spanned<String>>>("properties").or(Vec::new());
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: value.into(), span });
     let sites = root.table("sites").required().and_then(read_sites);
-    let sim = read_sim(root);
+    let mut sim = read_sim(root);
+    let world = read_world(root);
+    sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
     let execution = read_execution(root);
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
     let stop = root.table("stop").optional().map_or_else(Stop::default, read_stop);
@@ -238,6 +243,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         properties: properties.collect(),
         sites: sites?,
         sim,
+        world,
         execution: execution?,
         faults,
         stop,

@@ -3,6 +3,7 @@
 mod faulty;
 mod file;
 pub mod find;
+mod world;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,6 +17,7 @@ use skills::Chart;
 
 pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Stop, TreeForm};
 pub use find::Found;
+pub use world::WorldBody;
 
 use crate::error::Complaints;
 use crate::faults::Effect;
@@ -123,6 +125,9 @@ impl Loader<'_> {
         let machines = charts.as_ref().map(|charts| self.faulty_machines(&file, charts));
         let wrong_map = self.wrong_map(&file);
         let properties = self.properties(&file);
+        if let Some(map) = &map {
+            self.check_world(&file.world, map);
+        }
         let (start, station) = poses?;
         Some(Scenario {
             name: self.found.name.clone(),

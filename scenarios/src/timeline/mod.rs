@@ -6,6 +6,7 @@
 //! by the number of changes, not of steps.
 
 mod course;
+mod navigation;
 mod recent;
 mod track;
 mod trail;
@@ -13,13 +14,13 @@ mod trail;
 use std::time::Duration;
 
 use channels::Verdict;
-use nav::NavigationStatus;
 
 use crate::draw;
 use crate::live::{Live, News};
 use crate::pictures;
 
 pub use course::Course;
+pub use navigation::Navigation;
 pub use recent::Episode;
 pub use track::{Lane, Span, Track};
 pub use trail::{Stage, Trail};
@@ -40,7 +41,7 @@ pub struct MonitorState {
 pub struct Timeline {
     battery: Course,
     charging: Track<bool>,
-    navigation: Track<NavigationStatus>,
+    navigation: Track<Navigation>,
     leaves: Vec<Lane<draw::NodeStatus>>,
     skills: Vec<Lane<String>>,
     components: Vec<Lane<String>>,
@@ -98,7 +99,7 @@ impl Timeline {
         self.end = now;
         self.battery.note(now, battery.charge_pct);
         self.charging.note(now, &battery.charging);
-        self.navigation.note(now, &live.software().navigation_status());
+        self.navigation.note(now, &Navigation::of(live.software()));
         self.trail.note(now, truth.pose().translation.vector.into());
     }
 
@@ -156,7 +157,7 @@ impl Timeline {
 
     /// What navigation is doing.
     #[must_use]
-    pub fn navigation(&self) -> &Track<NavigationStatus> {
+    pub fn navigation(&self) -> &Track<Navigation> {
         &self.navigation
     }
 

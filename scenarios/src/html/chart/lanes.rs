@@ -72,7 +72,7 @@ impl BarStyle {
 pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
     let mut components = vec![bars("navigation's status", timeline.navigation(), end, |status| {
-        (status.name().replace('_', " "), BarStyle::of_name(status.name()))
+        (status.words(), BarStyle::of_name(status.status.name()))
     })];
     components.extend(timeline.components().iter().map(|lane| named(lane, end)));
     let leaves = timeline.leaves().iter().map(|lane| {

@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use components::StopRule;
-use maps::Pose;
+use maps::{Point, Pose};
 use robot::{LaserSpec, RobotModel};
 use sim::{
-    BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
-    OdometryConfig, Shape, SimConfig,
+    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, LaserConfig, Manners, ObstacleConfig,
+    ObstacleMotion, OdometryConfig, Opening, Pauses, Shape, SimConfig, Walk,
 };
 
 use crate::html::markup::{escape, row};
@@ -227,13 +227,63 @@ fn obstacle_in_words(obstacle: &ObstacleConfig) -> String {
     };
     let motion = match motion {
         ObstacleMotion::Fixed => "fixed".to_owned(),
+        ObstacleMotion::Person(walk) => walk_in_words(walk),
+        ObstacleMotion::Door(door) => door_in_words(door),
         ObstacleMotion::Movable { mass_kg } => format!("can be pushed, {}", with_unit(*mass_kg, "kg")),
         ObstacleMotion::Route { waypoints, speed_mps, end } => {
-            let corners: Vec<String> = waypoints.iter().map(|corner| position(corner.x, corner.y)).collect();
-            format!("moves at {} by {}, then: {end:?}", with_unit(*speed_mps, "m/s"), corners.join(", "))
+            format!("moves at {} by {}, then: {end:?}", with_unit(*speed_mps, "m/s"), positions(waypoints))
         }
     };
     format!("{shape} at {}, {motion}", self::pose(pose))
+}
+
+fn walk_in_words(walk: &Walk) -> String {
+    let Walk { waypoints, speed_mps, end, sets_out, pause, pauses, manners } = walk;
+    if waypoints.is_empty() {
+        return "somebody who stands there".to_owned();
+    }
+    let pauses = match pauses {
+        _ if pause.is_zero() => String::new(),
+        Pauses::Waypoints => format!(" and pauses {} at each", duration(*pause)),
+        Pauses::Ends => format!(" and pauses {} at the ends", duration(*pause)),
+    };
+    let manners =
+        manners.map_or("gives way to nobody".to_owned(), |Manners { slow_within_m, stop_within_m, patience }| {
+            format!(
+                "slows down {} before the robot, stops at {}, turns back after {}",
+                with_unit(slow_within_m, "m"),
+                with_unit(stop_within_m, "m"),
+                duration(patience),
+            )
+        });
+    format!(
+        "sets out after {}, walks at {} by {}{pauses}, then: {end:?}; {manners}",
+        duration(*sets_out),
+        with_unit(*speed_mps, "m/s"),
+        positions(waypoints),
+    )
+}
+
+fn door_in_words(door: &Door) -> String {
+    let Door { opening, moving, closed, every } = door;
+    let times: Vec<String> = closed.iter().map(|(from, to)| format!("{} to {}", duration(*from), until(*to))).collect();
+    let opening = match opening {
+        Opening::Slide => "slides",
+        Opening::Left => "opens to the left",
+        Opening::Right => "opens to the right",
+    };
+    let times =
+        if times.is_empty() { "never closed".to_owned() } else { format!("closed from {}", times.join(", from ")) };
+    let every = every.map_or_else(String::new, |every| format!(", every {}", duration(every)));
+    format!("a door that {opening} within {}, {times}{every}", duration(*moving))
+}
+
+fn until(time: Duration) -> String {
+    if time == Duration::MAX { "the end".to_owned() } else { duration(time) }
+}
+
+fn positions(points: &[Point]) -> String {
+    points.iter().map(|corner| position(corner.x, corner.y)).collect::<Vec<_>>().join(", ")
 }
 
 fn position(x: f64, y: f64) -> String {

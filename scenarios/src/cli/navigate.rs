@@ -1,0 +1,112 @@
+//! `steward navigate`: how well the robot gets from anywhere to anywhere.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::print;
+use super::progress::Bar;
+use crate::Error;
+use crate::draw::Renderer;
+use crate::error::Complaints;
+use crate::files::Files;
+use crate::navigate::{Benchmark, Course, Scenes, Settings, Trip, picture, table};
+
+/// Which trips to drive.
+#[derive(Debug, Args)]
+pub(super) struct NavigateArgs {
+    /// Maps (YAML files) to drive on
+    #[arg(long, value_name = "MAP.yaml", num_args = 1.., default_value = "maps/house.yaml")]
+    map: Vec<PathBuf>,
+    /// How many trips there are on each map, between random places
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    goals: u64,
+    /// How many people are about: two thirds walk across the robot's way and back, the others stand
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    people: usize,
+    /// The root seed of the first trip on each map; those of the others follow
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Exit status 1 if fewer trips arrive, in percent, or a wall or somebody who stands still is touched
+    #[arg(long, value_name = "PCT")]
+    at_least: Option<f64>,
+    /// Which trips are drawn as they ended
+    #[arg(long, value_enum, default_value_t = Scenes::Failed)]
+    pictures: Scenes,
+    /// Where pictures and data go
+    #[arg(long, value_name = "DIR", default_value = "out/navigate")]
+    out: PathBuf,
+    /// Prints the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Drives all trips and prints what came of them.
+pub(super) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
+    let mut complaints = Complaints::default();
+    let courses: Vec<Course> = args.map.iter().filter_map(|path| complaints.take(course(path))).collect();
+    complaints.check()?;
+    let settings = Settings { goals: args.goals, people: args.people, seed: args.seed, scenes: args.pictures };
+    let bar = Bar::new(args.quiet || args.json, "trips");
+    let benchmark = Benchmark::run(&courses, &settings, |done, all| bar.show(done, all));
+    bar.finish();
+    let json = serde_json::to_string_pretty(&benchmark).expect("a benchmark is always JSON") + "\n";
+    let pictures = write(args, &benchmark, &json)?;
+    if args.json {
+        print(&json)?;
+    } else {
+        let again = |trip: &Trip| again(args, trip);
+        let wrote = match pictures {
+            0 => String::new(),
+            count => format!(" and {count} pictures"),
+        };
+        print(&format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join("navigate.json").display()))?;
+    }
+    Ok(ExitCode::from(u8::from(args.at_least.is_some_and(|pct| !is_enough(&benchmark, pct)))))
+}
+
+fn course(path: &Path) -> Result<Course, Error> {
+    let files = Files::beside("");
+    let read = |path: &Path| files.read(path);
+    let map = maps::load_map(path, &read).map_err(Error::bad_input)?;
+    let name = path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());
+    Course::new(&name, map).map_err(|error| {
+        Error::refused(
+            format!("{}: {error}", path.display()),
+            "the robot is a disc of 0.3 m radius and drives on free cells",
+        )
+    })
+}
+
+/// Writes the results, and the pictures of the trips that left a scene; returns how many.
+fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize, Error> {
+    let failed = |path: PathBuf| move |source| Error::Write { path, source };
+    std::fs::create_dir_all(&args.out).map_err(failed(args.out.clone()))?;
+    let path = args.out.join("navigate.json");
+    std::fs::write(&path, json).map_err(failed(path.clone()))?;
+    let renderer = Renderer::new();
+    for (trip, scene) in &benchmark.scenes {
+        let png = renderer.png(&picture(trip, scene)).map_err(|error| Error::Draw(error.to_string()))?;
+        let path = args.out.join(format!("{}_{}.png", trip.map, trip.seed));
+        std::fs::write(&path, png).map_err(failed(path.clone()))?;
+    }
+    Ok(benchmark.scenes.len())
+}
+
+/// The command that drives one trip again.
+fn again(args: &NavigateArgs, trip: &Trip) -> String {
+    let is_it = |path: &&PathBuf| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == trip.map);
+    let map = args.map.iter().find(is_it).map_or_else(|| trip.map.clone(), |path| path.display().to_string());
+    format!("steward navigate --map {map} --goals 1 --people {} --seed {} --pictures all", args.people, trip.seed)
+}
+
+fn is_enough(benchmark: &Benchmark, at_least_pct: f64) -> bool {
+    benchmark
+        .maps
+        .last()
+        .is_some_and(|all| all.arrived_pct >= at_least_pct && all.wall_contacts == 0 && all.standing_contacts == 0)
+}

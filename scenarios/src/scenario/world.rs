@@ -1,0 +1,207 @@
+//! What a scenario's world holds beside walls: people, doors and boxes.
+
+use std::time::Duration;
+
+use maps::document::Table;
+use maps::{Cell, OccupancyGrid, Point, Pose, Problem, Spanned, pose};
+use sim::{Door, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
+
+use super::Loader;
+
+/// Thickness of a door's leaf, in metres.
+const LEAF_M: f64 = 0.06;
+
+/// Distance between the places of a route that are looked at, in metres.
+const LOOK_M: f64 = 0.05;
+
+/// A person, a door or a box, and where its file speaks of it.
+pub type WorldBody = Spanned<ObstacleConfig>;
+
+/// Reads `[[people]]`, `[[doors]]` and `[[boxes]]`; each has a name of its own.
+pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
+    let mut bodies = read_each(root, "people", "person", read_person);
+    bodies.extend(read_each(root, "doors", "door", read_door));
+    bodies.extend(read_each(root, "boxes", "box", read_box));
+    for (index, body) in bodies.iter().enumerate() {
+        if bodies[..index].iter().any(|other| other.value.name == body.value.name) {
+            let problem = body.span.problem(format!("there are two bodies named `{}`", body.value.name));
+            let help = "people, doors and boxes have names of their own";
+            root.report(problem.with_label("the second one").with_help(help));
+        }
+    }
+    bodies
+}
+
+/// Reads the tables under `key`; one without a name is called by what it is and its number.
+fn read_each(
+    root: Table<'_>,
+    key: &str,
+    what: &str,
+    read: impl Fn(Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)>,
+) -> Vec<WorldBody> {
+    let mut number = 0;
+    let bodies = root.tables(key).each(|table| {
+        number += 1;
+        let name = table.text("name").check(|name| !name.is_empty(), "not be empty").or(format!("{what} {number}"));
+        let (shape, pose, motion) = read(table)?;
+        Some(Spanned { value: ObstacleConfig { name, shape, pose, motion }, span: table.span().clone() })
+    });
+    bodies.or(Vec::new())
+}
+
+fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
+    let at = table.get::<[f64; 2]>("at").required();
+    let radius_m = table.number("radius_m").within(0.05..=1.0).or(0.25);
+    let waypoints = table.get::<Vec<[f64; 2]>>("route").or(Vec::new());
+    let defaults = Manners::default();
+    let patience = table.seconds("patience_s").or(defaults.patience);
+    let gives_way = table.boolean("gives_way").or(true);
+    let ends = [("back", RouteEnd::BackAndForth), ("around", RouteEnd::Loop), ("stop", RouteEnd::Stop)];
+    let walk = Walk {
+        waypoints: waypoints.into_iter().map(|[x, y]| Point::new(x, y)).collect(),
+        speed_mps: table.number("speed_mps").within(0.05..=3.0).or(0.8),
+        end: table.one_of("then", &ends).or(RouteEnd::BackAndForth),
+        sets_out: table.seconds("sets_out_s").or(Duration::ZERO),
+        pause: table.seconds("pause_s").or(Duration::ZERO),
+        pauses: table
+            .one_of("pauses", &[("waypoints", Pauses::Waypoints), ("ends", Pauses::Ends)])
+            .or(Pauses::Waypoints),
+        manners: gives_way.then_some(Manners { patience, ..defaults }),
+    };
+    let [x, y] = at?;
+    Some((Shape::Disc { radius_m }, pose(x, y, 0.0), ObstacleMotion::Person(walk)))
+}
+
+fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
+    let at = read_pose(table);
+    let length_m = table.number("width_m").within(0.1..=20.0).or(1.0);
+    let openings = [("slide", Opening::Slide), ("left", Opening::Left), ("right", Opening::Right)];
+    let closed = table.get::<Vec<Spanned<Vec<f64>>>>("closed_s");
+    let door = Door {
+        opening: table.one_of("opens", &openings).or(Opening::Slide),
+        moving: table.seconds("moves_s").or(Duration::from_secs(2)),
+        closed: closed.try_map(|spans, _| spans.iter().map(read_span).collect()).or(Vec::new()),
+        every: table.seconds("every_s").check(|every| !every.is_zero(), "be above 0").optional(),
+    };
+    Some((Shape::Box { length_m, width_m: LEAF_M }, at?, ObstacleMotion::Door(door)))
+}
+
+/// From when to when a door is closed; to the end if only the first is said.
+fn read_span(times: &Spanned<Vec<f64>>) -> Result<(Duration, Duration), Problem> {
+    let time = |seconds: f64| Duration::try_from_secs_f64(seconds).ok();
+    let span = match times.value.as_slice() {
+        [from] => time(*from).map(|from| (from, Duration::MAX)),
+        [from, to] if from < to => time(*from).zip(time(*to)),
+        _ => None,
+    };
+    span.ok_or_else(|| {
+        let problem = times.span.problem("no span of time");
+        problem
+            .with_help("`[from, to]` in seconds, the second later than the first; or `[from]`, to the end of the run")
+    })
+}
+
+fn read_box(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
+    let at = read_pose(table);
+    let side = |key, default| table.number(key).within(0.05..=20.0).or(default);
+    let (length_m, width_m) = (side("length_m", 0.6), side("width_m", 0.4));
+    let mass_kg = table.number("mass_kg").within(0.1..=1000.0).or(10.0);
+    let fixed = table.boolean("fixed").or(false);
+    let motion = if fixed { ObstacleMotion::Fixed } else { ObstacleMotion::Movable { mass_kg } };
+    Some((Shape::Box { length_m, width_m }, at?, motion))
+}
+
+/// `at`: x and y in metres, and a heading in degrees.
+fn read_pose(table: Table<'_>) -> Option<Pose> {
+    let at = table.get::<[f64; 3]>("at").required();
+    at.map(|[x, y, degrees]| pose(x, y, degrees.to_radians()))
+}
+
+impl Loader<'_> {
+    /// Checks that people walk on the floor, and that everything is on the map.
+    pub(super) fn check_world(&mut self, bodies: &[WorldBody], map: &OccupancyGrid) {
+        for Spanned { value: body, span } in bodies {
+            let at = Point::from(body.pose.translation.vector);
+            let mut complain = |message: String, help: &str| {
+                self.complaints.push(span.problem(message).with_label("this one").with_help(help));
+            };
+            if map.index_of(&at).is_none() {
+                complain(
+                    format!("`{}` is outside of the map, at {at}", body.name),
+                    "x and y are in metres, in the map's frame",
+                );
+                continue;
+            }
+            let ObstacleMotion::Person(walk) = &body.motion else { continue };
+            let closes = walk.end == RouteEnd::Loop && walk.waypoints.len() > 1;
+            let again = walk.waypoints.first().filter(|_| closes);
+            let corners: Vec<Point> =
+                std::iter::once(at).chain(walk.waypoints.iter().copied()).chain(again.copied()).collect();
+            if let Some(wall) = corners.windows(2).find_map(|leg| first_wall(map, &leg[0], &leg[1])) {
+                let message =
+                    format!("the way of `{}` leads through a wall at ({:.2}, {:.2})", body.name, wall.x, wall.y);
+                complain(message, "a route goes straight from point to point: give it corners");
+            } else if first_wall(map, &at, &at).is_some() {
+                complain(format!("`{}` stands in a wall", body.name), "people stand on free floor");
+            }
+        }
+    }
+}
+
+/// Where a line first meets a wall, or leaves the map.
+fn first_wall(map: &OccupancyGrid, from: &Point, to: &Point) -> Option<Point> {
+    let looks = ((to - from).norm() / LOOK_M).ceil().max(1.0) as usize;
+    let places = (0..=looks).map(|look| from + (to - from) * (look as f64 / looks as f64));
+    let is_wall =
+        |at: &Point| map.index_of(at).and_then(|index| map.cell(index)).is_none_or(|cell| cell == Cell::Occupied);
+    places.into_iter().find(is_wall)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Scenario, find};
+    use crate::Error;
+
+    /// What is wrong with the errand in a world with something more.
+    fn problems(world: &str) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("world.toml");
+        std::fs::write(&path, format!("base = \"scenarios/errand.toml\"\n{world}")).unwrap();
+        let found = find::find(path.to_str().unwrap()).unwrap();
+        match Scenario::load(&found, &[]) {
+            Ok(_) => String::new(),
+            Err(Error::BadInput(problems)) => problems.iter().map(|problem| format!("{problem}\n")).collect(),
+            Err(other) => other.to_string(),
+        }
+    }
+
+    #[test]
+    fn people_doors_and_boxes_are_read_with_their_defaults() {
+        assert_eq!(
+            problems("[[people]]\nat = [-3.0, 6.4]\n[[doors]]\nat = [-11.3, 12.1, 0]\n[[boxes]]\nat = [-3.0, 6.6, 0]"),
+            ""
+        );
+    }
+
+    #[test]
+    fn everything_that_is_wrong_is_said_at_once() {
+        let said = problems(
+            "[[people]]\nname = \"Ann\"\nat = [-3.0, 6.4]\nspeed_mps = 9\nrout = [[1, 2]]\n\
+             [[boxes]]\nname = \"Ann\"\nat = [-3.0, 6.6, 0]\n[[doors]]\nat = [-11.3, 12.1, 0]\nclosed_s = [[5, 2]]",
+        );
+        for part in ["speed_mps", "rout", "no span of time"] {
+            assert!(said.contains(part), "{part}: {said}");
+        }
+    }
+
+    #[test]
+    fn nobody_walks_through_walls_or_off_the_map() {
+        let through = problems("[[people]]\nat = [-3.0, 6.4]\nroute = [[-3.0, 60.0]]");
+        assert!(through.contains("leads through a wall"), "{through}");
+        let off = problems("[[boxes]]\nat = [900.0, 6.6, 0]");
+        assert!(off.contains("outside of the map"), "{off}");
+        let twice =
+            problems("[[people]]\nname = \"Ann\"\nat = [-3.0, 6.4]\n[[boxes]]\nname = \"Ann\"\nat = [-5.0, 6.6, 0]");
+        assert!(twice.contains("two bodies named `Ann`"), "{twice}");
+    }
+}

@@ -1,0 +1,68 @@
+//! Navigation among people, doors and boxes: a scenario's world, a trip that is given up, and the benchmark.
+
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::steward::{refusal, report, steward};
+
+#[test]
+fn the_errand_is_done_among_people_doors_and_boxes() {
+    let out = tempdir().unwrap();
+    let report = report("populated", out.path(), &["--no-snapshots"]);
+    assert_eq!(report["outcome"], "as_expected", "{}", report["differences"]);
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    for part in ["Ann", "Cleo", "kitchen door", "parcel", "somebody who stands there"] {
+        assert!(page.contains(part), "{part} is not on the page");
+    }
+}
+
+#[test]
+fn before_a_door_that_stays_closed_navigation_gives_up_with_a_reason_and_the_tree_tries_again() {
+    let out = tempdir().unwrap();
+    let report = report("faults/door_closes", out.path(), &["--no-snapshots"]);
+    let given_up = report["robot"]["given_up"].as_array().unwrap();
+    assert!(given_up.len() >= 2, "{given_up:?}");
+    assert!(given_up.iter().all(|trip| trip["reason"] == "no way leads to the goal"), "{given_up:?}");
+    assert_eq!(report["robot"]["collisions"], 0);
+    let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
+    assert!(page.contains("aborted: no way leads to the goal"));
+}
+
+/// What the benchmark says of a few trips through the house.
+fn benchmark(arguments: &[&str]) -> (Option<i32>, Value) {
+    let out = tempdir().unwrap();
+    let mut all = vec!["navigate", "--json", "--pictures", "none", "--out", out.path().to_str().unwrap()];
+    all.extend(arguments);
+    let output = steward(&all);
+    let written = std::fs::read(out.path().join("navigate.json")).unwrap();
+    assert_eq!(written, output.stdout);
+    (output.status.code(), serde_json::from_slice(&output.stdout).unwrap())
+}
+
+#[test]
+fn the_benchmark_drives_the_house_without_a_touch() {
+    let (status, benchmark) = benchmark(&["--goals", "6", "--at-least", "99"]);
+    let house = &benchmark["maps"][0];
+    assert_eq!((status, &house["arrived_pct"]), (Some(0), &Value::from(100.0)), "{}", benchmark["failures"]);
+    assert_eq!((&house["wall_contacts"], &house["trips"]), (&Value::from(0), &Value::from(6)));
+    let ratio = house["way_ratio"].as_f64().unwrap();
+    assert!(ratio > 0.9 && ratio < 1.3, "{ratio}");
+}
+
+#[test]
+fn a_trip_of_the_benchmark_is_the_same_alone() {
+    let (_, three) = benchmark(&["--goals", "3", "--people", "5", "--seed", "7"]);
+    let alone: Vec<Value> =
+        ["7", "8", "9"].map(|seed| benchmark(&["--goals", "1", "--people", "5", "--seed", seed]).1).to_vec();
+    let failures: Vec<Value> =
+        alone.iter().flat_map(|benchmark| benchmark["failures"].as_array().unwrap().clone()).collect();
+    assert_eq!(three["failures"], Value::from(failures));
+    let sum = |key: &str| alone.iter().map(|benchmark| benchmark["maps"][0][key].as_u64().unwrap()).sum::<u64>();
+    assert_eq!(three["maps"][0]["walking_contacts"], sum("walking_contacts"));
+}
+
+#[test]
+fn a_map_that_is_not_there_or_has_no_room_is_refused() {
+    let said = refusal(&["navigate", "--map", "nowhere.yaml"]);
+    assert!(said.contains("nowhere.yaml"), "{said}");
+}
