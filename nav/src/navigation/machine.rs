@@ -248,9 +248,10 @@ impl Navigator {
         self.look_ahead(trip);
         let is_free = trip.blocked_m.is_none_or(|blocked_m| blocked_m >= STOP_BEFORE_M)
             && trip.obstacle.is_none_or(|obstacle| !self.surroundings.is_near(&obstacle));
+        let patience_over = now.time.saturating_sub(trip.since) >= self.parameters.obstacle_patience;
         if !is_free {
             trip.free_since = None;
-            if trip.obstacle.is_none() && now.time >= trip.next_plan {
+            if !patience_over && trip.obstacle.is_none() && now.time >= trip.next_plan {
                 self.find_detour(trip, now);
             }
         } else if now.time.saturating_sub(*trip.free_since.get_or_insert(now.time)) >= FREE_AGAIN {
@@ -258,7 +259,6 @@ impl Navigator {
             trip.stuck_since = None;
             self.enter(trip, NavigationStatus::Moving, now);
         }
-        let patience_over = now.time.saturating_sub(trip.since) >= self.parameters.obstacle_patience;
         let waits = self.status == NavigationStatus::WaitingObstacle && patience_over;
         if waits && !self.is_better_to_wait(trip, now) && self.count_blockage(trip) {
             if trip.wait_in_vain(&now.position()) {
