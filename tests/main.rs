@@ -4,6 +4,7 @@
 
 mod architecture;
 mod bad_input;
+mod campaign;
 mod command_line;
 mod determinism;
 mod experiments;

@@ -4,13 +4,26 @@
 //! file, and says what each run is as a function of its number: the values of the [parameters](Parameter) that the file
 //! varies, spread by a [`Sampling`](sampling::Sampling), and a seed. What the numbers that come of it mean, and when there
 //! are enough of them, is in [`statistics`].
+//!
+//! [`run`] runs a campaign, or a [`Shard`] of it, on all cores and writes each run's [`RunRecord`] to a journal, in the
+//! order of the runs; [`finish`] makes the [dataset] and the [`Summary`] of that, and [`merge`] puts shards together. A
+//! run that is refused, cannot go on or panics is a record like any other.
 
+pub mod dataset;
 pub mod file;
+mod journal;
 pub mod parameter;
 mod plan;
+mod record;
+mod results;
+mod runner;
 pub mod sampling;
 pub mod statistics;
 
 pub use file::CampaignFile;
+pub use journal::Shard;
 pub use parameter::{Domain, Parameter, Value};
 pub use plan::{Plan, PlannedRun};
+pub use record::{MonitorFacts, RunFacts, RunOutcome, RunRecord};
+pub use results::{Estimate, Named, Outcomes, Summary, finish, merge};
+pub use runner::{GoalReport, run};

@@ -4,10 +4,10 @@ use std::fmt;
 
 use maps::document::{FromItem, Item};
 use maps::{Problem, Spanned};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A value that a campaign gives to a key of the scenario.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Value {
     /// An integer.

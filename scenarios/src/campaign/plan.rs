@@ -6,7 +6,7 @@ use std::sync::Arc;
 use maps::{Problem, Spanned};
 use serde::Serialize;
 
-use super::file::{CampaignFile, Seeds};
+use super::file::{CampaignFile, MAX_RUNS, Seeds};
 use super::parameter::{Parameter, Value};
 use super::sampling::{Dimension, Sampling};
 use crate::Error;
@@ -37,10 +37,17 @@ use crate::scenario::{Found, Scenario, find, unknown};
 /// ```
 #[derive(Clone, Debug)]
 pub struct Plan {
+    /// How the command line calls it, and its text.
+    name: String,
+    text: String,
     file: CampaignFile,
     found: Found,
     /// A dimension for each parameter; none for a grid.
     dimensions: Vec<Dimension>,
+    /// The scenario without what varies, whose files and map all runs share.
+    base: Arc<Scenario>,
+    /// The properties that the scenario watches.
+    properties: Vec<String>,
 }
 
 /// One run of a campaign.
@@ -78,13 +85,57 @@ impl Plan {
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
         let found = scenario(name, &file)?;
-        let dimension = |(place, parameter): (usize, &Parameter)| {
-            Dimension::new(file.sampling, place, &parameter.key.value, file.seed, file.runs)
-        };
-        let dimensions = file.parameters.iter().enumerate().filter_map(dimension).collect();
-        let plan = Self { file, found, dimensions };
-        plan.check()?;
+        let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
+        let base = Arc::new(Scenario::load(&found, &set)?);
+        let live = Live::new(Arc::clone(&base), file.seed, true)?;
+        let properties = live.watched().iter().map(|watched| watched.name.clone()).collect();
+        let (name, text, dimensions) = (name.to_owned(), text.to_owned(), dimensions(&file));
+        let plan = Self { name, text, file, found, dimensions, base, properties };
+        plan.check(&set)?;
         Ok(plan)
+    }
+
+    /// The same campaign with another number of runs.
+    ///
+    /// # Errors
+    /// If there are none, or more than its combinations allow for a grid, or than are possible.
+    pub fn with_runs(mut self, runs: u64) -> Result<Self, Error> {
+        let most = if self.file.sampling == Sampling::Grid { self.file.runs } else { MAX_RUNS };
+        if !(1..=most).contains(&runs) {
+            let message = format!("the campaign cannot have {runs} runs");
+            return Err(Error::refused(message, format!("it can have 1 to {most}")));
+        }
+        self.file.runs = runs;
+        self.dimensions = dimensions(&self.file);
+        Ok(self)
+    }
+
+    /// How the command line calls the campaign.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The properties that every run watches.
+    #[must_use]
+    pub fn properties(&self) -> &[String] {
+        &self.properties
+    }
+
+    /// The scenario without what varies.
+    #[must_use]
+    pub fn base(&self) -> &Arc<Scenario> {
+        &self.base
+    }
+
+    /// A fingerprint of what the runs are: the campaign's text, its number of runs, and the scenario's text.
+    #[must_use]
+    pub fn identity(&self) -> String {
+        let mut hash = blake3::Hasher::new();
+        for part in [&self.text, &self.found.text, &self.file.runs.to_string()] {
+            hash.update(&(part.len() as u64).to_le_bytes()).update(part.as_bytes());
+        }
+        hash.finalize().to_hex().to_string()
     }
 
     /// What the file says.
@@ -141,22 +192,14 @@ impl Plan {
     }
 
     /// Tries what the scenario says to the parameters' values.
-    fn check(&self) -> Result<(), Error> {
+    fn check(&self, set: &[String]) -> Result<(), Error> {
         let mut complaints = Complaints::default();
-        let set: Vec<String> = self.file.set.iter().map(|set| set.value.clone()).collect();
-        let base = complaints.take(Scenario::load(&self.found, &set));
-        complaints.check()?;
-        let first = self.run(0);
-        for problem in self.refusals(&first, &set) {
+        for problem in self.refusals(&self.run(0), set) {
             complaints.push(problem);
         }
-        if let (Some(goal), Some(base)) = (&self.file.goal, base)
-            && let Some(live) = complaints.take(Live::new(Arc::new(base), first.seed, true))
-        {
-            let names = live.watched().iter().map(|watched| watched.name.as_str()).chain(["expectation"]);
-            if !names.clone().any(|name| name == goal.of.value) {
-                complaints.push(unknown("property", &goal.of, names));
-            }
+        let names = self.properties.iter().map(String::as_str).chain(["expectation"]);
+        if let Some(goal) = self.file.goal.as_ref().filter(|goal| !names.clone().any(|name| name == goal.of.value)) {
+            complaints.push(unknown("property", &goal.of, names));
         }
         complaints.check()
     }
@@ -164,7 +207,7 @@ impl Plan {
     /// What the scenario does not take, once for each parameter. Parameters are varied around the first run; where the
     /// scenario refuses that already, each is tried alone, so that every one that is wrong is found.
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
-        let together = Scenario::load(&self.found, &first.overrides(self)).err();
+        let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
         let overrides = |place: usize, value: &Value| {
             if together.is_none() {
                 let mut run = first.clone();
@@ -176,7 +219,7 @@ impl Plan {
         };
         let refused = |(place, parameter): (usize, &Parameter)| {
             let refused = |value: Value| {
-                let error = Scenario::load(&self.found, &overrides(place, &value)).err()?;
+                let error = Scenario::load_like(&self.base, &self.found, &overrides(place, &value)).err()?;
                 Some(refusal(&parameter.key, &value, &error))
             };
             parameter.domain.extremes().into_iter().find_map(refused)
@@ -201,6 +244,14 @@ impl PlannedRun {
     }
 }
 
+/// A dimension for each parameter; none for a grid.
+fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
+    let dimension = |(place, parameter): (usize, &Parameter)| {
+        Dimension::new(file.sampling, place, &parameter.key.value, file.seed, file.runs)
+    };
+    file.parameters.iter().enumerate().filter_map(dimension).collect()
+}
+
 /// The scenario that a campaign names: beside its file, or one that comes with the program.
 fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
     let beside = Path::new(name).parent().unwrap_or(Path::new("")).join(&file.scenario.value);
@@ -220,7 +271,7 @@ fn refusal(key: &Spanned<String>, value: &Value, error: &Error) -> Problem {
 }
 
 /// Everything that is wrong, in a line.
-fn reasons(error: &Error) -> String {
+pub(super) fn reasons(error: &Error) -> String {
     let Error::BadInput(diagnostics) = error else { return error.to_string() };
     let mut reasons: Vec<String> = Vec::new();
     for diagnostic in diagnostics {

@@ -3,6 +3,7 @@
 //! Results go to stdout, progress and diagnostics to stderr. Exit status: 0 the run was what the scenario's `[expect]`
 //! says; 1 it was not; 2 bad input; 3 the program could not do its work.
 
+mod campaign;
 mod faults;
 mod init;
 mod list;
@@ -78,6 +79,8 @@ struct RunArgs {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Runs a scenario many times with what varies, and says how likely it is that a property is violated
+    Campaign(campaign::CampaignArgs),
     /// Writes a copy of a scenario with its map, tree, skills and places, for editing
     Init {
         /// The folder to write to; it must be new or empty
@@ -118,6 +121,7 @@ enum Command {
 pub fn run(cli: &Cli) -> ExitCode {
     let done = match &cli.command {
         None => run::run(&cli.run),
+        Some(Command::Campaign(args)) => campaign::campaign(args),
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
         Some(Command::Faults(args)) => faults::faults(args).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),

@@ -6,7 +6,7 @@ pub mod find;
 mod world;
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
@@ -71,11 +71,24 @@ impl Scenario {
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
     pub fn load(found: &Found, overrides: &[String]) -> Result<Self, Error> {
+        Self::load_with(found, overrides, None)
+    }
+
+    /// Loads a scenario as [`load`](Self::load) does, but shares with `like`, which was loaded from the same scenario with
+    /// other overrides, all files that both name, and what is worked out of the map.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn load_like(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
+        Self::load_with(found, overrides, Some(like))
+    }
+
+    fn load_with(found: &Found, overrides: &[String], like: Option<&Self>) -> Result<Self, Error> {
         let assignments = overrides.iter().map(String::as_str);
         let file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
         let mut complaints = Complaints::default();
-        let loaded = Loader { found, overrides, complaints: &mut complaints }.load(file);
+        let loaded = Loader { found, overrides, like, complaints: &mut complaints }.load(file);
         complaints.check()?;
         Ok(loaded.expect("what could not be loaded was complained about"))
     }
@@ -88,7 +101,11 @@ impl Scenario {
     pub fn atlas(&self, model: &RobotModel) -> Result<Arc<Atlas>, nav::Error> {
         let map = self.wrong_map.as_ref().unwrap_or(&self.map);
         let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default()).map(Arc::new);
-        self.atlas.get_or_init(atlas).clone()
+        match self.atlas.get_or_init(atlas) {
+            // Shared with a scenario whose robot is another.
+            Ok(shared) if shared.model() != model => atlas(),
+            result => result.clone(),
+        }
     }
 
     /// The machines that a skill may run: its own, and those that faults put in its place.
@@ -106,19 +123,20 @@ impl Scenario {
 struct Loader<'a> {
     found: &'a Found,
     overrides: &'a [String],
+    /// The same scenario with other overrides.
+    like: Option<&'a Scenario>,
     complaints: &'a mut Complaints,
 }
 
 impl Loader<'_> {
     fn load(&mut self, file: ScenarioFile) -> Option<Scenario> {
-        let read = |path: &Path| self.found.files.read(path);
-        let map = maps::load_map(&file.map.value, &read);
-        let places = PlacesFile::load(&file.places.value, &read);
-        let map = self.loaded(&file.map, "map", map);
-        let places = self.loaded(&file.places, "places", places).map(PlacesFile::into_places);
+        let map = self.map(&file);
+        let places = self.places(&file);
         let tree = self.tree(&file);
         let charts = tree.as_ref().map(|tree| self.charts(&file, tree));
-        if let (Some(tree), Some(charts), Some(places)) = (&tree, &charts, &places) {
+        let shared = self.shares(&file, |file| &file.places) && self.shares(&file, |file| &file.tree);
+        let checked = shared && self.shares(&file, |file| &file.skills);
+        if let (Some(tree), Some(charts), Some(places), false) = (&tree, &charts, &places, checked) {
             wiring::check_skills(tree, charts, places, self.complaints);
         }
         let poses = places.as_ref().and_then(|places| self.check_places(&file, places));
@@ -128,19 +146,21 @@ impl Loader<'_> {
         if let Some(map) = &map {
             self.check_world(&file.world, map);
         }
+        let same_map = wrong_map.is_none() && self.shares(&file, |file| &file.map);
+        let atlas = self.like.filter(|like| same_map && like.wrong_map.is_none()).map(|like| like.atlas.clone());
         let (start, station) = poses?;
         Some(Scenario {
             name: self.found.name.clone(),
-            map: Arc::new(map?),
+            map: map?,
             places: places?,
-            tree: Arc::new(tree?),
+            tree: tree?,
             charts: charts?,
             machines: machines?,
             wrong_map: wrong_map.map(Arc::new),
             properties,
             start,
             station,
-            atlas: OnceLock::new(),
+            atlas: atlas.unwrap_or_default(),
             origin: Origin {
                 argument: self.found.argument.clone(),
                 text: self.found.text.clone(),
@@ -150,13 +170,29 @@ impl Loader<'_> {
         })
     }
 
+    /// Whether the scenario to share with names the same file.
+    fn shares(&self, file: &ScenarioFile, path: impl Fn(&ScenarioFile) -> &Spanned<PathBuf>) -> bool {
+        self.like.is_some_and(|like| path(&like.file).value == path(file).value)
+    }
+
+    fn map(&mut self, file: &ScenarioFile) -> Option<Arc<OccupancyGrid>> {
+        if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.map)) {
+            return Some(Arc::clone(&like.map));
+        }
+        let map = maps::load_map(&file.map.value, &|path: &Path| self.found.files.read(path));
+        self.loaded(&file.map, "map", map).map(Arc::new)
+    }
+
+    fn places(&mut self, file: &ScenarioFile) -> Option<Places> {
+        if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.places)) {
+            return Some(like.places.clone());
+        }
+        let places = PlacesFile::load(&file.places.value, &|path: &Path| self.found.files.read(path));
+        self.loaded(&file.places, "places", places).map(PlacesFile::into_places)
+    }
+
     /// What a loader of `maps` gave; a file that cannot be read is a problem of the line that names it.
-    fn loaded<T>(
-        &mut self,
-        path: &Spanned<std::path::PathBuf>,
-        what: &str,
-        result: Result<T, maps::Error>,
-    ) -> Option<T> {
+    fn loaded<T>(&mut self, path: &Spanned<PathBuf>, what: &str, result: Result<T, maps::Error>) -> Option<T> {
         match result {
             Err(maps::Error::Read { path: file, source }) => {
                 self.complaints.push(unreadable(&path.span, what, &file, &source));
@@ -171,13 +207,20 @@ impl Loader<'_> {
         text.map_err(|error| self.complaints.push(unreadable(span, what, path, &error))).ok()
     }
 
-    fn tree(&mut self, file: &ScenarioFile) -> Option<Tree> {
+    fn tree(&mut self, file: &ScenarioFile) -> Option<Arc<Tree>> {
+        if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.tree)) {
+            return Some(Arc::clone(&like.tree));
+        }
         let text = self.text(&file.tree.span, "tree", &file.tree.value)?;
-        self.complaints.note(Tree::from_xml(&file.tree.value, &text))
+        self.complaints.note(Tree::from_xml(&file.tree.value, &text)).map(Arc::new)
     }
 
     /// The machine of each leaf: the file of its name in the folder of the skills.
     fn charts(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Arc<Chart>> {
+        let shared = self.shares(file, |file| &file.tree) && self.shares(file, |file| &file.skills);
+        if let Some(like) = self.like.filter(|_| shared) {
+            return like.charts.clone();
+        }
         let mut charts = BTreeMap::new();
         let mut missing = Vec::new();
         for leaf in tree.leaves() {
@@ -244,7 +287,7 @@ impl Loader<'_> {
     }
 
     fn properties(&mut self, file: &ScenarioFile) -> Vec<(String, String)> {
-        let read = |path: &Spanned<std::path::PathBuf>| {
+        let read = |path: &Spanned<PathBuf>| {
             let text = self.text(&path.span, "property file", &path.value)?;
             Some((path.value.display().to_string(), text))
         };

@@ -41,6 +41,17 @@ pub enum Side {
     Above,
 }
 
+impl Side {
+    /// `below` or `above`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Below => "below",
+            Self::Above => "above",
+        }
+    }
+}
+
 impl Sprt {
     /// The test of a probability against `bound`.
     ///

@@ -1,0 +1,323 @@
+//! The journal: each run's record as a line of text, written when the run and all before it have ended.
+//!
+//! It is what makes a campaign survive: whatever kills the program, complete lines are there, and an incomplete last one is
+//! cut off when the campaign goes on. Datasets are made from journals alone, so that one that was resumed or merged cannot
+//! differ from one that was not.
+
+use std::borrow::Borrow;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::{Domain, Parameter, Plan, RunRecord, Value};
+use crate::Error;
+
+/// The format of journals and datasets.
+const FORMAT: u32 = 1;
+const JOURNAL: &str = "journal.jsonl";
+const TIMING: &str = "timing.csv";
+
+/// A part of a campaign: the runs whose number leaves the remainder `index` when divided by `of`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// Which part, from 0.
+    pub index: u64,
+    /// How many parts there are.
+    pub of: u64,
+}
+
+impl Shard {
+    /// All of a campaign.
+    pub const ALL: Self = Self { index: 0, of: 1 };
+
+    /// How many of that many runs are in the part.
+    #[must_use]
+    pub fn len(self, runs: u64) -> u64 {
+        (runs + self.of - 1 - self.index) / self.of
+    }
+
+    /// The number of the part's run of that place.
+    #[must_use]
+    pub fn run(self, place: u64) -> u64 {
+        self.index + place * self.of
+    }
+}
+
+/// A journal's first line: what it is a journal of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Header {
+    format: u32,
+    version: String,
+    plan: String,
+    runs: u64,
+    pub(super) shard: Shard,
+    pub(super) layout: Layout,
+}
+
+/// What a journal's records mean, so that results can be made without the campaign's file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Layout {
+    /// How the command line calls the campaign.
+    pub(super) campaign: String,
+    /// How it calls the scenario.
+    pub(super) scenario: String,
+    pub(super) parameters: Vec<ParameterLayout>,
+    pub(super) properties: Vec<String>,
+}
+
+/// A parameter's key and what its values are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct ParameterLayout {
+    pub(super) key: String,
+    pub(super) kind: ParameterKind,
+}
+
+/// What all values of a parameter are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum ParameterKind {
+    Integer,
+    Number,
+    Boolean,
+    /// Texts, or values of several kinds as TOML.
+    Text,
+}
+
+impl ParameterKind {
+    fn of(domain: &Domain) -> Self {
+        let values = match domain {
+            Domain::Values(values) => values,
+            Domain::Whole { .. } => return Self::Integer,
+            Domain::Range { .. } | Domain::Normal { .. } | Domain::Exponential { .. } => return Self::Number,
+        };
+        let all = |is: fn(&Value) -> bool| values.iter().all(is);
+        if all(|value| matches!(value, Value::Integer(_))) {
+            Self::Integer
+        } else if all(|value| matches!(value, Value::Integer(_) | Value::Number(_))) {
+            Self::Number
+        } else if all(|value| matches!(value, Value::Boolean(_))) {
+            Self::Boolean
+        } else {
+            Self::Text
+        }
+    }
+}
+
+impl Header {
+    pub(super) fn of(plan: &Plan, shard: Shard) -> Self {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let parameter = |parameter: &Parameter| ParameterLayout {
+            key: parameter.key.value.clone(),
+            kind: ParameterKind::of(&parameter.domain),
+        };
+        let layout = Layout {
+            campaign: plan.name().to_owned(),
+            scenario: plan.scenario().argument.clone(),
+            parameters: plan.file().parameters.iter().map(parameter).collect(),
+            properties: plan.properties().to_vec(),
+        };
+        Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }
+    }
+
+    /// The header of another shard of the same campaign.
+    pub(super) fn with_shard(&self, shard: Shard) -> Self {
+        Self { shard, ..self.clone() }
+    }
+
+    /// How many runs the campaign has, all shards together.
+    pub(super) fn runs(&self) -> u64 {
+        self.runs
+    }
+
+    /// That a journal in `folder` is another campaign's, if it is.
+    pub(super) fn check(&self, found: &Self, folder: &Path) -> Result<(), Error> {
+        let folder = folder.display();
+        let (message, help) = if (found.format, &found.version) != (self.format, &self.version) {
+            let help = "results of different versions are not mixed: use that version, or another folder";
+            (format!("{folder} has results of version {}, and this is {}", found.version, self.version), help)
+        } else if (&found.plan, found.runs) != (&self.plan, self.runs) {
+            let help = "its file, its scenario or its number of runs is another: use another folder";
+            (format!("{folder} has results of another campaign"), help)
+        } else if found.shard != self.shard {
+            let Shard { index, of } = found.shard;
+            (format!("{folder} has shard {index}/{of} of this campaign"), "use another folder")
+        } else {
+            return Ok(());
+        };
+        Err(Error::refused(message, help))
+    }
+}
+
+/// A journal that is being written, with the wall times beside it.
+#[derive(Debug)]
+pub(super) struct Journal {
+    folder: PathBuf,
+    journal: File,
+    timing: File,
+}
+
+impl Journal {
+    /// Begins a journal in `folder`, or goes on with the one that is there; `replay` gets what it holds already.
+    pub(super) fn open(
+        folder: &Path,
+        header: &Header,
+        replay: impl FnMut(RunRecord) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let journal = folder.join(JOURNAL);
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| Error::Write { path, source }
+        };
+        std::fs::create_dir_all(folder).map_err(failed(folder))?;
+        let open = |path: &Path| {
+            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+            file.map_err(failed(path))
+        };
+        let mut file = open(&journal)?;
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                let message = format!("another program is writing to {}", folder.display());
+                return Err(Error::refused(message, "wait for it to end, or use another folder"));
+            }
+            // A file system without locks is no reason not to run.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+        let (runs, end) = resume(folder, &file, header, replay)?;
+        cut(&mut file, end).map_err(failed(&journal))?;
+        if end == 0 {
+            write_line(&mut file, header).map_err(failed(&journal))?;
+        }
+        let path = folder.join(TIMING);
+        let mut timing = open(&path)?;
+        let end = end_of_lines(&timing, runs + 1).map_err(failed(&path))?;
+        cut(&mut timing, end).map_err(failed(&path))?;
+        if end == 0 {
+            timing.write_all(b"k,wall_time_s\n").map_err(failed(&path))?;
+        }
+        Ok(Self { folder: folder.to_owned(), journal: file, timing })
+    }
+
+    /// Writes a run down, with how long the computer took if that is known here.
+    pub(super) fn append(&mut self, record: &RunRecord, wall_time_s: impl Into<Option<f64>>) -> Result<(), Error> {
+        let failed = |name: &str| {
+            let path = self.folder.join(name);
+            move |source| Error::Write { path, source }
+        };
+        let (timing, journal) = (failed(TIMING), failed(JOURNAL));
+        if let Some(wall_time_s) = wall_time_s.into() {
+            self.timing.write_all(format!("{},{wall_time_s:.6}\n", record.k).as_bytes()).map_err(timing)?;
+        }
+        write_line(&mut self.journal, record).map_err(journal)
+    }
+}
+
+/// What a journal has that was written before: how many runs, and where its last complete line ends.
+fn resume(
+    folder: &Path,
+    file: &File,
+    header: &Header,
+    mut replay: impl FnMut(RunRecord) -> Result<(), Error>,
+) -> Result<(u64, u64), Error> {
+    let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
+    let Some(found) = lines.next_as::<Header>()? else { return Ok((0, 0)) };
+    header.check(&found, folder)?;
+    let mut runs = 0;
+    while let Some(record) = lines.next_as::<RunRecord>()? {
+        if record.k != header.shard.run(runs) {
+            return Err(damaged(folder));
+        }
+        runs += 1;
+        replay(record)?;
+    }
+    Ok((runs, lines.end))
+}
+
+/// Where the first so many complete lines end, or all there are.
+fn end_of_lines(file: &File, count: u64) -> io::Result<u64> {
+    let (mut reader, mut end, mut line) = (BufReader::new(file.take(file.metadata()?.len())), 0, Vec::new());
+    for _ in 0..count {
+        line.clear();
+        let read = reader.read_until(b'\n', &mut line)?;
+        if !line.ends_with(b"\n") {
+            break;
+        }
+        end += read as u64;
+    }
+    Ok(end)
+}
+
+fn cut(file: &mut File, end: u64) -> io::Result<()> {
+    if file.metadata()?.len() > end {
+        file.set_len(end)?;
+    }
+    file.seek(SeekFrom::Start(end)).map(drop)
+}
+
+/// Writes a line with one call, so that a file holds whole lines however the program ends, but for the last.
+fn write_line(file: &mut File, content: &impl Serialize) -> io::Result<()> {
+    let mut line = serde_json::to_vec(content).expect("records are always JSON");
+    line.push(b'\n');
+    file.write_all(&line)
+}
+
+/// A journal that is read from beginning to end.
+#[derive(Debug)]
+pub(super) struct JournalReader {
+    pub(super) header: Header,
+    lines: Lines<io::Take<File>>,
+}
+
+impl JournalReader {
+    /// Opens the journal in `folder`.
+    pub(super) fn open(folder: &Path) -> Result<Self, Error> {
+        let path = folder.join(JOURNAL);
+        let file = File::open(&path).map_err(|error| {
+            let message = format!("cannot read {}: {error}", path.display());
+            Error::refused(message, "a folder with results has the journal that its campaign wrote")
+        })?;
+        let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
+        let header = lines.next_as()?.ok_or_else(|| damaged(folder))?;
+        Ok(Self { header, lines })
+    }
+
+    /// The next run; none after the last complete line.
+    pub(super) fn next(&mut self) -> Result<Option<RunRecord>, Error> {
+        self.lines.next_as()
+    }
+}
+
+/// The complete lines of a journal.
+#[derive(Debug)]
+struct Lines<R> {
+    folder: PathBuf,
+    reader: BufReader<R>,
+    /// Where the last complete line ended.
+    end: u64,
+}
+
+impl<F: Read + Borrow<File>> Lines<io::Take<F>> {
+    /// The lines of a file, as far as it has been written by now.
+    fn of(file: F, folder: &Path) -> io::Result<Self> {
+        let len = file.borrow().metadata()?.len();
+        Ok(Self { folder: folder.to_owned(), reader: BufReader::new(file.take(len)), end: 0 })
+    }
+}
+
+impl<R: Read> Lines<R> {
+    fn next_as<T: for<'d> Deserialize<'d>>(&mut self) -> Result<Option<T>, Error> {
+        let mut line = Vec::new();
+        let read = self.reader.read_until(b'\n', &mut line).map_err(|_| damaged(&self.folder))?;
+        if !line.ends_with(b"\n") {
+            return Ok(None);
+        }
+        self.end += read as u64;
+        serde_json::from_slice(&line).map(Some).map_err(|_| damaged(&self.folder))
+    }
+}
+
+fn damaged(folder: &Path) -> Error {
+    let message = format!("the journal in {} is damaged, or of another version", folder.display());
+    Error::refused(message, "a complete line of it is not what a campaign writes: use another folder")
+}

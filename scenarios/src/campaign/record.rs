@@ -1,0 +1,144 @@
+//! What is kept of a run.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Plan, PlannedRun, Value};
+use crate::report::{MonitorReport, OutcomeReport, Report};
+
+/// One run of a campaign: what it was, and what came of it. Nothing in it depends on the computer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// The run's number, from 0.
+    pub k: u64,
+    /// Its root seed.
+    pub seed: u64,
+    /// The parameters' values, in the order of the campaign's file.
+    pub values: Vec<Value>,
+    /// How it went.
+    pub outcome: RunOutcome,
+    /// Why there are no facts, in words: what the scenario refused, why the run could not go on, or how it panicked.
+    pub failure: Option<String>,
+    /// What was measured; none if the run failed.
+    pub facts: Option<RunFacts>,
+}
+
+/// How a run went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunOutcome {
+    /// It was what the scenario expects.
+    AsExpected,
+    /// It was not.
+    NotAsExpected,
+    /// It did not come to an end.
+    Failed,
+}
+
+impl RunOutcome {
+    /// The outcome's name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AsExpected => "as_expected",
+            Self::NotAsExpected => "not_as_expected",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What was measured in a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunFacts {
+    /// How long the run took, in simulated seconds.
+    pub sim_time_s: f64,
+    /// How many ticks were generated.
+    pub ticks: u64,
+    /// When the robot first came to rest where the scenario stops, in seconds.
+    pub arrived_s: Option<f64>,
+    /// The least charge of the battery, in percent.
+    pub battery_minimum_pct: f64,
+    /// Its charge at the end, in percent.
+    pub battery_final_pct: f64,
+    /// Distance driven, in metres.
+    pub distance_m: f64,
+    /// Contacts begun between the robot and anything else.
+    pub collisions: u64,
+    /// Root mean square of the distance between the estimated and the true position, in metres.
+    pub localization_rmse_m: f64,
+    /// The greatest such distance, in metres.
+    pub localization_max_m: f64,
+    /// How many faults took hold.
+    pub faults: u64,
+    /// When the first did, in seconds.
+    pub fault_onset_s: Option<f64>,
+    /// BLAKE3 hash of the run's trace.
+    pub trace_hash: String,
+    /// What the monitors say, in the order of [`Plan::properties`].
+    pub monitors: Vec<MonitorFacts>,
+}
+
+/// What a monitor says at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MonitorFacts {
+    /// `satisfied`, `violated` or `inconclusive`.
+    pub verdict: String,
+    /// The tick of the violation.
+    pub tick: Option<u64>,
+    /// The time of the violation, in seconds.
+    pub time_s: Option<f64>,
+    /// Time from the first fault's onset to the violation, in seconds; none if it was violated before or not at all.
+    pub latency_s: Option<f64>,
+}
+
+impl RunRecord {
+    /// The record of a run that has ended.
+    pub(super) fn of(run: PlannedRun, report: &Report, stop: Option<&str>) -> Self {
+        let onset = report.faults.first().map(|fault| fault.time_s);
+        let reached = |name: &str| report.places.iter().find(|place| place.name == name)?.reached_at_s;
+        let facts = RunFacts {
+            sim_time_s: report.sim_time_s,
+            ticks: report.ticks,
+            arrived_s: stop.and_then(reached),
+            battery_minimum_pct: report.battery.minimum,
+            battery_final_pct: report.battery.r#final,
+            distance_m: report.robot.distance_m,
+            collisions: report.robot.collisions,
+            localization_rmse_m: report.robot.localization.rmse_m,
+            localization_max_m: report.robot.localization.max_m,
+            faults: report.faults.len() as u64,
+            fault_onset_s: onset,
+            trace_hash: report.trace_hash.clone(),
+            monitors: report.monitors.iter().map(|monitor| MonitorFacts::of(monitor, onset)).collect(),
+        };
+        let outcome = match report.outcome {
+            OutcomeReport::AsExpected => RunOutcome::AsExpected,
+            OutcomeReport::NotAsExpected => RunOutcome::NotAsExpected,
+        };
+        let PlannedRun { k, seed, values } = run;
+        Self { k, seed, values, outcome, failure: None, facts: Some(facts) }
+    }
+
+    /// The record of a run that did not come to an end.
+    pub(super) fn failed(run: PlannedRun, why: String) -> Self {
+        let PlannedRun { k, seed, values } = run;
+        Self { k, seed, values, outcome: RunOutcome::Failed, failure: Some(why), facts: None }
+    }
+
+    /// Whether what a goal asks of happened: the property of that name was violated, or for `expectation` the run was not
+    /// what was expected. A run that failed counts as neither satisfied nor expected.
+    #[must_use]
+    pub fn happened(&self, of: &str, plan: &Plan) -> bool {
+        let place = plan.properties().iter().position(|name| name == of);
+        match (&self.facts, place) {
+            (Some(facts), Some(place)) => facts.monitors.get(place).is_some_and(|m| m.verdict == "violated"),
+            _ => self.outcome != RunOutcome::AsExpected,
+        }
+    }
+}
+
+impl MonitorFacts {
+    fn of(monitor: &MonitorReport, onset: Option<f64>) -> Self {
+        let latency = monitor.time_s.zip(onset).map(|(time, onset)| time - onset).filter(|latency| *latency >= 0.0);
+        Self { verdict: monitor.verdict.to_owned(), tick: monitor.tick, time_s: monitor.time_s, latency_s: latency }
+    }
+}
