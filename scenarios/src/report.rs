@@ -173,6 +173,24 @@ pub struct RobotReport {
     pub localization: LocalizationReport,
 }
 
+impl RobotReport {
+    /// Why trips were given up, each reason once: how many trips, and when the first.
+    pub(crate) fn given_up_in_words(&self) -> Vec<String> {
+        let mut reasons: Vec<(&GivenUpReport, usize)> = Vec::new();
+        for trip in &self.given_up {
+            match reasons.iter_mut().find(|(first, _)| first.reason == trip.reason) {
+                Some((_, count)) => *count += 1,
+                None => reasons.push((trip, 1)),
+            }
+        }
+        let words = |(first, count): &(&GivenUpReport, usize)| match count {
+            1 => format!("a trip at {:.2} s: {}", first.time_s, first.reason),
+            count => format!("{count} trips, the first at {:.2} s: {}", first.time_s, first.reason),
+        };
+        reasons.iter().map(words).collect()
+    }
+}
+
 /// A trip that navigation gave up.
 #[derive(Clone, Debug, Serialize)]
 pub struct GivenUpReport {

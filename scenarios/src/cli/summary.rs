@@ -52,8 +52,8 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
         robot.localization.rmse_m * 1000.0,
         robot.localization.max_m * 1000.0,
     )?;
-    for trip in &robot.given_up {
-        writeln!(text, "  gave up  a trip at {:.2} s: {}", trip.time_s, trip.reason)?;
+    for trips in robot.given_up_in_words() {
+        writeln!(text, "  gave up  {trips}")?;
     }
     let reached: Vec<String> = report
         .places

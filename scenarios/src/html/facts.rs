@@ -43,6 +43,9 @@ pub(super) fn numbers(report: &Report) -> String {
     if !reached.is_empty() {
         facts.push(("reached", reached.join(", ")));
     }
+    if !robot.given_up.is_empty() {
+        facts.push(("given up", robot.given_up_in_words().join("; ")));
+    }
     let facts: String =
         facts.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{}</dd></div>", text(value))).collect();
     format!("<dl class=\"facts\">{facts}</dl>\n")

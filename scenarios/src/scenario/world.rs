@@ -170,7 +170,10 @@ mod tests {
         let found = find::find(path.to_str().unwrap()).unwrap();
         match Scenario::load(&found, &[]) {
             Ok(_) => String::new(),
-            Err(Error::BadInput(problems)) => problems.iter().map(|problem| format!("{problem}\n")).collect(),
+            Err(Error::BadInput(files)) => {
+                let problems = files.iter().flat_map(|file| file.related().into_iter().flatten());
+                problems.map(|problem| format!("{problem}\n")).collect()
+            }
             Err(other) => other.to_string(),
         }
     }
