@@ -4,7 +4,7 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Message, Monitor, Topology, Value, Verdict};
-use monitors::{PhiTwo, Property, SHIPPED, holds, phi1, phi2, scope_monitor};
+use monitors::{PhiTwo, Property, SHIPPED, Symbol, holds, phi1, phi2, scope_monitor};
 
 use crate::cases::cases;
 use crate::robot::topology;
@@ -250,4 +250,26 @@ fn the_locations_are_those_of_the_paper_s_figure() {
     let phi2 = shipped("phi2", &topology, 10);
     let (graph, _) = phi2.monitor.graph().expect("a program graph");
     assert_eq!(graph.locations(), ["I", "C1", "S", "C2", "A", "T", "Err"]);
+}
+
+/// Time that goes on between two letters without a tick of its own changes nothing of what was said before.
+#[test]
+fn what_was_said_outlasts_time_that_goes_on_unasked() {
+    let topology = topology();
+    let property = shipped("phi2", &topology, 10);
+    let fresh = property.scope_monitor().expect("a synthesised monitor");
+    let received = |from, to, message| {
+        let channel = topology.find_channel(from, to).expect("a channel of the robot");
+        fresh.symbol(&EventKind::Received { channel, message }).expect("phi2 speaks of it")
+    };
+    let running = received("Navigation", "GoToDestination", Message::symbols(["ok", "running"]));
+    let low = Message::new([Value::symbol("ok"), Value::Real(25.0)]);
+    let low = received("BatteryReader", "BatteryLevel", low);
+    let verdict = |before: &[Symbol]| {
+        let mut monitor = fresh.clone();
+        monitor.run_symbols(&[before, &[low], &[Symbol::ADVANCE; 10]].concat());
+        monitor.verdict()
+    };
+    assert_eq!(verdict(&[running, Symbol::ADVANCE]), Verdict::False, "under way, and nothing came for ten ticks");
+    assert_eq!(verdict(&[Symbol::ADVANCE]), Verdict::Inconclusive, "never under way");
 }

@@ -64,7 +64,7 @@ impl Course {
     /// The course on a map.
     ///
     /// # Errors
-    /// [`CourseError`] if there can be no trips.
+    /// If there can be no trips.
     pub fn new(name: &str, map: OccupancyGrid) -> Result<Self, CourseError> {
         let map = Arc::new(map);
         let model = RobotModel::default();
