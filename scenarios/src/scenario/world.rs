@@ -170,12 +170,16 @@ mod tests {
         let found = find::find(path.to_str().unwrap()).unwrap();
         match Scenario::load(&found, &[]) {
             Ok(_) => String::new(),
-            Err(Error::BadInput(files)) => {
-                let problems = files.iter().flat_map(|file| file.related().into_iter().flatten());
-                problems.map(|problem| format!("{problem}\n")).collect()
-            }
+            Err(Error::BadInput(diagnostics)) => diagnostics.iter().map(|one| in_words(one.as_ref())).collect(),
             Err(other) => other.to_string(),
         }
+    }
+
+    /// A diagnostic, or all that it is made of, a line each.
+    fn in_words(diagnostic: &dyn miette::Diagnostic) -> String {
+        let parts: Vec<String> =
+            diagnostic.related().into_iter().flatten().map(|problem| format!("{problem}\n")).collect();
+        if parts.is_empty() { format!("{diagnostic}\n") } else { parts.concat() }
     }
 
     #[test]
