@@ -105,6 +105,8 @@ pub(super) struct Bundle {
     pub(super) to: usize,
     pub(super) lines: Vec<String>,
     pub(super) width: f64,
+    /// How far its label may be moved along the row from its middle, beyond what the arrow's ports and length allow.
+    pub(super) sway: f64,
 }
 
 impl DiagramLayout {
@@ -232,7 +234,7 @@ impl Row {
             let middle = (middles[bundle.from] + middles[bundle.to]) / 2.0;
             // Where several arrows leave a location side by side, each is shifted by at most this much.
             let shift = 0.4 * (self.halves[bundle.from] + self.halves[bundle.to]);
-            let reach = bundle.width / 2.0 + shift;
+            let reach = bundle.width / 2.0 + shift + bundle.sway;
             self.left = self.left.max(self.measures.entry + reach - middle);
             self.beyond = self.beyond.max(middle + reach - end);
         }
@@ -332,15 +334,16 @@ fn bundles(diagram: &Diagram, order: &[usize], font: Font, longest: f64) -> Vec<
             None => bundles.push((from, to, vec![label])),
         }
     }
-    bundles
-        .into_iter()
-        .map(|(from, to, labels)| {
-            let room = longest * from.abs_diff(to).max(1) as f64;
-            let lines = lines(&labels, font, room);
-            let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
-            Bundle { from, to, lines, width }
-        })
-        .collect()
+    // Arrows that skip locations rise beside a loop, through the middle of its label if that cannot give way.
+    let rises_at = |place: usize| bundles.iter().any(|&(from, to, _)| to > from + 1 && (from == place || to == place));
+    let bundle = |(from, to, labels): &(usize, usize, Vec<&str>)| {
+        let (from, to) = (*from, *to);
+        let lines = lines(labels, font, longest * from.abs_diff(to).max(1) as f64);
+        let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
+        let sway = if from == to && rises_at(from) { width / 2.0 } else { 0.0 };
+        Bundle { from, to, lines, width, sway }
+    };
+    bundles.iter().map(bundle).collect()
 }
 
 /// The labels of one arrow, each wrapped, no more lines than fit.
@@ -426,6 +429,35 @@ mod tests {
         for width in [300.0, 480.0, 572.0, 1200.0] {
             let layout = check(&everything().diagram, width);
             assert_eq!(layout.edges.len(), 12, "transitions between the same locations share an arrow");
+        }
+    }
+
+    #[test]
+    fn the_label_of_a_loop_gives_way_to_an_arrow_that_rises_beside_it() {
+        let transition = |from, to, label: &str| Transition { from, to, label: label.to_owned() };
+        let diagram = Diagram {
+            locations: ["I", "C", "T", "A"].map(|name| Location { name: name.to_owned(), error: false }).to_vec(),
+            initial: 0,
+            active: 0,
+            transitions: vec![
+                transition(0, 1, "asked"),
+                transition(1, 1, "a message that changes nothing"),
+                transition(1, 2, "tick"),
+                transition(1, 3, "answered"),
+                transition(2, 3, "late"),
+            ],
+        };
+        let layout = check(&diagram, 900.0);
+        for edge in layout.edges.iter().filter(|edge| edge.spine.len() == 4) {
+            for leg in [(edge.spine[0], edge.spine[1]), (edge.spine[2], edge.spine[3])] {
+                let x = leg.0.0;
+                for label in layout.edges.iter().filter(|other| *other != edge).flat_map(|other| &other.labels) {
+                    let (top, bottom) = (leg.0.1.min(leg.1.1), leg.0.1.max(leg.1.1));
+                    let beside = x < label.area.x || x > label.area.x + label.area.width;
+                    let apart = bottom < label.area.y || top > label.area.y + label.area.height;
+                    assert!(beside || apart, "{edge:?} cuts {label:?}");
+                }
+            }
         }
     }
 

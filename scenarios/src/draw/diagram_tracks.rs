@@ -153,7 +153,7 @@ impl<'a> Tracks<'a> {
     fn label_reach(&self, arc: &Arc) -> Option<(f64, f64)> {
         let (low, high) = self.line_reach(arc);
         let shift = 0.4 * (self.halves[arc.span().0] + self.halves[arc.span().1]);
-        let half = arc.bundle.width / 2.0 + shift + 4.0;
+        let half = arc.bundle.width / 2.0 + shift + arc.bundle.sway + 4.0;
         (2.0 * half > high - low).then_some(((low + high) / 2.0 - half, (low + high) / 2.0 + half))
     }
 
@@ -195,7 +195,7 @@ impl<'a> Tracks<'a> {
                 continue;
             }
             let middle = (arc.from_x + arc.to_x) / 2.0;
-            let room = ((arc.from_x - arc.to_x).abs() - arc.bundle.width).max(0.0) / 2.0;
+            let room = ((arc.from_x - arc.to_x).abs() - arc.bundle.width).max(0.0) / 2.0 + arc.bundle.sway;
             let clear = arc.bundle.width / 2.0 + 4.0;
             let legs: Vec<f64> = self
                 .arcs

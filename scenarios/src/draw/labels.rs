@@ -88,8 +88,9 @@ impl Site {
         if self.roomy && width <= self.symbol.width - 24.0 {
             centers.extend([0.0, -0.5, 0.5].map(|part| (x, y + part * half_height)));
         }
-        for ring in [0.0, 10.0, 24.0] {
-            let (beside, above) = (half_width + ring + width / 2.0, half_height + ring + height / 2.0);
+        let around = |ring: f64| (half_width + ring + width / 2.0, half_height + ring + height / 2.0);
+        for ring in [0.0, 10.0, 24.0, 42.0] {
+            let (beside, above) = around(ring);
             let aligned = (width / 2.0 - half_width).max(0.0);
             let offsets = [
                 (beside, 0.0),
@@ -102,6 +103,11 @@ impl Site {
                 (-aligned, above),
             ];
             centers.extend(offsets.map(|(dx, dy)| (x + dx, y + dy)));
+        }
+        for ring in [0.0, 24.0] {
+            let (beside, above) = around(ring);
+            let corners = [(beside, -above), (beside, above), (-beside, -above), (-beside, above)];
+            centers.extend(corners.map(|(dx, dy)| (x + dx, y + dy)));
         }
         centers.into_iter().map(|center| Area::around(center, width, height)).collect()
     }
@@ -123,7 +129,7 @@ mod tests {
         let mut placer = LabelPlacer::new(PAGE);
         let site = sign(200.0, 150.0);
         placer.block(site.symbol);
-        let placed: Vec<Area> = (0..6).map(|_| placer.place(&site, (FONT, 70.0), |_| 0.0)).collect();
+        let placed: Vec<Area> = (0..12).map(|_| placer.place(&site, (FONT, 70.0), |_| 0.0)).collect();
         for (i, a) in placed.iter().enumerate() {
             assert!(!a.inset(0.01).overlaps(&site.symbol), "{a:?}");
             assert!(placed[..i].iter().all(|b| !a.overlaps(b)), "{placed:?}");

@@ -14,7 +14,7 @@ const MARGIN: f64 = 24.0;
 #[must_use]
 pub fn diagram_svg(diagram: &Diagram) -> String {
     let layout = DiagramLayout::new(diagram, WIDEST);
-    let mut canvas = Canvas::new();
+    let mut canvas = Canvas::for_browsers();
     let area = Area::new(MARGIN, MARGIN, layout.width, layout.height);
     draw_machine(&mut canvas, area, &layout, diagram);
     canvas.finish(layout.width + 2.0 * MARGIN, layout.height + 2.0 * MARGIN)

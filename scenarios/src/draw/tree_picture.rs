@@ -14,7 +14,7 @@ const MARGIN: f64 = 24.0;
 pub fn tree_svg(tree: &[TreeNode]) -> String {
     let (height, _) = TreeLayout::wanted_height(tree);
     let layout = TreeLayout::new(tree, WIDEST, height);
-    let mut canvas = Canvas::new();
+    let mut canvas = Canvas::for_browsers();
     draw_nodes(&mut canvas, &layout, tree, (MARGIN, MARGIN));
     canvas.finish(layout.width + 2.0 * MARGIN, layout.height + 2.0 * MARGIN)
 }
