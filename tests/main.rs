@@ -18,5 +18,6 @@ mod reproduce;
 mod schedules;
 mod skill_command;
 mod steward;
+mod stop;
 mod tree_command;
 mod tree_errors;

@@ -10,6 +10,7 @@ use serde_json::json;
 
 use crate::Error;
 use crate::draw::{GifWriter, Renderer};
+use crate::ending::Ending;
 use crate::live::{Live, News, StepError};
 use crate::pictures::Camera;
 use crate::report::{Report, SnapshotReport};
@@ -82,7 +83,7 @@ pub fn conduct(
         log.finish()?;
     }
     let snapshots = album.finish()?;
-    let report = reporting::report(&live, seed, because, snapshots, began.elapsed());
+    let report = reporting::report(&live, seed, &because, snapshots, began.elapsed());
     if let (Some(folder), Some(timeline)) = (&outputs.folder, &timeline) {
         write_report(folder, &report)?;
         html::write(folder, &live, timeline, &report)?;
@@ -94,30 +95,6 @@ fn write_report(folder: &Path, report: &Report) -> Result<(), Error> {
     let path = folder.join("report.json");
     let text = serde_json::to_string_pretty(report).expect("a report is always JSON") + "\n";
     std::fs::write(&path, text).map_err(|source| Error::Write { path, source })
-}
-
-/// When the run ends.
-#[derive(Debug, Default)]
-struct Ending {
-    /// Set when the robot has arrived where the scenario stops.
-    at: Option<Duration>,
-}
-
-impl Ending {
-    /// Why the run ends now, if it does.
-    fn reached(&mut self, live: &Live, news: &[News]) -> Option<String> {
-        let file = &live.scenario().file;
-        let goal = file.stop.at.as_ref().map(|goal| goal.value.as_str());
-        let arrived = |news: &News| matches!(news, News::Arrival(place) if Some(place.as_str()) == goal);
-        if news.iter().any(arrived) {
-            self.at = Some(live.time() + file.stop.after);
-        }
-        if self.at.is_some_and(|at| live.time() >= at) {
-            return Some(format!("the robot came to rest at {}", goal.unwrap_or_default()));
-        }
-        let limit = file.execution.max_time;
-        (live.time() >= limit).then(|| format!("the limit of {} s was reached", limit.as_secs_f64()))
-    }
 }
 
 /// The event log on its way to a file.

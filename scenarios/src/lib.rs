@@ -10,6 +10,7 @@ pub mod campaign;
 pub mod cli;
 pub mod conduct;
 pub mod draw;
+mod ending;
 mod error;
 pub mod faults;
 mod files;
@@ -31,4 +32,5 @@ pub mod trace;
 mod tree_errors;
 mod wiring;
 
+pub use ending::Ended;
 pub use error::Error;

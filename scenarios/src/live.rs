@@ -500,8 +500,9 @@ fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<(Vec<Watche
     // A property in a file that is wrong is not unknown.
     complaints.check()?;
     let known = || watched.iter().map(|watched| watched.name.as_str());
-    for (name, _) in scenario.file.expect.outcomes.iter().filter(|(name, _)| !known().any(|other| other == name.value))
-    {
+    let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
+    let named = expected.chain(scenario.file.stop.on_violation.names());
+    for name in named.filter(|name| !known().any(|other| other == name.value)) {
         complaints.push(unknown("property", name, known()));
     }
     complaints.check()?;

@@ -20,7 +20,9 @@ pub struct Report {
     pub expectations: Vec<ExpectationReport>,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
-    /// Why the run ended.
+    /// Why the run ended: `arrival`, `violation`, `settled` or `time_limit`.
+    pub ended: &'static str,
+    /// The same in words.
     pub ended_because: String,
     /// How many ticks were generated.
     pub ticks: u64,

@@ -6,6 +6,7 @@ use channels::{Event, EventKind};
 use monitors::{Outcome, ScopeMonitor, Sighting, Witness};
 use serde_json::json;
 
+use crate::ending::Ended;
 use crate::given_up::GivenUp;
 use crate::live::{Live, Watched};
 use crate::report::{
@@ -19,7 +20,7 @@ use crate::tree_errors::TreeError;
 pub(crate) fn report(
     live: &Live,
     seed: u64,
-    ended_because: String,
+    ended: &Ended,
     snapshots: Vec<SnapshotReport>,
     wall_time: Duration,
 ) -> Report {
@@ -36,7 +37,8 @@ pub(crate) fn report(
         differences,
         expectations,
         sim_time_s,
-        ended_because,
+        ended: ended.name(),
+        ended_because: ended.to_string(),
         ticks: live.system().ticks(),
         overruns: live.tally().overruns,
         steps: live.system().steps(),

@@ -6,12 +6,16 @@
 //! | `param.KEY` | integer, real, boolean or text | the value of each parameter |
 //! | `outcome` | text | `as_expected`, `not_as_expected` or `failed` |
 //! | `failure` | text | why the run failed; null otherwise, and then nothing below is |
-//! | `sim_time_s`, `ticks` | real, integer | how long the run took |
-//! | `arrived_s` | real | when the robot came to rest where the scenario stops |
+//! | `ended` | text | why the run ended: `arrival`, `violation`, `settled` or `time_limit` |
+//! | `sim_time_s` | real | how long the run took |
+//! | `ticks` | integer | how many ticks were generated |
+//! | `arrived_s` | real | when the robot first came to rest at a place where the scenario stops |
 //! | `battery_minimum_pct`, `battery_final_pct` | real | the battery's charge |
-//! | `distance_m`, `collisions` | real, integer | how the robot fared |
+//! | `distance_m` | real | how far the robot drove |
+//! | `collisions` | integer | contacts begun with anything else |
 //! | `localization_rmse_m`, `localization_max_m` | real | how well it knew where it was |
-//! | `faults`, `fault_onset_s` | integer, real | how many faults took hold, and when the first did |
+//! | `faults` | integer | how many faults took hold |
+//! | `fault_onset_s` | real | when the first did |
 //! | `trace_hash` | text | BLAKE3 hash of the trace |
 //! | `PROPERTY.verdict` | text | `satisfied`, `violated` or `inconclusive` |
 //! | `PROPERTY.tick`, `PROPERTY.time_s` | integer, real | when it was violated |
@@ -109,50 +113,69 @@ enum Cells {
 
 /// All columns of these runs, in their order.
 fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
-    let mut columns = vec![
-        ("k".to_owned(), Cells::Integers(rows.iter().map(|row| Some(row.k as i64)).collect())),
-        ("seed".to_owned(), Cells::Integers(rows.iter().map(|row| Some(row.seed as i64)).collect())),
-    ];
+    let mut columns = Columns { rows, all: Vec::new() };
+    columns.integer("k", |row| Some(row.k as i64));
+    columns.integer("seed", |row| Some(row.seed as i64));
     for (place, parameter) in layout.parameters.iter().enumerate() {
-        columns.push((format!("param.{}", parameter.key), parameter_cells(parameter.kind, place, rows)));
+        columns.all.push((format!("param.{}", parameter.key), parameter_cells(parameter.kind, place, rows)));
     }
-    columns.push(("outcome".to_owned(), texts(rows, |row| Some(row.outcome.name().to_owned()))));
-    columns.push(("failure".to_owned(), texts(rows, |row| row.failure.clone())));
-    let mut integer = |name: &str, of: fn(&RunFacts) -> Option<u64>| {
-        let cell = |row: &RunRecord| row.facts.as_ref().and_then(of).map(|value| value as i64);
-        columns.push((name.to_owned(), Cells::Integers(rows.iter().map(cell).collect())));
-    };
-    integer("ticks", |facts| Some(facts.ticks));
-    integer("collisions", |facts| Some(facts.collisions));
-    integer("faults", |facts| Some(facts.faults));
-    let mut number = |name: &str, of: fn(&RunFacts) -> Option<f64>| {
-        let cell = |row: &RunRecord| row.facts.as_ref().and_then(of);
-        columns.push((name.to_owned(), Cells::Numbers(rows.iter().map(cell).collect())));
-    };
-    number("sim_time_s", |facts| Some(facts.sim_time_s));
-    number("arrived_s", |facts| facts.arrived_s);
-    number("battery_minimum_pct", |facts| Some(facts.battery_minimum_pct));
-    number("battery_final_pct", |facts| Some(facts.battery_final_pct));
-    number("distance_m", |facts| Some(facts.distance_m));
-    number("localization_rmse_m", |facts| Some(facts.localization_rmse_m));
-    number("localization_max_m", |facts| Some(facts.localization_max_m));
-    number("fault_onset_s", |facts| facts.fault_onset_s);
-    columns.push(("trace_hash".to_owned(), texts(rows, |row| Some(row.facts.as_ref()?.trace_hash.clone()))));
+    columns.text("outcome", |row| Some(row.outcome.name().to_owned()));
+    columns.text("failure", |row| row.failure.clone());
+    columns.text("ended", |row| Some(row.facts.as_ref()?.ended.clone()));
+    columns.fact("sim_time_s", |facts| Some(facts.sim_time_s));
+    columns.count("ticks", |facts| facts.ticks);
+    columns.fact("arrived_s", |facts| facts.arrived_s);
+    columns.fact("battery_minimum_pct", |facts| Some(facts.battery_minimum_pct));
+    columns.fact("battery_final_pct", |facts| Some(facts.battery_final_pct));
+    columns.fact("distance_m", |facts| Some(facts.distance_m));
+    columns.count("collisions", |facts| facts.collisions);
+    columns.fact("localization_rmse_m", |facts| Some(facts.localization_rmse_m));
+    columns.fact("localization_max_m", |facts| Some(facts.localization_max_m));
+    columns.count("faults", |facts| facts.faults);
+    columns.fact("fault_onset_s", |facts| facts.fault_onset_s);
+    columns.text("trace_hash", |row| Some(row.facts.as_ref()?.trace_hash.clone()));
     for (place, name) in layout.properties.iter().enumerate() {
         let monitor = |row: &RunRecord| row.facts.as_ref()?.monitors.get(place).cloned();
-        let monitors: Vec<_> = rows.iter().map(monitor).collect();
-        let each = || monitors.iter().map(Option::as_ref);
-        let ticks = each().map(|monitor| monitor?.tick.map(|tick| tick as i64)).collect();
-        columns.push((format!("{name}.verdict"), Cells::Texts(each().map(|m| Some(m?.verdict.clone())).collect())));
-        columns.push((format!("{name}.tick"), Cells::Integers(ticks)));
-        columns.push((format!("{name}.time_s"), Cells::Numbers(each().map(|m| m?.time_s).collect())));
-        columns.push((format!("{name}.latency_s"), Cells::Numbers(each().map(|m| m?.latency_s).collect())));
+        columns.text(&format!("{name}.verdict"), |row| Some(monitor(row)?.verdict));
+        columns.integer(&format!("{name}.tick"), |row| Some(monitor(row)?.tick? as i64));
+        columns.number(&format!("{name}.time_s"), |row| monitor(row)?.time_s);
+        columns.number(&format!("{name}.latency_s"), |row| monitor(row)?.latency_s);
     }
-    columns
+    columns.all
 }
 
-fn texts(rows: &[RunRecord], of: impl Fn(&RunRecord) -> Option<String>) -> Cells {
-    Cells::Texts(rows.iter().map(of).collect())
+/// The columns of these runs so far.
+struct Columns<'r> {
+    rows: &'r [RunRecord],
+    all: Vec<(String, Cells)>,
+}
+
+impl Columns<'_> {
+    fn push(&mut self, name: &str, cells: Cells) {
+        self.all.push((name.to_owned(), cells));
+    }
+
+    fn text(&mut self, name: &str, of: impl Fn(&RunRecord) -> Option<String>) {
+        self.push(name, Cells::Texts(self.rows.iter().map(of).collect()));
+    }
+
+    fn integer(&mut self, name: &str, of: impl Fn(&RunRecord) -> Option<i64>) {
+        self.push(name, Cells::Integers(self.rows.iter().map(of).collect()));
+    }
+
+    fn number(&mut self, name: &str, of: impl Fn(&RunRecord) -> Option<f64>) {
+        self.push(name, Cells::Numbers(self.rows.iter().map(of).collect()));
+    }
+
+    /// How many there were of something in each run that did not fail.
+    fn count(&mut self, name: &str, of: fn(&RunFacts) -> u64) {
+        self.integer(name, |row| row.facts.as_ref().map(|facts| of(facts) as i64));
+    }
+
+    /// What was measured in each run that did not fail.
+    fn fact(&mut self, name: &str, of: fn(&RunFacts) -> Option<f64>) {
+        self.number(name, |row| row.facts.as_ref().and_then(of));
+    }
 }
 
 /// The values of a parameter.
@@ -236,6 +259,7 @@ mod tests {
     fn record(k: u64) -> RunRecord {
         let monitor = MonitorFacts { verdict: "violated".into(), tick: Some(k), time_s: Some(0.1), latency_s: None };
         let facts = RunFacts {
+            ended: "time_limit".into(),
             sim_time_s: 1.0 / 3.0,
             ticks: 7,
             arrived_s: None,
@@ -282,6 +306,12 @@ mod tests {
         assert_eq!(written(&path, runs), written(&path, runs), "the same bytes each time");
         let reader = SerializedFileReader::new(File::open(&path).unwrap()).unwrap();
         assert_eq!(reader.metadata().num_row_groups(), 2);
+        let schema = reader.metadata().file_metadata().schema_descr();
+        let names: Vec<&str> = schema.columns().iter().map(|column| column.name()).collect();
+        assert_eq!(
+            names[..9],
+            ["k", "seed", "param.a.0", "param.a.1", "param.a.2", "param.a.3", "outcome", "failure", "ended"]
+        );
         let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
         assert_eq!(rows.len() as u64, runs);
         let cell = |row: usize, name: &str| {

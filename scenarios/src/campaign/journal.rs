@@ -15,7 +15,7 @@ use super::{Domain, Parameter, Plan, RunRecord, Value};
 use crate::Error;
 
 /// The format of journals and datasets.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const JOURNAL: &str = "journal.jsonl";
 const TIMING: &str = "timing.csv";
 

@@ -49,11 +49,13 @@ impl RunOutcome {
 /// What was measured in a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunFacts {
+    /// Why the run ended: `arrival`, `violation`, `settled` or `time_limit`.
+    pub ended: String,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
     /// How many ticks were generated.
     pub ticks: u64,
-    /// When the robot first came to rest where the scenario stops, in seconds.
+    /// When the robot first came to rest at one of the places where the scenario stops, in seconds.
     pub arrived_s: Option<f64>,
     /// The least charge of the battery, in percent.
     pub battery_minimum_pct: f64,
@@ -92,13 +94,14 @@ pub struct MonitorFacts {
 
 impl RunRecord {
     /// The record of a run that has ended.
-    pub(super) fn of(run: PlannedRun, report: &Report, stop: Option<&str>) -> Self {
+    pub(super) fn of(run: PlannedRun, report: &Report, stops: &[&str]) -> Self {
         let onset = report.faults.first().map(|fault| fault.time_s);
-        let reached = |name: &str| report.places.iter().find(|place| place.name == name)?.reached_at_s;
+        let stops = report.places.iter().filter(|place| stops.contains(&&*place.name));
         let facts = RunFacts {
+            ended: report.ended.to_owned(),
             sim_time_s: report.sim_time_s,
             ticks: report.ticks,
-            arrived_s: stop.and_then(reached),
+            arrived_s: stops.filter_map(|place| place.reached_at_s).min_by(f64::total_cmp),
             battery_minimum_pct: report.battery.minimum,
             battery_final_pct: report.battery.r#final,
             distance_m: report.robot.distance_m,

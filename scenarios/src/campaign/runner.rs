@@ -115,8 +115,8 @@ fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
     let scenario = Arc::new(scenario.map_err(|error| super::plan::reasons(&error))?);
     let report = conduct(Arc::clone(&scenario), run.seed, true, &Outputs::default(), |_| {});
     let report = report.map_err(|error| super::plan::reasons(&error))?;
-    let stop = scenario.file.stop.at.as_ref().map(|place| place.value.as_str());
-    Ok(RunRecord::of(run.clone(), &report, stop))
+    let stops: Vec<&str> = scenario.file.stop.at.iter().map(|place| place.value.as_str()).collect();
+    Ok(RunRecord::of(run.clone(), &report, &stops))
 }
 
 /// What `work` gives; a panic is a failure like any other.

@@ -180,7 +180,7 @@ impl Row {
             let early = monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
             Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
         };
-        let stop = scenario.file.stop.at.as_ref();
+        let stop = &scenario.file.stop.at;
         let reached = |name: &str| report.places.iter().any(|place| place.name == name && place.reached_at_s.is_some());
         Self {
             scenario: report.scenario.clone(),
@@ -191,7 +191,7 @@ impl Row {
             as_expected: report.differences.is_empty(),
             differences: report.differences.clone(),
             collisions: report.robot.collisions,
-            arrived: stop.is_some_and(|place| reached(&place.value)),
+            arrived: stop.iter().any(|place| reached(&place.value)),
         }
     }
 }

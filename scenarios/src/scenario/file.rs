@@ -10,6 +10,7 @@ use maps::{FileProblems, Spanned};
 use monitors::Outcome;
 use sim::{DriftNoise, SimConfig};
 
+use super::stop::Stop;
 use super::world::{WorldBody, read_world};
 use crate::Error;
 use crate::faults::Fault;
@@ -110,15 +111,6 @@ pub struct Execution {
     pub max_time: Duration,
     /// How many transitions the system may take in one step of the simulation before it counts as never quiet.
     pub step_budget: u64,
-}
-
-/// When a run ends, besides at its limit of time.
-#[derive(Clone, Debug, Default)]
-pub struct Stop {
-    /// When the robot has come to rest at this place.
-    pub at: Option<Spanned<String>>,
-    /// How long it goes on after that.
-    pub after: Duration,
 }
 
 /// An occasion for a picture.
@@ -230,7 +222,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
     let execution = read_execution(root);
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
-    let stop = root.table("stop").optional().map_or_else(Stop::default, read_stop);
+    let stop = root.table("stop").optional().map_or_else(Stop::default, Stop::read);
     let snapshots = root.table("snapshots").optional().map_or_else(Moments::default, read_moments);
     let expect = root.table("expect").optional().map_or_else(|| Some(Expectations::default()), read_expectations);
     Some(ScenarioFile {
@@ -324,11 +316,6 @@ fn read_order(table: Table<'_>) -> Option<Order> {
     let event = |key| table.text(key).spanned().required();
     let (first, then) = (event("first"), event("then"));
     Some(Order { first: first?, then: then? })
-}
-
-fn read_stop(table: Table<'_>) -> Stop {
-    let at = table.text("at").spanned().optional();
-    Stop { at, after: table.seconds("after_s").or(Duration::ZERO) }
 }
 
 fn read_moments(table: Table<'_>) -> Moments {

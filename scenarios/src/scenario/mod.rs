@@ -3,6 +3,7 @@
 mod faulty;
 mod file;
 pub mod find;
+mod stop;
 mod world;
 
 use std::collections::BTreeMap;
@@ -15,8 +16,9 @@ use nav::{Atlas, LocalizationParameters};
 use robot::RobotModel;
 use skills::Chart;
 
-pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Stop, TreeForm};
+pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, TreeForm};
 pub use find::Found;
+pub use stop::{Stop, StopOnViolation};
 pub use world::WorldBody;
 
 use crate::error::Complaints;

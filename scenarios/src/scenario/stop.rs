@@ -1,0 +1,94 @@
+//! When a run ends: the `[stop]` of a scenario file.
+
+use std::time::Duration;
+
+use maps::document::{FromItem, Item, Table};
+use maps::{Problem, Spanned};
+
+/// When a run ends, besides at its limit of time: at the first of these.
+#[derive(Clone, Debug, Default)]
+pub struct Stop {
+    /// When the robot has come to rest at one of these places.
+    pub at: Vec<Spanned<String>>,
+    /// When a property is violated.
+    pub on_violation: StopOnViolation,
+    /// When every property has its verdict, and nothing that happens can change one.
+    pub when_settled: bool,
+    /// How long it goes on after that.
+    pub after: Duration,
+}
+
+/// Which property's violation ends a run.
+#[derive(Clone, Debug, Default)]
+pub enum StopOnViolation {
+    /// None's.
+    #[default]
+    Never,
+    /// Any one's.
+    OfAny,
+    /// That of one of these.
+    Of(Vec<Spanned<String>>),
+}
+
+impl Stop {
+    pub(super) fn read(table: Table<'_>) -> Self {
+        let Names(at) = table.get("at").or(Names(Vec::new()));
+        Self {
+            at,
+            on_violation: table.get("on_violation").or(StopOnViolation::Never),
+            when_settled: table.boolean("when_settled").or(false),
+            after: table.seconds("after_s").or(Duration::ZERO),
+        }
+    }
+}
+
+impl StopOnViolation {
+    /// Whether the violation of the property of that name ends a run.
+    #[must_use]
+    pub fn concerns(&self, property: &str) -> bool {
+        match self {
+            Self::Never => false,
+            Self::OfAny => true,
+            Self::Of(names) => names.iter().any(|name| name.value == property),
+        }
+    }
+
+    /// The properties that the file names.
+    pub(crate) fn names(&self) -> &[Spanned<String>] {
+        if let Self::Of(names) = self { names } else { &[] }
+    }
+}
+
+/// A name, or several.
+struct Names(Vec<Spanned<String>>);
+
+impl FromItem<'_> for Names {
+    fn wanted() -> String {
+        "a name, or an array of names".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        if let Some(name) = item.as_text() {
+            return Ok(Self(vec![Spanned { value: name.to_owned(), span: item.span().clone() }]));
+        }
+        if item.as_array().is_none() {
+            return Err(vec![item.wrong(&Self::wanted())]);
+        }
+        item.get().map(Self)
+    }
+}
+
+impl FromItem<'_> for StopOnViolation {
+    fn wanted() -> String {
+        "true, false, the name of a property, or an array of names".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        match item.as_boolean() {
+            Some(true) => Ok(Self::OfAny),
+            Some(false) => Ok(Self::Never),
+            None if item.as_text().is_none() && item.as_array().is_none() => Err(vec![item.wrong(&Self::wanted())]),
+            None => item.get().map(|Names(names)| Self::Of(names)),
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! When a run ends: at an arrival, at a violation, when everything is known, or at its limit.
+
+use std::path::Path;
+
+use tempfile::tempdir;
+
+use crate::steward::{refusal, report};
+
+/// The report of a scenario with these values set.
+fn ended(scenario: &str, out: &Path, set: &[&str]) -> serde_json::Value {
+    let mut arguments = vec!["--no-snapshots"];
+    arguments.extend(set.iter().flat_map(|set| ["--set", set]));
+    report(scenario, out, &arguments)
+}
+
+/// In `battery_fault`, phi1 is violated long before the robot arrives; phi2 never is.
+#[test]
+fn a_run_ends_at_the_first_violation_that_it_is_to_stop_at() {
+    let out = tempdir().unwrap();
+    let run = |set: &[&str]| ended("battery_fault", out.path(), set);
+    let until_arrival = run(&[]);
+    assert_eq!(until_arrival["ended"], "arrival");
+    for stop in ["stop.on_violation=true", "stop.on_violation=phi1", "stop.on_violation=[\"phi2\", \"phi1\"]"] {
+        let report = run(&[stop, "stop.after_s=0"]);
+        assert_eq!((&report["ended"], &report["ended_because"]), (&"violation".into(), &"phi1 was violated".into()));
+        assert_eq!(report["sim_time_s"], report["monitors"][0]["time_s"], "{stop}");
+    }
+    let later = run(&["stop.on_violation=true"]);
+    let time_s = |report: &serde_json::Value| report["sim_time_s"].as_f64().unwrap();
+    assert!((time_s(&later) - later["monitors"][0]["time_s"].as_f64().unwrap() - 5.0).abs() < 0.021, "after_s is kept");
+    for stop in ["stop.on_violation=phi2", "stop.on_violation=false"] {
+        assert_eq!(run(&[stop])["trace_hash"], until_arrival["trace_hash"], "{stop}");
+    }
+    let limited = run(&["stop.on_violation=true", "execution.max_time_s=10"]);
+    assert_eq!((&limited["ended"], time_s(&limited)), (&"time_limit".into(), 10.0));
+}
+
+/// The errand passes the charging station before it comes to its destination.
+#[test]
+fn a_run_ends_at_the_first_of_several_places() {
+    let out = tempdir().unwrap();
+    let report = ended("errand", out.path(), &["stop.at=[\"Destination\", \"RechargingStation\"]", "stop.after_s=0"]);
+    assert_eq!(report["ended_because"], "the robot came to rest at RechargingStation");
+}
+
+#[test]
+fn a_run_ends_when_every_property_is_settled() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("soon.scope");
+    let starts = "property starts := eventually (GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
+    let stays = "property stays := not eventually (GotoRechargingStation, Navigation, m[1] = <stop_navigation>)";
+    std::fs::write(&file, format!("{starts}\n{stays}\n")).unwrap();
+    // Written anew: the errand expects something of properties that are not watched here.
+    let scenario = folder.path().join("settled.toml");
+    let files = ["map = \"maps/house.yaml\"", "places = \"maps/house.places.toml\"", "tree = \"trees/recharge.xml\""];
+    let rest = "skills = \"skills\"\nproperties = [\"soon.scope\"]\nbattery.initial_pct = 30.8\nstop.when_settled = true\n\
+        sites = { start = \"start\", station = \"RechargingStation\", destination = \"Destination\" }\n";
+    std::fs::write(&scenario, files.join("\n") + "\n" + rest).unwrap();
+    let report = ended(scenario.to_str().unwrap(), &folder.path().join("out"), &["execution.max_time_s=300"]);
+    assert_eq!(report["ended"], "settled");
+    let monitors = report["monitors"].as_array().unwrap();
+    let verdicts: Vec<&str> = monitors.iter().map(|monitor| monitor["verdict"].as_str().unwrap()).collect();
+    assert_eq!(verdicts, ["satisfied", "violated"], "{report}");
+    assert_eq!(report["sim_time_s"], monitors[1]["time_s"]);
+    let open = ended("errand", folder.path(), &["stop.when_settled=true", "stop.at=[]", "execution.max_time_s=20"]);
+    assert_eq!(open["ended"], "time_limit", "phi1 can be violated to the end");
+}
+
+#[test]
+fn what_a_run_cannot_stop_at_is_refused() {
+    let refused = |set: &str| refusal(&["--scenario", "errand", "--set", set]);
+    assert!(refused("stop.on_violation=phi9").contains("did you mean `phi"));
+    assert!(refused("stop.on_violation=3").contains("the name of a property"));
+    assert!(refused("stop.at=3").contains("an array of names"));
+    assert!(refused("stop.at=[\"Destinatin\"]").contains("did you mean `Destination`?"));
+}
