@@ -48,8 +48,8 @@ fn refused(arguments: &[&str]) -> String {
 }
 
 /// Everything but wall times.
-fn bytes(folder: &Path) -> [Vec<u8>; 3] {
-    ["dataset.parquet", "summary.json", "journal.jsonl"].map(|name| fs::read(folder.join(name)).unwrap())
+fn bytes(folder: &Path) -> [Vec<u8>; 4] {
+    ["dataset.parquet", "summary.json", "journal.jsonl", "report.html"].map(|name| fs::read(folder.join(name)).unwrap())
 }
 
 #[test]

@@ -5,6 +5,7 @@
 mod architecture;
 mod bad_input;
 mod campaign;
+mod campaign_results;
 mod command_line;
 mod determinism;
 mod experiments;

@@ -13,9 +13,12 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("scenarios/already_there.toml", include_bytes!("../already_there.toml")),
     ("scenarios/stop_overtakes_start.toml", include_bytes!("../stop_overtakes_start.toml")),
     ("scenarios/errand.toml", include_bytes!("../errand.toml")),
+    ("scenarios/corridor.toml", include_bytes!("../corridor.toml")),
     ("scenarios/populated.toml", include_bytes!("../populated.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
+    ("maps/house_corridor.yaml", include_bytes!("../../maps/house_corridor.yaml")),
+    ("maps/house_corridor.places.toml", include_bytes!("../../maps/house_corridor.places.toml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
     ("properties/phi1.scope", include_bytes!("../../monitors/properties/phi1.scope")),
@@ -41,6 +44,15 @@ const SHIPPED: &[(&str, &[u8])] = &[
         "skills/original/GotoRechargingStation.scxml",
         include_bytes!("../../skills/machines/original/GotoRechargingStation.scxml"),
     ),
+];
+
+/// The campaigns that come with the program, by the paths that they have in its sources.
+const CAMPAIGNS: &[(&str, &str)] = &[
+    ("scenarios/campaigns/battery_reserve.toml", include_str!("../campaigns/battery_reserve.toml")),
+    ("scenarios/campaigns/bug_hunt.toml", include_str!("../campaigns/bug_hunt.toml")),
+    ("scenarios/campaigns/noise.toml", include_str!("../campaigns/noise.toml")),
+    ("scenarios/campaigns/noise_short.toml", include_str!("../campaigns/noise_short.toml")),
+    ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
 ];
 
 /// The scenario of a kind of fault, by its name.
@@ -89,6 +101,7 @@ const FAULTS: &[(&str, &[u8])] = fault_scenarios![
     "odometry_freeze",
     "people",
     "skill_guard_negated",
+    "skill_mutant",
     "skill_replaced",
     "skill_state_stuck",
     "skill_target_swapped",
@@ -172,6 +185,12 @@ fn all() -> impl Iterator<Item = (&'static str, &'static [u8])> {
 /// The paths of all files that come with the program.
 pub(crate) fn shipped_paths() -> impl Iterator<Item = &'static str> {
     all().map(|(path, _)| path)
+}
+
+/// The campaigns that come with the program: the name and the text of each, in alphabetical order.
+pub(crate) fn shipped_campaigns() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let name = |path: &'static str| path.strip_prefix("scenarios/campaigns/")?.strip_suffix(".toml");
+    CAMPAIGNS.iter().filter_map(move |(path, text)| Some((name(path)?, *text)))
 }
 
 /// The names of the scenarios that come with the program, but for those that show a kind of fault, in alphabetical order.

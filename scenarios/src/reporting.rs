@@ -93,6 +93,11 @@ fn expectations(live: &Live) -> Vec<ExpectationReport> {
         let difference = format!("the battery was expected to stay at {limit} % or more and fell to {minimum:.2} %");
         note(format!("the battery stays at {limit} % or more"), (minimum < limit).then_some(difference));
     }
+    if let Some(limit) = expect.max_localization_m {
+        let (_, worst, _) = live.tally().localization_error();
+        let difference = format!("localization was expected to stay within {limit} m and was {worst:.3} m off");
+        note(format!("localization stays within {limit} m"), (worst > limit).then_some(difference));
+    }
     expectations
 }
 

@@ -285,10 +285,20 @@ mod tests {
 
     fn written(path: &Path, runs: u64) -> Vec<u8> {
         let kinds = [ParameterKind::Integer, ParameterKind::Number, ParameterKind::Boolean, ParameterKind::Text];
-        let parameter = |(place, kind)| ParameterLayout { key: format!("a.{place}"), kind };
+        let parameter = |(place, kind)| ParameterLayout {
+            key: format!("a.{place}"),
+            kind,
+            domain: String::new(),
+            logarithmic: false,
+            name: None,
+            about: None,
+        };
         let layout = Layout {
             campaign: "some.toml".into(),
             scenario: "errand".into(),
+            about: String::new(),
+            measures: Vec::new(),
+            model: None,
             parameters: kinds.into_iter().enumerate().map(parameter).collect(),
             properties: vec!["phi1".into()],
         };

@@ -3,9 +3,12 @@
 use maps::document::{Document, Field, Table};
 use maps::{FileProblems, Problem, Span, Spanned};
 
+use super::Measure;
+use super::model::Model;
 use super::parameter::{Domain, Parameter, normal_cdf};
 use super::sampling::{MAX_SOBOL_DIMENSIONS, Sampling};
 use super::statistics::{Confidence, Precision, Sprt, StatisticsError};
+use crate::scenario::unknown;
 
 /// No campaign has more runs.
 pub const MAX_RUNS: u64 = 100_000_000;
@@ -35,6 +38,10 @@ pub struct CampaignFile {
     pub runs: u64,
     /// When fewer are enough.
     pub goal: Option<Goal>,
+    /// What is drawn against the parameters.
+    pub measures: Vec<Measure>,
+    /// What the results are held against.
+    pub model: Option<Model>,
 }
 
 /// Which root seeds the runs have.
@@ -92,12 +99,17 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
     let sampling = if root.has("parameters") { sampling.required() } else { Some(sampling.or(random)) };
     let goal = root.table("goal").and_then(read_goal);
     let goal = if root.has("goal") { goal.required().map(Some) } else { Some(None) };
+    let measures = root.get::<Vec<Spanned<String>>>("measures").try_map(|names, _| read_measures(&names));
+    let measures = if root.has("measures") { measures.required() } else { Some(Vec::new()) };
+    let model = root.table("model").and_then(|table| Model::read(table));
+    let model = if root.has("model") { model.required().map(Some) } else { Some(None) };
     let parameters = root.tables("parameters").each(read_parameter);
     let parameters = if root.has("parameters") { parameters.required() } else { Some(Vec::new()) };
     let runs = root.get::<u64>("runs").within(1..=MAX_RUNS).spanned();
     let repeats = root.get::<u64>("repeats").within(1..=MAX_RUNS).spanned();
-    let (sampling, parameters, goal) = (sampling?, parameters?, goal?);
+    let (sampling, parameters, goal, model) = (sampling?, parameters?, goal?, model?);
     check_parameters(root, &sampling, &parameters);
+    model.iter().for_each(|model| model.check(root, &parameters));
     let runs = if sampling.value == Sampling::Grid {
         refuse_given(root, runs, "a grid has one run for each combination: say `repeats` for more");
         grid_runs(root, &parameters, repeats)
@@ -115,7 +127,17 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
         parameters,
         runs: runs?,
         goal,
+        measures: measures?,
+        model,
     })
+}
+
+fn read_measures(names: &[Spanned<String>]) -> Result<Vec<Measure>, Problem> {
+    let measure = |name: &Spanned<String>| {
+        let found = Measure::ALL.into_iter().find(|measure| measure.name() == name.value);
+        found.ok_or_else(|| unknown("measure", name, Measure::ALL.map(Measure::name)))
+    };
+    names.iter().map(measure).collect()
 }
 
 fn refuse_given(root: Table<'_>, field: Field<'_, Spanned<u64>>, why: &str) {
@@ -194,7 +216,15 @@ fn read_parameter(table: Table<'_>) -> Option<Parameter> {
     let key = table.text("key").check(|key| is_key(key), "be a dotted key such as `battery.initial_pct`");
     let key = key.spanned().required();
     let domain = read_domain(table);
-    Some(Parameter { key: key?, domain: domain? })
+    let name = table.text("name").check(|name| is_name(name), "be a name of letters, digits and `_`").optional();
+    let about = table.text("about").check(|about| !about.is_empty(), "not be empty").optional();
+    Some(Parameter { key: key?, domain: domain?, name, about })
+}
+
+/// Whether a formula can speak of it.
+fn is_name(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_alphabetic() || first == '_')
+        && name.chars().all(|letter| letter.is_alphanumeric() || letter == '_')
 }
 
 /// Whether `--set` takes it as a key.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Domain, Parameter, Plan, RunRecord, Value};
+use super::{Domain, Measure, Model, Parameter, Plan, RunRecord, Value};
 use crate::Error;
 
 /// The format of journals and datasets.
@@ -46,7 +46,7 @@ impl Shard {
 }
 
 /// A journal's first line: what it is a journal of.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     format: u32,
     version: String,
@@ -57,14 +57,29 @@ pub(super) struct Header {
 }
 
 /// What a journal's records mean, so that results can be made without the campaign's file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Layout {
     /// How the command line calls the campaign.
     pub(super) campaign: String,
     /// How it calls the scenario.
     pub(super) scenario: String,
+    /// What it is to find out.
+    pub(super) about: String,
     pub(super) parameters: Vec<ParameterLayout>,
     pub(super) properties: Vec<String>,
+    /// The columns of the dataset that the report draws against the parameters.
+    pub(super) measures: Vec<Measure>,
+    /// What the results are held against.
+    pub(super) model: Option<ModelLayout>,
+}
+
+/// A campaign's model, as [`Model`] says it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct ModelLayout {
+    pub(super) of: String,
+    pub(super) about: String,
+    pub(super) quantity: String,
+    pub(super) bound: f64,
 }
 
 /// A parameter's key and what its values are.
@@ -72,6 +87,14 @@ pub(super) struct Layout {
 pub(super) struct ParameterLayout {
     pub(super) key: String,
     pub(super) kind: ParameterKind,
+    /// What its values may be, in words.
+    pub(super) domain: String,
+    /// Whether equal ratios are equally far apart.
+    pub(super) logarithmic: bool,
+    /// How the model calls it.
+    pub(super) name: Option<String>,
+    /// What it is, in words.
+    pub(super) about: Option<String>,
 }
 
 /// What all values of a parameter are.
@@ -111,12 +134,19 @@ impl Header {
         let parameter = |parameter: &Parameter| ParameterLayout {
             key: parameter.key.value.clone(),
             kind: ParameterKind::of(&parameter.domain),
+            domain: parameter.domain.to_string(),
+            logarithmic: matches!(parameter.domain, Domain::Range { logarithmic: true, .. }),
+            name: parameter.name.clone(),
+            about: parameter.about.clone(),
         };
         let layout = Layout {
             campaign: plan.name().to_owned(),
             scenario: plan.scenario().argument.clone(),
+            about: plan.file().about.clone(),
             parameters: plan.file().parameters.iter().map(parameter).collect(),
             properties: plan.properties().to_vec(),
+            measures: plan.file().measures.clone(),
+            model: plan.file().model.as_ref().map(Model::layout),
         };
         Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }
     }
@@ -124,6 +154,21 @@ impl Header {
     /// The header of another shard of the same campaign.
     pub(super) fn with_shard(&self, shard: Shard) -> Self {
         Self { shard, ..self.clone() }
+    }
+
+    /// That a journal in `folder` cannot be read with this one's meaning, if it cannot.
+    pub(super) fn check_format(&self, folder: &Path) -> Result<(), Error> {
+        if self.format == FORMAT {
+            return Ok(());
+        }
+        let message =
+            format!("{} has results in format {}, and this program has {FORMAT}", folder.display(), self.format);
+        Err(Error::refused(message, format!("they were written by version {}", self.version)))
+    }
+
+    /// The version that wrote it.
+    pub(super) fn version(&self) -> &str {
+        &self.version
     }
 
     /// How many runs the campaign has, all shards together.

@@ -9,9 +9,13 @@
 //! order of the runs; [`finish`] makes the [dataset] and the [`Summary`] of that, and [`merge`] puts shards together. A
 //! run that is refused, cannot go on or panics is a record like any other.
 
+pub mod compare;
 pub mod dataset;
 pub mod file;
+mod formula;
 mod journal;
+mod model;
+mod page;
 pub mod parameter;
 mod plan;
 mod record;
@@ -21,9 +25,11 @@ pub mod sampling;
 pub mod statistics;
 
 pub use file::CampaignFile;
+pub use formula::Formula;
 pub use journal::Shard;
+pub use model::Model;
 pub use parameter::{Domain, Parameter, Value};
 pub use plan::{Plan, PlannedRun};
-pub use record::{MonitorFacts, RunFacts, RunOutcome, RunRecord};
+pub use record::{Measure, MonitorFacts, RunFacts, RunOutcome, RunRecord};
 pub use results::{Estimate, Named, Outcomes, Summary, finish, merge};
 pub use runner::{GoalReport, run};

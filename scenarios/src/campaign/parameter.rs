@@ -54,6 +54,10 @@ pub struct Parameter {
     pub key: Spanned<String>,
     /// What it may be.
     pub domain: Domain,
+    /// How the campaign's model calls it: an identifier.
+    pub name: Option<String>,
+    /// What it is, in words, with its unit.
+    pub about: Option<String>,
 }
 
 /// What a parameter may be.
@@ -95,6 +99,30 @@ pub enum Domain {
         /// The mean, above 0.
         mean: f64,
     },
+}
+
+/// In words.
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Values(values) => {
+                let values: Vec<String> = values.iter().map(Value::to_string).collect();
+                write!(f, "one of {}", values.join(", "))
+            }
+            Self::Whole { from, to } => write!(f, "whole numbers from {from} to {to}"),
+            Self::Range { from, to, logarithmic, steps } => {
+                write!(f, "{from} to {to}")?;
+                steps.map_or(Ok(()), |steps| write!(f, " in {steps} steps"))?;
+                if *logarithmic { f.write_str(" on a logarithmic scale") } else { Ok(()) }
+            }
+            Self::Normal { mean, sd, min, max } => {
+                write!(f, "normal with mean {mean} and standard deviation {sd}")?;
+                min.map_or(Ok(()), |min| write!(f, ", at least {min}"))?;
+                max.map_or(Ok(()), |max| write!(f, ", at most {max}"))
+            }
+            Self::Exponential { mean } => write!(f, "exponential with mean {mean}"),
+        }
+    }
 }
 
 impl Domain {

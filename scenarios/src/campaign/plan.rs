@@ -11,6 +11,7 @@ use super::parameter::{Parameter, Value};
 use super::sampling::{Dimension, Sampling};
 use crate::Error;
 use crate::error::Complaints;
+use crate::files::shipped_campaigns;
 use crate::live::Live;
 use crate::scenario::{Found, Scenario, find, unknown};
 
@@ -62,16 +63,23 @@ pub struct PlannedRun {
 }
 
 impl Plan {
-    /// Loads a campaign's file and its scenario.
+    /// Loads a campaign and its scenario: a file, or one that comes with the program, by its name.
     ///
     /// # Errors
     /// Everything that is wrong with them; see [`parse`](Self::parse).
     pub fn load(path: &Path) -> Result<Self, Error> {
+        let name = path.display().to_string();
+        let is_name = path.extension().is_none() && path.components().count() == 1 && !path.is_file();
+        if is_name {
+            let text = shipped_campaigns().find(|(shipped, _)| *shipped == name).map(|(_, text)| text);
+            return Self::parse(&name, text.ok_or_else(|| no_campaign(&name))?);
+        }
         let text = std::fs::read_to_string(path).map_err(|error| {
-            let message = format!("cannot read the campaign {}: {error}", path.display());
-            Error::refused(message, "a campaign is a TOML file that names a scenario and what varies")
+            let message = format!("cannot read the campaign {name}: {error}");
+            let help = "a campaign is a TOML file that names a scenario and what varies";
+            Error::refused(message, format!("{help}, or one of {}", campaign_names()))
         })?;
-        Self::parse(&path.display().to_string(), &text)
+        Self::parse(&name, &text)
     }
 
     /// Reads a campaign's text; a scenario that it names by a path is looked for beside `name`.
@@ -198,8 +206,9 @@ impl Plan {
             complaints.push(problem);
         }
         let names = self.properties.iter().map(String::as_str).chain(["expectation"]);
-        if let Some(goal) = self.file.goal.as_ref().filter(|goal| !names.clone().any(|name| name == goal.of.value)) {
-            complaints.push(unknown("property", &goal.of, names));
+        let asked = self.file.goal.iter().map(|goal| &goal.of).chain(self.file.model.iter().map(|model| &model.of));
+        for of in asked.filter(|of| !names.clone().any(|name| name == of.value)) {
+            complaints.push(unknown("property", of, names.clone()));
         }
         complaints.check()
     }
@@ -242,6 +251,22 @@ impl PlannedRun {
         let varied = plan.file.parameters.iter().zip(&self.values);
         set.chain(varied.map(|(parameter, value)| format!("{}={value}", parameter.key.value))).collect()
     }
+}
+
+/// That no campaign of that name comes with the program, with the nearest name.
+fn no_campaign(name: &str) -> Error {
+    let likeness = |known: &&str| strsim::jaro_winkler(known, name);
+    let nearest = shipped_campaigns().map(|(known, _)| known).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
+    let nearest = nearest.filter(|known| likeness(known) > 0.8);
+    let meant = nearest.map_or_else(String::new, |known| format!("did you mean `{known}`? "));
+    Error::refused(
+        format!("there is no campaign `{name}`"),
+        format!("{meant}There are {}, or the path of a file", campaign_names()),
+    )
+}
+
+fn campaign_names() -> String {
+    shipped_campaigns().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// A dimension for each parameter; none for a grid.

@@ -8,13 +8,13 @@ use super::dataset::DatasetWriter;
 use super::journal::{Header, Journal, JournalReader, Layout, Shard};
 use super::runner::GoalReport;
 use super::statistics::{Confidence, Count, Interval};
-use super::{RunOutcome, RunRecord};
+use super::{RunOutcome, RunRecord, page};
 use crate::Error;
 
 /// The dataset's file.
 const DATASET: &str = "dataset.parquet";
 /// The summary's file.
-const SUMMARY: &str = "summary.json";
+pub(super) const SUMMARY: &str = "summary.json";
 /// How many runs the summary names of a kind.
 const NAMED: usize = 10;
 /// The confidence of the summary's intervals.
@@ -43,6 +43,19 @@ pub struct Summary {
     pub failures: Vec<Named>,
     /// The first runs that were not as expected, with how to repeat them.
     pub unexpected: Vec<Named>,
+}
+
+impl Summary {
+    /// The command that repeats a run alone, with pictures and report.
+    #[must_use]
+    pub fn command(&self, k: u64) -> String {
+        command(&self.campaign, k)
+    }
+}
+
+/// The command that repeats a run of a campaign alone.
+pub(super) fn command(campaign: &str, k: u64) -> String {
+    format!("steward campaign {campaign} --only {k}")
 }
 
 /// How many runs went how.
@@ -98,7 +111,10 @@ pub fn finish(folder: &Path, goal: Option<GoalReport>) -> Result<Summary, Error>
     }
     dataset.finish().map_err(failed)?;
     let summary = tally.summary(&layout, goal)?;
-    write_whole(&folder.join(SUMMARY), &summary)?;
+    let page = page::page(&summary, &layout, || JournalReader::open(folder))?;
+    let text = serde_json::to_string_pretty(&summary).expect("a summary is always JSON") + "\n";
+    write_whole(&folder.join(SUMMARY), &text)?;
+    write_whole(&folder.join(page::FILE), &page)?;
     std::fs::rename(&unfinished, &path).map_err(failed)?;
     Ok(summary)
 }
@@ -171,10 +187,10 @@ fn in_turn(
     Ok(())
 }
 
-/// Writes JSON under another name first, so that the file is never half written.
-fn write_whole(path: &Path, content: &impl Serialize) -> Result<(), Error> {
-    let text = serde_json::to_string_pretty(content).expect("a summary is always JSON") + "\n";
-    let unfinished = path.with_extension("json.part");
+/// Writes a text under another name first, so that the file is never half written.
+fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
+    let mut unfinished = path.as_os_str().to_owned();
+    unfinished.push(".part");
     let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
     written.map_err(|source| Error::Write { path: path.to_owned(), source })
 }
@@ -228,9 +244,8 @@ impl Tally {
             rate: count.rate(),
             interval: count.interval(confidence),
         };
-        let command = |k| format!("steward campaign {} --only {k}", layout.campaign);
         let named = |runs: Vec<(u64, Option<String>)>| {
-            runs.into_iter().map(|(k, why)| Named { k, why, command: command(k) }).collect()
+            runs.into_iter().map(|(k, why)| Named { k, why, command: command(&layout.campaign, k) }).collect()
         };
         let counted = layout.properties.iter().zip(&self.properties);
         Ok(Summary {

@@ -9,6 +9,7 @@ use clap::{Args, Subcommand};
 use super::progress::Bar;
 use super::{print, summary};
 use crate::Error;
+use crate::campaign::compare::CampaignComparison;
 use crate::campaign::{self, Plan, Shard, Summary};
 use crate::conduct::{Outputs, conduct};
 use crate::scenario::Scenario;
@@ -19,8 +20,8 @@ use crate::scenario::Scenario;
 pub(super) struct CampaignArgs {
     #[command(subcommand)]
     command: Option<CampaignCommand>,
-    /// The campaign's file
-    #[arg(value_name = "FILE", required = true)]
+    /// The campaign: a name (see `steward list`) or a file
+    #[arg(value_name = "NAME|FILE", required = true)]
     file: Option<PathBuf>,
     /// How many runs, instead of what the file says
     #[arg(long, value_name = "N")]
@@ -49,6 +50,16 @@ enum CampaignCommand {
         /// Where the results go: a new folder
         #[arg(long, value_name = "DIR")]
         out: PathBuf,
+    },
+    /// Says whether something happens more often in one campaign than in another
+    Compare {
+        /// The results before: a folder that a campaign wrote, or merged
+        before: PathBuf,
+        /// The results after
+        after: PathBuf,
+        /// Prints JSON instead of words
+        #[arg(long)]
+        json: bool,
     },
 }
 
@@ -88,10 +99,18 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
 
 /// Runs a campaign or a shard of it, repeats a run, or puts shards together.
 pub(super) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
-    if let Some(CampaignCommand::Merge { shards, out }) = &args.command {
-        let summary = campaign::merge(shards, out)?;
-        print(&in_words(&summary, out))?;
-        return Ok(ExitCode::SUCCESS);
+    match &args.command {
+        Some(CampaignCommand::Merge { shards, out }) => {
+            print(&in_words(&campaign::merge(shards, out)?, out))?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        Some(CampaignCommand::Compare { before, after, json }) => {
+            let comparison = CampaignComparison::of(before, after)?;
+            let as_json = || serde_json::to_string_pretty(&comparison).expect("a comparison is always JSON") + "\n";
+            print(&if *json { as_json() } else { comparison.to_string() })?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        None => {}
     }
     let file = args.file.as_deref().unwrap_or(Path::new(""));
     let plan = Plan::load(file)?;

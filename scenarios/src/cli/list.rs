@@ -1,13 +1,14 @@
-//! `steward list`: the scenarios that come with the program.
+//! `steward list`: the scenarios and campaigns that come with the program.
 
 use std::path::Path;
 
 use super::print;
 use crate::Error;
-use crate::files::{Files, shipped_scenarios};
+use crate::campaign::CampaignFile;
+use crate::files::{Files, shipped_campaigns, shipped_scenarios};
 use crate::scenario::ScenarioFile;
 
-/// Prints a line for each scenario.
+/// Prints a line for each scenario and each campaign.
 pub(super) fn list() -> Result<(), Error> {
     let mut text = String::new();
     for name in shipped_scenarios() {
@@ -19,5 +20,10 @@ pub(super) fn list() -> Result<(), Error> {
     text.push_str(
         "\nfaults/KIND      shows a kind of fault, as `steward faults` lists them: faults/joypad, faults/kidnap, …\n",
     );
+    text.push_str("\ncampaigns, for `steward campaign NAME`:\n");
+    for (name, source) in shipped_campaigns() {
+        let file = CampaignFile::parse(name, source).map_err(Error::bad_input)?;
+        text.push_str(&format!("{name:<16} {}\n", file.about));
+    }
     print(&text)
 }

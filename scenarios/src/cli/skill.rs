@@ -26,6 +26,11 @@ pub(super) enum SkillCommand {
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
     },
+    /// Lists the mistakes that a machine may have, as the fault `skill_mutant` calls them
+    Mutants {
+        /// Machines, SCXML files [default: those of the shipped skills]
+        files: Vec<PathBuf>,
+    },
     /// Runs a machine alone: prints its log, every configuration that it enters, and the last one
     Run {
         /// The machine, an SCXML file
@@ -55,6 +60,7 @@ pub(super) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
     match command {
         SkillCommand::Check { file } => check(file),
         SkillCommand::Show { file, format } => show(file, *format),
+        SkillCommand::Mutants { files } => mutants(files),
         SkillCommand::Run { file, events, until, json } => run(file, events.as_deref(), *until, *json),
     }
 }
@@ -75,6 +81,29 @@ fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
         Format::Dot => print(&chart.to_dot())?,
         Format::Svg => print(&crate::draw::state_chart_svg(&chart))?,
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
+    let mut text = String::new();
+    let mut list = |name: &str, machine: &str| {
+        let skill = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+        let mistakes = skills::mutations(name, machine).map_err(Error::bad_input)?;
+        text.extend(mistakes.iter().map(|mistake| format!("{skill}: {mistake}\n")));
+        Ok::<(), Error>(())
+    };
+    for file in files {
+        let name = file.to_string_lossy();
+        let machine = std::fs::read_to_string(file)
+            .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
+        list(&name, &machine)?;
+    }
+    if files.is_empty() {
+        for (name, machine) in skills::SHIPPED {
+            list(&format!("{name}.scxml"), machine)?;
+        }
+    }
+    print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

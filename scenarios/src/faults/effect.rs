@@ -97,6 +97,8 @@ pub(crate) enum MachineChange {
     Replaced(Spanned<PathBuf>),
     /// It has that mistake.
     Mutated(Mutation),
+    /// It has the mistake that is so called among all of [`skills::mutations`].
+    MutatedAs(Spanned<String>),
 }
 
 impl Effect {

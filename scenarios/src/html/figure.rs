@@ -5,7 +5,7 @@ use crate::draw::canvas::{Canvas, escape};
 use crate::draw::path::number;
 
 /// The width of a drawing for phones, in pixels: what is left of 375 inside a panel.
-pub(super) const NARROW: f64 = 325.0;
+pub(crate) const NARROW: f64 = 325.0;
 
 /// For which width a drawing is laid out. Text keeps its size; the style sheet shows the one that fits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ impl Layout {
     }
 
     /// One of two values.
-    pub(super) fn pick<T>(self, wide: T, narrow: T) -> T {
+    pub(crate) fn pick<T>(self, wide: T, narrow: T) -> T {
         match self {
             Self::Wide => wide,
             Self::Narrow => narrow,
@@ -37,9 +37,9 @@ impl Layout {
 
 /// A drawing and its size, in pixels.
 pub(crate) struct Drawing {
-    pub(super) canvas: Canvas,
-    pub(super) width: f64,
-    pub(super) height: f64,
+    pub(crate) canvas: Canvas,
+    pub(crate) width: f64,
+    pub(crate) height: f64,
 }
 
 /// A drawing in both layouts, as SVG inside the page; `label` says to those who cannot see it what it shows.

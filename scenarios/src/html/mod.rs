@@ -36,7 +36,7 @@ use crate::timeline::Timeline;
 
 pub use pictures::Picture;
 
-pub(crate) use figure::{Drawing, figure};
+pub(crate) use figure::{Drawing, Layout, NARROW, figure};
 pub(crate) use markup::{escape, text};
 
 /// The name of the page's file.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use maps::{OccupancyGrid, Spanned};
-use skills::{Chart, mutate};
+use skills::{Chart, mutate, mutations};
 
 use super::{Loader, ScenarioFile, unknown};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
@@ -44,6 +44,20 @@ impl Loader<'_> {
                 let name = path.display().to_string();
                 let mutant = self.complaints.note(mutate(&name, &text, &mutation))?;
                 self.complaints.note(Chart::load(&format!("{name} ({})", fault.words()), &mutant))
+            }
+            MachineChange::MutatedAs(mistake) => {
+                let path = file.skills.value.join(format!("{}.scxml", skill.value));
+                let text = self.text(&skill.span, "machine", &path)?;
+                let name = path.display().to_string();
+                let all = self.complaints.note(mutations(&name, &text))?;
+                let Some(mutation) = all.iter().find(|mutation| mutation.to_string() == mistake.value) else {
+                    let all: Vec<String> = all.iter().map(ToString::to_string).collect();
+                    let what = format!("mistake of {}", skill.value);
+                    self.complaints.push(unknown(&what, &mistake, all.iter().map(String::as_str)));
+                    return None;
+                };
+                let mutant = self.complaints.note(mutate(&name, &text, mutation))?;
+                self.complaints.note(Chart::load(&format!("{name} ({mutation})"), &mutant))
             }
         }
     }

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use components::StopRule;
-use maps::document::{Document, Table};
-use maps::{FileProblems, Spanned};
+use maps::document::{Document, FromItem, Item, Table};
+use maps::{FileProblems, Pose, Problem, Spanned, pose};
 use monitors::Outcome;
 use sim::{DriftNoise, SimConfig};
 
@@ -54,12 +54,33 @@ pub struct ScenarioFile {
 /// The names of the places that a scenario needs.
 #[derive(Clone, Debug)]
 pub struct Sites {
-    /// Where the robot starts: a point.
-    pub start: Spanned<String>,
+    /// Where the robot starts.
+    pub start: Spanned<Start>,
     /// Where the charging station stands: a point.
     pub station: Spanned<String>,
     /// Where the robot is sent, for pictures.
     pub destination: Spanned<String>,
+}
+
+/// Where a robot starts.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// At the point of that name.
+    Named(String),
+    /// There, in the `map` frame.
+    At(Pose),
+}
+
+impl FromItem<'_> for Start {
+    fn wanted() -> String {
+        "the name of a point, or [x, y, heading] in metres and degrees".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        let named = item.as_text().map(|name| Self::Named(name.to_owned()));
+        let at = || item.get::<[f64; 3]>().ok().map(|[x, y, degrees]| Self::At(pose(x, y, degrees.to_radians())));
+        named.or_else(at).ok_or_else(|| vec![item.wrong(&Self::wanted())])
+    }
 }
 
 /// How the tree's process is made.
@@ -152,6 +173,8 @@ pub struct Expectations {
     pub max_collisions: Option<u64>,
     /// What the battery must not have gone below, in percent.
     pub min_battery_pct: Option<f64>,
+    /// How far from the truth localization may be at worst, in metres.
+    pub max_localization_m: Option<f64>,
 }
 
 impl ScenarioFile {
@@ -246,7 +269,8 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
 
 fn read_sites(table: Table<'_>) -> Option<Sites> {
     let site = |key| table.text(key).spanned().required();
-    let (start, station, destination) = (site("start"), site("station"), site("destination"));
+    let start = table.get("start").spanned().required();
+    let (station, destination) = (site("station"), site("destination"));
     Some(Sites { start: start?, station: station?, destination: destination? })
 }
 
@@ -347,9 +371,10 @@ fn read_expectations(table: Table<'_>) -> Option<Expectations> {
         not_reached: table.get("not_reached").or(Vec::new()),
         max_collisions: table.get("max_collisions").optional(),
         min_battery_pct: table.number("min_battery_pct").within(0.0..=100.0).optional(),
+        max_localization_m: table.number("max_localization_m").within(0.0..=1e6).optional(),
         outcomes: Vec::new(),
     };
-    let known = ["reached", "not_reached", "max_collisions", "min_battery_pct"];
+    let known = ["reached", "not_reached", "max_collisions", "min_battery_pct", "max_localization_m"];
     let properties = table.keys().filter(|(key, _)| !known.contains(key));
     for (property, span) in properties {
         let outcome = table.one_of(property, &outcomes).required();

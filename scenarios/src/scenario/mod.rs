@@ -16,7 +16,7 @@ use nav::{Atlas, LocalizationParameters};
 use robot::RobotModel;
 use skills::Chart;
 
-pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, TreeForm};
+pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Start, TreeForm};
 pub use find::Found;
 pub use stop::{Stop, StopOnViolation};
 pub use world::WorldBody;
@@ -262,7 +262,12 @@ impl Loader<'_> {
         {
             let _ = self.place(name, places);
         }
-        let start = self.point(&file.sites.start, places);
+        let start = match &file.sites.start {
+            Spanned { value: Start::Named(name), span } => {
+                self.point(&Spanned { value: name.clone(), span: span.clone() }, places)
+            }
+            Spanned { value: Start::At(pose), .. } => Some(*pose),
+        };
         let station = self.point(&file.sites.station, places);
         Some((start?, station?))
     }

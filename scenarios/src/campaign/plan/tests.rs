@@ -201,3 +201,54 @@ fn the_scenario_refuses_values_before_the_first_run() {
     let error = Plan::parse("campaign.toml", "scenario = \"nominall\"\nruns = 1\n").unwrap_err().to_string();
     assert!(error.contains("no scenario `nominall`"), "{error}");
 }
+
+#[test]
+fn a_model_speaks_of_parameters_by_their_names() {
+    let named = parameter("battery.initial_pct", "name = \"charge\"\nfrom = 31\nto = 80\n");
+    let with = |model: &str| format!("sampling = \"sobol\"\nruns = 3\n[model]\n{model}\n{named}");
+    let plan = plan(&with("of = \"phi1\"\nquantity = \"100 - charge\"\nbound = 50"));
+    assert_eq!(plan.file().model.as_ref().map(|model| model.quantity.value.to_string()), Some("100 - charge".into()));
+    for (model, wanted) in [
+        ("of = \"phi1\"\nquantity = \"100 - change\"\nbound = 50", "no parameter with numbers has the name `change`"),
+        ("of = \"phi1\"\nquantity = \"100 -\"\nbound = 50", "the formula breaks off"),
+        ("of = \"phi1\"\nquantity = \"charge\"", "`bound` is missing"),
+    ] {
+        let said = problems(&format!("{ERRAND}{}", with(model)));
+        assert!(said.iter().any(|said| said.contains(wanted)), "{model}: {said:?}");
+    }
+    let Err(error) =
+        Plan::parse("campaign.toml", &format!("{ERRAND}{}", with("of = \"phi9\"\nquantity = \"charge\"\nbound = 1")))
+    else {
+        panic!("there is no phi9")
+    };
+    assert!(reasons(&error).contains("unknown property `phi9`"), "{error:?}");
+    let said = problems(&format!("{ERRAND}runs = 3\nmeasures = [\"colisions\"]\n"));
+    assert!(said.iter().any(|said| said.contains("unknown measure `colisions`")), "{said:?}");
+}
+
+#[test]
+fn every_campaign_that_comes_with_the_program_can_be_planned() {
+    for (name, _) in shipped_campaigns() {
+        let plan = Plan::load(Path::new(name)).unwrap_or_else(|error| panic!("{name}: {}", reasons(&error)));
+        assert_eq!(plan.name(), name);
+        assert!(!plan.file().about.is_empty() && plan.runs() > 0, "{name}");
+    }
+    let Err(error) = Plan::load(Path::new("batery_reserve")) else { panic!("there is none") };
+    assert_eq!(reasons(&error), "there is no campaign `batery_reserve`");
+}
+
+#[test]
+fn the_bug_hunt_tries_every_mistake_of_every_skill() {
+    let plan = Plan::load(Path::new("bug_hunt")).unwrap();
+    let tried: Vec<String> = (0..plan.runs())
+        .map(|k| match &plan.run(k).values[..] {
+            [Value::Text(mutant)] => mutant.clone(),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let all = skills::SHIPPED.iter().flat_map(|(name, text)| {
+        let mistakes = skills::mutations(name, text).unwrap();
+        mistakes.into_iter().map(move |mistake| format!("{name}: {mistake}"))
+    });
+    assert_eq!(tried, all.collect::<Vec<_>>(), "`steward skill mutants` lists them");
+}

@@ -2,8 +2,10 @@
 
 use serde::Serialize;
 
-use super::{Confidence, Count, Interval};
+use super::{Confidence, Count, Interval, beta};
 
+/// No odds ratio is looked for beyond this logarithm.
+const LARGEST_LN_RATIO: f64 = 60.0;
 /// Two outcomes whose probabilities differ by less than this fraction count as equally likely.
 const EQUALLY_LIKELY: f64 = 1e-7;
 
@@ -24,8 +26,20 @@ pub struct Comparison {
     pub interval: Interval,
     /// The odds after over the odds before; none where it is 0/0 or infinite.
     pub odds_ratio: Option<f64>,
+    /// Where the true odds ratio lies: the exact interval given how often it happened altogether, which goes with Fisher's
+    /// test (Cornfield, Proceedings of the Third Berkeley Symposium 4, 1956).
+    pub odds_interval: OddsInterval,
     /// Cohen's h, the difference between the angles that belong to the rates: 0.2 is small, 0.5 medium, 0.8 large.
     pub cohens_h: Option<f64>,
+}
+
+/// An interval of odds ratios.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct OddsInterval {
+    /// Its lower end.
+    pub low: f64,
+    /// Its upper end; none if there is no bound.
+    pub high: Option<f64>,
 }
 
 impl Comparison {
@@ -41,6 +55,7 @@ impl Comparison {
             difference: rates.map(|(before, after)| after - before),
             interval: difference(before, after, confidence),
             odds_ratio: odds_ratio(before, after),
+            odds_interval: odds_interval(before, after, confidence),
             cohens_h: rates.map(|(before, after)| angle(after) - angle(before)),
         }
     }
@@ -51,6 +66,33 @@ fn odds_ratio(before: Count, after: Count) -> Option<f64> {
     let [not_x, not_y] = [before, after].map(|count| (count.runs() - count.happened()) as f64);
     let below = x * not_y;
     (below > 0.0).then(|| y * not_x / below)
+}
+
+/// The odds ratios under which what was seen is not too unlikely on either side, by bisection of their logarithm.
+fn odds_interval(before: Count, after: Count, confidence: Confidence) -> OddsInterval {
+    let happened = before.happened() + after.happened();
+    let (fewest, most) = (happened.saturating_sub(before.runs()), happened.min(after.runs()));
+    let ways: Vec<f64> = (fewest..=most)
+        .map(|after_runs| ln_choose(after.runs(), after_runs) + ln_choose(before.runs(), happened - after_runs))
+        .collect();
+    let seen = (after.happened() - fewest) as usize;
+    // How probable it is, with odds whose ratio has that logarithm, to see at least (or at most) as many after as were seen.
+    let tail = |ln_ratio: f64, upper: bool| {
+        let terms: Vec<f64> = ways.iter().enumerate().map(|(place, ways)| ways + place as f64 * ln_ratio).collect();
+        let greatest = terms.iter().copied().fold(f64::MIN, f64::max);
+        let part = |terms: &[f64]| terms.iter().map(|term| libm::exp(term - greatest)).sum::<f64>();
+        part(if upper { &terms[seen..] } else { &terms[..=seen] }) / part(&terms)
+    };
+    let each = (1.0 - confidence.value()) / 2.0;
+    let bound = |upper: bool| {
+        let (mut low, mut high) = (-LARGEST_LN_RATIO, LARGEST_LN_RATIO);
+        for _ in 0..60 {
+            let middle = f64::midpoint(low, high);
+            if (tail(middle, upper) < each) == upper { low = middle } else { high = middle }
+        }
+        libm::exp(f64::midpoint(low, high))
+    };
+    OddsInterval { low: if seen == 0 { 0.0 } else { bound(true) }, high: (seen + 1 < ways.len()).then(|| bound(false)) }
 }
 
 /// Where the difference of the probabilities lies.
@@ -79,4 +121,27 @@ fn fisher(before: Count, after: Count) -> f64 {
 fn ln_choose(n: u64, k: u64) -> f64 {
     let ln_factorial = |n: u64| libm::lgamma(n as f64 + 1.0);
     ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k)
+}
+
+/// What runs say that were made twice, before and after, alike in everything else.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Paired {
+    /// In how many of them it happened only before.
+    pub only_before: u64,
+    /// In how many of them it happened only after.
+    pub only_after: u64,
+}
+
+impl Paired {
+    /// McNemar's exact test, two-sided: how probable it is that runs that differ do so at least so unevenly, were either way
+    /// as likely as the other.
+    #[must_use]
+    pub fn p_value(self) -> f64 {
+        let (differ, most) = (self.only_before + self.only_after, self.only_before.max(self.only_after));
+        if 2 * most <= differ {
+            return 1.0;
+        }
+        // At least `most` of `differ`: the distribution function of a Beta variable.
+        (2.0 * beta::cdf(0.5, most as f64, (differ - most) as f64 + 1.0)).min(1.0)
+    }
 }

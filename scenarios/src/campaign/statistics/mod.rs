@@ -26,7 +26,7 @@ mod order;
 mod precision;
 mod sprt;
 
-pub use comparison::Comparison;
+pub use comparison::{Comparison, OddsInterval, Paired};
 pub use count::{Confidence, Count, Interval};
 pub use order::InOrder;
 pub use precision::Precision;

@@ -329,3 +329,49 @@ fn goals_that_make_no_sense_are_refused() {
     assert!(Sprt::new(0.95, 0.1, 0.05).is_err());
     assert_eq!(Sprt::new(0.1, 0.05, 0.5), Err(StatisticsError::ErrorRate(0.5)));
 }
+
+/// The lady who tastes tea: 3 of 4 and 1 of 4. Fisher's weights are 1, 16, 36, 16, 1, and at the upper end of the interval
+/// ω⁴/(1 + 16ω + 36ω² + 16ω³ + ω⁴) is 0.975. The other two are those of SciPy's `odds_ratio`.
+#[test]
+fn odds_intervals_agree_with_published_ones() {
+    for ([a, b], [c, d], low, high) in [
+        ([1, 4], [3, 4], 0.211_735_595, 626.243_531),
+        ([12, 100], [30, 100], 1.429_887_45, 7.217_549_18),
+        ([700, 1000], [682, 925], 0.980_635_307, 1.475_921_59),
+    ] {
+        let got = Comparison::of(Count::new(a, b), Count::new(c, d), confidence(0.95)).odds_interval;
+        let near = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-6;
+        assert!(near(got.low, low) && near(got.high.unwrap(), high), "{a} of {b} and {c} of {d}: {got:?}");
+    }
+    // Never and always: ω/(1 + ω) is 0.025 at the lower end, and there is no upper one.
+    let extreme = Comparison::of(Count::new(0, 1), Count::new(1, 1), confidence(0.95)).odds_interval;
+    assert!((extreme.low - 1.0 / 39.0).abs() < 1e-9 && extreme.high.is_none(), "{extreme:?}");
+}
+
+#[test]
+fn an_odds_interval_covers_every_ratio_as_often_as_it_says() {
+    let (before, after) = (8, 10);
+    let choose = |n: u64, k: u64| (1..=k).fold(1.0, |ways, i| ways * (n - k + i) as f64 / i as f64);
+    let mass = |n: u64, k: u64, p: f64| choose(n, k) * libm::pow(p, k as f64) * libm::pow(1.0 - p, (n - k) as f64);
+    for (p, ratio) in [(0.2, 0.3), (0.2, 1.0), (0.5, 3.0), (0.7, 0.1), (0.4, 12.0)] {
+        let odds = p / (1.0 - p) * ratio;
+        let q = odds / (1.0 + odds);
+        let mut covered = 0.0;
+        for (x, y) in (0..=before).flat_map(|x| (0..=after).map(move |y| (x, y))) {
+            let interval = Comparison::of(Count::new(x, before), Count::new(y, after), confidence(0.9)).odds_interval;
+            if interval.low <= ratio && interval.high.is_none_or(|high| ratio <= high) {
+                covered += mass(before, x, p) * mass(after, y, q);
+            }
+        }
+        assert!(covered >= 0.9, "{ratio} from {p}: {covered}");
+    }
+}
+
+#[test]
+fn pairs_are_tested_as_coins_are() {
+    let p = |only_before, only_after| Paired { only_before, only_after }.p_value();
+    // 2·(1 + 12 + 66 + 220)/2¹².
+    assert!((p(9, 3) - 598.0 / 4096.0).abs() < 1e-12 && p(9, 3) == p(3, 9));
+    assert!((p(6, 0) - 2.0 / 64.0).abs() < 1e-12);
+    assert_eq!([p(0, 0), p(5, 5), p(1, 0)], [1.0; 3]);
+}

@@ -135,6 +135,22 @@ pub(super) const STATE_STUCK: FaultKind = FaultKind {
     words: |with| format!("nothing leaves the state {} of {}", with.text("state"), with.text("skill")),
 };
 
+pub(super) const MUTATED: FaultKind = FaultKind {
+    name: "skill_mutant",
+    place: Place::Behavior,
+    about: "a skill's machine has a mistake, one of all that `steward skill mutants` lists",
+    parameters: &[required("mutant", "the skill and the mistake, as they are listed", Domain::Text)],
+    momentary: false,
+    example: "at_s = 0\nmutant = \"BatteryLevel: no transition leaves `get`\"",
+    effect: |with| {
+        let Spanned { value, span } = with.name("mutant");
+        let (skill, mistake) = value.split_once(": ").unwrap_or((&value, ""));
+        let spanned = |text: &str| Spanned { value: text.to_owned(), span: span.clone() };
+        Effect::Machine { skill: spanned(skill), change: MachineChange::MutatedAs(spanned(mistake)) }
+    },
+    words: |with| with.text("mutant").to_owned(),
+};
+
 pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
     name: "leaf_inverted",
     place: Place::Behavior,

@@ -112,6 +112,7 @@ pub const KINDS: &[&FaultKind] = &[
     &behavior::TARGET_SWAPPED,
     &behavior::TRANSITION_DROPPED,
     &behavior::STATE_STUCK,
+    &behavior::MUTATED,
     &behavior::LEAF_INVERTED,
     &behavior::HALT_LOST,
     &world::DOOR,

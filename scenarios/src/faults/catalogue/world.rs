@@ -1,10 +1,12 @@
 //! Faults of what is around the robot.
 
+use std::time::Duration;
+
 use maps::{Point, Pose, pose};
-use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape};
+use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
 
 use super::{Domain, FaultKind, Place, number, required};
-use crate::faults::{Effect, Parameter};
+use crate::faults::{Default, Effect, Parameter};
 
 /// Where the thing is.
 const AT: Parameter = required("at", "where its centre is", Domain::Pose);
@@ -18,6 +20,20 @@ fn appears(name: String, shape: Shape, pose: Pose, motion: ObstacleMotion) -> Ef
 
 fn on_the_way(waypoints: &[Point], speed_mps: f64) -> ObstacleMotion {
     ObstacleMotion::Route { waypoints: waypoints.to_vec(), speed_mps, end: RouteEnd::BackAndForth }
+}
+
+/// The way of somebody who waits for the robot.
+fn strolls(waypoints: &[Point], speed_mps: f64) -> ObstacleMotion {
+    let walk = Walk {
+        waypoints: waypoints.to_vec(),
+        speed_mps,
+        end: RouteEnd::BackAndForth,
+        sets_out: Duration::ZERO,
+        pause: Duration::ZERO,
+        pauses: Pauses::default(),
+        manners: Some(Manners::default()),
+    };
+    ObstacleMotion::Person(walk)
 }
 
 fn position(pose: &Pose) -> String {
@@ -80,14 +96,20 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         POINT,
         ROUTE,
         number("speed_mps", "how fast they walk, in m/s", 0.0, 3.0, 0.8),
-        number("count", "how many", 1.0, 50.0, 3.0),
+        number("count", "how many", 0.0, 50.0, 3.0),
+        Parameter {
+            name: "gives_way",
+            about: "whether they wait for the robot rather than walk into it",
+            domain: Domain::Flag,
+            default: Default::Flag(false),
+        },
     ],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\ncount = 3",
     effect: |with| {
         let (at, route, speed_mps) = (with.point("at"), with.points("route"), with.number("speed_mps"));
         let first = route.first().copied().unwrap_or(at);
-        let count = with.number("count");
+        let (count, gives_way) = (with.number("count"), with.flag("gives_way"));
         let people: Vec<ObstacleConfig> = (0..count as usize)
             .map(|number| {
                 let start = at + (first - at) * (number as f64 / count);
@@ -95,13 +117,20 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
                     name: format!("person {} from {at}", number + 1),
                     shape: Shape::Disc { radius_m: 0.25 },
                     pose: pose(start.x, start.y, 0.0),
-                    motion: on_the_way(&[route, &[at]].concat(), speed_mps),
+                    motion: if gives_way {
+                        strolls(&[route, &[at]].concat(), speed_mps)
+                    } else {
+                        on_the_way(&[route, &[at]].concat(), speed_mps)
+                    },
                 }
             })
             .collect();
         Effect::world(move |faults| faults.bodies.extend(people.iter().cloned()))
     },
-    words: |with| format!("{} people walk to and fro from {}", with.number("count"), with.point("at")),
+    words: |with| {
+        let manners = if with.flag("gives_way") { ", and give way" } else { "" };
+        format!("{} people walk to and fro from {}{manners}", with.number("count"), with.point("at"))
+    },
 };
 
 pub(super) const STATION_OCCUPIED: FaultKind = FaultKind {

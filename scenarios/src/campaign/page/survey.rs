@@ -1,0 +1,250 @@
+//! What a report says of a campaign: counted in passes over its journal, in memory that does not grow with the runs.
+
+use std::collections::BTreeMap;
+
+use super::super::journal::{JournalReader, Layout};
+use super::super::statistics::Count;
+use super::super::{Measure, RunRecord};
+use super::against::ModelSurvey;
+use super::axis::{Axis, Extent, Scale, Taken};
+use super::histogram::Histogram;
+use super::instructive::{Instructive, Selection};
+use super::target::Target;
+use crate::Error;
+
+/// Numbers that are shown as they are, run by run, if there are no more.
+pub(super) const FEW_RUNS: u64 = 400;
+/// Pairs are made of so many parameters at most: the first ones.
+const PAIRED: usize = 6;
+/// Bins of a histogram that quantiles are taken from.
+const FINE: usize = 480;
+/// So many combinations of violations are told apart.
+const MOST_PATTERNS: usize = 200;
+
+/// Everything that is counted.
+pub(super) struct Survey {
+    pub(super) runs: u64,
+    pub(super) targets: Vec<Target>,
+    /// Which targets are drawn: those that happened in some runs and not in others, and not in just the runs of one before.
+    pub(super) drawn: Vec<usize>,
+    pub(super) parameters: Vec<ParameterSurvey>,
+    pub(super) pairs: Vec<Pair>,
+    /// How often which targets happened together, and the first run in which they did.
+    pub(super) patterns: Vec<Pattern>,
+    /// Of each property, the time from fault to violation.
+    pub(super) latencies: Vec<Option<Histogram>>,
+    pub(super) model: Option<ModelSurvey>,
+    pub(super) instructive: Vec<Instructive>,
+    /// All runs, if they are few.
+    pub(super) records: Vec<RunRecord>,
+}
+
+/// What is counted for a parameter.
+pub(super) struct ParameterSurvey {
+    /// None if it has too many values of which none lies between two others.
+    pub(super) axis: Option<Axis>,
+    /// For each bin, how often each target happened.
+    pub(super) rates: Vec<Vec<Count>>,
+    /// For each measure, its distribution in each bin.
+    pub(super) measures: Vec<(Measure, Vec<Histogram>)>,
+}
+
+/// What is counted for two parameters together.
+pub(super) struct Pair {
+    /// The places of the parameters.
+    pub(super) across: [usize; 2],
+    /// For each bin of the first, each bin of the second and each target: how often it happened.
+    pub(super) cells: Vec<Vec<Vec<Count>>>,
+}
+
+/// Runs in which the same targets happened.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Pattern {
+    /// For each target, whether it happened; none in runs that failed.
+    pub(super) happened: Vec<Option<bool>>,
+    pub(super) runs: u64,
+    /// The first such run.
+    pub(super) first: u64,
+}
+
+impl Survey {
+    /// Surveys what `journal` opens, several times.
+    pub(super) fn of(layout: &Layout, journal: impl Fn() -> Result<JournalReader, Error>) -> Result<Self, Error> {
+        let each = |take: &mut dyn FnMut(&RunRecord)| -> Result<(), Error> {
+            let mut reader = journal()?;
+            while let Some(record) = reader.next()? {
+                take(&record);
+            }
+            Ok(())
+        };
+        let mut first = FirstLook::new(layout);
+        each(&mut |record| first.add(record))?;
+        let mut survey = first.survey(layout);
+        each(&mut |record| survey.add(record))?;
+        if let Some(model) = &mut survey.model {
+            model.settle();
+        }
+        let mut selection = Selection::new(&survey);
+        each(&mut |record| selection.consider(&survey, record))?;
+        survey.instructive = selection.chosen();
+        Ok(survey)
+    }
+
+    fn add(&mut self, record: &RunRecord) {
+        let happened: Vec<Option<bool>> = self.targets.iter().map(|target| target.happened(record)).collect();
+        let bins = self.bins(record);
+        for (parameter, bin) in self.parameters.iter_mut().zip(&bins) {
+            let Some(bin) = *bin else { continue };
+            count(&mut parameter.rates[bin], &happened);
+            for (measure, histograms) in &mut parameter.measures {
+                if let Some(value) = record.facts.as_ref().and_then(|facts| measure.of(facts)) {
+                    histograms[bin].add(value);
+                }
+            }
+        }
+        for pair in &mut self.pairs {
+            if let [Some(a), Some(b)] = pair.across.map(|place| bins[place]) {
+                count(&mut pair.cells[a][b], &happened);
+            }
+        }
+        for (target, latencies) in self.targets.iter().zip(&mut self.latencies) {
+            if let (Some(histogram), Some(latency_s)) = (latencies, target.latency_s(record)) {
+                histogram.add(latency_s);
+            }
+        }
+        if let Some(model) = &mut self.model {
+            model.add(record, happened[model.target]);
+        }
+        if self.runs <= FEW_RUNS {
+            self.records.push(record.clone());
+        }
+    }
+
+    /// The bin of each parameter's value.
+    pub(super) fn bins(&self, record: &RunRecord) -> Vec<Option<usize>> {
+        let placed = self.parameters.iter().zip(&record.values);
+        placed.map(|(parameter, value)| parameter.axis.as_ref()?.bin(value)).collect()
+    }
+}
+
+fn count(counts: &mut [Count], happened: &[Option<bool>]) {
+    for (count, happened) in counts.iter_mut().zip(happened) {
+        if let Some(happened) = happened {
+            count.push(*happened);
+        }
+    }
+}
+
+/// The first pass: how wide everything is.
+struct FirstLook {
+    targets: Vec<Target>,
+    runs: u64,
+    counts: Vec<Count>,
+    /// For each target, whether it has happened in the runs of an earlier one, and in no other.
+    same_as: Vec<Vec<bool>>,
+    taken: Vec<Taken>,
+    measures: Vec<(Measure, Extent)>,
+    latencies: Vec<Extent>,
+    patterns: BTreeMap<Vec<Option<bool>>, (u64, u64)>,
+    model: Option<ModelSurvey>,
+}
+
+impl FirstLook {
+    fn new(layout: &Layout) -> Self {
+        let targets = Target::all(layout);
+        Self {
+            runs: 0,
+            counts: vec![Count::default(); targets.len()],
+            same_as: (0..targets.len()).map(|target| vec![true; target]).collect(),
+            taken: vec![Taken::default(); layout.parameters.len()],
+            measures: layout.measures.iter().map(|measure| (*measure, Extent::default())).collect(),
+            latencies: vec![Extent::default(); targets.len()],
+            patterns: BTreeMap::new(),
+            model: ModelSurvey::new(layout, &targets),
+            targets,
+        }
+    }
+
+    fn add(&mut self, record: &RunRecord) {
+        self.runs += 1;
+        let happened: Vec<Option<bool>> = self.targets.iter().map(|target| target.happened(record)).collect();
+        count(&mut self.counts, &happened);
+        for (target, same) in self.same_as.iter_mut().enumerate() {
+            same.iter_mut().enumerate().for_each(|(other, same)| *same &= happened[target] == happened[other]);
+        }
+        if self.patterns.len() < MOST_PATTERNS || self.patterns.contains_key(&happened) {
+            self.patterns.entry(happened).or_insert((0, record.k)).0 += 1;
+        }
+        self.taken.iter_mut().zip(&record.values).for_each(|(taken, value)| taken.add(value));
+        for (measure, extent) in &mut self.measures {
+            record.facts.as_ref().and_then(|facts| measure.of(facts)).into_iter().for_each(|value| extent.add(value));
+        }
+        for (target, extent) in self.targets.iter().zip(&mut self.latencies) {
+            target.latency_s(record).into_iter().for_each(|latency_s| extent.add(latency_s));
+        }
+        if let Some(model) = &mut self.model {
+            model.look(record);
+        }
+    }
+
+    fn survey(self, layout: &Layout) -> Survey {
+        let bins = (libm::sqrt(self.runs as f64) / 4.0) as usize;
+        let bins = bins.clamp(4, 20);
+        let targets = self.targets.len();
+        let axes = self.taken.into_iter().zip(&layout.parameters).map(|(taken, layout)| taken.axis(layout, bins));
+        let measures: Vec<(Measure, Histogram)> = self
+            .measures
+            .iter()
+            .filter_map(|(measure, extent)| {
+                let range = extent.range()?;
+                let wide = range.start > 0.0 && range.end / range.start > 20.0;
+                Some((*measure, Histogram::new(Scale::new(range, wide, FINE))))
+            })
+            .collect();
+        let parameter = |axis: Option<Axis>| {
+            let bins = axis.as_ref().map_or(0, Axis::bins);
+            let measured = measures.iter().map(|(measure, histogram)| (*measure, vec![histogram.clone(); bins]));
+            ParameterSurvey { rates: vec![vec![Count::default(); targets]; bins], measures: measured.collect(), axis }
+        };
+        let parameters: Vec<ParameterSurvey> = axes.map(parameter).collect();
+        let counts = self.counts;
+        let differs = |target: usize| {
+            let (count, same) = (counts[target], &self.same_as[target]);
+            count.happened() > 0 && count.happened() < count.runs() && !same.contains(&true)
+        };
+        let mut patterns: Vec<Pattern> =
+            self.patterns.into_iter().map(|(happened, (runs, first))| Pattern { happened, runs, first }).collect();
+        patterns.sort_by_key(|pattern| (std::cmp::Reverse(pattern.runs), pattern.first));
+        let latency = |extent: Extent| {
+            let range = extent.range()?;
+            Some(Histogram::new(Scale::new(0.0..range.end, false, FINE)))
+        };
+        Survey {
+            runs: self.runs,
+            drawn: (0..targets).filter(|target| differs(*target)).collect(),
+            targets: self.targets,
+            pairs: pairs(&parameters, targets),
+            parameters,
+            patterns,
+            latencies: self.latencies.into_iter().map(latency).collect(),
+            model: self.model.map(|model| model.measured(bins)),
+            instructive: Vec::new(),
+            records: Vec::new(),
+        }
+    }
+}
+
+/// All pairs of parameters that have axes, with nothing counted yet.
+fn pairs(parameters: &[ParameterSurvey], targets: usize) -> Vec<Pair> {
+    let with_axis = parameters.iter().enumerate().filter(|(_, parameter)| parameter.rates.len() > 1);
+    let paired: Vec<(usize, usize)> =
+        with_axis.map(|(place, parameter)| (place, parameter.rates.len())).take(PAIRED).collect();
+    let mut pairs = Vec::new();
+    for (index, (a, a_bins)) in paired.iter().enumerate() {
+        for (b, b_bins) in &paired[index + 1..] {
+            let cells = vec![vec![vec![Count::default(); targets]; *b_bins]; *a_bins];
+            pairs.push(Pair { across: [*a, *b], cells });
+        }
+    }
+    pairs
+}

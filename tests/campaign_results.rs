@@ -1,0 +1,210 @@
+//! What comes of campaigns: those that come with the program, the report's page, and comparisons.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::report_page::look_at;
+use crate::steward::{refusal, steward};
+
+/// Runs a campaign with these further arguments in a folder of its own.
+fn run(campaign: &str, arguments: &[&str]) -> TempDir {
+    let out = tempdir().unwrap();
+    let all = [&["campaign", campaign, "--quiet", "--out", out.path().to_str().unwrap()], arguments].concat();
+    let output = steward(&all);
+    assert_eq!(output.status.code(), Some(0), "{campaign}: {}", String::from_utf8_lossy(&output.stderr));
+    out
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn page(out: &TempDir) -> String {
+    fs::read_to_string(out.path().join("report.html")).unwrap()
+}
+
+/// The runs of a journal.
+fn records(out: &TempDir) -> Vec<Value> {
+    let journal = fs::read_to_string(out.path().join("journal.jsonl")).unwrap();
+    journal.lines().skip(1).map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn says(page: &str, words: &[&str]) {
+    for words in words {
+        assert!(page.contains(words), "the page does not say: {words}");
+    }
+}
+
+#[test]
+fn the_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
+    let out = run("battery_reserve", &["--runs", "128"]);
+    let summary = json(&out.path().join("summary.json"));
+    assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
+    let page = page(&out);
+    says(
+        &page,
+        &[
+            "Where it begins",
+            "What it depends on",
+            "Two parameters at a time",
+            "Runs worth a look",
+            "phi1 violated, nearest to the frontier",
+        ],
+    );
+    let (mut wrong, mut violated) = (0, 0);
+    for record in records(&out) {
+        let value = |place: usize| record["values"][place].as_f64().unwrap();
+        let quantity = value(0) * (value(1) / 0.45 + value(2) + 2.0);
+        let happened = record["facts"]["monitors"][0]["verdict"] == "violated";
+        wrong += u32::from(happened != (quantity > 10.0));
+        violated += u32::from(happened);
+    }
+    assert!((20..=108).contains(&violated), "{violated} of 128 violated");
+    assert!(wrong <= 16, "the model is wrong in {wrong} of 128 runs");
+    look_at("battery_reserve", &out.path().join("report.html"), 16);
+    // The first run that the page recommends, by its own command.
+    let (_, card) = page.split_once("<h3>Run ").unwrap();
+    let k: usize = card.split_once('<').unwrap().0.parse().unwrap();
+    let (_, command) = card.split_once("<pre>steward ").unwrap();
+    let command = command.split_once('<').unwrap().0;
+    assert_eq!(command, format!("campaign battery_reserve --only {k}"));
+    let again = tempdir().unwrap();
+    let mut arguments: Vec<&str> = command.split(' ').collect();
+    arguments.extend(["--out", again.path().to_str().unwrap(), "--quiet"]);
+    assert_eq!(steward(&arguments).status.code(), Some(0));
+    let report = json(&again.path().join(format!("run-{k}")).join("report.json"));
+    assert_eq!(report["trace_hash"], records(&out)[k]["facts"]["trace_hash"]);
+}
+
+#[test]
+fn noise_shows_what_localization_measured() {
+    let out = run("noise_short", &["--runs", "12"]);
+    let page = page(&out);
+    says(&page, &["What was measured", "error (rmse), m", "All runs"]);
+    let summary = json(&out.path().join("summary.json"));
+    assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
+    assert!(records(&out).iter().all(|record| record["facts"]["sim_time_s"].as_f64().unwrap() < 10.1));
+}
+
+#[test]
+fn people_are_as_many_as_the_run_says() {
+    let out = run("people", &["--runs", "2"]);
+    let summary = json(&out.path().join("summary.json"));
+    assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
+    let records = records(&out);
+    assert_ne!(records[0]["facts"]["trace_hash"], records[1]["facts"]["trace_hash"]);
+    says(&page(&out), &["people in the corridor", "time of arrival, s"]);
+}
+
+#[test]
+fn the_bug_hunt_names_each_mistake_and_who_catches_it() {
+    let out = run("bug_hunt", &["--runs", "2"]);
+    says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` begins with 15"]);
+    // With 15 in place of 30 nobody starts for the station in time.
+    let first = &records(&out)[0];
+    assert_eq!(first["outcome"], "not_as_expected", "{first}");
+    assert_eq!(first["facts"]["monitors"][1]["verdict"], "violated", "{first}");
+}
+
+const SOME: &str = r#"
+scenario = "errand"
+sampling = "sobol"
+runs = 6
+set = ["execution.max_time_s=2", "expect={}"]
+
+[[parameters]]
+key = "battery.initial_pct"
+from = 31
+to = 80
+"#;
+
+/// Campaigns in one folder: a name and a text each; the folders of their results.
+fn campaigns(texts: &[(&str, &str)]) -> (TempDir, Vec<PathBuf>) {
+    let folder = tempdir().unwrap();
+    let one = |(name, text): &(&str, &str)| {
+        let (file, out) = (folder.path().join(format!("{name}.toml")), folder.path().join(name));
+        fs::write(&file, text).unwrap();
+        let output = steward(&["campaign", file.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        out
+    };
+    let outs = texts.iter().map(one).collect();
+    (folder, outs)
+}
+
+#[test]
+fn a_campaign_is_compared_with_what_it_became() {
+    // In the second, no run comes to an end.
+    let broken = SOME.replace("\"expect={}\"", "\"expect={}\", \"execution.step_budget=2\"");
+    let unexpected = SOME.replace("\"expect={}\"", "\"expect={reached=[\\\"Destination\\\"]}\"");
+    let (_folder, outs) = campaigns(&[("old", SOME), ("broken", &broken), ("unexpected", &unexpected)]);
+    let path = |place: usize| outs[place].to_str().unwrap();
+    let compare = |a: usize, b: usize, more: &[&str]| {
+        let output = steward(&[&["campaign", "compare", path(a), path(b)], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let found: Value = serde_json::from_str(&compare(0, 2, &["--json"])).unwrap();
+    let near = |value: &Value, wanted: f64| {
+        let value = value.as_f64().unwrap_or_else(|| panic!("{found}"));
+        assert!((value - wanted).abs() < 1e-9, "{value}, not {wanted}");
+    };
+    assert_eq!((found["pairs"].as_u64(), found["comparisons"].as_array().map(Vec::len)), (Some(6), Some(4)));
+    let expectation = &found["comparisons"][3];
+    assert_eq!(expectation["of"], "expectation");
+    // None of 6 and all of 6: Fisher's p is 2 of the 924 ways to choose 6 of 12, McNemar's 2 of the 64 ways of 6 coins.
+    near(&expectation["p_value"], 2.0 / 924.0);
+    near(&expectation["paired_p_value"], 2.0 / 64.0);
+    near(&expectation["difference"], 1.0);
+    assert!(expectation["odds_ratio"].is_null() && expectation["odds_interval"]["high"].is_null(), "{expectation}");
+    assert_eq!(expectation["paired"]["only_after"], 6);
+    assert_eq!(expectation["first_only_after"], serde_json::json!([0, 1, 2]));
+    near(&found["comparisons"][0]["p_value"], 1.0);
+    assert_eq!(found["comparisons"][0]["change"], "no_difference");
+    let words = compare(0, 1, &[]);
+    for part in [
+        "6 failed",
+        "expectation:",
+        "0 of 6 (0.00 %) before, 6 of 6 (100.00 %) after",
+        "only after: run 0, steward campaign",
+    ] {
+        assert!(words.contains(part), "{part}: {words}");
+    }
+    assert!(
+        words.contains("in 0 of 6 (0.00 %) before, 0 of 0 (–) after"),
+        "runs that fail count for no property: {words}"
+    );
+}
+
+#[test]
+fn what_cannot_be_compared_is_refused() {
+    let wider = SOME.replace("to = 80", "to = 90");
+    let other = SOME.replace("battery.initial_pct", "execution.tick_s").replace("31", "1").replace("80", "2");
+    let unwatched = SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi1.scope\\\"]\"");
+    let foreign =
+        SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi2_variant.scope\\\"]\"");
+    let all = [("some", SOME), ("wider", &wider), ("other", &other), ("unwatched", &unwatched), ("foreign", &foreign)];
+    let (folder, outs) = campaigns(&all);
+    let path = |place: usize| outs[place].to_str().unwrap().to_owned();
+    let refused = |a: &str, b: &str| {
+        let said = refusal(&["campaign", "compare", a, b]);
+        said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    };
+    assert!(refused(&path(0), &path(1)).contains("vary `battery.initial_pct` differently: 31 to 80, and 31 to 90"));
+    assert!(
+        refused(&path(0), &path(2)).contains("vary different things: `battery.initial_pct`, and `execution.tick_s`")
+    );
+    assert!(refused(&path(3), &path(4)).contains("watch no property in common"));
+    assert!(refused(&path(0), folder.path().to_str().unwrap()).contains("cannot read"));
+    let file = folder.path().join("some.toml");
+    let shards = folder.path().join("shards");
+    let arguments =
+        ["campaign", file.to_str().unwrap(), "--shard", "0/2", "--quiet", "--out", shards.to_str().unwrap()];
+    assert!(steward(&arguments).status.success());
+    assert!(refused(&path(0), shards.join("shard-0-of-2").to_str().unwrap()).contains("is shard 0/2"));
+    fs::remove_file(outs[0].join("summary.json")).unwrap();
+    assert!(refused(&path(0), &path(3)).contains("has not come to its end"));
+}
