@@ -28,6 +28,24 @@ fn before_a_door_that_stays_closed_navigation_gives_up_with_a_reason_and_the_tre
     assert!(page.contains("no way leads to the goal"));
 }
 
+#[test]
+fn a_robot_that_is_carried_away_driving_or_charging_finds_itself_and_does_its_errand() {
+    for (at_s, to) in [(15, "[1.5, 6.3, 180]"), (70, "[0.0, 0.0, 45]")] {
+        let folder = tempdir().unwrap();
+        let scenario = folder.path().join("kidnapped.toml");
+        let text = format!(
+            "base = \"scenarios/errand.toml\"\nabout = \"kidnapped\"\n\n[[faults]]\nkind = \"kidnap\"\nat_s = {at_s}\nto = {to}\n"
+        );
+        std::fs::write(&scenario, text).unwrap();
+        let report = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
+        assert_eq!(report["outcome"], "as_expected", "{}", report["differences"]);
+        let lost_m = report["robot"]["localization"]["max_m"].as_f64().unwrap();
+        assert!(lost_m > 1.0, "carried away at {at_s} s, it was off by {lost_m} m only");
+        let reached = report["places"].as_array().unwrap().iter().find(|place| place["name"] == "Destination").unwrap();
+        assert!(reached["reached_at_s"].as_f64() > Some(f64::from(at_s) + 10.0), "{reached}");
+    }
+}
+
 /// What the benchmark says of a few trips through the house.
 fn benchmark(arguments: &[&str]) -> (Option<i32>, Value) {
     let out = tempdir().unwrap();

@@ -2,12 +2,13 @@
 //!
 //! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
 //! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
-//! [beam model](beam_model) and the [search] for a robot that may be anywhere; the [filter] puts them together, and
-//! [`Localization`] connects it with odometry, scans and frames.
+//! [beam model](beam_model), the [search] for a robot that may be anywhere, and the [contradiction] that says that one is
+//! lost; the [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
 
 mod beam_model;
 mod challengers;
 mod clusters;
+mod contradiction;
 mod filter;
 mod free_space;
 mod kld;
@@ -35,12 +36,13 @@ use robot::{LaserScan, Odometry, RobotModel};
 use crate::{Atlas, Error};
 use beam_model::Ray;
 use clusters::Clusters;
+use contradiction::{Contradiction, contradict};
 use filter::ParticleFilter;
 use laser_memory::LaserMemory;
 use likelihood_field::Endpoints;
 use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
-use particle::Gaussian;
+use particle::{Gaussian, Particle};
 use search::Search;
 
 pub(crate) use beam_model::BeamModel;
@@ -52,6 +54,9 @@ pub(crate) use surface_field::SurfaceField;
 
 /// Scans of the other lasers join an update if they are at most so old.
 const OLDEST_SCAN: Duration = Duration::from_millis(250);
+
+/// A beam that hits nothing has been free for this share of the laser's range.
+const SILENT_SHARE: f64 = 0.9;
 
 /// Beams of each scan that are matched to the map, as a multiple of those that weigh the particles.
 const MATCHED_BEAMS: usize = 3;
@@ -111,8 +116,12 @@ impl InitialPose {
 /// the hypotheses.
 ///
 /// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough,
-/// as soon as each laser that is not silent has delivered one. A robot at rest costs nothing, and its estimate stays
-/// as it is. In steady state no memory is allocated.
+/// as soon as each laser that is not silent has delivered one. A robot at rest costs next to nothing, and its estimate
+/// stays as it is. In steady state no memory is allocated.
+///
+/// A robot that has been carried away is found again in two ways: while it drives, by poses elsewhere that scans fit
+/// better for some way; and, as soon as beams go on going through walls of the map, also at rest, by a search as for one
+/// that may be anywhere.
 ///
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
 #[derive(Clone, Debug)]
@@ -123,6 +132,7 @@ pub struct Localization {
     odometry: OdometryHistory,
     /// The search for a robot that may be anywhere, until it has been found.
     search: Option<Box<Search>>,
+    contradiction: Contradiction,
     /// The estimate at the last update, in the grid's frame.
     belief: Gaussian,
     /// Odometry at the last update; before the first one, the first odometry.
@@ -133,7 +143,7 @@ pub struct Localization {
     /// Ends of the beams that weigh particles, and of those that are matched; kept for their memory.
     weighed: Endpoints,
     matched: Endpoints,
-    /// The beams that weigh particles in the beam model.
+    /// The beams that weigh particles in the beam model, and that contradict poses.
     rays: Vec<Ray>,
 }
 
@@ -164,6 +174,7 @@ impl Localization {
             lasers: atlas.model().lasers.iter().map(|laser| LaserMemory::new(laser, atlas.parameters())).collect(),
             odometry: OdometryHistory::new(),
             search: None,
+            contradiction: Contradiction::default(),
             belief,
             anchor: None,
             updates: 0,
@@ -194,6 +205,7 @@ impl Localization {
         }
         self.anchor = self.odometry.latest().map(|odometry| odometry.pose);
         self.updates = 0;
+        self.contradiction.forget();
     }
 
     /// Takes in odometry. Readings come in the order of their time.
@@ -216,12 +228,33 @@ impl Localization {
             || heading(&moved).abs() >= self.parameters().update_min_a;
         let first = *self.first_scan.get_or_insert(scan.time);
         let is_due = |(index, laser): (usize, &LaserMemory)| index != scan.laser && laser.is_due(scan.time, first);
-        if (!far && self.updates > 0) || self.lasers.iter().enumerate().any(is_due) {
+        if self.lasers.iter().enumerate().any(is_due) {
+            return false;
+        }
+        if self.updates > 0 && self.search.is_none() && self.is_lost(scan.time, &anchor.inv_mul(&now), !far) {
+            self.search = Some(Box::new(Search::for_lost(&self.belief)));
+        }
+        if !far && self.updates > 0 && !self.search.as_ref().is_some_and(|search| search.begins()) {
             return false;
         }
         self.collect_ends(scan.time, &now);
         self.update(&anchor, now);
         true
+    }
+
+    /// Whether scans have for some time contradicted the belief, carried on by a motion.
+    fn is_lost(&mut self, time: Duration, moved: &Pose, is_at_rest: bool) -> bool {
+        if !self.contradiction.is_due(time) {
+            return false;
+        }
+        let Some(now) = self.odometry.pose_at(time) else { return false };
+        self.rays.clear();
+        for laser in self.lasers.iter().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
+            laser.append_rays(&now, 0, laser.stride(self.atlas.parameters().max_beams), &mut self.rays);
+        }
+        let at = pose(self.belief.x_m, self.belief.y_m, self.belief.heading_rad) * moved;
+        let at = Particle::new(at.translation.x, at.translation.y, heading(&at));
+        self.contradiction.look(time, is_at_rest, self.atlas.map(), &at, &self.rays)
     }
 
     /// The latest estimate of the pose, carried on by the odometry since. Before any scan, what was given initially.
@@ -239,8 +272,7 @@ impl Localization {
     /// The particles as poses in the `map` frame with their normalized weights.
     pub fn particles(&self) -> impl ExactSizeIterator<Item = (Pose, f64)> {
         let origin = self.origin();
-        let in_map =
-            move |particle: &particle::Particle| origin * pose(particle.x_m, particle.y_m, particle.heading_rad);
+        let in_map = move |particle: &Particle| origin * pose(particle.x_m, particle.y_m, particle.heading_rad);
         self.filter.particles().iter().map(move |particle| (in_map(particle), particle.weight))
     }
 
@@ -279,7 +311,7 @@ impl Localization {
         self.weighed.clear();
         self.matched.clear();
         self.rays.clear();
-        let casts = self.parameters().laser_model_type == LaserModel::Beam;
+        let casts = self.parameters().laser_model_type == LaserModel::Beam || self.filter.is_challenged();
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
             let stride = laser.stride(self.atlas.parameters().max_beams);
             // Other beams each time, so that all have their say.
@@ -305,7 +337,7 @@ impl Localization {
     /// An update of a robot that may be anywhere.
     fn seek(&mut self, mut search: Box<Search>, moved: &Pose) {
         // Every beam counts to find the places that fit at all; to tell them apart, fewer do.
-        let ends = if self.updates == 0 { &self.matched } else { &self.weighed };
+        let ends = if search.begins() { &self.matched } else { &self.weighed };
         let sought = self.filter.seek(&mut search, moved, ends);
         let is_over = sought.is_some_and(|(_, is_over)| is_over);
         if let Some((belief, _)) = sought {
@@ -314,6 +346,7 @@ impl Localization {
         if !is_over {
             self.search = Some(search);
         }
+        self.contradiction.forget();
     }
 
     /// An update of a robot whose place is known.
@@ -322,13 +355,26 @@ impl Localization {
         self.filter.weigh(&self.weighed, &self.rays);
         let mean = self.filter.estimate();
         self.belief = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
-        match self.filter.challenge(&self.belief, &anchor.inv_mul(now), &self.weighed) {
+        let (map, rays) = (self.atlas.map(), self.rays.as_slice());
+        let silent_m = SILENT_SHARE * self.range_max_m();
+        let is_contradicted = |at: &Gaussian, silent_m: Option<f64>| {
+            contradict(map, &Particle::new(at.x_m, at.y_m, at.heading_rad), rays, silent_m)
+        };
+        // Where lasers fail, the belief has the benefit of the doubt.
+        let may_win = |at: &Gaussian| is_contradicted(&self.belief, None) && !is_contradicted(at, Some(silent_m));
+        match self.filter.challenge(&self.belief, &anchor.inv_mul(now), &self.weighed, &may_win) {
             None => self.filter.resample_if_needed(&self.belief),
             Some(found) => {
                 self.filter.place_around(&found);
                 self.belief = found;
             }
         }
+    }
+
+    /// The range of the laser that reaches least far, in metres.
+    fn range_max_m(&self) -> f64 {
+        let ranges_m = self.atlas.model().lasers.iter().map(|laser| laser.range_max_m);
+        ranges_m.fold(self.parameters().laser_max_range, f64::min)
     }
 
     fn alphas(&self) -> [f64; 4] {

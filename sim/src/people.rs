@@ -1,4 +1,6 @@
-//! People: they walk along routes, stop at corners, and wait for a robot that is in their way.
+//! People: they walk along routes, stop at corners, wait for a robot that is in their way, and make way for it.
+
+mod aside;
 
 use std::time::Duration;
 
@@ -10,13 +12,19 @@ use crate::config::{RouteEnd, Shape};
 use crate::drive::{Drive, RobotPose};
 use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
+use crate::ray_grid::RayGrid;
 use crate::route::Route;
+use crate::walls::Walls;
+use aside::{Aside, Meeting, WayOut};
 
 /// Whoever passes the robot leaves it this much room to the side, in metres.
 const BESIDE_M: f64 = 0.1;
 
 /// Whoever could only walk at less than this share of their speed stands.
 const LEAST_SHARE: f64 = 0.1;
+
+/// Whoever could only walk at less than this share of their speed is hindered, and loses patience.
+const HINDERED_SHARE: f64 = 0.5;
 
 /// How somebody walks: along a polyline from where they stand, facing where they go.
 ///
@@ -56,8 +64,10 @@ pub struct Manners {
     pub slow_within_m: f64,
     /// They come no nearer than this, in metres. Default 0.3.
     pub stop_within_m: f64,
-    /// How long they stand before the robot until they turn and go back to where they came from, if their route does
-    /// not end at its last waypoint. Default 3 s.
+    /// How long the robot may hinder them, or face them from near as if it waited for them, until they make way for it.
+    /// They step aside to where they leave it the way that it faces, let it pass, and go on. If there is no such place
+    /// near, or if it has not helped, they turn and go back to where they came from, unless their route ends at its
+    /// last waypoint. Default 3 s.
     pub patience: Duration,
 }
 
@@ -75,7 +85,20 @@ pub(crate) struct Walker {
     /// They stand at a waypoint until then.
     stands_until: Duration,
     /// Since when the robot has kept them from going on.
-    waits_since: Option<Duration>,
+    hindered_since: Option<Duration>,
+    /// They have left their route to let the robot pass.
+    aside: Option<Aside>,
+    /// How often they have made way for the robot since it last let them go on.
+    made_way: u32,
+}
+
+/// What somebody knows of the world around.
+#[derive(Clone, Copy)]
+struct World<'a> {
+    clock: &'a Clock,
+    robot: &'a Pose,
+    robot_radius_m: f64,
+    floor: &'a RayGrid,
 }
 
 impl Walker {
@@ -83,50 +106,93 @@ impl Walker {
         Self {
             route: Route::new(walk.waypoints.clone(), walk.speed_mps, walk.end),
             stands_until: walk.sets_out,
-            waits_since: None,
+            hindered_since: None,
+            aside: None,
+            made_way: 0,
             walk: walk.clone(),
         }
     }
 
-    /// Where somebody at `from` of that radius is after a step, with a robot of another radius about.
-    fn advance(&mut self, from: &Pose, radius_m: f64, robot: &Point, robot_radius_m: f64, clock: &Clock) -> Pose {
-        if clock.now < self.stands_until {
+    /// Where somebody at `from` of that radius is after a step.
+    fn advance(&mut self, from: &Pose, radius_m: f64, world: &World<'_>) -> Pose {
+        let now = world.clock.now;
+        if now < self.walk.sets_out || self.walk.waypoints.is_empty() {
             return *from;
         }
-        let share = self.haste(from, robot, radius_m + robot_radius_m);
-        if share < LEAST_SHARE {
-            self.wait(clock.now);
+        let meeting = Meeting { at: *from, robot: *world.robot, radius_m, apart_m: radius_m + world.robot_radius_m };
+        let share = self.haste(&meeting);
+        if self.is_in_the_way(&meeting) || (!self.stands(&meeting, now) && share < HINDERED_SHARE) {
+            self.lose_patience(&meeting, world);
+        } else {
+            self.hindered_since = None;
+        }
+        if share < LEAST_SHARE || self.stands(&meeting, now) {
             return *from;
         }
-        self.waits_since = None;
+        self.go(from, share * self.walk.speed_mps * world.clock.dt_s(), now)
+    }
+
+    /// Whether they stand at a waypoint, or aside.
+    fn stands(&mut self, meeting: &Meeting, now: Duration) -> bool {
+        self.aside.as_mut().map_or(now < self.stands_until, |aside| aside.stands(meeting, now))
+    }
+
+    /// Goes a way along the route, or beside it.
+    fn go(&mut self, from: &Pose, way_m: f64, now: Duration) -> Pose {
+        if let Some(aside) = &mut self.aside {
+            let (at, is_back) = aside.go(from, way_m, now);
+            if is_back {
+                self.aside = None;
+            }
+            return at;
+        }
         let last = self.walk.waypoints.len().saturating_sub(1);
         let (pauses, pause) = (self.walk.pauses, self.walk.pause);
         let stops = |waypoint| !pause.is_zero() && (pauses == Pauses::Waypoints || waypoint == 0 || waypoint == last);
-        let (at, stopped) = self.route.walk(from, share * self.walk.speed_mps * clock.dt_s(), stops);
+        let (at, stopped) = self.route.walk(from, way_m, stops);
         if stopped {
-            self.stands_until = clock.now + pause;
+            self.stands_until = now + pause;
+            self.made_way = 0;
         }
         at
     }
 
-    /// Which share of their speed the robot leaves somebody who must keep their centre so far from its own.
-    fn haste(&self, from: &Pose, robot: &Point, apart_m: f64) -> f64 {
-        let (Some(manners), Some(ahead)) = (self.walk.manners, self.route.direction(from)) else { return 1.0 };
-        let way = robot.coords - from.translation.vector;
+    /// Which share of their speed the robot leaves them.
+    fn haste(&self, meeting: &Meeting) -> f64 {
+        let ahead = match &self.aside {
+            Some(aside) => aside.direction(&meeting.at),
+            None => self.route.direction(&meeting.at),
+        };
+        let (Some(manners), Some(ahead)) = (self.walk.manners, ahead) else { return 1.0 };
+        let way = meeting.robot.translation.vector - meeting.at.translation.vector;
         let beside_m = way.perp(&ahead).abs();
-        if way.dot(&ahead) <= 0.0 || beside_m > apart_m + BESIDE_M {
+        if way.dot(&ahead) <= 0.0 || beside_m > meeting.apart_m + BESIDE_M {
             return 1.0;
         }
-        let gap_m = way.norm() - apart_m;
+        let gap_m = way.norm() - meeting.apart_m;
         ((gap_m - manners.stop_within_m) / (manners.slow_within_m - manners.stop_within_m)).min(1.0)
     }
 
-    fn wait(&mut self, now: Duration) {
-        let since = *self.waits_since.get_or_insert(now);
-        let patience = self.walk.manners.map_or(Duration::MAX, |manners| manners.patience);
-        if now.saturating_sub(since) >= patience {
-            self.route.turn_back();
-            self.waits_since = None;
+    /// Whether the robot faces them from near enough to be waiting for them.
+    fn is_in_the_way(&self, meeting: &Meeting) -> bool {
+        self.walk.manners.is_some_and(|manners| meeting.is_faced_within(manners.slow_within_m))
+    }
+
+    /// Has been hindered for a step longer; makes way for the robot when patience is over.
+    fn lose_patience(&mut self, meeting: &Meeting, world: &World<'_>) {
+        let Some(manners) = self.walk.manners else { return };
+        let since = *self.hindered_since.get_or_insert(world.clock.now);
+        if world.clock.now.saturating_sub(since) < manners.patience {
+            return;
+        }
+        self.hindered_since = None;
+        self.made_way += 1;
+        let steps_aside = !self.made_way.is_multiple_of(2);
+        match steps_aside.then(|| WayOut::find(meeting, world.floor)).flatten() {
+            Some(way_out) => self.aside.get_or_insert_default().leave(&meeting.at, way_out),
+            None if self.aside.is_some() => {}
+            None if world.clock.now < self.stands_until => self.stands_until = world.clock.now,
+            None => self.route.turn_back(),
         }
     }
 }
@@ -134,17 +200,19 @@ impl Walker {
 /// Takes everybody a step on.
 pub(crate) fn walk(
     clock: Res<Clock>,
+    walls: Res<Walls>,
     mut physics: ResMut<Physics>,
     robot: Single<(&RobotPose, &Drive)>,
     mut people: Query<(&Body, &Obstacle, &mut ObstaclePose, &mut Walker)>,
 ) {
-    let (robot, robot_radius_m) = (Point::from(robot.0.0.translation.vector), robot.1.robot_radius_m());
+    let world =
+        World { clock: &clock, robot: &robot.0.0, robot_radius_m: robot.1.robot_radius_m(), floor: walls.rays() };
     for (body, obstacle, mut pose, mut walker) in &mut people {
         let radius_m = match obstacle.shape {
             Shape::Disc { radius_m } => radius_m,
             shape @ Shape::Box { .. } => shape.bounding_radius_m(),
         };
-        let at = walker.advance(&pose.0, radius_m, &robot, robot_radius_m, &clock);
+        let at = walker.advance(&pose.0, radius_m, &world);
         if at != pose.0 {
             pose.0 = at;
             physics.carry(*body, &at);
@@ -154,7 +222,7 @@ pub(crate) fn walk(
 
 #[cfg(test)]
 mod tests {
-    use maps::pose;
+    use maps::{Cell, CellIndex, OccupancyGrid, pose};
 
     use super::*;
 
@@ -170,18 +238,38 @@ mod tests {
         })
     }
 
-    /// Where the walker is at each of so many seconds, with a robot at a place.
-    fn places(mut walker: Walker, robot: Point, seconds: u32) -> Vec<f64> {
+    /// A floor along x, so wide, with walls on both sides.
+    fn floor(width_m: f64) -> RayGrid {
+        let mut map = OccupancyGrid::new(200, 120, 0.05, pose(-3.0, -3.0, 0.0));
+        for index in (0..120).flat_map(|row| (0..200).map(move |column| CellIndex { column, row })) {
+            let wall = map.center(index).y.abs() > width_m / 2.0;
+            map.set(index, if wall { Cell::Occupied } else { Cell::Free });
+        }
+        RayGrid::new(&map)
+    }
+
+    /// Where the walker is at each of so many seconds, with a robot that faces it.
+    fn walk_on(floor: &RayGrid, mut walker: Walker, robot: impl Fn(f64) -> Point, seconds: u32) -> Vec<Point> {
         let mut at = pose(0.0, 0.0, 0.0);
         let mut clock = Clock { now: Duration::ZERO, dt: Duration::from_millis(20) };
         let mut second = || {
             for _ in 0..50 {
                 clock.now += clock.dt;
-                at = walker.advance(&at, 0.25, &robot, 0.3, &clock);
+                let robot = robot(clock.now.as_secs_f64());
+                let robot = pose(robot.x, robot.y, std::f64::consts::PI);
+                at = walker.advance(&at, 0.25, &World { clock: &clock, robot: &robot, robot_radius_m: 0.3, floor });
+                let gap_m = (at.translation.vector - robot.translation.vector).norm() - 0.55;
+                assert!(gap_m > 0.0 || walker.walk.manners.is_none(), "walked into the robot at {at}");
             }
-            (at.translation.x * 10.0).round() / 10.0
+            at.translation.vector.into()
         };
         (0..seconds).map(|_| second()).collect()
+    }
+
+    /// How far along a narrow corridor the walker is at each of so many seconds.
+    fn places(walker: Walker, robot: Point, seconds: u32) -> Vec<f64> {
+        let places = walk_on(&floor(0.9), walker, |_| robot, seconds);
+        places.iter().map(|at| (at.x * 10.0).round() / 10.0).collect()
     }
 
     #[test]
@@ -203,5 +291,20 @@ mod tests {
         assert_eq!(places(walk_along_x(None), Point::new(2.0, 0.0), 5)[4], 4.0);
         let beside = places(walk_along_x(Some(Manners::default())), Point::new(2.0, 0.7), 5);
         assert_eq!(beside[4], 4.0);
+    }
+
+    #[test]
+    fn where_there_is_room_they_step_aside_let_the_robot_pass_and_go_on() {
+        // The robot stands in the way for 12 s, then drives on as if nobody were there.
+        let robot = |time_s: f64| Point::new(2.0 - 0.5 * (time_s - 12.0).max(0.0), 0.0);
+        let places = walk_on(&floor(3.0), walk_along_x(Some(Manners::default())), robot, 40);
+        assert!(places[..13].iter().any(|at| at.y.abs() > 0.6), "nobody stepped aside: {places:?}");
+        assert!(places.iter().any(|at| at.x > 3.9 && at.y.abs() < 1e-9), "nobody went on: {places:?}");
+    }
+
+    #[test]
+    fn whoever_the_robot_still_faces_turns_back_at_last() {
+        let places = walk_on(&floor(3.0), walk_along_x(Some(Manners::default())), |_| Point::new(2.0, 0.0), 60);
+        assert!(places[20..].iter().any(|at| at.x < 0.1), "never back: {places:?}");
     }
 }

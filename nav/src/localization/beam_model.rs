@@ -103,7 +103,7 @@ impl BeamModel {
 /// What the map says of a ray from a point of the grid's frame, in metres, in a direction of length one.
 ///
 /// Source: J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
-fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2], range_max_m: f64) -> Expected {
+pub(crate) fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2], range_max_m: f64) -> Expected {
     let resolution_m = map.resolution_m();
     let at = from.map(|metres| metres / resolution_m);
     let mut cell = at.map(|cells| cells.floor() as i64);

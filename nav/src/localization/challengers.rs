@@ -3,7 +3,9 @@
 //! Augmented Monte Carlo localization mixes random particles into the cloud. Where much stands about that is not on
 //! the map, one of them sooner or later fits a single scan better than the truth does, and takes the cloud away. So
 //! here a random pose is on probation: it moves along with the odometry and takes the place of all particles only
-//! when it has fitted a number of scans that it was not chosen for, and much better than the particles do.
+//! when it has fitted a number of scans that it was not chosen for, much better than the particles do, and when beams
+//! [contradict](super::contradiction) where they are. In the open, where most of the few things that beams hit are
+//! people, many a place where nothing is fits better than the truth.
 
 use maps::{Pose, heading, pose, wrap_angle};
 use nalgebra::Matrix3;
@@ -61,6 +63,8 @@ pub(crate) struct Trial<'a> {
     pub(crate) incumbent: &'a Gaussian,
     /// As how many independent beams the scan counts.
     pub(crate) beams: f64,
+    /// Whether a challenger may take the place of the incumbent, as far as walls between are concerned.
+    pub(crate) may_win: &'a dyn Fn(&Gaussian) -> bool,
 }
 
 impl Trial<'_> {
@@ -77,6 +81,10 @@ pub(crate) fn log_likelihood(field: &LikelihoodField, at: &Gaussian, ends: &Endp
 }
 
 impl Challengers {
+    pub(crate) fn is_empty(&self) -> bool {
+        self.kept.is_empty()
+    }
+
     pub(crate) fn clear(&mut self) {
         self.kept.clear();
     }
@@ -99,7 +107,8 @@ impl Challengers {
         self.kept.retain(|challenger| {
             challenger.against_usual_nats > LOSES_NATS && !are_same(&challenger.at, trial.incumbent)
         });
-        self.kept.iter().find(|challenger| challenger.has_won()).map(|challenger| challenger.at)
+        let winner = self.kept.iter().find(|challenger| challenger.has_won() && (trial.may_win)(&challenger.at));
+        winner.map(|challenger| challenger.at)
     }
 
     /// Adds a pose if the scan is as likely as usual from where it matches best, and it is not yet among those here.

@@ -227,9 +227,15 @@ impl ParticleFilter {
     }
 
     /// Judges the poses that challenge the particles' `belief` after a motion, and seeks more of them, as many as the
-    /// fall of the scans' likelihood suggests. Returns the pose of one that has proved itself: the robot was lost and
-    /// is there.
-    pub(crate) fn challenge(&mut self, belief: &Gaussian, moved: &Pose, ends: &Endpoints) -> Option<Gaussian> {
+    /// fall of the scans' likelihood suggests. Returns the pose of one that has proved itself and `may_win`: the robot was
+    /// lost and is there.
+    pub(crate) fn challenge(
+        &mut self,
+        belief: &Gaussian,
+        moved: &Pose,
+        ends: &Endpoints,
+        may_win: &dyn Fn(&Gaussian) -> bool,
+    ) -> Option<Gaussian> {
         let usual_nats = self.recovery.usual_nats()?;
         if ends.len() < FEWEST_BEAMS {
             return None;
@@ -246,11 +252,17 @@ impl ParticleFilter {
             usual_nats,
             incumbent: belief,
             beams,
+            may_win,
         };
         let winner = challengers.judge(moved, &trial);
         sought.iter().for_each(|candidate| challengers.add(candidate, &trial));
         self.challengers = challengers;
         winner
+    }
+
+    /// Whether poses elsewhere challenge the particles.
+    pub(crate) fn is_challenged(&self) -> bool {
+        !self.challengers.is_empty()
     }
 
     /// Seeks a robot that may be anywhere: the particles are the hypotheses of the search, or a cloud around the one

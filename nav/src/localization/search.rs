@@ -45,6 +45,10 @@ const GIVEN_UP_NATS: f64 = 40.0;
 /// One that joins later begins so much behind the best, in nats.
 const HANDICAP_NATS: f64 = 5.0;
 
+/// Where the robot was believed to be before it was lost is so much likelier to begin with, in nats: robots are seldom
+/// carried away.
+const HEAD_START_NATS: f64 = 10.0;
+
 /// The best is right once it has been so far ahead of all others, in nats, for so long a way, in metres, and so many
 /// scans.
 const AHEAD_NATS: f64 = 15.0;
@@ -97,10 +101,20 @@ impl Sighting<'_> {
 }
 
 impl Search {
+    /// A search for a robot that has been lost, and may yet be where it was believed to be.
+    pub(crate) fn for_lost(believed: &Gaussian) -> Self {
+        Self { hypotheses: vec![Hypothesis { at: *believed, nats: HEAD_START_NATS }], ..Self::default() }
+    }
+
+    /// Whether no scan has been taken in yet.
+    pub(crate) fn begins(&self) -> bool {
+        self.scans == 0
+    }
+
     /// Takes in a scan. Returns the pose of the hypothesis that has proved right, if one has.
     pub(crate) fn update(&mut self, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) -> Option<Gaussian> {
         let leader = self.hypotheses.first().copied();
-        let expected = leader.map_or(0.0, |leader| leader.nats);
+        let expected = leader.filter(|_| !self.begins()).map_or(0.0, |leader| leader.nats);
         for hypothesis in &mut self.hypotheses {
             hypothesis.at = sighting.matched(&driven(&hypothesis.at, sighting.moved));
             hypothesis.nats += sighting.nats(&hypothesis.at);

@@ -12,10 +12,10 @@ use crate::following::{Arrival, Follower, Phase, Progress, Route, Situation};
 use crate::planning::{PlanError, plan, plan_into};
 
 /// The path is held to be blocked by what lies on it up to so far ahead, in metres.
-const LOOK_AHEAD_M: f64 = 4.0;
+const LOOK_AHEAD_M: f64 = 2.5;
 
 /// Stop and wait when the path is blocked nearer than this, in metres.
-const STOP_BEFORE_M: f64 = 1.0;
+const STOP_BEFORE_M: f64 = 0.6;
 
 /// A robot that has waited takes a way around that is longer by as many times what it could have driven meanwhile.
 const DETOUR_FOR_WAITING: f64 = 3.0;

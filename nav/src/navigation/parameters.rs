@@ -22,7 +22,8 @@ pub struct NavigationParameters {
     /// Shortest time between two looks for a way around. Default 1 s.
     pub planning_period: Duration,
     /// How long to recover and try again when there is no way, while something that the lasers have seen may be the
-    /// reason. Default 40 s: twice through all recovery behaviours; people who stand in a doorway have moved on by then.
+    /// reason. Default 90 s: four times through all recovery behaviours. Of those who talk in a doorway or just where
+    /// the robot is to go, many have not moved on after half of it.
     /// If the map alone is the reason, trying again is pointless and left out.
     pub failing_patience: Duration,
     /// How long the robot may come no nearer to its goal before the path is planned anew, and the next time recovery
@@ -46,7 +47,7 @@ impl Default for NavigationParameters {
             obstacle_patience: Duration::from_secs(4),
             detour_m: 2.0,
             planning_period: Duration::from_secs(1),
-            failing_patience: Duration::from_secs(40),
+            failing_patience: Duration::from_secs(90),
             progress_patience: Duration::from_secs(10),
             stalls: 3,
             blockages: 300,

@@ -8,7 +8,8 @@ use robot::VelocityCommand;
 use super::trip::Trip;
 use super::{Navigator, Now};
 
-/// How far the robot backs up, in metres, and how fast, in m/s.
+/// How far the robot backs up, in metres, each time farther by as much, and how fast, in m/s. In a narrow place it stands
+/// in the way of those whom it waits for, until it has left it.
 const BACK_UP_M: f64 = 0.3;
 const BACK_UP_MPS: f64 = 0.12;
 
@@ -71,14 +72,22 @@ pub(super) struct Attempt {
     pub(super) recovery: Recovery,
     since: Duration,
     from: Point,
+    back_up_m: f64,
     /// The heading at the last step, and how far the robot has turned, in radians.
     heading_rad: f64,
     turned_rad: f64,
 }
 
 impl Attempt {
-    fn begin(recovery: Recovery, now: &Now<'_>) -> Self {
-        Self { recovery, since: now.time, from: now.position(), heading_rad: heading(now.at), turned_rad: 0.0 }
+    fn begin(number: usize, now: &Now<'_>) -> Self {
+        Self {
+            recovery: Recovery::nth(number),
+            since: now.time,
+            from: now.position(),
+            back_up_m: BACK_UP_M * (1 + number / Recovery::ORDER.len()) as f64,
+            heading_rad: heading(now.at),
+            turned_rad: 0.0,
+        }
     }
 
     /// The velocity to drive at, or nothing if it is done.
@@ -88,7 +97,7 @@ impl Attempt {
             Recovery::ClearCostmap => (lasted < SEE_AGAIN).then_some(VelocityCommand::STOP),
             Recovery::Wait => (lasted < WAIT).then_some(VelocityCommand::STOP),
             Recovery::BackUp => {
-                let near = (now.position() - self.from).norm() < BACK_UP_M;
+                let near = (now.position() - self.from).norm() < self.back_up_m;
                 let goes_on = lasted < LONGEST && near && free_behind();
                 goes_on.then_some(VelocityCommand { linear_mps: -BACK_UP_MPS, angular_radps: 0.0 })
             }
@@ -120,12 +129,12 @@ impl Navigator {
     }
 
     fn begin_recovery(&mut self, trip: &mut Trip, now: &Now<'_>) -> Attempt {
-        let recovery = Recovery::nth(trip.recoveries);
+        let attempt = Attempt::begin(trip.recoveries, now);
         trip.recoveries += 1;
-        if recovery == Recovery::ClearCostmap {
+        if attempt.recovery == Recovery::ClearCostmap {
             self.costmap.forget_marks();
         }
-        Attempt::begin(recovery, now)
+        attempt
     }
 
     fn is_free_behind(&self, at: &Pose) -> bool {

@@ -201,6 +201,30 @@ fn a_robot_that_is_carried_away_finds_itself_again() {
 }
 
 #[test]
+fn a_robot_that_is_carried_away_at_rest_notices_and_finds_itself_once_it_drives() {
+    for (seed, elsewhere) in [pose(25.1, 3.0, -2.0), pose(2.7, 19.9, 0.5), pose(13.9, 9.3, 0.3)].into_iter().enumerate()
+    {
+        let start = pose(2.7, 3.5, 1.0);
+        let mut robot = Unicycle::new(office(), start, Noise { laser_m: 0.01, ..Noise::default() });
+        let mut localization = localization(&robot, &InitialPose::at(start), seed as u64);
+        let mut after = |robot: &mut Unicycle, steps: u32, command: VelocityCommand| {
+            for _ in 0..steps {
+                robot.step(command);
+                sense(&mut localization, robot);
+            }
+            let off = robot.truth.translation.vector - localization.estimate().pose.translation.vector;
+            (localization.doubt(), off.norm())
+        };
+        assert_eq!(after(&mut robot, 500, VelocityCommand::STOP).0, 0.0, "all was well before");
+        robot.truth = elsewhere;
+        let (doubt, _) = after(&mut robot, 250, VelocityCommand::STOP);
+        assert_eq!(doubt, 1.0, "{elsewhere}: not noticed within 5 s");
+        let (_, off_m) = after(&mut robot, 1000, VelocityCommand { linear_mps: 0.3, angular_radps: 0.6 });
+        assert!(off_m < 0.1, "{elsewhere}: {off_m} m off");
+    }
+}
+
+#[test]
 fn a_robot_that_knows_nothing_finds_itself() {
     let mut found = 0;
     for seed in 0..5 {

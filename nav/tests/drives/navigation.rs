@@ -197,12 +197,12 @@ fn a_closed_door_ends_in_a_reason_in_bounded_time() {
     let mut world = two_rooms(1.0);
     fill(&mut world, [4.0, 0.0, 4.2, 5.0], Cell::Occupied);
     let mut drive = Drive::in_world(&two_rooms(1.0), world, pose(1.0, 1.0, 0.0));
-    let (status, took) = drive.go(goal(7.0, 2.5, 0.0), 120);
+    let (status, took) = drive.go(goal(7.0, 2.5, 0.0), 180);
     println!("{took:?}, closest {:.3}, {:?}", drive.closest_m, drive.statuses);
     assert_eq!(status, NavigationStatus::Aborted);
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::NoPlan(PlanError::NoPath)));
     assert!(drive.statuses.contains(&NavigationStatus::Failing));
-    assert!(took < Duration::from_secs(90));
+    assert!(took < Duration::from_secs(130));
 }
 
 #[test]

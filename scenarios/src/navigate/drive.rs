@@ -64,6 +64,7 @@ struct Ride {
     odometry: Option<Odometry>,
     readings: Vec<Reading>,
     trail: Vec<Point>,
+    localization_max_m: f64,
 }
 
 impl Ride {
@@ -80,6 +81,7 @@ impl Ride {
             odometry: None,
             readings: Vec::new(),
             trail: Vec::new(),
+            localization_max_m: 0.0,
         }
     }
 
@@ -106,6 +108,8 @@ impl Ride {
             .map_or(VelocityCommand::STOP, |odometry| self.navigator.update(self.sim.time(), &estimate, &odometry));
         self.sim.drive(command);
         let position = Point::from(self.sim.truth().pose().translation.vector);
+        let off_m = (self.localization.estimate().pose.translation.vector - position.coords).norm();
+        self.localization_max_m = self.localization_max_m.max(off_m);
         if self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M) {
             self.trail.push(position);
         }
@@ -131,6 +135,7 @@ impl Ride {
             driven_m: truth.distance_m(),
             shortest_m: task.shortest_m(),
             off_m,
+            localization_max_m: self.localization_max_m,
             contacts: truth
                 .contacts()
                 .iter()

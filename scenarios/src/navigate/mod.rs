@@ -87,6 +87,8 @@ pub struct Trip {
     pub shortest_m: f64,
     /// How far the robot was from its goal in the end, in metres.
     pub off_m: f64,
+    /// How far the estimated position was from the true one at worst, in metres.
+    pub localization_max_m: f64,
     /// The contacts begun with walls and people, in order.
     pub contacts: Vec<Touched>,
     /// Contacts begun with walls.

@@ -250,7 +250,7 @@ fn walk_in_words(walk: &Walk) -> String {
     let manners =
         manners.map_or("gives way to nobody".to_owned(), |Manners { slow_within_m, stop_within_m, patience }| {
             format!(
-                "slows down {} before the robot, stops at {}, turns back after {}",
+                "slows down {} before the robot, stops at {}, makes way after {}",
                 with_unit(slow_within_m, "m"),
                 with_unit(stop_within_m, "m"),
                 duration(patience),

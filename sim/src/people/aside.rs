@@ -1,0 +1,154 @@
+//! Stepping aside: where somebody goes who is in the robot's way, and how they come back.
+
+use std::f64::consts::TAU;
+use std::time::Duration;
+
+use maps::{Point, Pose};
+use nalgebra::{UnitComplex, Vector2};
+
+use crate::ray_grid::RayGrid;
+use crate::room::is_walkable;
+
+/// Whoever steps aside leaves the robot this much room to the side of its way, in metres.
+const ROOM_M: f64 = 0.2;
+
+/// Places to step aside to are sought in so many directions, so far away, in metres, the nearest first.
+const DIRECTIONS: u32 = 24;
+const FARTHEST_M: f64 = 1.8;
+const STEP_M: f64 = 0.15;
+
+/// A robot so far away no longer needs the room, in metres.
+const FAR_M: f64 = 2.5;
+
+/// They stand aside for so long at most, and for so long at least.
+const LONGEST: Duration = Duration::from_secs(8);
+const SHORTEST: Duration = Duration::from_secs(1);
+
+/// Somebody and the robot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Meeting {
+    pub(super) at: Pose,
+    pub(super) robot: Pose,
+    pub(super) radius_m: f64,
+    /// Distance of the two centres at which they touch, in metres.
+    pub(super) apart_m: f64,
+}
+
+impl Meeting {
+    /// Whether the robot faces somebody across a gap of at most so many metres.
+    pub(super) fn is_faced_within(&self, gap_m: f64) -> bool {
+        let seen = self.robot.inverse_transform_point(&self.at.translation.vector.into());
+        seen.x > 0.0 && seen.y.abs() < self.apart_m && seen.coords.norm() <= self.apart_m + gap_m
+    }
+
+    /// How far a place is from the way that the robot faces, in metres; from the robot itself, if it is behind it.
+    fn beside_m(&self, place: &Vector2<f64>) -> f64 {
+        let seen = self.robot.inverse_transform_point(&Point::from(*place));
+        if seen.x > 0.0 { seen.y.abs() } else { seen.coords.norm() }
+    }
+
+    /// How near somebody comes to the robot on a straight way to a place, in metres.
+    fn nearest_m(&self, place: &Vector2<f64>) -> f64 {
+        let (from, robot) = (self.at.translation.vector, self.robot.translation.vector);
+        let way = place - from;
+        let share = ((robot - from).dot(&way) / way.norm_squared().max(1e-9)).clamp(0.0, 1.0);
+        (from + way * share - robot).norm()
+    }
+}
+
+/// A place to step aside to.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct WayOut(Point);
+
+impl WayOut {
+    /// The nearest place that can be walked to straight, without coming nearer to the robot than it is or than it needs
+    /// room, and from which the way that it faces is free. Of several equally near, the one that leaves it most room.
+    pub(super) fn find(meeting: &Meeting, floor: &RayGrid) -> Option<Self> {
+        let from = meeting.at.translation.vector;
+        let needed_m = meeting.apart_m + ROOM_M;
+        let from_robot_m = needed_m.min((from - meeting.robot.translation.vector).norm() - 1e-6);
+        let is_good = |place: &Vector2<f64>| {
+            meeting.beside_m(place) >= needed_m
+                && meeting.nearest_m(place) >= from_robot_m
+                && is_walkable(floor, &from.into(), &(*place).into(), meeting.radius_m)
+        };
+        let distances = (1..).map(|step| f64::from(step) * STEP_M).take_while(|distance_m| *distance_m <= FARTHEST_M);
+        distances.map(|distance_m| around(&from, distance_m)).find_map(|places| {
+            let good = places.filter(|place| is_good(place));
+            good.max_by(|a, b| meeting.beside_m(a).total_cmp(&meeting.beside_m(b))).map(|place| Self(place.into()))
+        })
+    }
+}
+
+/// Places around one, at a distance.
+fn around(center: &Vector2<f64>, distance_m: f64) -> impl Iterator<Item = Vector2<f64>> {
+    let turn = move |direction: u32| UnitComplex::new(TAU * f64::from(direction) / f64::from(DIRECTIONS));
+    let center = *center;
+    (0..DIRECTIONS).map(move |direction| center + turn(direction) * Vector2::x() * distance_m)
+}
+
+/// Somebody who has left their route to let the robot pass.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Aside {
+    /// Where to stand; none on the way back.
+    to: Option<Point>,
+    /// Since when they have stood there.
+    stands_since: Option<Duration>,
+    /// The way back to the route, its end first.
+    way_back: Vec<Point>,
+}
+
+impl Aside {
+    /// Leaves a place for another.
+    pub(super) fn leave(&mut self, at: &Pose, WayOut(to): WayOut) {
+        self.way_back.push(at.translation.vector.into());
+        (self.to, self.stands_since) = (Some(to), None);
+    }
+
+    /// Whether they stand and let the robot pass: until it is far away or past the place where they left their route, or
+    /// until they have stood for long enough.
+    pub(super) fn stands(&mut self, meeting: &Meeting, now: Duration) -> bool {
+        let Some(since) = self.stands_since else { return false };
+        let lasted = now.saturating_sub(since);
+        let robot = Point::from(meeting.robot.translation.vector);
+        let left = self.way_back.last().copied().unwrap_or(robot);
+        let seen = meeting.robot.inverse_transform_point(&left);
+        let is_past = seen.x < 0.0 && seen.coords.norm() > meeting.apart_m + ROOM_M;
+        let is_far = (robot - left).norm() > FAR_M;
+        if lasted < SHORTEST || (lasted < LONGEST && !is_past && !is_far) {
+            return true;
+        }
+        (self.to, self.stands_since) = (None, None);
+        false
+    }
+
+    fn aim(&self) -> Option<Point> {
+        self.to.or_else(|| self.way_back.last().copied())
+    }
+
+    /// The direction in which they go next from a place.
+    pub(super) fn direction(&self, from: &Pose) -> Option<Vector2<f64>> {
+        (self.aim()?.coords - from.translation.vector).try_normalize(0.0)
+    }
+
+    /// Goes a way, facing where it leads; whether they are back on their route.
+    pub(super) fn go(&mut self, from: &Pose, way_m: f64, now: Duration) -> (Pose, bool) {
+        let Some(aim) = self.aim() else { return (*from, true) };
+        let way = aim.coords - from.translation.vector;
+        let mut at = *from;
+        if let Some(ahead) = way.try_normalize(0.0) {
+            at.rotation = UnitComplex::from_cos_sin_unchecked(ahead.x, ahead.y);
+        }
+        if way.norm() > way_m {
+            at.translation.vector += way * (way_m / way.norm());
+            return (at, false);
+        }
+        at.translation.vector = aim.coords;
+        if self.to.is_some() {
+            self.stands_since = Some(now);
+        } else {
+            self.way_back.pop();
+        }
+        (at, self.to.is_none() && self.way_back.is_empty())
+    }
+}
