@@ -1,5 +1,6 @@
 //! Navigation among people, doors and boxes: a scenario's world, a trip that is given up, and the benchmark.
 
+use maps::{CellIndex, ImageFormat, OccupancyGrid, pose};
 use serde_json::Value;
 use tempfile::tempdir;
 
@@ -19,7 +20,8 @@ fn the_errand_is_done_among_people_doors_and_boxes() {
 #[test]
 fn before_a_door_that_stays_closed_navigation_gives_up_with_a_reason_and_the_tree_tries_again() {
     let out = tempdir().unwrap();
-    let report = report("faults/door_closes", out.path(), &["--no-snapshots"]);
+    let longer = ["--no-snapshots", "--set", "execution.max_time_s=450"];
+    let report = report("faults/door_closes", out.path(), &longer);
     let given_up = report["robot"]["given_up"].as_array().unwrap();
     assert!(given_up.len() >= 2, "{given_up:?}");
     assert!(given_up.iter().all(|trip| trip["reason"] == "no way leads to the goal"), "{given_up:?}");
@@ -65,6 +67,25 @@ fn the_benchmark_drives_the_house_without_a_touch() {
     assert_eq!((&house["wall_contacts"], &house["trips"]), (&Value::from(0), &Value::from(6)));
     let ratio = house["way_ratio"].as_f64().unwrap();
     assert!(ratio > 0.9 && ratio < 1.3, "{ratio}");
+}
+
+#[test]
+fn a_map_whose_origin_is_turned_is_driven_like_any_other() {
+    let folder = tempdir().unwrap();
+    let house = maps::house::draw();
+    let turn = pose(4.0, -7.0, 0.7);
+    let mut turned = OccupancyGrid::new(house.width(), house.height(), house.resolution_m(), turn * house.origin());
+    for (offset, cell) in house.cells().iter().enumerate() {
+        turned.set(CellIndex { column: offset % house.width(), row: offset / house.width() }, *cell);
+    }
+    let map = folder.path().join("turned.yaml");
+    maps::save_map(&turned, &map, ImageFormat::Pgm).unwrap();
+    let run = |map: &[&str]| benchmark(&[&["--goals", "4", "--people", "2", "--at-least", "100"], map].concat());
+    let (status, turned) = run(&["--map", map.to_str().unwrap()]);
+    assert_eq!(status, Some(0), "{}", turned["failures"]);
+    let ratio = |benchmark: &Value| benchmark["maps"][0]["way_ratio"].as_f64().unwrap();
+    let upright = run(&[]).1;
+    assert!((ratio(&turned) - ratio(&upright)).abs() < 0.1, "{turned} against {upright}");
 }
 
 #[test]

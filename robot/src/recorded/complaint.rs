@@ -147,6 +147,15 @@ pub enum RecordingError {
     /// It is longer than a gibibyte.
     #[error("the log is longer than 1 GiB")]
     TooLong,
+    /// It has scans in the format of later loggers alone.
+    #[error(
+        "line {line}: the scans of this log are in ROBOTLASER lines, the format of later CARMEN loggers, which is not read: \
+         only FLASER lines have room for both a corrected pose and odometry"
+    )]
+    LaterFormat {
+        /// The first such line.
+        line: usize,
+    },
     /// It has no scans, or hardly anything in it is a line of a log.
     #[error("this is no CARMEN log: it has no line that begins with FLASER{}", first(.complaints))]
     NoScans {

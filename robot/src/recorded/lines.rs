@@ -38,6 +38,8 @@ pub(super) struct Scan {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Lines {
     pub(super) lines: Vec<Line>,
+    /// The first line with a scan in the format of later loggers, which is not read.
+    later_format: Option<usize>,
     /// Scans of the front laser that could not be used.
     unusable: usize,
     pub(super) front_offset_m: f64,
@@ -52,6 +54,8 @@ impl Lines {
     /// Reads all lines.
     pub(super) fn parse(text: &[u8], complaints: &mut Complaints) -> Result<Self, RecordingError> {
         let mut lines = Self::default();
+        // What some editors put before a text.
+        let text = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
         let is_whole = text.is_empty() || text.ends_with(b"\n");
         let count = text.split(|byte| *byte == b'\n').count();
         for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
@@ -61,6 +65,9 @@ impl Lines {
                 lines.unusable += usize::from(line.starts_with("FLASER"));
                 complaints.add(index + 1, if breaks_off { Flaw::LineBreaksOff } else { flaw });
             }
+        }
+        if let Some(line) = lines.later_format.filter(|_| lines.unusable == 0 && lines.front_scans() == 0) {
+            return Err(RecordingError::LaterFormat { line });
         }
         if lines.unusable == 0 && lines.front_scans() == 0 {
             return Err(RecordingError::NoScans { complaints: std::mem::take(complaints).into_sorted() });
@@ -77,6 +84,9 @@ impl Lines {
             Some(&"FLASER") => self.lines.push(laser(number, "FLASER", 0, &fields)?),
             Some(&"RLASER") => self.lines.push(laser(number, "RLASER", 1, &fields)?),
             Some(&"PARAM") => self.param(&fields),
+            Some(&"ROBOTLASER1" | &"RAWLASER1") => {
+                self.later_format.get_or_insert(number);
+            }
             Some(word) if is_keyword(word) => {}
             Some(word) => return Err(Flaw::NoKeyword { start: shown(word) }),
         }

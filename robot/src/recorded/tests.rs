@@ -197,6 +197,42 @@ fn clocks_that_go_back_do_not_turn_time_back() {
 }
 
 #[test]
+fn the_same_log_written_otherwise_is_the_same() {
+    let lines = log();
+    let expected = read(&lines);
+    let exponent = |field: &str| match field.parse::<f64>() {
+        Ok(number) if field.contains('.') => format!("{number:e}"),
+        _ => field.to_owned(),
+    };
+    let otherwise = [
+        lines.join("\r\n") + "\r\n",
+        format!("\u{feff}{}\n", lines.join("\n")),
+        lines.join("\n").replace(' ', "\t") + "\n",
+        lines.iter().map(|line| line.split(' ').map(exponent).collect::<Vec<_>>().join("  ") + "\n").collect(),
+    ];
+    for text in otherwise {
+        let recording = Recording::read(text.as_bytes()).unwrap();
+        assert_eq!(recording.complaints(), []);
+        assert_eq!(recording.records(), expected.records(), "{text}");
+        assert_eq!(Recording::read(&gzipped(text.as_bytes())).unwrap(), recording);
+    }
+}
+
+#[test]
+fn lines_of_other_kinds_are_passed_over_and_the_later_format_alone_is_refused_with_its_line() {
+    let robotlaser =
+        "ROBOTLASER1 0 -1.570796 3.141593 1.570796 30.0 0.01 0 3 1.0 2.0 3.0 0 1 2 0.1 1 2 0.1 0 0 1 1 1 5.0 h 5.0";
+    let others = ["# a comment", "", "SYNC tag", "TRUEPOS 0 0 0 0 0 0 1 h 1", "NEFF 3.0", robotlaser];
+    let mut lines = log();
+    lines.splice(4..4, others.map(str::to_owned));
+    let recording = read(&lines);
+    assert_eq!((recording.records().len(), recording.complaints().len()), (20, 0));
+    lines.retain(|line| !line.starts_with("FLASER"));
+    let error = Recording::read(&text(&lines)).unwrap_err().to_string();
+    assert!(error.starts_with("line 9: ") && error.contains("ROBOTLASER"), "{error}");
+}
+
+#[test]
 fn odometry_of_another_frame_is_left_out() {
     let mut lines = log();
     for line in lines.iter_mut().filter(|line| line.starts_with("ODOM")) {
