@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use miette::{Diagnostic, NamedSource, SourceCode, SourceSpan};
+use miette::{Diagnostic, NamedSource, Severity, SourceCode, SourceSpan};
 
-/// Everything that is wrong with a tree file: the file, and its problems in the order of their places. Problems of files
-/// that it includes come with those files.
+/// Everything that is wrong with a tree file, or looks wrong: the file, and its problems in the order of their places.
+/// Problems of files that it includes come with those files.
 #[derive(Clone, Debug, thiserror::Error)]
-#[error("{} cannot be used as a behavior tree", source_code.name())]
+#[error("{} {}", source_code.name(), verdict(self.is_error()))]
 pub struct TreeError {
     source_code: NamedSource<Arc<str>>,
     problems: Vec<Problem>,
@@ -38,6 +38,13 @@ impl TreeError {
         &self.included
     }
 
+    /// Whether the file, or one that it includes, cannot be used. Else there are only warnings: see
+    /// [`Tree::concerns`](crate::Tree::concerns).
+    #[must_use]
+    pub fn is_error(&self) -> bool {
+        self.problems.iter().any(Problem::is_error) || self.included.iter().any(Self::is_error)
+    }
+
     /// The name of the file.
     #[must_use]
     pub fn file(&self) -> &str {
@@ -46,6 +53,10 @@ impl TreeError {
 }
 
 impl Diagnostic for TreeError {
+    fn severity(&self) -> Option<Severity> {
+        Some(if self.is_error() { Severity::Error } else { Severity::Warning })
+    }
+
     fn source_code(&self) -> Option<&dyn SourceCode> {
         Some(&self.source_code)
     }
@@ -329,7 +340,8 @@ pub enum Problem {
         #[help]
         help: Option<String>,
     },
-    /// An attribute that is nearly called like a port.
+    /// An attribute that is none of a node's ports: of BehaviorTree.CPP's own nodes, any; of others, one that is nearly
+    /// called like a port.
     #[error("{node} has no port `{port}`")]
     UnknownPort {
         /// The node.
@@ -338,6 +350,34 @@ pub enum Problem {
         port: String,
         /// Where it is.
         #[label("no such port")]
+        span: SourceSpan,
+        /// What was probably meant.
+        #[help]
+        help: Option<String>,
+    },
+    /// An attribute that the node's model does not declare as a port.
+    #[error("{node} declares no port `{port}`")]
+    #[diagnostic(severity(Warning))]
+    UndeclaredPort {
+        /// The node.
+        node: String,
+        /// The attribute.
+        port: String,
+        /// Where it is.
+        #[label("not declared")]
+        span: SourceSpan,
+        /// What is declared.
+        #[help]
+        help: Option<String>,
+    },
+    /// An attribute that begins with `_`, as scripts do, and that nobody knows.
+    #[error("the attribute `{attribute}` means nothing")]
+    #[diagnostic(severity(Warning))]
+    UnknownAttribute {
+        /// The attribute.
+        attribute: String,
+        /// Where it is.
+        #[label("has no effect")]
         span: SourceSpan,
         /// What was probably meant.
         #[help]
@@ -409,11 +449,21 @@ pub enum Problem {
 }
 
 impl Problem {
+    /// Whether a file with this problem cannot be used; else it is a warning.
+    #[must_use]
+    pub fn is_error(&self) -> bool {
+        self.severity() != Some(Severity::Warning)
+    }
+
     /// Where the problem is in the file, in bytes: the first of its labels.
     #[must_use]
     pub fn offset(&self) -> usize {
         self.labels().and_then(|mut labels| labels.next()).map_or(0, |label| label.offset())
     }
+}
+
+fn verdict(is_error: bool) -> &'static str {
+    if is_error { "cannot be used as a behavior tree" } else { "can be used, but looks odd" }
 }
 
 fn with_article(category: crate::Category) -> String {

@@ -311,6 +311,10 @@ impl Item {
 }
 
 impl Hooks {
+    /// The attributes that hold scripts.
+    pub(crate) const NAMES: [&str; 8] =
+        ["_failureIf", "_successIf", "_skipIf", "_while", "_onHalted", "_onFailure", "_onSuccess", "_post"];
+
     /// Whether a node may be ticked that stands so; none is idle.
     pub(crate) fn enter(&self, was: Option<Status>, board: &mut Blackboard) -> Result<Entrance, ScriptError> {
         let mut holds = |script: &Option<Script>| script.as_ref().map(|script| script.holds(board)).transpose();

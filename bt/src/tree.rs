@@ -140,6 +140,7 @@ pub struct Tree {
     pub(crate) library: Arc<Library>,
     /// The place of the main tree among the definitions.
     pub(crate) main: usize,
+    pub(crate) concerns: Option<TreeError>,
 }
 
 impl Tree {
@@ -206,6 +207,12 @@ impl Tree {
     #[must_use]
     pub fn sources(&self) -> &[NamedSource<Arc<str>>] {
         &self.sources
+    }
+
+    /// What looks odd in the files without making them unusable, to be rendered; none if there is nothing.
+    #[must_use]
+    pub fn concerns(&self) -> Option<&TreeError> {
+        self.concerns.as_ref()
     }
 
     /// A problem with a node that only the surroundings know of (there is no skill for a leaf), with its place.

@@ -7,9 +7,11 @@
 mod assemble;
 mod compile;
 mod document;
+mod kept;
 mod model;
 mod ports;
 mod scan;
+mod unknown;
 mod vocabulary;
 mod write;
 
@@ -29,7 +31,9 @@ use crate::{Problem, Tree, TreeError};
 ///
 /// Both spellings of nodes are read: `<Action ID="GoTo"/>` and `<GoTo/>`, `<Control ID="Sequence">` and `<Sequence>`.
 /// The short spelling of a leaf needs to be told what the leaf is: by the file's `<TreeNodesModel>`, or by
-/// [`leaves`](Self::leaves). Attributes that mean nothing here (a layout, a description) are kept.
+/// [`leaves`](Self::leaves). What means nothing here (a description, what Groot notes down) is kept. As in
+/// BehaviorTree.CPP, its own nodes have no other ports than theirs; of scripts that nobody knows there is a warning
+/// ([`Tree::concerns`]).
 ///
 /// All trees of a file are checked, also those that the main tree does not use.
 #[derive(Clone, Debug)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use bt::{Loader, RECHARGE, Tree, TreeError};
+use bt::{Kind, Loader, RECHARGE, Tree, TreeError};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
@@ -129,7 +129,7 @@ fn broken_4_trees_and_subtrees() {
 
 #[test]
 fn broken_5_ports_that_are_missing_or_misspelled() {
-    let text = r#"<root BTCPP_format="4">
+    let text = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
     <Sequence>
       <Repeat> <AlwaysSuccess/> </Repeat>
@@ -141,14 +141,61 @@ fn broken_5_ports_that_are_missing_or_misspelled() {
       <SkipUnlessUpdated> <Script/> </SkipUnlessUpdated>
       <LoopInt> <Precondition> <ScriptCondition/> </Precondition> </LoopInt>
       <GoTo gaol="home"/>
-      <Sequence colour="kept, since nobody knows what it means"> <AlwaysSuccess/> </Sequence>
+      <Sequence colour="red"> <AlwaysSuccess/> </Sequence>
+      <Repeat num_cycles="2" foo="3" onSuccess="x := 1"> <AlwaysSuccess _skipIff="x" _secret="7" _uid="4"/> </Repeat>
+      <GoTo goal="home" colour="red"/>
+      <SubTree ID="Other" colour="red" _description="any name may be remapped" _autoremp="true"/>
     </Sequence>
   </BehaviorTree>
   <TreeNodesModel>
     <Action ID="GoTo"> <input_port name="goal"/> <input_port/> <output_port name="ID"/> </Action>
   </TreeNodesModel>
+  <BehaviorTree ID="Other"> <AlwaysSuccess/> </BehaviorTree>
 </root>"#;
     snapshot("broken_5", refused(text));
+}
+
+#[test]
+fn a_script_that_nobody_knows_is_a_warning_and_so_is_a_port_that_a_model_does_not_have() {
+    let text = r#"<root BTCPP_format="4">
+  <BehaviorTree ID="Main">
+    <Sequence _skipIff="x" _onsuccess="x := 1" _secret="7" _description="a" _fullpath="b" _uid="1" _skipIf="false">
+      <GoTo goal="home" colour="red" _while="true"/>
+      <Action ID="Undeclared" colour="red"/>
+    </Sequence>
+  </BehaviorTree>
+  <TreeNodesModel> <Action ID="GoTo"> <input_port name="goal"/> </Action> </TreeNodesModel>
+</root>"#;
+    let tree = Tree::from_xml("odd.xml", text).unwrap();
+    let concerns = tree.concerns().unwrap();
+    assert!(!concerns.is_error());
+    insta::assert_snapshot!(report(text, concerns), @r#"
+    odd.xml can be used, but looks odd
+    the attribute `_skipIff` means nothing
+      3:15 "_skipIff=\"x\"" has no effect
+      help: did you mean `_skipIf`?
+    the attribute `_onsuccess` means nothing
+      3:28 "_onsuccess=\"x := 1\"" has no effect
+      help: did you mean `_onSuccess`?
+    the attribute `_secret` means nothing
+      3:48 "_secret=\"7\"" has no effect
+      help: its scripts may be `_failureIf`, `_successIf`, `_skipIf`, `_while`, `_onHalted`, `_onFailure`, `_onSuccess`, `_post`
+    GoTo declares no port `colour`
+      4:25 "colour=\"red\"" not declared
+      help: the ports in its model are `goal`
+    "#);
+    assert!(Tree::from_xml("recharge.xml", RECHARGE).unwrap().concerns().is_none());
+}
+
+/// As BehaviorTree.CPP, which says "a port with name [foo] is found in the XML but not in the providedPorts()".
+#[test]
+fn none_of_behavior_tree_cpps_own_nodes_has_ports_besides_its_own() {
+    for kind in Kind::BUILTIN {
+        let element = kind.category().element();
+        let node = format!(r#"<{element} ID="{kind}" zzz="1"/>"#);
+        let said = refused(&format!(r#"<root><BehaviorTree ID="T">{node}</BehaviorTree></root>"#));
+        assert!(said.contains(&format!("{kind} has no port `zzz`\n")), "{said}");
+    }
 }
 
 #[test]

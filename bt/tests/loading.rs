@@ -198,7 +198,7 @@ fn what_is_written_is_the_same_tree() {
 #[test]
 fn attributes_and_ports_are_written_as_they_were() {
     let text = r#"<root BTCPP_format="4" main_tree_to_execute="A"><BehaviorTree ID="A">
-        <Parallel failure_count="2" _x="12" colour="&lt;red&gt;"><Action ID="not a name" goal="{x}" name="a &quot;b&quot;&#10;c"/>
+        <Parallel failure_count="2" _x="12" _description="&lt;red&gt;"><Action ID="not a name" goal="{x}" name="a &quot;b&quot;&#10;c"/>
         <SubTree ID="B" in="{x}" _autoremap="true"/></Parallel></BehaviorTree>
         <BehaviorTree ID="B"><Script code="x := 1 &amp;&amp; y &lt; 3" _skipIf="z"/></BehaviorTree>
         <BehaviorTree ID="Unused"><AlwaysFailure/></BehaviorTree>
@@ -208,7 +208,7 @@ fn attributes_and_ports_are_written_as_they_were() {
     <?xml version="1.0" encoding="UTF-8"?>
     <root BTCPP_format="4" main_tree_to_execute="A">
       <BehaviorTree ID="A">
-        <Parallel failure_count="2" _x="12" colour="&lt;red&gt;">
+        <Parallel failure_count="2" _x="12" _description="&lt;red&gt;">
           <Action ID="not a name" goal="{x}" name="a &quot;b&quot;&#10;c"/>
           <SubTree ID="B" in="{x}" _autoremap="true"/>
         </Parallel>
@@ -223,13 +223,80 @@ fn attributes_and_ports_are_written_as_they_were() {
         <SubTree ID="B" editable="true">
           <input_port name="in" default="7">what goes &lt;in&gt;</input_port>
         </SubTree>
-        <Action ID="not a name" editable="true"/>
+        <Action ID="not a name" editable="true">
+          <inout_port name="goal"/>
+        </Action>
       </TreeNodesModel>
     </root>
     "#);
     let again = Tree::from_xml("b.xml", &tree.to_xml()).unwrap();
     let attributes = |tree: &Tree| tree.nodes().iter().map(|node| node.attributes().to_vec()).collect::<Vec<_>>();
     assert_eq!(attributes(&again), attributes(&tree));
+}
+
+#[test]
+fn what_tools_note_down_is_written_as_it_was() {
+    let text = r#"<root BTCPP_format="4" project_name="Door" xmlns:my="urn:mine" my:author="Ann"><BehaviorTree ID="A" _fullpath="" _description="opens">
+        <Sequence my:colour="red"><Condition ID="C1" msg="hi" my:colour="blue"/><C2 there="{x}" colour="red"/></Sequence></BehaviorTree>
+        <TreeNodesModel><Condition ID="C2" editable="false"><description>looks &lt;twice&gt;</description><output_port name="there" type="bool" my:unit="1"/>
+            <MetadataFields><Metadata colour="red"/></MetadataFields></Condition>
+          <Control ID="Sequence"><description>one after the other</description></Control><Control ID="Fallback"/>
+          <SubTree ID="A"><description>the door</description></SubTree></TreeNodesModel></root>"#;
+    let tree = Tree::from_xml("a.xml", text).unwrap();
+    insta::assert_snapshot!(tree.to_xml(), @r#"
+    <?xml version="1.0" encoding="UTF-8"?>
+    <root BTCPP_format="4" main_tree_to_execute="A" xmlns:my="urn:mine" project_name="Door" my:author="Ann">
+      <BehaviorTree ID="A" _fullpath="" _description="opens">
+        <Sequence my:colour="red">
+          <C1 msg="hi" my:colour="blue"/>
+          <C2 there="{x}" colour="red"/>
+        </Sequence>
+      </BehaviorTree>
+      <TreeNodesModel>
+        <SubTree ID="A" editable="true">
+          <description>the door</description>
+        </SubTree>
+        <Condition ID="C1" editable="true">
+          <inout_port name="msg"/>
+        </Condition>
+        <Condition ID="C2" editable="false">
+          <output_port name="there" type="bool" my:unit="1"/>
+          <inout_port name="colour"/>
+          <description>looks &lt;twice&gt;</description>
+          <MetadataFields><Metadata colour="red"/></MetadataFields>
+        </Condition>
+        <Control ID="Sequence">
+          <description>one after the other</description>
+        </Control>
+      </TreeNodesModel>
+    </root>
+    "#);
+    let again = Tree::from_xml("b.xml", &tree.to_xml()).unwrap();
+    assert_eq!(again.to_xml(), tree.to_xml());
+    assert!(again.concerns().is_none(), "all ports are declared now: {:?}", again.concerns());
+}
+
+/// BehaviorTree.CPP refuses an attribute that is not among a node's ports.
+#[test]
+fn what_is_written_declares_every_port_that_a_leaf_is_given() {
+    let text = r#"<root BTCPP_format="4" main_tree_to_execute="A">
+        <BehaviorTree ID="A"><Sequence><Action ID="Say" msg="hi"/><SubTree ID="B"/></Sequence></BehaviorTree>
+        <BehaviorTree ID="B"><Action ID="Say" msg="ho" volume="{v}" name="louder"/></BehaviorTree></root>"#;
+    let written = Tree::from_xml("a.xml", text).unwrap().to_xml();
+    let ports: Vec<&str> = written.lines().filter(|line| line.contains("_port")).map(str::trim).collect();
+    assert_eq!(ports, [r#"<inout_port name="msg"/>"#, r#"<inout_port name="volume"/>"#]);
+}
+
+#[test]
+fn the_namespaces_of_all_files_are_declared_in_what_is_written() {
+    let main = r#"<root BTCPP_format="4" main_tree_to_execute="M"><include path="part.xml"/>
+        <BehaviorTree ID="M"><SubTree ID="P"/></BehaviorTree></root>"#;
+    let part = r#"<root BTCPP_format="4" project_name="Part"><BehaviorTree ID="P">
+        <AlwaysSuccess xmlns:my="urn:mine" my:colour="red"/></BehaviorTree></root>"#;
+    let tree = Loader::default().load_with("main.xml", main, reader(&[("part.xml", part)])).unwrap();
+    let written = tree.to_xml();
+    assert!(written.contains(r#"main_tree_to_execute="M" xmlns:my="urn:mine">"#), "{written}");
+    assert_eq!(Tree::from_xml("again.xml", &written).unwrap().to_xml(), written);
 }
 
 #[test]

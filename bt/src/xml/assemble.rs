@@ -138,7 +138,7 @@ pub(super) fn assemble(
     program.loops = names.loops;
     let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
-    Some(Tree { name, nodes, program, sources, library: Arc::clone(library), main })
+    Some(Tree { name, nodes, program, sources, library: Arc::clone(library), main, concerns: None })
 }
 
 struct Assembly<'a> {

@@ -7,7 +7,7 @@ use miette::SourceSpan;
 
 use super::model::Model;
 use super::ports::{Port, is_port_name, ports};
-use super::{Problems, nearest, span};
+use super::{Problems, span};
 use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
@@ -177,9 +177,7 @@ impl Compiler<'_> {
     fn required(&mut self, port: &Port) -> Option<Attribute> {
         let found = self.attribute(port.name);
         if found.is_none() {
-            let near =
-                self.attributes.iter().map(|attribute| attribute.name.as_str()).filter(|name| is_port_name(name));
-            let near = nearest(port.name, near, self.problems.len());
+            let near = self.meant_to_be(port.name);
             let help = near.map(|near| format!("was `{near}` meant to be `{}`?", port.name));
             let (node, port) = (self.name.to_owned(), port.name.to_owned());
             self.problems.push(Problem::MissingPort { node, port, span: self.span, help });
@@ -295,21 +293,5 @@ impl Compiler<'_> {
             }
         }
         leaf_ports
-    }
-
-    /// Attributes that are nearly called like a port that is not given, and that the node would do without. Others that
-    /// are unknown are kept as they are.
-    pub(super) fn check_unknown(&mut self, known: &[&str]) {
-        let is_given = |name: &str| self.attributes.iter().any(|attribute| attribute.name == name);
-        let is_required = |name: &str| ports(self.kind).iter().any(|port| port.name == name && port.is_required());
-        let open: Vec<&str> = known.iter().copied().filter(|name| !is_given(name) && !is_required(name)).collect();
-        let strangers = self.attributes.iter().filter(|attribute| is_port_name(&attribute.name));
-        for attribute in strangers.filter(|attribute| !known.contains(&attribute.name.as_str())) {
-            if let Some(near) = nearest(&attribute.name, open.iter().copied(), self.problems.len()) {
-                let (node, port) = (self.name.to_owned(), attribute.name.clone());
-                let help = Some(format!("did you mean `{near}`?"));
-                self.problems.push(Problem::UnknownPort { node, port, span: attribute.span, help });
-            }
-        }
     }
 }

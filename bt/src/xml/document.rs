@@ -10,6 +10,7 @@ use miette::{NamedSource, SourceSpan};
 use roxmltree::{Document, Node, ParsingOptions, TextPos};
 
 use super::assemble::{self, Index};
+use super::kept::{Kept, namespaces, other_attributes};
 use super::model::{Model, Models, read_models};
 use super::scan::{Definition, Scan};
 use super::{Loader, Problems, hint, listed, nearest, span, tag_span, vocabulary};
@@ -24,6 +25,8 @@ pub(crate) struct Library {
     /// The trees that count: of several with one ID, that of the including file.
     pub(crate) definitions: Vec<Definition>,
     pub(super) models: Models,
+    /// What the main file's root says besides its format and its main tree, and the namespaces of all files.
+    pub(super) kept: Kept,
 }
 
 /// A file, and what is wrong with it.
@@ -37,6 +40,11 @@ impl SourceFile {
     fn source(&self) -> NamedSource<Arc<str>> {
         NamedSource::new(self.path.display().to_string(), Arc::clone(&self.text)).with_language("xml")
     }
+
+    /// Whether there is more to say of it than warnings.
+    fn is_wrong(&self) -> bool {
+        self.problems.iter().any(Problem::is_error)
+    }
 }
 
 /// Loads a file and those that it includes. The main file is the first.
@@ -48,11 +56,13 @@ pub(super) fn load(
 ) -> Result<Tree, TreeError> {
     let mut files = vec![SourceFile { path: path.to_owned(), text: text.into(), problems: Vec::new() }];
     let order = if text.contains("<include") { find_included(&mut files, loader, read) } else { vec![0] };
-    let tree = build(loader, &mut files, &order);
-    match tree {
-        Some(tree) if files.iter().all(|file| file.problems.is_empty()) => Ok(tree),
-        _ => Err(error(files)),
+    let Some(mut tree) = build(loader, &mut files, &order).filter(|_| !files.iter().any(SourceFile::is_wrong)) else {
+        return Err(error(files));
+    };
+    if files.iter().any(|file| !file.problems.is_empty()) {
+        tree.concerns = Some(error(files));
     }
+    Ok(tree)
 }
 
 /// The error of a file that cannot be read.
@@ -61,6 +71,7 @@ pub(super) fn unreadable(path: &Path, error: &io::Error) -> TreeError {
     TreeError::new(source, vec![Problem::Unreadable { message: error.to_string() }])
 }
 
+/// All that is said of the files.
 fn error(files: Vec<SourceFile>) -> TreeError {
     let mut errors = files.into_iter().map(|file| (file.source(), file.problems));
     let (source, problems) = errors.next().expect("the main file is there");
@@ -192,10 +203,12 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     let index = Index::new(&definitions);
     assemble::check_references(&definitions, &index, files);
     let main = main_tree(loader, main_root, &definitions, &index, &mut files[0].problems)?;
-    if files.iter().any(|file| !file.problems.is_empty()) {
+    if files.iter().any(SourceFile::is_wrong) {
         return None;
     }
-    let library = Arc::new(Library { definitions, models });
+    let mut kept = namespaces(documents.iter().map(|(_, document)| document));
+    kept.extend(other_attributes(main_root, &["BTCPP_format", "main_tree_to_execute"]));
+    let library = Arc::new(Library { definitions, models, kept });
     assemble::assemble(loader, sources, &library, main, files)
 }
 

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
+use super::kept::{Kept, other_attributes, verbatim};
 use super::ports::is_port_name;
 use super::{Problems, tag_span, value_span, vocabulary};
 use crate::blackboard::{Type, pointed_key};
@@ -15,6 +16,10 @@ use crate::{Category, Direction, Problem};
 pub(crate) struct Model {
     pub(crate) category: Category,
     pub(crate) ports: Vec<PortModel>,
+    /// What the declaration says besides: attributes, and elements as they stand in the file, such as `<MetadataFields>`
+    /// and `<description>`.
+    pub(super) kept: Kept,
+    pub(super) notes: Vec<String>,
     /// Where, if a file says so; and in which of the files.
     pub(crate) declared: Option<(usize, SourceSpan)>,
 }
@@ -29,9 +34,20 @@ pub(crate) struct PortModel {
     pub(crate) type_name: Option<String>,
     pub(crate) default: Option<String>,
     pub(crate) description: String,
+    pub(super) kept: Kept,
 }
 
 impl Model {
+    /// A model of which nothing is declared.
+    pub(super) fn of(category: Category) -> Self {
+        Self { category, ports: Vec::new(), kept: Kept::new(), notes: Vec::new(), declared: None }
+    }
+
+    /// Whether it says more than what the node is.
+    pub(super) fn says_something(&self) -> bool {
+        !self.ports.is_empty() || !self.notes.is_empty() || self.kept.iter().any(|(name, _)| name != "editable")
+    }
+
     pub(crate) fn port(&self, name: &str) -> Option<&PortModel> {
         self.ports.iter().find(|port| port.name == name)
     }
@@ -63,23 +79,25 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
         return;
     };
     let Some(id) = super::required_id(element, "which node is declared", problems) else { return };
-    // Groot writes down what it knows of BehaviorTree.CPP's own nodes, too. So do we know it.
-    let builtin = vocabulary::builtin(&id);
-    if let Some(builtin) = builtin {
-        let (is, used_as, span) = (builtin.category(), category, tag_span(element));
+    let span = tag_span(element);
+    if let Some(builtin) = vocabulary::builtin(&id) {
+        let (is, used_as) = (builtin.category(), category);
         if is != used_as {
             problems.push(Problem::WrongCategory { id, is, used_as, span, declared: None });
+            return;
+        }
+        // Groot writes down what it knows of BehaviorTree.CPP's own nodes, too. So do we know it, but for its notes.
+        let model = declaration(element, category, (file, span), &mut Problems::new());
+        if builtin.is_called(&id) && !model.notes.is_empty() {
+            models.insert(id, model);
         }
         return;
     }
-    let mut model = Model { category, ports: Vec::new(), declared: Some((file, tag_span(element))) };
-    for child in element.children().filter(Element::is_element) {
-        read_port(child, &mut model.ports, problems);
-    }
+    let model = declaration(element, category, (file, span), problems);
     match models.get(&id) {
         Some(known) if known.category != category && known.declared.is_some_and(|(first, _)| first == file) => {
             let declared = known.declared.map(|(_, span)| span);
-            let (is, used_as, span) = (known.category, category, tag_span(element));
+            let (is, used_as) = (known.category, category);
             problems.push(Problem::WrongCategory { id, is, used_as, span, declared });
         }
         _ => {
@@ -88,17 +106,35 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
     }
 }
 
-fn read_port(element: Element<'_, '_>, ports: &mut Vec<PortModel>, problems: &mut Problems) {
+/// What an element declares of a node.
+fn declaration(
+    element: Element<'_, '_>,
+    category: Category,
+    place: (usize, SourceSpan),
+    problems: &mut Problems,
+) -> Model {
+    let kept = other_attributes(element, &["ID"]);
+    let mut model = Model { kept, declared: Some(place), ..Model::of(category) };
+    for child in element.children().filter(Element::is_element) {
+        match direction(child) {
+            Some(direction) => model.ports.extend(read_port(child, direction, problems)),
+            None => model.notes.push(verbatim(child)),
+        }
+    }
+    model
+}
+
+/// The direction of the port that an element declares; none if it declares no port.
+fn direction(element: Element<'_, '_>) -> Option<Direction> {
     let directions = [Direction::Input, Direction::Output, Direction::InOut];
-    let name = element.tag_name().name();
-    let Some(direction) = directions.into_iter().find(|direction| direction.element() == name) else {
-        // <MetadataFields>, <description> and whatever else a tool may note.
-        return;
-    };
+    directions.into_iter().find(|direction| direction.element() == element.tag_name().name())
+}
+
+fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Problems) -> Option<PortModel> {
     let Some(name) = element.attribute("name").filter(|name| is_port_name(name)) else {
         let help = Some("a port has a name that begins with a letter, and is not `name` or `ID`".to_owned());
         problems.push(Problem::PortName { span: tag_span(element), help });
-        return;
+        return None;
     };
     let of = element.attribute("type").map_or(Type::Any, Type::named);
     let default = element.attribute("default").map(str::to_owned);
@@ -110,14 +146,15 @@ fn read_port(element: Element<'_, '_>, ports: &mut Vec<PortModel>, problems: &mu
         let span = value_span(element, "default").unwrap_or_else(|| tag_span(element));
         problems.push(Problem::PortValue { port: name.to_owned(), message: error.to_string(), span, help: None });
     }
-    ports.push(PortModel {
+    Some(PortModel {
         name: name.to_owned(),
         direction,
         of,
         type_name: element.attribute("type").map(str::to_owned),
         default: default.filter(|default| !default.is_empty()),
         description: element.text().unwrap_or_default().trim().to_owned(),
-    });
+        kept: other_attributes(element, &["name", "type", "default"]),
+    })
 }
 
 pub(super) fn misplaced(element: Element<'_, '_>, help: &str, problems: &mut Problems) {

@@ -7,8 +7,9 @@ use miette::SourceSpan;
 use roxmltree::Node as Element;
 
 use super::compile::{Attribute, Compiler, Nowhere};
+use super::kept::{Kept, other_attributes, written_name};
 use super::model::{Model, Models, misplaced};
-use super::ports::{is_port_name, ports};
+use super::ports::is_port_name;
 use super::vocabulary::{self, Builtin};
 use super::{Loader, Problems, nearest, required_id, span, tag_span};
 use crate::{Category, Kind, Problem};
@@ -17,6 +18,8 @@ use crate::{Category, Kind, Problem};
 #[derive(Debug)]
 pub(crate) struct Definition {
     pub(crate) id: Option<String>,
+    /// What the element says besides its ID.
+    pub(super) kept: Kept,
     pub(super) span: SourceSpan,
     /// In which of the files.
     pub(super) file: usize,
@@ -85,7 +88,8 @@ impl Scan<'_> {
             Some(id) if id.trim().is_empty() => required_id(tree, "the name of the tree", self.problems),
             id => id.map(str::to_owned),
         };
-        let mut definition = Definition { id, span: tag_span(tree), file: self.file, nodes: Vec::new() };
+        let kept = other_attributes(tree, &["ID"]);
+        let mut definition = Definition { id, kept, span: tag_span(tree), file: self.file, nodes: Vec::new() };
         let children = tree.children().filter(Element::is_element);
         let found = children.clone().count();
         if found != 1 {
@@ -125,14 +129,14 @@ impl Scan<'_> {
         let text = element.document().input_text();
         let is_old = self.format == 3 && element.tag_name().name() == "SubTree";
         let read = |attribute: roxmltree::Attribute<'_, '_>| {
-            let mut value = attribute.value().to_owned();
-            if is_old && is_port_name(attribute.name()) && value.parse::<f64>().is_err() && !value.contains('{') {
+            let (written, mut value) = (written_name(element, &attribute), attribute.value().to_owned());
+            if is_old && is_port_name(written) && value.parse::<f64>().is_err() && !value.contains('{') {
                 // Version 3 had no values here, but names of entries.
                 value = format!("{{{value}}}");
             }
             let is_plain = text.get(attribute.range_value()) == Some(&value);
             Attribute {
-                name: vocabulary::current_port_name(kind, attribute.name()).to_owned(),
+                name: vocabulary::current_port_name(kind, written).to_owned(),
                 value,
                 span: span(attribute.range()),
                 value_span: span(attribute.range_value()),
@@ -214,7 +218,7 @@ impl Scan<'_> {
 
     /// An ID is one thing throughout: what it was declared, or used as first.
     fn check_category(&mut self, id: &str, used_as: Category, span: SourceSpan) {
-        let here = || Model { category: used_as, ports: Vec::new(), declared: Some((self.file, span)) };
+        let here = || Model { declared: Some((self.file, span)), ..Model::of(used_as) };
         let model = match self.models.get(id) {
             Some(model) => model,
             None => self.models.entry(id.to_owned()).or_insert(here()),
@@ -248,20 +252,19 @@ impl Scan<'_> {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
         let model = self.models.get(type_id);
         let mut nowhere = Nowhere(Arc::clone(&self.loader.constants));
-        let name = element.tag_name().name();
-        let mut compiler = Compiler { kind, name, attributes, span, names: &mut nowhere, problems: self.problems };
+        let problems = &mut *self.problems;
+        let mut compiler = Compiler { kind, name: type_id, attributes, span, names: &mut nowhere, problems };
         compiler.hooks();
+        compiler.check_scripts();
         match kind {
             Kind::SubTree => self.check_subtree_ports(scanned),
             Kind::Action | Kind::Condition => {
                 compiler.leaf_ports(model);
-                let known: Vec<&str> = model.iter().flat_map(|model| &model.ports).map(|port| &*port.name).collect();
-                compiler.check_unknown(&known);
+                compiler.check_leaf_ports(model);
             }
             _ => {
                 compiler.setting();
-                let known: Vec<&str> = ports(kind).iter().map(|port| port.name).collect();
-                compiler.check_unknown(&known);
+                compiler.check_builtin_ports();
                 self.check_thresholds(element, scanned);
             }
         }

@@ -18,6 +18,11 @@ impl Builtin {
             Self::Gone(category, _) => category,
         }
     }
+
+    /// Whether that is what version 4 calls it.
+    pub(super) fn is_called(self, name: &str) -> bool {
+        matches!(self, Self::Known(kind) if kind.name() == name)
+    }
 }
 
 /// What to write instead of version 3's comparisons.

@@ -1,15 +1,22 @@
 //! Writing trees as format 4.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use super::model::{Model, PortModel};
+use super::ports::is_port_name;
 use super::scan::{Definition, Scanned};
-use crate::{Category, Kind, Tree};
+use super::vocabulary;
+use crate::{Category, Direction, Kind, Tree};
 
 impl Tree {
     /// All trees of the files that the tree was loaded from, as one file of format 4, as Groot2 opens it: in the short
     /// spelling, the main tree first, with a `<TreeNodesModel>` of all leaves at the end. What version 3 spelled
-    /// otherwise is spelled as in version 4. Attributes are kept, also those that mean nothing here; comments are not.
+    /// otherwise is spelled as in version 4. Attributes are kept, also those that mean nothing here, and so is what a model
+    /// notes down besides ports; of included files, what their roots say is not, and comments never are.
+    ///
+    /// The model of a leaf has all ports that any of the trees gives it: BehaviorTree.CPP refuses others. Those that no file
+    /// declares are `<inout_port>`s without a type, as which they are treated here.
     ///
     /// ```
     /// let tree = bt::Tree::from_xml("old.xml", r#"<root> <BehaviorTree ID="Wave">
@@ -27,7 +34,9 @@ impl Tree {
     ///   </BehaviorTree>
     ///   <TreeNodesModel>
     ///     <Action ID="Lower" editable="true"/>
-    ///     <Action ID="Raise" editable="true"/>
+    ///     <Action ID="Raise" editable="true">
+    ///       <inout_port name="hand"/>
+    ///     </Action>
     ///   </TreeNodesModel>
     /// </root>
     /// "#);
@@ -37,16 +46,19 @@ impl Tree {
     pub fn to_xml(&self) -> String {
         let definitions = &self.library.definitions;
         let mut xml = Xml { text: "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned(), depth: 0 };
-        xml.open("root", [("BTCPP_format", "4"), ("main_tree_to_execute", self.name())]);
+        let known = [("BTCPP_format", "4"), ("main_tree_to_execute", self.name())];
+        xml.open("root", known.into_iter().chain(pairs(&self.library.kept)));
         let others = definitions.iter().enumerate().filter(|(place, _)| *place != self.main);
         xml.tree(self.name(), &definitions[self.main]);
         for (_, definition) in others {
             xml.tree(definition.id.as_deref().unwrap_or_default(), definition);
         }
         xml.open("TreeNodesModel", []);
+        let mut used = used_ports(definitions);
         for (id, model) in &self.library.models {
-            if model.category != Category::SubTree || !model.ports.is_empty() {
-                xml.model(id, model);
+            let undeclared = used.remove(id.as_str()).unwrap_or_default();
+            if model.category != Category::SubTree || model.says_something() {
+                xml.model(id, model, undeclared.into_iter().filter(|port| model.port(port).is_none()));
             }
         }
         xml.close("TreeNodesModel");
@@ -85,7 +97,7 @@ impl Xml {
     }
 
     fn tree(&mut self, id: &str, definition: &Definition) {
-        self.open("BehaviorTree", [("ID", id)]);
+        self.open("BehaviorTree", std::iter::once(("ID", id)).chain(pairs(&definition.kept)));
         // The nodes that are open, from the outermost.
         let mut open: Vec<(usize, &str)> = Vec::new();
         for (place, node) in definition.nodes.iter().enumerate() {
@@ -114,9 +126,13 @@ impl Xml {
         self.tag(element_of(node), id.into_iter().chain(node.kept_attributes()), end);
     }
 
-    fn model(&mut self, id: &str, model: &Model) {
-        let attributes = [("ID", id), ("editable", "true")];
-        if model.ports.is_empty() {
+    /// What is declared of a node, and the ports that are not declared.
+    fn model<'a>(&mut self, id: &str, model: &Model, undeclared: impl Iterator<Item = &'a str>) {
+        let is_free = vocabulary::builtin(id).is_none() && model.kept.iter().all(|(name, _)| name != "editable");
+        let editable = is_free.then_some(("editable", "true"));
+        let attributes = std::iter::once(("ID", id)).chain(editable).chain(pairs(&model.kept));
+        let mut undeclared = undeclared.peekable();
+        if model.ports.is_empty() && model.notes.is_empty() && undeclared.peek().is_none() {
             self.tag(model.category.element(), attributes, "/>");
             return;
         }
@@ -124,13 +140,19 @@ impl Xml {
         for port in &model.ports {
             self.port(port);
         }
+        for port in undeclared {
+            self.tag(Direction::InOut.element(), [("name", port)], "/>");
+        }
+        for note in &model.notes {
+            self.put(format_args!("{:indent$}{note}\n", "", indent = 2 * self.depth));
+        }
         self.close(model.category.element());
     }
 
     fn port(&mut self, port: &PortModel) {
         let optional = [("type", &port.type_name), ("default", &port.default)];
         let optional = optional.into_iter().filter_map(|(name, value)| Some((name, value.as_deref()?)));
-        let attributes: Vec<(&str, &str)> = std::iter::once(("name", port.name.as_str())).chain(optional).collect();
+        let attributes = std::iter::once(("name", port.name.as_str())).chain(optional).chain(pairs(&port.kept));
         let element = port.direction.element();
         if port.description.is_empty() {
             self.tag(element, attributes, "/>");
@@ -140,14 +162,29 @@ impl Xml {
     }
 }
 
+/// By the IDs of leaves: the ports that they are given anywhere.
+fn used_ports(definitions: &[Definition]) -> BTreeMap<&str, BTreeSet<&str>> {
+    let mut used: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    let leaves = definitions.iter().flat_map(|definition| &definition.nodes).filter(|node| node.kind.is_leaf());
+    for leaf in leaves {
+        let ports = leaf.kept_attributes().map(|(name, _)| name).filter(|name| is_port_name(name));
+        used.entry(&leaf.type_id).or_default().extend(ports);
+    }
+    used
+}
+
+fn pairs(kept: &[(String, String)]) -> impl Iterator<Item = (&str, &str)> {
+    kept.iter().map(|(name, value)| (name.as_str(), value.as_str()))
+}
+
 /// The element that a node is written as. An ID that cannot be the name of an element, or that means something else,
 /// is spelled out.
 fn element_of(node: &Scanned) -> &str {
     let is_name = |id: &str| {
         id.starts_with(|c: char| c.is_alphabetic() || c == '_')
             && id.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'))
-            && super::vocabulary::builtin(id).is_none()
-            && super::vocabulary::explicit(id).is_none()
+            && vocabulary::builtin(id).is_none()
+            && vocabulary::explicit(id).is_none()
     };
     match node.kind {
         Kind::SubTree => "SubTree",

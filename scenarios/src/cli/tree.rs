@@ -8,14 +8,14 @@ use bt::{Moment, Outcome, Rehearsal, Request, Tree};
 use clap::{Subcommand, ValueEnum};
 use serde_json::json;
 
-use super::print;
 use super::tree_script::TreeScript;
+use super::{print, warn};
 use crate::{Error, draw, pictures};
 
 /// What can be done with a tree.
 #[derive(Debug, Subcommand)]
 pub(super) enum TreeCommand {
-    /// Says everything that is wrong with a tree file
+    /// Says everything that is wrong with a tree file, or looks wrong
     Check {
         /// The tree, BehaviorTree.CPP's XML
         file: PathBuf,
@@ -67,8 +67,12 @@ fn open(file: &Path) -> Result<Tree, Error> {
 }
 
 fn check(tree: &Tree) -> Result<ExitCode, Error> {
+    if let Some(concerns) = tree.concerns() {
+        warn(concerns);
+    }
     let (nodes, leaves) = (tree.nodes().len(), tree.leaves().count());
-    print(&format!("{}: {nodes} nodes, {leaves} of them leaves; nothing to complain about\n", tree.name()))?;
+    let note = if tree.concerns().is_none() { "nothing to complain about" } else { "it can run" };
+    print(&format!("{}: {nodes} nodes, {leaves} of them leaves; {note}\n", tree.name()))?;
     Ok(ExitCode::SUCCESS)
 }
 
