@@ -16,6 +16,7 @@ mod laser_memory;
 mod likelihood_field;
 mod motion_model;
 mod odometry_history;
+mod odometry_trust;
 mod parameters;
 mod particle;
 mod recovery;
@@ -29,7 +30,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use maps::{OccupancyGrid, Pose, heading, pose};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use robot::{LaserScan, Odometry, RobotModel};
 
@@ -42,6 +43,7 @@ use laser_memory::LaserMemory;
 use likelihood_field::Endpoints;
 use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
+use odometry_trust::OdometryTrust;
 use particle::{Gaussian, Particle};
 use search::Search;
 
@@ -69,6 +71,11 @@ pub struct PoseEstimate {
     /// The pose of `base_link` in the `map` frame.
     pub pose: Pose,
     /// Covariance of x, y (metres, `map` frame) and heading (radians).
+    ///
+    /// It says what the scan leaves open, judged by how well it fits, and what odometry has added since, judged by how
+    /// far scans have of late corrected it. On simulated drives the squared error in its units (NEES, 3 if it were exact)
+    /// is about 4, so that deviations are 15 % too small; among much furniture that is not on the map about 8, since what
+    /// misleads beams does so for metres. Where the map itself is wrong, it knows nothing of it.
     pub covariance: Matrix3<f64>,
 }
 
@@ -133,6 +140,7 @@ pub struct Localization {
     /// The search for a robot that may be anywhere, until it has been found.
     search: Option<Box<Search>>,
     contradiction: Contradiction,
+    trust: OdometryTrust,
     /// The estimate at the last update, in the grid's frame.
     belief: Gaussian,
     /// Odometry at the last update; before the first one, the first odometry.
@@ -175,6 +183,7 @@ impl Localization {
             odometry: OdometryHistory::new(),
             search: None,
             contradiction: Contradiction::default(),
+            trust: OdometryTrust::new(),
             belief,
             anchor: None,
             updates: 0,
@@ -206,6 +215,7 @@ impl Localization {
         self.anchor = self.odometry.latest().map(|odometry| odometry.pose);
         self.updates = 0;
         self.contradiction.forget();
+        self.trust = OdometryTrust::new();
     }
 
     /// Takes in odometry. Readings come in the order of their time.
@@ -265,7 +275,9 @@ impl Localization {
             return self.in_map_frame(Duration::ZERO, &believed, &self.belief.covariance);
         };
         let motion = DifferentialMotion::between(&anchor, &latest.pose, self.alphas());
-        let covariance = motion.propagate(self.belief.heading_rad, &self.belief.covariance);
+        let noise = motion.propagate(self.belief.heading_rad, &Matrix3::zeros());
+        let all = motion.propagate(self.belief.heading_rad, &self.belief.covariance);
+        let covariance = all + noise * (self.trust.share() - 1.0);
         self.in_map_frame(latest.time, &(believed * anchor.inv_mul(&latest.pose)), &covariance)
     }
 
@@ -351,10 +363,16 @@ impl Localization {
 
     /// An update of a robot whose place is known.
     fn track(&mut self, anchor: &Pose, now: &Pose) {
-        self.filter.predict(&DifferentialMotion::between(anchor, now, self.alphas()));
+        let motion = DifferentialMotion::between(anchor, now, self.alphas());
+        self.filter.predict(&motion);
         self.filter.weigh(&self.weighed, &self.rays);
         let mean = self.filter.estimate();
-        self.belief = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
+        let matched = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
+        let independent = self.parameters().independent_beams;
+        let surfaces = &self.atlas.surfaces;
+        let covariance = scan_matching::remaining_covariance(&mean, &matched, &self.matched, surfaces, independent);
+        let before = std::mem::replace(&mut self.belief, Gaussian { covariance, ..matched });
+        self.judge_odometry(&before, &motion, &anchor.inv_mul(now));
         let (map, rays) = (self.atlas.map(), self.rays.as_slice());
         let silent_m = SILENT_SHARE * self.range_max_m();
         let is_contradicted = |at: &Gaussian, silent_m: Option<f64>| {
@@ -369,6 +387,17 @@ impl Localization {
                 self.belief = found;
             }
         }
+    }
+
+    /// Learns from how far the update has moved the belief from where odometry had carried the one before.
+    fn judge_odometry(&mut self, before: &Gaussian, motion: &DifferentialMotion, moved: &Pose) {
+        let carried = pose(before.x_m, before.y_m, before.heading_rad) * moved;
+        let turn_rad = maps::wrap_angle(self.belief.heading_rad - heading(&carried));
+        let off =
+            Vector3::new(self.belief.x_m - carried.translation.x, self.belief.y_m - carried.translation.y, turn_rad);
+        let noise = motion.propagate(before.heading_rad, &Matrix3::zeros());
+        let poses = motion.propagate(before.heading_rad, &before.covariance) - noise + self.belief.covariance;
+        self.trust.observe(&off, &noise, &poses);
     }
 
     /// The range of the laser that reaches least far, in metres.

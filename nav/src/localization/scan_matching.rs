@@ -22,6 +22,10 @@ const OUTLIER_M: f64 = 0.1;
 /// Deviation of a beam's end from the surface, in metres: the map's cells and beams that depend on one another.
 const DEVIATION_M: f64 = 0.03;
 
+/// Beams never end nearer to surfaces than this, in metres, whatever they seem to do: where a cell's face lies is known no
+/// better.
+const LEAST_DEVIATION_M: f64 = 0.01;
+
 /// A match farther from the guess than this many of its deviations is another place.
 const FARTHEST_DEVIATIONS: f64 = 5.0;
 
@@ -35,6 +39,43 @@ pub(crate) fn matched(guess: &Gaussian, ends: &Endpoints, surfaces: &SurfaceFiel
     let covariance = guess.covariance + Matrix3::from_diagonal(&Vector3::from(LEAST_VARIANCE));
     let prior = Gaussian { covariance, ..*guess };
     best_match(&prior, ends, surfaces).unwrap_or(prior)
+}
+
+/// How exactly the scan tells a matched pose: the covariance that is left of the guess that it was matched from.
+///
+/// How far beams end from surfaces is taken from the beams themselves, so that a scan which fits badly tells less; and
+/// however many there are, they count as no more than so many `independent` ones: what is not on the map, or drawn
+/// wrongly, misleads many neighbours at once.
+pub(crate) fn remaining_covariance(
+    guess: &Gaussian,
+    matched: &Gaussian,
+    ends: &Endpoints,
+    surfaces: &SurfaceField,
+    independent: f64,
+) -> Matrix3<f64> {
+    let prior = guess.covariance + Matrix3::from_diagonal(&Vector3::from(LEAST_VARIANCE));
+    let at = Vector3::new(matched.x_m, matched.y_m, matched.heading_rad);
+    let (curvature, _) = normal_equations(&at, ends, surfaces);
+    let variance = variance_of_ends(&at, ends, surfaces).max(LEAST_DEVIATION_M * LEAST_DEVIATION_M);
+    let share = (independent / ends.len() as f64).min(1.0) * DEVIATION_M * DEVIATION_M / variance;
+    let information = prior.try_inverse().unwrap_or_default() + curvature * share;
+    information.try_inverse().unwrap_or(prior)
+}
+
+/// The mean of the squared distances of beams' ends from surfaces, in m², each weighted by its say.
+fn variance_of_ends(at: &Vector3<f64>, ends: &Endpoints, surfaces: &SurfaceField) -> f64 {
+    let resolution_m = surfaces.resolution_m();
+    let (sin, cos) = libm::sincos(at.z);
+    let (mut squared, mut says) = (0.0, 0.0);
+    for (x, y) in ends.x_m.iter().zip(&ends.y_m) {
+        let (x, y) = (f64::from(*x), f64::from(*y));
+        let (x, y) = (at.x + cos * x - sin * y, at.y + sin * x + cos * y);
+        let Some((distance_m, _)) = surfaces.sample(x / resolution_m, y / resolution_m) else { continue };
+        let outlier = distance_m / OUTLIER_M;
+        let say = 1.0 / (1.0 + outlier * outlier);
+        (squared, says) = (squared + say * distance_m * distance_m, says + say);
+    }
+    if says > 0.0 { squared / says } else { OUTLIER_M * OUTLIER_M }
 }
 
 fn best_match(prior: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Option<Gaussian> {

@@ -116,7 +116,7 @@ fn bad_odometry_and_noisy_lasers_are_followed_within_a_centimetre() {
         assert!(errors.rmse_m() < 0.012 && errors.rmse_rad() < 0.0055, "{errors}");
         // Three on average if the covariance is exact; more if it is too sure of itself.
         let honesty = errors.normalized_squared / errors.count;
-        assert!((0.2..6.0).contains(&honesty), "{honesty}");
+        assert!((1.5..6.0).contains(&honesty), "{honesty}");
     }
 }
 
@@ -168,6 +168,8 @@ fn furniture_that_is_not_on_the_map_does_little_harm() {
     let errors = drive(&mut robot, &mut localization);
     println!("{:.1} m: {errors}", robot.driven_m);
     assert!(errors.rmse_m() < 0.05 && errors.rmse_rad() < 0.01 && errors.greatest_m < 0.2, "{errors}");
+    // What furniture does to a scan is no noise: it pulls the same way for metres.
+    assert!(errors.normalized_squared / errors.count < 12.0, "{errors}");
 }
 
 #[test]
