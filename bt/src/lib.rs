@@ -52,6 +52,7 @@ mod blackboard;
 mod engine;
 mod error;
 mod execution;
+mod hooks;
 mod kind;
 mod leaf;
 mod process;

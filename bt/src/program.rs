@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::blackboard::{Blackboard, Entry, Scopes, Slot, Type};
-use crate::settings::{Hooks, Input, Setting};
+use crate::hooks::Hooks;
+use crate::settings::{Input, Setting};
 use crate::{Direction, Kind, NodeId};
 
 /// What the engine needs of a node, in a few bytes.

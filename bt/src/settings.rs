@@ -1,4 +1,4 @@
-//! What nodes read from their ports and from the blackboard when they are ticked, and their scripts.
+//! What nodes read from their ports and from the blackboard when they are ticked.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -62,30 +62,6 @@ pub(crate) struct Loop {
 
 /// Names that stand for numbers in scripts and switches.
 pub(crate) type Constants = std::collections::BTreeMap<String, i64>;
-
-/// The scripts of one node.
-#[derive(Clone, Debug, PartialEq, Default)]
-pub(crate) struct Hooks {
-    pub(crate) failure_if: Option<Script>,
-    pub(crate) success_if: Option<Script>,
-    pub(crate) skip_if: Option<Script>,
-    pub(crate) while_: Option<Script>,
-    pub(crate) on_halted: Option<Script>,
-    pub(crate) on_failure: Option<Script>,
-    pub(crate) on_success: Option<Script>,
-    pub(crate) post: Option<Script>,
-}
-
-/// What a node's scripts say before it is ticked.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Entrance {
-    /// It is ticked.
-    Open,
-    /// It answers that instead.
-    Closed(Status),
-    /// It was running and is halted; then it is skipped.
-    Left,
-}
 
 /// What cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -161,21 +137,7 @@ impl Setting {
         Ok(match self {
             Self::Nothing => Reading::Nothing,
             Self::Constant(numbers) => Reading::Numbers(*numbers),
-            Self::Numbers(inputs) => {
-                let mut numbers = [0; 2];
-                for (number, input) in numbers.iter_mut().zip(inputs) {
-                    if let Some((input, of)) = input {
-                        match input.number(board, of) {
-                            Ok(read) => *number = read,
-                            // What BehaviorTree.CPP does with a flag that it cannot read.
-                            Err(_) if kind == Kind::RunOnce => *number = 1,
-                            Err(_) if kind == Kind::TryCatch => *number = 0,
-                            Err(error) => return Err(error),
-                        }
-                    }
-                }
-                Reading::Numbers(numbers)
-            }
+            Self::Numbers(inputs) => Reading::Numbers(numbers(inputs, board, kind)?),
             Self::Switch { variable, cases, constants } => {
                 let chosen = choose(variable.as_ref(), cases, constants, board);
                 Reading::Numbers([i64::try_from(chosen).unwrap_or(i64::MAX), 0])
@@ -193,16 +155,39 @@ impl Setting {
             Self::Entry(slot) => Reading::Writes(board.writes(*slot)),
             Self::SetBlackboard { key, value, scope } => succeed_if(set(board, key, value, *scope)?),
             Self::UnsetBlackboard { key, scope } => {
-                let key = key.read(board, &Type::Text)?.to_text();
-                if board.is_own(*scope, &key)
-                    && let Some(slot) = board.find(*scope, &key)
-                {
-                    board.unset(slot);
-                }
+                unset(board, key, *scope)?;
                 Reading::Status(Status::Success)
             }
         })
     }
+}
+
+/// One number or two; 0 where the node has no second.
+fn numbers(inputs: &[Option<(Input, Type)>; 2], board: &Blackboard, kind: Kind) -> Result<[i64; 2], ReadError> {
+    let mut numbers = [0; 2];
+    for (number, input) in numbers.iter_mut().zip(inputs) {
+        if let Some((input, of)) = input {
+            match input.number(board, of) {
+                Ok(read) => *number = read,
+                // What BehaviorTree.CPP does with a flag that it cannot read.
+                Err(_) if kind == Kind::RunOnce => *number = 1,
+                Err(_) if kind == Kind::TryCatch => *number = 0,
+                Err(error) => return Err(error),
+            }
+        }
+    }
+    Ok(numbers)
+}
+
+/// Removes an entry, if it is one of the tree's own.
+fn unset(board: &mut Blackboard, key: &Input, scope: ScopeId) -> Result<(), ReadError> {
+    let key = key.read(board, &Type::Text)?.to_text();
+    if board.is_own(scope, &key)
+        && let Some(slot) = board.find(scope, &key)
+    {
+        board.unset(slot);
+    }
+    Ok(())
 }
 
 /// Writes an entry; false if there is nothing to write.
@@ -307,73 +292,5 @@ impl Item {
             Self::Double => Type::Real,
             Self::Text => Type::Text,
         }
-    }
-}
-
-impl Hooks {
-    /// The attributes that hold scripts.
-    pub(crate) const NAMES: [&str; 8] =
-        ["_failureIf", "_successIf", "_skipIf", "_while", "_onHalted", "_onFailure", "_onSuccess", "_post"];
-
-    /// Whether a node may be ticked that stands so; none is idle.
-    pub(crate) fn enter(&self, was: Option<Status>, board: &mut Blackboard) -> Result<Entrance, ScriptError> {
-        let mut holds = |script: &Option<Script>| script.as_ref().map(|script| script.holds(board)).transpose();
-        match was {
-            None => {
-                if holds(&self.failure_if)? == Some(true) {
-                    return Ok(Entrance::Closed(Status::Failure));
-                }
-                if holds(&self.success_if)? == Some(true) {
-                    return Ok(Entrance::Closed(Status::Success));
-                }
-                if holds(&self.skip_if)? == Some(true) || holds(&self.while_)? == Some(false) {
-                    return Ok(Entrance::Closed(Status::Skipped));
-                }
-            }
-            Some(Status::Running) if holds(&self.while_)? == Some(false) => return Ok(Entrance::Left),
-            Some(_) => {}
-        }
-        Ok(Entrance::Open)
-    }
-
-    /// What is to be done when a node has succeeded or failed.
-    pub(crate) fn leave(&self, status: Status, board: &mut Blackboard) -> Result<(), ScriptError> {
-        let own = match status {
-            Status::Success => &self.on_success,
-            Status::Failure => &self.on_failure,
-            Status::Running | Status::Skipped => return Ok(()),
-        };
-        for script in [own, &self.post].into_iter().flatten() {
-            script.run(board)?;
-        }
-        Ok(())
-    }
-
-    /// What is to be done when a node has been halted.
-    pub(crate) fn halted(&self, board: &mut Blackboard) -> Result<(), ScriptError> {
-        self.on_halted.as_ref().map_or(Ok(()), |script| script.run(board).map(|_| ()))
-    }
-
-    /// The script that an attribute of that name holds.
-    pub(crate) fn script(&mut self, attribute: &str) -> Option<&mut Option<Script>> {
-        Some(match attribute {
-            "_failureIf" => &mut self.failure_if,
-            "_successIf" => &mut self.success_if,
-            "_skipIf" => &mut self.skip_if,
-            "_while" => &mut self.while_,
-            "_onHalted" => &mut self.on_halted,
-            "_onFailure" => &mut self.on_failure,
-            "_onSuccess" => &mut self.on_success,
-            "_post" => &mut self.post,
-            _ => return None,
-        })
-    }
-
-    pub(crate) fn has_entrance(&self) -> bool {
-        [&self.failure_if, &self.success_if, &self.skip_if, &self.while_].into_iter().any(Option::is_some)
-    }
-
-    pub(crate) fn has_exit(&self) -> bool {
-        [&self.on_failure, &self.on_success, &self.post].into_iter().any(Option::is_some)
     }
 }

@@ -2,9 +2,9 @@
 
 use super::halting::{After, Halting};
 use super::{Answers, Context, Next, State};
+use crate::hooks::Entrance;
 use crate::program::{Flags, Op};
 use crate::semantics::{Beginning, Reaction, Reading, Then, Which, begin, needs_reading};
-use crate::settings::Entrance;
 use crate::status::Mark;
 use crate::{Leaf, NodeId, Status};
 

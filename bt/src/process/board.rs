@@ -10,8 +10,8 @@ use channels::{
 
 use super::protocol::{Line, number, stands_name, status_of, symbol};
 use crate::blackboard::Blackboard;
+use crate::hooks::Entrance;
 use crate::semantics::Reading;
-use crate::settings::Entrance;
 use crate::shared::Shared;
 use crate::{Fault, NodeId, Status, Tree};
 

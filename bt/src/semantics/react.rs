@@ -119,23 +119,17 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) 
         (Kind::TryCatch, _) => react_try_catch(memory, status),
         (Kind::Switch(_), _) => {
             memory.at = if status == Running { memory.count + 1 } else { 0 };
-            if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
+            pass_on(status)
         }
         (Kind::Repeat | Kind::RetryUntilSuccessful, _) => react_repetition(kind, memory, status, was_idle),
-
         (Kind::Loop(_), _) => {
             memory.flag = status == Running;
-            match status {
-                Failure => Reaction::finish(Failure),
-                Success => Reaction::finish(Running),
-                Running | Skipped => Reaction::answer(Running),
-            }
+            until_failure(status)
         }
-        (Kind::KeepRunningUntilFailure, Success) => Reaction::finish(Running),
-        (Kind::KeepRunningUntilFailure, Skipped) => Reaction::answer(Running),
+        (Kind::KeepRunningUntilFailure, _) => until_failure(status),
         (Kind::SkipUnlessUpdated | Kind::WaitValueUpdate, _) => {
             memory.flag = status == Running;
-            if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
+            pass_on(status)
         }
 
         (_, Running | Skipped) => Reaction::answer(status),
@@ -151,6 +145,20 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) 
             (memory.flag, memory.until) = (false, None);
             Reaction::finish(status)
         }
+    }
+}
+
+/// The node answers what its child does.
+fn pass_on(status: Status) -> Reaction {
+    if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
+}
+
+/// The node answers running for whatever its child does but fail.
+fn until_failure(status: Status) -> Reaction {
+    match status {
+        Status::Failure => Reaction::finish(Status::Failure),
+        Status::Success => Reaction::finish(Status::Running),
+        Status::Running | Status::Skipped => Reaction::answer(Status::Running),
     }
 }
 

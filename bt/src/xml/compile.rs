@@ -9,10 +9,11 @@ use super::model::Model;
 use super::ports::{Port, is_port_name, ports};
 use super::{Problems, span};
 use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
+use crate::hooks::Hooks;
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
-use crate::settings::{Constants, Hooks, Input, Loop, Setting};
-use crate::{Direction, Kind, Problem};
+use crate::settings::{Constants, Input, Loop, Setting};
+use crate::{Direction, Item, Kind, Problem};
 
 /// An attribute of a node.
 #[derive(Clone, Debug)]
@@ -99,12 +100,9 @@ impl Compiler<'_> {
                 self.numbers(first, None)?
             }
             Kind::Switch(_) => {
-                let mut inputs = Vec::new();
-                for port in ports(self.kind) {
-                    inputs.push(self.input(port));
-                }
-                let variable = inputs.remove(0);
-                Setting::Switch { variable, cases: inputs, constants: self.names.constants() }
+                let variable = self.input(first?);
+                let cases = ports(self.kind)[1..].iter().map(|port| self.input(port)).collect();
+                Setting::Switch { variable, cases, constants: self.names.constants() }
             }
             Kind::Script => Setting::Script(self.code(first?)?),
             Kind::ScriptCondition => Setting::Condition(self.code(first?)?),
@@ -112,21 +110,9 @@ impl Compiler<'_> {
                 let (script, otherwise) = (self.code(first?), self.input(second?));
                 Setting::Precondition { script: script?, otherwise: otherwise? }
             }
-            Kind::Loop(item) => {
-                let (queue, if_empty, value) = (self.input(first?), self.input(second?), self.input(third?));
-                let value = match value {
-                    Some(Input::Entry(slot, _)) => Some(slot),
-                    _ => None,
-                };
-                let number = self.names.next_loop();
-                Setting::Loop(Loop { queue: self.queue(queue?, item), value, if_empty: if_empty?, item, number })
-            }
+            Kind::Loop(item) => self.a_loop(item, [first?, second?, third?])?,
             Kind::SkipUnlessUpdated | Kind::WaitValueUpdate | Kind::WasEntryUpdated => {
-                let attribute = self.required(first?)?;
-                match pointed_key("entry", &attribute.value) {
-                    Some(key) => Setting::Entry(self.names.port(key, &Type::Any).ok()?),
-                    None => Setting::Entry(self.names.slot(&attribute.value)),
-                }
+                Setting::Entry(self.entry(first?)?)
             }
             Kind::SetBlackboard => {
                 let (value, key) = (self.input(first?), self.input(second?));
@@ -156,8 +142,27 @@ impl Compiler<'_> {
         Some(Setting::Constant(numbers))
     }
 
+    fn a_loop(&mut self, item: Item, [queue, if_empty, value]: [&Port; 3]) -> Option<Setting> {
+        let (queue, if_empty, value) = (self.input(queue), self.input(if_empty), self.input(value));
+        let value = match value {
+            Some(Input::Entry(slot, _)) => Some(slot),
+            _ => None,
+        };
+        let number = self.names.next_loop();
+        Some(Setting::Loop(Loop { queue: self.queue(queue?, item), value, if_empty: if_empty?, item, number }))
+    }
+
+    /// The entry that a port names, in braces or not.
+    fn entry(&mut self, port: &Port) -> Option<Slot> {
+        let attribute = self.required(port)?;
+        match pointed_key(port.name, &attribute.value) {
+            Some(key) => self.names.port(key, &Type::Any).ok(),
+            None => Some(self.names.slot(&attribute.value)),
+        }
+    }
+
     /// A constant queue is read once.
-    fn queue(&mut self, queue: Input, item: crate::Item) -> Input {
+    fn queue(&mut self, queue: Input, item: Item) -> Input {
         let Input::Constant(value) = &queue else { return queue };
         match Type::List(Box::new(item.type_of())).convert(value) {
             Ok(list) => Input::Constant(list),

@@ -5,7 +5,7 @@ use super::model::Model;
 use super::ports::{is_port_name, ports};
 use super::{MAX_HINTS, listed, nearest};
 use crate::Problem;
-use crate::settings::Hooks;
+use crate::hooks::Hooks;
 
 /// Attributes that begin with `_` and are no scripts: what BehaviorTree.CPP and Groot write or read besides.
 const NOTES: [&str; 7] =

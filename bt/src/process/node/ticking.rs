@@ -7,12 +7,12 @@ use channels::Envelope;
 use super::stage::{After, Goal, Purpose, Stage};
 use super::{NodeProcess, Record};
 use crate::engine::{MAX_REPEATS, TOO_MANY_REPEATS};
+use crate::hooks::Entrance;
 use crate::process::board::{Question, Told};
 use crate::process::protocol::{Said, said_of, status_of, symbol};
 use crate::process::whole::tick_number;
 use crate::program::Flags;
 use crate::semantics::{Answer, Beginning, Reaction, Reading, Reset, Resume, Then, Which, begin, needs_reading, react};
-use crate::settings::Entrance;
 use crate::status::Mark;
 use crate::{Kind, Outcome, Request, Status};
 
