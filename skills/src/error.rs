@@ -17,18 +17,20 @@ pub enum SkillError {
         /// Which file, and why not.
         reason: String,
     },
-    /// The file is not a machine that can run.
-    #[error("the skill {file} cannot be loaded: {}", count(.problems))]
+    /// The file is not a machine that can run, or one that would run into errors, where that is not accepted
+    /// ([`Strictness::Strict`](crate::Strictness::Strict)).
+    #[error("the skill {} {}: {}", .text.name(), verdict(.problems), count(.problems))]
     #[diagnostic(code(skills::load))]
     Load {
-        /// The file's name.
-        file: String,
         /// The file with its text.
         #[source_code]
         text: NamedSource<Arc<str>>,
         /// Everything that is wrong with it, in the order of the file.
         #[related]
         problems: Vec<Problem>,
+        /// What would become of it elsewhere.
+        #[help]
+        help: Option<&'static str>,
     },
     /// The events that a machine is to be given cannot be read.
     #[error("the events in {file} cannot be read: {}", count(.problems))]
@@ -120,6 +122,24 @@ pub struct Concerns {
 impl Concerns {
     pub(crate) fn new(text: NamedSource<Arc<str>>, problems: Vec<Problem>) -> Self {
         Self { file: text.name().to_owned(), text, problems }
+    }
+}
+
+impl SkillError {
+    /// The error of a machine's file with these problems.
+    pub(crate) fn load(text: NamedSource<Arc<str>>, problems: Vec<Problem>) -> Self {
+        let help = (!problems.iter().any(Problem::is_fatal)).then_some(
+            "where this is an error, SCXML makes it the event `error.execution` when the machine gets there",
+        );
+        Self::Load { text, problems, help }
+    }
+}
+
+fn verdict(problems: &[Problem]) -> &'static str {
+    if problems.iter().any(Problem::is_fatal) {
+        "cannot be loaded"
+    } else {
+        "is refused, though SCXML would have it run"
     }
 }
 

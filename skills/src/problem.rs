@@ -33,11 +33,13 @@ pub struct Problem {
     labels: Vec<LabeledSpan>,
     help: Option<String>,
     severity: Severity,
+    /// Whether the recommendation lets the machine run nevertheless.
+    forgivable: bool,
 }
 
 impl Problem {
     pub(crate) fn new(message: impl Into<String>) -> Self {
-        Self { message: message.into(), labels: Vec::new(), help: None, severity: Severity::Error }
+        Self { message: message.into(), labels: Vec::new(), help: None, severity: Severity::Error, forgivable: false }
     }
 
     pub(crate) fn at(mut self, span: impl Into<Range<usize>>, label: impl Into<String>) -> Self {
@@ -58,6 +60,16 @@ impl Problem {
     pub(crate) fn warning(mut self) -> Self {
         self.severity = Severity::Warning;
         self
+    }
+
+    pub(crate) fn forgivable(mut self) -> Self {
+        self.forgivable = true;
+        self
+    }
+
+    /// Whether the machine could not run, however it is read.
+    pub(crate) fn is_fatal(&self) -> bool {
+        self.is_error() && !self.forgivable
     }
 
     pub(crate) fn is_error(&self) -> bool {

@@ -13,7 +13,7 @@ use crate::Error;
 /// What can be done with a machine.
 #[derive(Debug, Subcommand)]
 pub(super) enum SkillCommand {
-    /// Says everything that is wrong with a machine, or looks wrong
+    /// Says everything that is wrong with a machine, or looks wrong, as strictly as a scenario does; `run` is more lenient
     Check {
         /// The machine, an SCXML file
         file: PathBuf,

@@ -24,9 +24,14 @@ pub(super) fn depth(document: &roxmltree::Document<'_>) -> Option<Problem> {
     None
 }
 
+/// Whether an element is a machine, whatever may be wrong with it.
+pub(super) fn is_machine(root: &Node<'_, '_>) -> bool {
+    is_scxml(root) && root.tag_name().name() == "scxml"
+}
+
 /// Reports everything that is not as SCXML has it, from the root downwards.
 pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
-    if !is_scxml(&root) || root.tag_name().name() != "scxml" {
+    if !is_machine(&root) {
         let help = format!("a machine begins with <scxml xmlns=\"{NAMESPACE}\" version=\"1.0\">");
         problems.push(Problem::new("this is not an SCXML machine").at(name_span(root), "the first element").help(help));
         return;

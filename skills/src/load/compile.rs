@@ -117,7 +117,7 @@ pub(super) struct Compiler<'p> {
     transitions: Vec<Transition>,
     /// Data that code for the engine mentions.
     foreign: BTreeSet<DataId>,
-    /// Whether a state or an event is named that there is not.
+    /// Whether a state or an event is named that there is not, or it is left open which of two is meant.
     leads_nowhere: bool,
     pub(super) problems: &'p mut Vec<Problem>,
 }
@@ -185,6 +185,12 @@ impl Compiler<'_> {
         let event = Written::attribute(node, "event");
         let targets = Written::attribute(node, "target").map_or_else(Vec::new, |target| self.targets(&target));
         let internal = Written::attribute(node, "type").is_some_and(|written| self.is_internal(&written));
+        if ["event", "cond", "target"].into_iter().all(|name| node.attribute(name).is_none()) {
+            // It would be taken again and again, for ever (SCXML 3.5.1).
+            let problem = Problem::new("a transition has an event, a condition or a target");
+            let problem = problem.at(name_span(node), "has none of them");
+            self.problems.push(problem.help("what is done on entering the state belongs in <onentry>"));
+        }
         Transition {
             source,
             targets,
@@ -269,6 +275,9 @@ impl Compiler<'_> {
             (Some(attribute), Some(element)) => {
                 let problem = Problem::new("an initial state is given twice");
                 self.problems.push(problem.at(attribute.span(), "here").at(name_span(element), "and here"));
+                self.targets(&attribute);
+                self.default_transition(element);
+                self.leads_nowhere = true;
                 None
             }
             (Some(attribute), None) => Some(Initial { targets: self.targets(&attribute), content: Block::new() }),
@@ -380,7 +389,7 @@ impl Compiler<'_> {
     pub(super) fn defer(&mut self, problem: Problem) -> Arc<str> {
         let reason = problem.to_string().into();
         self.problems.push(match self.origin.strictness {
-            Strictness::Strict => problem,
+            Strictness::Strict => problem.forgivable(),
             Strictness::Standard => problem.warning(),
         });
         reason

@@ -98,7 +98,7 @@ impl Chart {
         let named = NamedSource::new(file, Arc::from(text)).with_language("XML");
         let refuse = |mut problems: Vec<Problem>| {
             problems.sort_by_key(Problem::offset);
-            Err(SkillError::Load { file: file.to_owned(), text: named.clone(), problems })
+            Err(SkillError::load(named.clone(), problems))
         };
         let document = match parse_xml(text) {
             Ok(document) => document,
@@ -107,7 +107,7 @@ impl Chart {
         let root = document.root_element();
         let mut problems = Vec::new();
         check::structure(root, &mut problems);
-        if root.tag_name().name() != "scxml" {
+        if !check::is_machine(&root) {
             return refuse(problems);
         }
         let stem = Path::new(file).file_stem().map_or(file.into(), |stem| stem.to_string_lossy());

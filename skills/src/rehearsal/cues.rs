@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use miette::NamedSource;
 
+use crate::chart::is_event_name;
 use crate::expression::literal;
 use crate::machine::Event;
 use crate::problem::Problem;
@@ -83,6 +84,10 @@ fn cue(line: &str, last: Duration) -> Result<Cue, Complaint> {
     let Some(name) = text("event")? else {
         return Err(("the event has no name".to_owned(), example()));
     };
+    if !is_event_name(&name) {
+        let help = "words joined by dots: `door.opened`".to_owned();
+        return Err((format!("`{name}` cannot be the name of an event"), Some(help)));
+    }
     let at = match object.get("time_s") {
         None => last,
         Some(Datum::Number(seconds)) => Duration::try_from_secs_f64(*seconds)
@@ -96,4 +101,27 @@ fn cue(line: &str, last: Duration) -> Result<Cue, Complaint> {
     let mut event = Event::external(name).with_data(object.get("data").cloned().unwrap_or_default());
     (event.origin, event.origin_type, event.send_id) = (text("origin")?, text("origintype")?, text("sendid")?);
     Ok(Cue { at, event })
+}
+
+#[cfg(test)]
+mod tests {
+    use miette::Diagnostic;
+
+    use super::*;
+
+    #[test]
+    fn an_event_has_a_name_that_a_machine_could_hear() {
+        let text = "{\"event\": \"a.b\"}\n{\"event\": \"\"}\n# none\n{\"event\": \"a b\"}\n{\"event\": \"a..b\"}\n{\"event\": \"*\"}\n";
+        let error = Cues::parse("events.jsonl", text).unwrap_err();
+        let related = error.related().unwrap();
+        let said: Vec<(String, usize)> = related
+            .map(|problem| {
+                let offset = problem.labels().unwrap().next().unwrap().offset();
+                (problem.to_string(), 1 + text[..offset].matches('\n').count())
+            })
+            .collect();
+        let unfit = |name: &str, line| (format!("`{name}` cannot be the name of an event"), line);
+        assert_eq!(said, [unfit("", 2), unfit("a b", 4), unfit("a..b", 5), unfit("*", 6)]);
+        assert!(Cues::parse("events.jsonl", "{\"event\": \"done.invoke.x\"}").is_ok());
+    }
 }

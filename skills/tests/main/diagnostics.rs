@@ -194,6 +194,63 @@ fn mistakes_that_the_recommendation_forgives_are_warnings_when_asked_for() {
     insta::assert_snapshot!(in_short(&text, chart.warnings()));
 }
 
+/// SCXML 3.5.1: a transition must have at least one of `event`, `cond` and `target`.
+#[test]
+fn a_transition_without_event_condition_and_target_is_refused() {
+    let said = problems(&file("", "<state id='a'><transition/></state>"));
+    assert_eq!(
+        said,
+        "«transition» a transition has an event, a condition or a target\n    \
+         what is done on entering the state belongs in <onentry>\n"
+    );
+    for enough in ["event='e'", "cond='false'", "target='a'"] {
+        let text = file("", &format!("<state id='a'><transition {enough}/></state>"));
+        assert!(Chart::load("t.scxml", &text).is_ok(), "{enough}");
+    }
+}
+
+#[test]
+fn of_a_state_with_two_initial_ones_nothing_is_said_to_be_unreachable() {
+    let said = problems(&file(
+        "",
+        "<state id='a' initial='a1'><initial><transition target='a2'/></initial><state id='a1'/><state id='a2'/></state>",
+    ));
+    assert_eq!(said, "«a1 | initial» an initial state is given twice\n");
+    let said = problems(&file(
+        "",
+        "<state id='a' initial='b1'><initial><transition target='b2'/></initial><state id='a1'/></state>",
+    ));
+    assert!(said.contains("no state `b1`") && said.contains("no state `b2`"), "{said}");
+}
+
+#[test]
+fn of_a_machine_of_no_namespace_only_that_is_said() {
+    let said = problems("<scxml version='1.0'><state id='a'/></scxml>");
+    assert!(said.starts_with("«scxml» this is not an SCXML machine\n"), "{said}");
+    assert_eq!(said.matches('«').count(), 1, "{said}");
+}
+
+/// What SCXML makes an error event (3.13, 5.4, 6.2.4) is no reason to say that the machine could not be loaded.
+#[test]
+fn a_machine_that_scxml_lets_run_is_refused_as_one() {
+    let forgiven = |content: &str| {
+        let text = file("", &format!("<state id='a'><onentry>{content}</onentry></state>"));
+        assert!(Chart::load_with("t.scxml", &text, skills::Strictness::Standard).is_ok(), "{content}");
+        rendered(&Chart::load("t.scxml", &text).unwrap_err())
+    };
+    for content in ["<send event='e' type='pigeon'/>", "<assign location='nothing' expr='1'/>"] {
+        let said = forgiven(content);
+        assert!(
+            said.starts_with("the skill t.scxml is refused, though SCXML would have it run: there is no "),
+            "{said}"
+        );
+        assert!(said.contains("`error.execution` when the machine gets there"), "{said}");
+    }
+    let said = refused(&file("", "<state id='a'><onentry><send event='e' type='pigeon'/><sned/></onentry></state>"));
+    assert!(said.starts_with("the skill broken.scxml cannot be loaded: 2 problems"), "{said}");
+    assert!(!said.contains("gets there"), "{said}");
+}
+
 #[test]
 fn every_mistake_of_wiring_is_named() {
     let text = file(
