@@ -101,57 +101,91 @@ enum Open {
 
 /// Reads what a script declares outside of functions.
 pub(crate) fn declarations(source: &str) -> Declarations {
-    let pieces = pieces(source);
-    let mut found = Declarations { script: source.to_owned(), ..Declarations::default() };
-    let mut open: Vec<Open> = Vec::new();
-    let mut closed = Open::Plain;
-    // How many brackets are open around the declaration that goes on.
-    let mut declaring: Option<usize> = None;
-    let word = |index: usize| match pieces.get(index) {
-        Some((Piece::Word, span)) => &source[span.clone()],
-        _ => "",
-    };
-    for (index, (piece, span)) in pieces.iter().enumerate() {
-        let before = index.checked_sub(1).map_or(Piece::Mark(b';'), |before| pieces[before].0);
-        let in_function = open.iter().any(|open| matches!(open, Open::Body));
-        match piece {
-            Piece::Mark(b'(') => {
-                let is_head = ["if", "for", "while", "switch", "catch", "with"].contains(&word(index.wrapping_sub(1)));
-                open.push(if is_head { Open::Head } else { Open::Plain });
-            }
-            Piece::Mark(b'{') => {
-                let behind_parameters = before == Piece::Mark(b')') && !matches!(closed, Open::Head);
-                let is_body = behind_parameters || before == Piece::Mark(b'>');
-                open.push(if is_body { Open::Body } else { Open::Plain });
-            }
-            Piece::Mark(b'[') => open.push(Open::Plain),
+    let found = Declarations { script: source.to_owned(), ..Declarations::default() };
+    let (pieces, open) = (pieces(source), Vec::new());
+    let mut reading = Reading { source, pieces, open, closed: Open::Plain, declaring: None, found };
+    for index in 0..reading.pieces.len() {
+        reading.read(index);
+    }
+    reading.found
+}
+
+/// A script that is being read for what it declares.
+struct Reading<'s> {
+    source: &'s str,
+    pieces: Vec<(Piece, Range<usize>)>,
+    /// The brackets around the place that has been reached.
+    open: Vec<Open>,
+    /// The bracket that was closed last.
+    closed: Open,
+    /// How many brackets are open around the declaration that goes on.
+    declaring: Option<usize>,
+    found: Declarations,
+}
+
+impl<'s> Reading<'s> {
+    fn read(&mut self, index: usize) {
+        let before = self.before(index);
+        match self.pieces[index].0 {
+            Piece::Mark(b'(' | b'{' | b'[') => self.open.push(self.opened(index)),
             Piece::Mark(b')' | b'}' | b']') => {
-                closed = open.pop().unwrap_or(Open::Plain);
-                declaring = declaring.filter(|depth| *depth <= open.len());
+                self.closed = self.open.pop().unwrap_or(Open::Plain);
+                self.declaring = self.declaring.filter(|depth| *depth <= self.open.len());
             }
-            Piece::Mark(b';') => declaring = None,
-            Piece::LineEnd if before != Piece::Mark(b',') => declaring = declaring.filter(|depth| *depth < open.len()),
-            Piece::Mark(b',') if declaring == Some(open.len()) && !word(index + 1).is_empty() => {
-                found.variables.push(word(index + 1).to_owned());
+            Piece::Mark(b';') => self.declaring = None,
+            Piece::LineEnd if before != Piece::Mark(b',') => {
+                self.declaring = self.declaring.filter(|depth| *depth < self.open.len());
             }
-            Piece::Word if !in_function && before != Piece::Mark(b'.') => {
-                let name = word(index + 1);
-                match &source[span.clone()] {
-                    "var" | "let" | "const" if !name.is_empty() => {
-                        found.variables.push(name.to_owned());
-                        found.script.replace_range(span.clone(), &" ".repeat(span.len()));
-                        declaring = Some(open.len());
-                    }
-                    "function" if !name.is_empty() && starts_statement(before) => {
-                        found.functions.push(name.to_owned());
-                    }
-                    _ => {}
-                }
+            Piece::Mark(b',') if self.declaring == Some(self.open.len()) && !self.word(index + 1).is_empty() => {
+                self.found.variables.push(self.word(index + 1).to_owned());
+            }
+            Piece::Word if before != Piece::Mark(b'.') && !self.open.iter().any(|open| matches!(open, Open::Body)) => {
+                self.declare(index, before);
             }
             _ => {}
         }
     }
-    found
+
+    /// What the bracket means that opens here.
+    fn opened(&self, index: usize) -> Open {
+        let before = self.before(index);
+        match self.pieces[index].0 {
+            Piece::Mark(b'(')
+                if ["if", "for", "while", "switch", "catch", "with"].contains(&self.word(index.wrapping_sub(1))) =>
+            {
+                Open::Head
+            }
+            Piece::Mark(b'{') if before == Piece::Mark(b')') && !matches!(self.closed, Open::Head) => Open::Body,
+            Piece::Mark(b'{') if before == Piece::Mark(b'>') => Open::Body,
+            _ => Open::Plain,
+        }
+    }
+
+    /// What a word outside of functions declares, if it does.
+    fn declare(&mut self, index: usize, before: Piece) {
+        let (span, name) = (self.pieces[index].1.clone(), self.word(index + 1));
+        match &self.source[span.clone()] {
+            "var" | "let" | "const" if !name.is_empty() => {
+                self.found.variables.push(name.to_owned());
+                self.found.script.replace_range(span.clone(), &" ".repeat(span.len()));
+                self.declaring = Some(self.open.len());
+            }
+            "function" if !name.is_empty() && starts_statement(before) => self.found.functions.push(name.to_owned()),
+            _ => {}
+        }
+    }
+
+    fn before(&self, index: usize) -> Piece {
+        index.checked_sub(1).map_or(Piece::Mark(b';'), |before| self.pieces[before].0)
+    }
+
+    /// The word there; nothing if there is something else.
+    fn word(&self, index: usize) -> &'s str {
+        match self.pieces.get(index) {
+            Some((Piece::Word, span)) => &self.source[span.clone()],
+            _ => "",
+        }
+    }
 }
 
 fn starts_statement(before: Piece) -> bool {

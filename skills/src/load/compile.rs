@@ -1,7 +1,6 @@
 //! The second pass: what the states do.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,19 +8,14 @@ use miette::NamedSource;
 use roxmltree::Node;
 
 use super::outline::{Outline, descriptors};
-use super::targets;
-use super::xml::{Written, elements, elements_named, name_span};
-use super::{files, reach};
-use crate::chart::{
-    Binding, Block, Chart, Condition, DataId, DataItem, Descriptor, Domain, EventTree, Initial, State, StateId,
-    StateKind, Transition, TransitionId, is_descriptor,
-};
-use crate::datum::standalone;
-use crate::engine::{Code, Form};
-use crate::expression::{self, Expr, ExpressionProblem, Names, Parsed, ProblemKind};
+use super::value::{Value, content_of_file};
+use super::xml::{Written, elements_named, name_span};
+use super::{files, reach, targets};
+use crate::Strictness;
+use crate::chart::{Binding, Chart, DataId, DataItem, EventTree, State, StateId, StateKind, Transition, TransitionId};
+use crate::expression::{Expr, Names};
 use crate::problem::Problem;
 use crate::suggest::nearest_or_all;
-use crate::{Datum, Strictness};
 
 /// Where a machine comes from, and how strictly it is read.
 #[derive(Clone, Debug)]
@@ -54,7 +48,6 @@ impl Origin<'_> {
 
 /// Compiles a machine whose elements are as SCXML has them, and reports what is wrong nevertheless.
 pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> Chart {
-    let strictness = origin.strictness;
     let is_sound = !problems.iter().any(Problem::is_error);
     let name = root.attribute("name").filter(|name| !name.is_empty()).unwrap_or(origin.stem).into();
     let Outline { states, data, names, .. } = Outline::of(root, origin, problems);
@@ -69,23 +62,20 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
     let compile = |(id, (node, state))| compiler.state(StateId::new(id), node, state);
     let states = states.into_iter().enumerate().map(compile).collect();
     let Compiler { events, transitions, foreign, leads_nowhere, .. } = compiler;
-    let binding = if late { Binding::Late } else { Binding::Early };
-    let (file, folder, span) = (origin.file.clone(), origin.folder.clone(), name_span(root).into());
-    let warnings = Vec::new();
     let mut chart = Chart {
-        file,
+        file: origin.file.clone(),
         name,
-        binding,
+        binding: if late { Binding::Late } else { Binding::Early },
         states,
         transitions,
         data,
         scripts,
         events,
         foreign,
-        span,
-        folder,
-        strictness,
-        warnings,
+        span: name_span(root).into(),
+        folder: origin.folder.clone(),
+        strictness: origin.strictness,
+        warnings: Vec::new(),
     };
     targets::check(&chart, problems);
     targets::resolve_domains(&mut chart);
@@ -116,9 +106,9 @@ pub(super) struct Compiler<'p> {
     pub(super) events: EventTree,
     transitions: Vec<Transition>,
     /// Data that code for the engine mentions.
-    foreign: BTreeSet<DataId>,
+    pub(super) foreign: BTreeSet<DataId>,
     /// Whether a state or an event is named that there is not, or it is left open which of two is meant.
-    leads_nowhere: bool,
+    pub(super) leads_nowhere: bool,
     pub(super) problems: &'p mut Vec<Problem>,
 }
 
@@ -169,7 +159,7 @@ impl Compiler<'_> {
             state.done_data = self.payload(done_data);
         }
         if let StateKind::History(_) = state.kind {
-            state.initial = self.history(node);
+            state.initial = self.default_transition(node);
             return state;
         }
         for transition in elements_named(node, "transition") {
@@ -181,210 +171,6 @@ impl Compiler<'_> {
         state
     }
 
-    fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {
-        let event = Written::attribute(node, "event");
-        let targets = Written::attribute(node, "target").map_or_else(Vec::new, |target| self.targets(&target));
-        let internal = Written::attribute(node, "type").is_some_and(|written| self.is_internal(&written));
-        if ["event", "cond", "target"].into_iter().all(|name| node.attribute(name).is_none()) {
-            // It would be taken again and again, for ever (SCXML 3.5.1).
-            let problem = Problem::new("a transition has an event, a condition or a target");
-            let problem = problem.at(name_span(node), "has none of them");
-            self.problems.push(problem.help("what is done on entering the state belongs in <onentry>"));
-        }
-        Transition {
-            source,
-            targets,
-            descriptors: event.map_or_else(Vec::new, |event| self.descriptors(&event)),
-            condition: Written::attribute(node, "cond").map(|written| self.condition(&written)),
-            internal,
-            domain: Domain::None,
-            content: self.block(node),
-            span: name_span(node).into(),
-        }
-    }
-
-    fn is_internal(&mut self, written: &Written<'_>) -> bool {
-        if !["internal", "external"].contains(&written.value) {
-            let problem = Problem::new(format!("there are no {} transitions", written.value));
-            self.problems.push(problem.at(written.span(), "unknown type").help("`internal` or `external`"));
-        }
-        written.value == "internal"
-    }
-
-    fn descriptors(&mut self, event: &Written<'_>) -> Vec<Descriptor> {
-        let words = event.words();
-        if words.is_empty() {
-            let problem = Problem::new("no event is named").at(event.span(), "empty");
-            self.problems.push(problem.help("leave the attribute out to take the transition without an event"));
-        }
-        let mut descriptors = Vec::new();
-        for (word, span) in words {
-            if word == ".*" {
-                let problem = Problem::new("`.*` has nothing before its dot").at(span.clone(), "every event is meant?");
-                self.defer(problem.help("`*`"));
-            }
-            if is_descriptor(word) || word == ".*" {
-                let matches = self.events.matches(word);
-                descriptors.push(Descriptor { text: word.into(), matches, span: span.into() });
-            } else {
-                self.leads_nowhere = true;
-                let problem = Problem::new(format!("`{word}` matches no event")).at(span, "not an event descriptor");
-                let forms =
-                    "`BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
-                self.problems.push(problem.help(forms));
-            }
-        }
-        descriptors
-    }
-
-    /// The states that a target attribute names.
-    fn targets(&mut self, written: &Written<'_>) -> Vec<StateId> {
-        let words = written.words();
-        if words.is_empty() {
-            let problem = Problem::new("no state is named").at(written.span(), "empty");
-            self.problems.push(problem.help("leave the attribute out to stay in the state"));
-        }
-        let mut targets = Vec::new();
-        for (word, span) in words {
-            match self.names.states.get(word) {
-                Some(state) => targets.push(*state),
-                None => {
-                    self.leads_nowhere = true;
-                    let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
-                    let problem = Problem::new(format!("there is no state `{word}`")).at(span, "unknown state");
-                    self.problems.push(problem.help(nearest_or_all(word, "states", &known)));
-                }
-            }
-        }
-        targets
-    }
-
-    /// What a compound state enters by default: its attribute, its element, or its first child.
-    fn initial(&mut self, node: Node<'_, '_>, state: &State) -> Option<Initial> {
-        let attribute = Written::attribute(node, "initial");
-        let element = elements_named(node, "initial").next();
-        if state.kind != StateKind::Compound {
-            let span = attribute.map(|written| written.span()).or_else(|| element.map(name_span));
-            if let Some(span) = span {
-                let problem = Problem::new("only a state with child states has an initial one");
-                self.problems.push(problem.at(span, format!("{} has no children to choose from", state.id)));
-            }
-            return None;
-        }
-        match (attribute, element) {
-            (Some(attribute), Some(element)) => {
-                let problem = Problem::new("an initial state is given twice");
-                self.problems.push(problem.at(attribute.span(), "here").at(name_span(element), "and here"));
-                self.targets(&attribute);
-                self.default_transition(element);
-                self.leads_nowhere = true;
-                None
-            }
-            (Some(attribute), None) => Some(Initial { targets: self.targets(&attribute), content: Block::new() }),
-            (None, Some(element)) => self.default_transition(element),
-            (None, None) => {
-                Some(Initial { targets: state.children.first().copied().into_iter().collect(), content: Block::new() })
-            }
-        }
-    }
-
-    fn history(&mut self, node: Node<'_, '_>) -> Option<Initial> {
-        self.default_transition(node)
-    }
-
-    /// The one transition of `<initial>` or `<history>`: it has a target, and neither event nor condition.
-    fn default_transition(&mut self, node: Node<'_, '_>) -> Option<Initial> {
-        let name = node.tag_name().name();
-        let transitions: Vec<Node<'_, '_>> = elements(node).collect();
-        let [transition] = transitions.as_slice() else {
-            self.leads_nowhere = true;
-            let message = format!("<{name}> has one transition, not {}", transitions.len());
-            let problem = Problem::new(message).at(name_span(node), "in here");
-            self.problems.push(problem.help("<transition target=\"…\"/>"));
-            return None;
-        };
-        for unwanted in ["event", "cond"] {
-            if let Some(written) = Written::attribute(*transition, unwanted) {
-                let problem = Problem::new(format!("the transition of <{name}> is always taken"));
-                self.problems.push(problem.at(written.span(), format!("`{unwanted}` must not be here")));
-            }
-        }
-        let Some(target) = Written::attribute(*transition, "target") else {
-            self.leads_nowhere = true;
-            let problem = Problem::new(format!("the transition of <{name}> leads nowhere"));
-            self.problems.push(problem.at(name_span(*transition), "`target` is missing"));
-            return None;
-        };
-        Some(Initial { targets: self.targets(&target), content: self.block(*transition) })
-    }
-
-    pub(super) fn condition(&mut self, written: &Written<'_>) -> Condition {
-        Condition { test: self.expression(written), text: written.value.into(), span: written.span().into() }
-    }
-
-    /// Compiles an expression. One that cannot be compiled is reported, and is an error whenever it is evaluated.
-    pub(super) fn expression(&mut self, written: &Written<'_>) -> Expr {
-        let parsed = expression::expression(written.value, &self.names);
-        match self.compiled(written, parsed, Form::Expression, |expr| expr, Expr::Foreign) {
-            Ok(expr) if self.null_model && !matches!(expr, Expr::In(_)) => {
-                let problem =
-                    Problem::new("the null data model has no expressions").at(written.span(), "an expression");
-                Expr::Broken(self.defer(problem.help("`In('state')`, or datamodel=\"ecmascript\"")))
-            }
-            Ok(expr) => expr,
-            Err(reason) => Expr::Broken(reason),
-        }
-    }
-
-    /// What was compiled or, if that was not possible and there is an engine that can do it, code for the engine. Otherwise
-    /// what is wrong is reported, and `Err` says it.
-    pub(super) fn compiled<T, C>(
-        &mut self,
-        written: &Written<'_>,
-        parsed: Parsed<T>,
-        form: Form,
-        here: impl FnOnce(T) -> C,
-        there: impl FnOnce(Arc<Code>) -> C,
-    ) -> Result<C, Arc<str>> {
-        let for_engine = match &parsed.outcome {
-            Err(problem) if problem.kind != ProblemKind::Name && !self.null_model => {
-                Code::new(written.value, form, &self.names).map(|code| (code, problem.clone()))
-            }
-            _ => None,
-        };
-        match for_engine {
-            Some((Ok(code), problem)) => {
-                if problem.kind == ProblemKind::Suspicious {
-                    self.problems.push(in_file(written, problem).warning());
-                }
-                self.foreign.extend(code.mentions());
-                Ok(there(Arc::new(code)))
-            }
-            Some((Err(worse), problem)) if problem.kind == ProblemKind::Beyond => {
-                Err(self.defer(in_file(written, worse)))
-            }
-            _ => self.report(written, parsed).map(here),
-        }
-    }
-
-    pub(super) fn report<T>(&mut self, written: &Written<'_>, parsed: Parsed<T>) -> Result<T, Arc<str>> {
-        let fatal = parsed.outcome.as_ref().err().map(|problem| problem.span.clone());
-        let overlaps =
-            |span: &Range<usize>| fatal.as_ref().is_some_and(|fatal| span.start < fatal.end && fatal.start < span.end);
-        let mut meant = None;
-        for problem in parsed.unknown {
-            if overlaps(&problem.span) {
-                meant = problem.help;
-            } else {
-                self.defer(in_file(written, problem));
-            }
-        }
-        parsed.outcome.map_err(|problem| {
-            let help = problem.help.clone().or(meant);
-            self.defer(in_file(written, ExpressionProblem { help, ..problem }))
-        })
-    }
-
     /// Reports what the recommendation leaves to be an error at run time, and says what is wrong.
     pub(super) fn defer(&mut self, problem: Problem) -> Arc<str> {
         let reason = problem.to_string().into();
@@ -394,44 +180,4 @@ impl Compiler<'_> {
         });
         reason
     }
-}
-
-fn in_file(written: &Written<'_>, problem: ExpressionProblem) -> Problem {
-    let span = written.span_of(problem.span);
-    Problem::new(problem.message).at(span, problem.label).maybe_help(problem.help)
-}
-
-/// A value that is written between two tags (SCXML B.2.1): XML, JSON, or else a text with single blanks.
-pub(super) struct Value {
-    pub(super) value: Datum,
-    pub(super) span: Range<usize>,
-}
-
-impl Value {
-    /// What stands in an element; none if that is nothing.
-    pub(super) fn of(node: Node<'_, '_>) -> Option<Self> {
-        if let Some(element) = node.children().find(Node::is_element) {
-            return Some(Self { value: Datum::Xml(standalone(node.children()).into()), span: name_span(element) });
-        }
-        Written::text(node).map(|text| Self { value: literal(text.value), span: text.span() })
-    }
-}
-
-/// A value that is text.
-fn literal(text: &str) -> Datum {
-    expression::literal(text).unwrap_or_else(|| {
-        let words: Vec<&str> = text.split_whitespace().collect();
-        Datum::text(&words.join(" "))
-    })
-}
-
-/// The value that a file holds.
-fn content_of_file(text: &str) -> Datum {
-    let text = text.trim_start_matches('\u{feff}').trim();
-    if text.starts_with('<')
-        && let Ok(document) = roxmltree::Document::parse(text)
-    {
-        return Datum::Xml(standalone(std::iter::once(document.root_element())).into());
-    }
-    literal(text)
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use roxmltree::Node;
 
-use super::compile::{Compiler, Value};
+use super::compile::Compiler;
 use super::rules::EXECUTABLE;
+use super::value::Value;
 use super::xml::{Written, elements, elements_named, name_span};
 use crate::Datum;
 use crate::chart::{

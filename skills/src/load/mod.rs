@@ -3,6 +3,7 @@
 mod check;
 mod compile;
 mod content;
+mod expression;
 mod files;
 mod invoke;
 mod outline;
@@ -10,6 +11,8 @@ mod reach;
 mod rules;
 mod send;
 mod targets;
+mod transition;
+mod value;
 mod xml;
 
 pub(crate) use send::INTERNAL_TARGET;

@@ -16,7 +16,7 @@ use boa_engine::{Context, JsError, JsObject, JsString, JsValue, Script, Source};
 
 use super::{Code, Form, World};
 use crate::Datum;
-use crate::chart::DataId;
+use crate::chart::{Chart, DataId};
 use crate::expression::{EvaluationError, ExpressionProblem};
 use convert::{Injector, Reader};
 use determinism::SimulatedClock;
@@ -30,6 +30,9 @@ thread_local! {
 
 /// So many programs are kept compiled.
 const MAX_PROGRAMS: usize = 4_096;
+
+/// What code may do with what is not its own to change.
+const FIXED: Attribute = Attribute::CONFIGURABLE.union(Attribute::ENUMERABLE);
 
 struct Engine {
     context: Context,
@@ -171,34 +174,26 @@ impl Engine {
             let value = injector.inject(&world.memory[id.index()], self)?;
             self.define(&chart.data[id.index()].id, value, Attribute::all(), names)?;
         }
-        let fixed = Attribute::CONFIGURABLE | Attribute::ENUMERABLE;
         if code.mentions_event || ids.len() > code.mentions.len() {
             let event = injector.inject(&world.scope.whole_event()?, self)?;
             if let Some(event) = event.as_object() {
                 event.set_integrity_level(boa_engine::object::IntegrityLevel::Frozen, &mut self.context)?;
             }
-            self.define("_event", event, fixed, names)?;
+            self.define("_event", event, FIXED, names)?;
         }
-        let processors = world.scope.io_processors.cloned().unwrap_or_default();
-        let system = [
-            ("_ioprocessors", processors),
-            ("_sessionid", Datum::text(world.scope.session)),
-            ("_name", Datum::text(chart.name())),
-            ("_x", Datum::object::<&str>([]).unwrap_or_default()),
-        ];
-        for (name, value) in system {
+        for (name, value) in system_variables(chart, world) {
             if code.program.contains(name) || ids.len() > code.mentions.len() {
                 let value = injector.inject(&value, self)?;
-                self.define(name, value, fixed, names)?;
+                self.define(name, value, FIXED, names)?;
             }
         }
         if let Some(argument) = argument {
             let value = injector.inject(argument, self)?;
-            self.define("$value", value, fixed, names)?;
+            self.define("$value", value, FIXED, names)?;
         }
         if code.program.contains("$data.") {
             let global = JsValue::from(self.context.global_object());
-            self.define("$data", global, fixed, names)?;
+            self.define("$data", global, FIXED, names)?;
         }
         Ok(())
     }
@@ -253,6 +248,16 @@ impl Engine {
         }
         Ok(result)
     }
+}
+
+/// The system variables besides `_event` (SCXML 5.10).
+fn system_variables(chart: &Chart, world: &World<'_>) -> [(&'static str, Datum); 4] {
+    [
+        ("_ioprocessors", world.scope.io_processors.cloned().unwrap_or_default()),
+        ("_sessionid", Datum::text(world.scope.session)),
+        ("_name", Datum::text(chart.name())),
+        ("_x", Datum::object::<&str>([]).unwrap_or_default()),
+    ]
 }
 
 fn holds_functions(value: &Datum) -> bool {

@@ -1,0 +1,85 @@
+//! Compiling expressions: here, or else for the engine.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::compile::Compiler;
+use super::xml::Written;
+use crate::chart::Condition;
+use crate::engine::{Code, Form};
+use crate::expression::{self, Expr, ExpressionProblem, Parsed, ProblemKind};
+use crate::problem::Problem;
+
+impl Compiler<'_> {
+    pub(super) fn condition(&mut self, written: &Written<'_>) -> Condition {
+        Condition { test: self.expression(written), text: written.value.into(), span: written.span().into() }
+    }
+
+    /// Compiles an expression. One that cannot be compiled is reported, and is an error whenever it is evaluated.
+    pub(super) fn expression(&mut self, written: &Written<'_>) -> Expr {
+        let parsed = expression::expression(written.value, &self.names);
+        match self.compiled(written, parsed, Form::Expression, |expr| expr, Expr::Foreign) {
+            Ok(expr) if self.null_model && !matches!(expr, Expr::In(_)) => {
+                let problem =
+                    Problem::new("the null data model has no expressions").at(written.span(), "an expression");
+                Expr::Broken(self.defer(problem.help("`In('state')`, or datamodel=\"ecmascript\"")))
+            }
+            Ok(expr) => expr,
+            Err(reason) => Expr::Broken(reason),
+        }
+    }
+
+    /// What was compiled or, if that was not possible and there is an engine that can do it, code for the engine. Otherwise
+    /// what is wrong is reported, and `Err` says it.
+    pub(super) fn compiled<T, C>(
+        &mut self,
+        written: &Written<'_>,
+        parsed: Parsed<T>,
+        form: Form,
+        here: impl FnOnce(T) -> C,
+        there: impl FnOnce(Arc<Code>) -> C,
+    ) -> Result<C, Arc<str>> {
+        let for_engine = match &parsed.outcome {
+            Err(problem) if problem.kind != ProblemKind::Name && !self.null_model => {
+                Code::new(written.value, form, &self.names).map(|code| (code, problem.clone()))
+            }
+            _ => None,
+        };
+        match for_engine {
+            Some((Ok(code), problem)) => {
+                if problem.kind == ProblemKind::Suspicious {
+                    self.problems.push(in_file(written, problem).warning());
+                }
+                self.foreign.extend(code.mentions());
+                Ok(there(Arc::new(code)))
+            }
+            Some((Err(worse), problem)) if problem.kind == ProblemKind::Beyond => {
+                Err(self.defer(in_file(written, worse)))
+            }
+            _ => self.report(written, parsed).map(here),
+        }
+    }
+
+    pub(super) fn report<T>(&mut self, written: &Written<'_>, parsed: Parsed<T>) -> Result<T, Arc<str>> {
+        let fatal = parsed.outcome.as_ref().err().map(|problem| problem.span.clone());
+        let overlaps =
+            |span: &Range<usize>| fatal.as_ref().is_some_and(|fatal| span.start < fatal.end && fatal.start < span.end);
+        let mut meant = None;
+        for problem in parsed.unknown {
+            if overlaps(&problem.span) {
+                meant = problem.help;
+            } else {
+                self.defer(in_file(written, problem));
+            }
+        }
+        parsed.outcome.map_err(|problem| {
+            let help = problem.help.clone().or(meant);
+            self.defer(in_file(written, ExpressionProblem { help, ..problem }))
+        })
+    }
+}
+
+fn in_file(written: &Written<'_>, problem: ExpressionProblem) -> Problem {
+    let span = written.span_of(problem.span);
+    Problem::new(problem.message).at(span, problem.label).maybe_help(problem.help)
+}

@@ -1,0 +1,144 @@
+//! Compiling transitions, and what states enter by default (SCXML 3.3 to 3.6, 3.10).
+
+use roxmltree::Node;
+
+use super::compile::Compiler;
+use super::xml::{Written, elements, elements_named, name_span};
+use crate::chart::{Block, Descriptor, Domain, Initial, State, StateId, StateKind, Transition, is_descriptor};
+use crate::problem::Problem;
+use crate::suggest::nearest_or_all;
+
+impl Compiler<'_> {
+    pub(super) fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {
+        let event = Written::attribute(node, "event");
+        let targets = Written::attribute(node, "target").map_or_else(Vec::new, |target| self.targets(&target));
+        let internal = Written::attribute(node, "type").is_some_and(|written| self.is_internal(&written));
+        if ["event", "cond", "target"].into_iter().all(|name| node.attribute(name).is_none()) {
+            // It would be taken again and again, for ever (SCXML 3.5.1).
+            let problem = Problem::new("a transition has an event, a condition or a target");
+            let problem = problem.at(name_span(node), "has none of them");
+            self.problems.push(problem.help("what is done on entering the state belongs in <onentry>"));
+        }
+        Transition {
+            source,
+            targets,
+            descriptors: event.map_or_else(Vec::new, |event| self.descriptors(&event)),
+            condition: Written::attribute(node, "cond").map(|written| self.condition(&written)),
+            internal,
+            domain: Domain::None,
+            content: self.block(node),
+            span: name_span(node).into(),
+        }
+    }
+
+    fn is_internal(&mut self, written: &Written<'_>) -> bool {
+        if !["internal", "external"].contains(&written.value) {
+            let problem = Problem::new(format!("there are no {} transitions", written.value));
+            self.problems.push(problem.at(written.span(), "unknown type").help("`internal` or `external`"));
+        }
+        written.value == "internal"
+    }
+
+    fn descriptors(&mut self, event: &Written<'_>) -> Vec<Descriptor> {
+        let words = event.words();
+        if words.is_empty() {
+            let problem = Problem::new("no event is named").at(event.span(), "empty");
+            self.problems.push(problem.help("leave the attribute out to take the transition without an event"));
+        }
+        let mut descriptors = Vec::new();
+        for (word, span) in words {
+            if word == ".*" {
+                let problem = Problem::new("`.*` has nothing before its dot").at(span.clone(), "every event is meant?");
+                self.defer(problem.help("`*`"));
+            }
+            if is_descriptor(word) || word == ".*" {
+                let matches = self.events.matches(word);
+                descriptors.push(Descriptor { text: word.into(), matches, span: span.into() });
+            } else {
+                self.leads_nowhere = true;
+                let problem = Problem::new(format!("`{word}` matches no event")).at(span, "not an event descriptor");
+                let forms =
+                    "`BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
+                self.problems.push(problem.help(forms));
+            }
+        }
+        descriptors
+    }
+
+    /// The states that a target attribute names.
+    fn targets(&mut self, written: &Written<'_>) -> Vec<StateId> {
+        let words = written.words();
+        if words.is_empty() {
+            let problem = Problem::new("no state is named").at(written.span(), "empty");
+            self.problems.push(problem.help("leave the attribute out to stay in the state"));
+        }
+        let mut targets = Vec::new();
+        for (word, span) in words {
+            match self.names.states.get(word) {
+                Some(state) => targets.push(*state),
+                None => {
+                    self.leads_nowhere = true;
+                    let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
+                    let problem = Problem::new(format!("there is no state `{word}`")).at(span, "unknown state");
+                    self.problems.push(problem.help(nearest_or_all(word, "states", &known)));
+                }
+            }
+        }
+        targets
+    }
+
+    /// What a compound state enters by default: its attribute, its element, or its first child.
+    pub(super) fn initial(&mut self, node: Node<'_, '_>, state: &State) -> Option<Initial> {
+        let attribute = Written::attribute(node, "initial");
+        let element = elements_named(node, "initial").next();
+        if state.kind != StateKind::Compound {
+            let span = attribute.map(|written| written.span()).or_else(|| element.map(name_span));
+            if let Some(span) = span {
+                let problem = Problem::new("only a state with child states has an initial one");
+                self.problems.push(problem.at(span, format!("{} has no children to choose from", state.id)));
+            }
+            return None;
+        }
+        match (attribute, element) {
+            (Some(attribute), Some(element)) => {
+                let problem = Problem::new("an initial state is given twice");
+                self.problems.push(problem.at(attribute.span(), "here").at(name_span(element), "and here"));
+                self.targets(&attribute);
+                self.default_transition(element);
+                self.leads_nowhere = true;
+                None
+            }
+            (Some(attribute), None) => Some(Initial { targets: self.targets(&attribute), content: Block::new() }),
+            (None, Some(element)) => self.default_transition(element),
+            (None, None) => {
+                Some(Initial { targets: state.children.first().copied().into_iter().collect(), content: Block::new() })
+            }
+        }
+    }
+
+    /// The one transition of `<initial>` or `<history>`: it has a target, and neither event nor condition.
+    pub(super) fn default_transition(&mut self, node: Node<'_, '_>) -> Option<Initial> {
+        let name = node.tag_name().name();
+        let transitions: Vec<Node<'_, '_>> = elements(node).collect();
+        let [transition] = transitions.as_slice() else {
+            self.leads_nowhere = true;
+            let message = format!("<{name}> has one transition, not {}", transitions.len());
+            let problem = Problem::new(message).at(name_span(node), "in here");
+            self.problems.push(problem.help("<transition target=\"…\"/>"));
+            return None;
+        };
+        for unwanted in ["event", "cond"] {
+            if let Some(written) = Written::attribute(*transition, unwanted) {
+                let problem = Problem::new(format!("the transition of <{name}> is always taken"));
+                self.problems.push(problem.at(written.span(), format!("`{unwanted}` must not be here")));
+            }
+        }
+        let Some(target) = Written::attribute(*transition, "target") else {
+            self.leads_nowhere = true;
+            let problem = Problem::new(format!("the transition of <{name}> leads nowhere"));
+            self.problems.push(problem.at(name_span(*transition), "`target` is missing"));
+            return None;
+        };
+        Some(Initial { targets: self.targets(&target), content: self.block(*transition) })
+    }
+}

@@ -1,0 +1,45 @@
+//! Values that are written out (SCXML B.2.1).
+
+use std::ops::Range;
+
+use roxmltree::Node;
+
+use super::xml::{Written, name_span};
+use crate::Datum;
+use crate::datum::standalone;
+use crate::expression;
+
+/// A value that is written between two tags (SCXML B.2.1): XML, JSON, or else a text with single blanks.
+pub(super) struct Value {
+    pub(super) value: Datum,
+    pub(super) span: Range<usize>,
+}
+
+impl Value {
+    /// What stands in an element; none if that is nothing.
+    pub(super) fn of(node: Node<'_, '_>) -> Option<Self> {
+        if let Some(element) = node.children().find(Node::is_element) {
+            return Some(Self { value: Datum::Xml(standalone(node.children()).into()), span: name_span(element) });
+        }
+        Written::text(node).map(|text| Self { value: literal(text.value), span: text.span() })
+    }
+}
+
+/// A value that is text.
+fn literal(text: &str) -> Datum {
+    expression::literal(text).unwrap_or_else(|| {
+        let words: Vec<&str> = text.split_whitespace().collect();
+        Datum::text(&words.join(" "))
+    })
+}
+
+/// The value that a file holds.
+pub(super) fn content_of_file(text: &str) -> Datum {
+    let text = text.trim_start_matches('\u{feff}').trim();
+    if text.starts_with('<')
+        && let Ok(document) = roxmltree::Document::parse(text)
+    {
+        return Datum::Xml(standalone(std::iter::once(document.root_element())).into());
+    }
+    literal(text)
+}
