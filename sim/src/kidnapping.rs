@@ -3,13 +3,13 @@
 use bevy_ecs::prelude::*;
 use maps::{Point, Pose};
 
+use crate::building::Building;
 use crate::docking::Dock;
 use crate::drive::{Drive, Motion, RobotPose};
 use crate::error::{BadSetting, Placement, SimError};
 use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
 use crate::room::check_room;
-use crate::walls::Walls;
 
 /// Puts the robot down at rest at a pose; its wheels do not feel it.
 pub(crate) fn kidnap(world: &mut World, robot: Entity, to: Pose) -> Result<(), SimError> {
@@ -38,5 +38,5 @@ fn check(world: &mut World, robot: Entity, to: &Pose) -> Result<(), SimError> {
     let obstacles = obstacles.iter(world).map(|(obstacle, pose)| (obstacle.name.as_str(), &obstacle.shape, &pose.0));
     let radius_m = world.get::<Drive>(robot).map_or(0.0, Drive::robot_radius_m);
     let at: Point = to.translation.vector.into();
-    check_room(world.resource::<Walls>().rays(), obstacles, radius_m, Placement::Kidnapping, &at)
+    check_room(world.resource::<Building>().walls().rays(), obstacles, radius_m, Placement::Kidnapping, &at)
 }

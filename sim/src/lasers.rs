@@ -11,6 +11,7 @@ use rand_chacha::ChaCha8Rng;
 use robot::{LaserScan, LaserSpec, Reading, Streams, normal};
 
 use crate::beams::Beams;
+use crate::building::Building;
 use crate::clock::{Clock, Periodic};
 use crate::config::LaserConfig;
 use crate::convert::{to_glam, to_glam_pose};
@@ -18,7 +19,7 @@ use crate::drive::RobotPose;
 use crate::faults::Faults;
 use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::simulation::Readings;
-use crate::walls::{ScanMemory, Walls};
+use crate::walls::ScanMemory;
 use troubles::{TroubleStreams, Troubles};
 
 /// A laser scanner.
@@ -139,7 +140,7 @@ fn see_obstacle(
 pub(crate) fn scan(
     clock: Res<Clock>,
     faults: Res<Faults>,
-    walls: Res<Walls>,
+    building: Res<Building>,
     mut readings: ResMut<Readings>,
     robot: Single<&RobotPose>,
     obstacles: Query<(&Obstacle, &ObstaclePose)>,
@@ -154,7 +155,7 @@ pub(crate) fn scan(
         let troubles = Troubles::of(&faults.lasers, &laser.spec.name);
         laser.sit(troubles.displacement);
         let range_max_m = laser.spec.range_max_m;
-        walls.ranges(&laser.beams, &base, range_max_m, &mut laser.memory, &mut laser.distances_m);
+        building.walls().ranges(&laser.beams, &base, range_max_m, &mut laser.memory, &mut laser.distances_m);
         for (obstacle, pose) in &obstacles {
             see_obstacle(&laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
         }

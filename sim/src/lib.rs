@@ -48,6 +48,7 @@ mod arc;
 mod battery;
 mod beams;
 mod bodies;
+mod building;
 mod check;
 mod clock;
 mod command_delay;
@@ -77,6 +78,7 @@ mod walls;
 mod wheels;
 
 pub use beams::Beams;
+pub use building::Building;
 pub use config::{
     BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
     OdometryConfig, RouteEnd, Shape, SimConfig,

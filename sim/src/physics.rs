@@ -1,16 +1,16 @@
 //! Bodies and contacts: rapier2d's world.
 
 use bevy_ecs::prelude::*;
-use maps::{OccupancyGrid, Point, Pose};
+use maps::Pose;
 use nalgebra::Vector2;
 use parry2d::shape::SharedShape;
 use rapier2d::prelude::{
     ColliderBuilder, ColliderHandle, IntegrationParameters, PhysicsWorld, RigidBodyBuilder, RigidBodyHandle,
 };
 
+use crate::building::Building;
 use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
 use crate::convert::{from_glam_pose, to_glam, to_glam_pose};
-use crate::rectangles::rectangles;
 
 /// Friction between floor and movable obstacles, as the rate at which their motion dies away, in 1/s.
 const FLOOR_DAMPING_PER_S: f32 = 5.0;
@@ -64,18 +64,11 @@ impl Physics {
         }
     }
 
-    /// Makes the occupied cells of a grid solid, as one body.
-    pub(crate) fn add_walls(&mut self, grid: &OccupancyGrid) {
-        let block = |rectangle: &crate::rectangles::Rectangle| {
-            let half = Vector2::new(rectangle.width as f64, rectangle.height as f64) / 2.0;
-            let center = grid.from_grid(&Point::new(rectangle.column as f64 + half.x, rectangle.row as f64 + half.y));
-            let half = half * grid.resolution_m();
-            let pose = Pose::from_parts(center.coords.into(), grid.origin().rotation);
-            (to_glam_pose(&pose), SharedShape::cuboid(half.x as f32, half.y as f32))
-        };
-        let blocks: Vec<_> = rectangles(grid).iter().map(block).collect();
-        if !blocks.is_empty() {
-            self.world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::compound(blocks).friction(self.friction));
+    /// Makes a building's walls solid, as one body.
+    pub(crate) fn add_walls(&mut self, building: &Building) {
+        if let Some(blocks) = building.blocks() {
+            let collider = ColliderBuilder::new(blocks.clone()).friction(self.friction);
+            self.world.insert(RigidBodyBuilder::fixed(), collider);
         }
     }
 

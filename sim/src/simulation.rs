@@ -11,6 +11,7 @@ use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
 
 use crate::battery::{Battery, report_battery, update_battery};
 use crate::bodies::{ExtraBodies, place_bodies};
+use crate::building::Building;
 use crate::clock::{Clock, advance_clock};
 use crate::config::SimConfig;
 use crate::contacts::{Contacts, count_contacts};
@@ -74,12 +75,26 @@ impl Simulation {
         station: Pose,
         streams: &Streams,
     ) -> Result<Self, SimError> {
+        Self::within(&Building::new(grid), config, start, station, streams)
+    }
+
+    /// A robot as [`new`](Self::new) makes it, in a building that other simulations may share.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn within(
+        building: &Building,
+        config: &SimConfig,
+        start: Pose,
+        station: Pose,
+        streams: &Streams,
+    ) -> Result<Self, SimError> {
         let bad_settings = config.bad_settings();
         if !bad_settings.is_empty() {
             return Err(SimError::Settings(bad_settings));
         }
-        let mut world = world_of(config, grid);
-        check_places(config, world.resource::<Walls>(), &start, &station)?;
+        check_places(config, building.walls(), &start, &station)?;
+        let mut world = world_of(config, building);
         let robot = spawn_robot(&mut world, config, start, streams);
         let lasers = spawn_lasers(&mut world, config, streams);
         let station = world.spawn(Station(station)).id();
@@ -171,13 +186,13 @@ fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: &Pose)
     check_on_map(walls.rays(), Placement::Station, &at(station))
 }
 
-fn world_of(config: &SimConfig, grid: &OccupancyGrid) -> World {
+fn world_of(config: &SimConfig, building: &Building) -> World {
     let mut physics = Physics::new(config.dt.as_secs_f64(), config.body.friction);
-    physics.add_walls(grid);
+    physics.add_walls(building);
     let mut world = World::new();
     world.insert_resource(Clock { now: Duration::ZERO, dt: config.dt });
     world.insert_resource(physics);
-    world.insert_resource(Walls::new(grid));
+    world.insert_resource(building.clone());
     world.insert_resource(Faults::default());
     world.insert_resource(Readings::default());
     world.insert_resource(Obstacles::default());

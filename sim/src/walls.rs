@@ -1,6 +1,5 @@
 //! The walls of an occupancy grid as lasers see them.
 
-use bevy_ecs::prelude::Resource;
 use maps::{Cell, CellIndex, OccupancyGrid, Pose};
 use nalgebra::Vector2;
 
@@ -14,7 +13,7 @@ use crate::sweep::{Sweep, SweepMemory, fans};
 /// cell and the same distance for the same ray, to the last bit.
 ///
 /// Single rays need a byte a cell, sweeps two and a quarter bits more: 5 MB together for a grid of 1984 × 1984.
-#[derive(Resource, Clone, Debug)]
+#[derive(Clone, Debug)]
 pub struct Walls {
     rays: RayGrid,
     sweep: Option<Sweep>,
