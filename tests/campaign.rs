@@ -2,7 +2,8 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use tempfile::{TempDir, tempdir};
 
@@ -52,18 +53,23 @@ fn bytes(folder: &Path) -> [Vec<u8>; 4] {
     ["dataset.parquet", "summary.json", "journal.jsonl", "report.html"].map(|name| fs::read(folder.join(name)).unwrap())
 }
 
+/// Runs a campaign on so many threads; the folder of its results.
+fn results_on(threads: u32, file: &Path) -> PathBuf {
+    let out = file.with_file_name(format!("on{threads}"));
+    let output = Command::new(env!("CARGO_BIN_EXE_steward"))
+        .args(["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
+        .env("RAYON_NUM_THREADS", threads.to_string())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    out
+}
+
 #[test]
 fn threads_and_shards_change_no_byte() {
     let (_folder, file) = campaign(SOME);
     let whole = results(&file, "whole", &[]);
-    let out = file.with_file_name("one");
-    let one = Command::new(env!("CARGO_BIN_EXE_steward"))
-        .args(["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
-        .env("RAYON_NUM_THREADS", "1")
-        .output()
-        .unwrap();
-    assert!(one.status.success());
-    assert_eq!(bytes(&whole), bytes(&out), "one thread");
+    assert_eq!(bytes(&whole), bytes(&results_on(1, &file)), "one thread");
     for of in [3, 5] {
         let name = format!("shards{of}");
         let shards: Vec<String> = (0..of)
@@ -78,6 +84,7 @@ fn threads_and_shards_change_no_byte() {
         arguments.extend(shards.iter().map(String::as_str));
         assert!(steward(&arguments).status.success());
         assert_eq!(bytes(&whole), bytes(&merged), "{of} shards");
+        assert_eq!(timed_runs(&merged), (0..24).collect::<Vec<u64>>(), "{of} shards");
     }
     let summary: serde_json::Value = serde_json::from_slice(&bytes(&whole)[1]).unwrap();
     assert_eq!(summary["outcomes"]["failed"], 12, "a system that is never quiet is a result");
@@ -85,35 +92,83 @@ fn threads_and_shards_change_no_byte() {
     assert_eq!(fs::read_to_string(whole.join("timing.csv")).unwrap().lines().count(), 25);
 }
 
+/// Starts a campaign whose results go to a folder of that name.
+fn begun(file: &Path, name: &str) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_steward"))
+        .args(["campaign", file.to_str().unwrap(), "--out", file.with_file_name(name).to_str().unwrap()])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Fifty times, at random moments of a campaign's life: while it is loaded, while it goes through what is there already,
+/// while it runs, while results are written. Whenever one comes to its end, another is begun.
 #[test]
 fn what_was_killed_goes_on_without_a_run_lost_repeated_or_different() {
     let (_folder, file) = campaign(SOME);
+    let began = now();
     let whole = bytes(&results(&file, "whole", &[]));
-    let out = file.with_file_name("killed");
-    let mut kills = 0;
-    for delay_ms in (0..20).map(|n| 15 + n * 37 % 190) {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
-            .args(["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
-            .stdout(Stdio::null())
-            .spawn()
-            .unwrap();
-        wait(delay_ms);
-        let ended = child.try_wait().unwrap().is_some();
-        // On Unix, this is kill -9.
-        child.kill().unwrap();
-        child.wait().unwrap();
-        kills += u32::from(!ended);
+    let life = began.elapsed();
+    let (mut kills, mut campaigns, mut random) = (0, 0, 12_345_u64);
+    while kills < 50 {
+        let name = format!("killed{campaigns}");
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let mut child = begun(&file, &name);
+        wait(life.mul_f64((random >> 40) as f64 / (1 << 24) as f64));
+        if let Some(status) = child.try_wait().unwrap() {
+            assert!(status.success());
+            assert_eq!(bytes(&file.with_file_name(&name)), whole, "{name}");
+            campaigns += 1;
+        } else {
+            // On Unix, this is kill -9.
+            child.kill().unwrap();
+            child.wait().unwrap();
+            kills += 1;
+        }
     }
-    assert!(kills > 0, "nothing was killed");
-    assert_eq!(bytes(&results(&file, "killed", &[])), whole);
-    let timed = fs::read_to_string(out.join("timing.csv")).unwrap();
-    let runs: Vec<String> = timed.lines().skip(1).map(|line| line.split(',').next().unwrap().to_owned()).collect();
-    assert_eq!(runs, (0..24).map(|k| k.to_string()).collect::<Vec<_>>());
+    let out = results(&file, &format!("killed{campaigns}"), &[]);
+    assert_eq!(bytes(&out), whole);
+    assert_eq!(timed_runs(&out), (0..24).collect::<Vec<u64>>());
+}
+
+/// The runs whose wall times are known.
+fn timed_runs(folder: &Path) -> Vec<u64> {
+    let timed = fs::read_to_string(folder.join("timing.csv")).unwrap();
+    timed.lines().skip(1).map(|line| line.split(',').next().unwrap().parse().unwrap()).collect()
+}
+
+#[expect(clippy::disallowed_methods, reason = "a process is killed at moments that are measured")]
+fn now() -> Instant {
+    Instant::now()
 }
 
 #[expect(clippy::disallowed_methods, reason = "a process is killed at any moment")]
-fn wait(delay_ms: u64) {
-    std::thread::sleep(std::time::Duration::from_millis(delay_ms));
+fn wait(time: Duration) {
+    std::thread::sleep(time);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_campaign_ends_in_order_and_says_how_to_go_on() {
+    let (_folder, file) = campaign(&SOME.replace("max_time_s=3", "max_time_s=60"));
+    let whole = bytes(&results(&file, "whole", &[]));
+    let journal = file.with_file_name("out").join("journal.jsonl");
+    let child = begun(&file, "out");
+    while fs::read_to_string(&journal).map_or(0, |text| text.lines().count()) < 4 {
+        wait(Duration::from_millis(5));
+    }
+    let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(signalled.success());
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    let text = fs::read_to_string(&journal).unwrap();
+    let runs = text.lines().count() - 1;
+    assert!(text.ends_with('\n') && (3..24).contains(&runs), "{runs} runs");
+    assert!(said.contains(&format!("interrupted after {runs} of 24 runs; the same command goes on")), "{said}");
+    assert!(!journal.with_file_name("dataset.parquet").exists());
+    assert_eq!(bytes(&results(&file, "out", &[])), whole);
 }
 
 /// Wherever a journal breaks off, what comes of it is the same.
@@ -140,6 +195,21 @@ fn a_campaign_stops_at_its_goal_and_there_is_nothing_to_go_on_with() {
     assert_eq!(bytes(&out), bytes(&results(&file, "out", &[])), "again, it is reached already");
 }
 
+/// Every second run is over at once, and is not as expected; the others take long, and are. Were results counted as they
+/// come, many threads would see the bad ones first and stop early.
+#[test]
+fn stopping_on_many_threads_does_not_favour_short_runs() {
+    let goal = "[goal]\ntest = \"expectation\"\nbound = 0.6\nindifference = 0.2\nerror = 0.01\n";
+    let short_or_long = SOME.replace("runs = 24", "runs = 200").replace("[\"exec", "[\"expect.reached=[]\", \"exec");
+    let (_folder, file) = campaign(&(short_or_long + goal));
+    let one = bytes(&results_on(1, &file));
+    for threads in [2, 8] {
+        assert_eq!(bytes(&results_on(threads, &file)), one, "{threads} threads");
+    }
+    let summary: serde_json::Value = serde_json::from_slice(&one[1]).unwrap();
+    assert_eq!((&summary["goal"]["reached"], &summary["goal"]["side"]), (&true.into(), &"below".into()), "{summary}");
+}
+
 #[test]
 fn a_run_is_repeated_alone() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 6"));
@@ -157,6 +227,99 @@ fn a_run_is_repeated_alone() {
     let only = ["campaign", file.to_str().unwrap(), "--only", &failed["k"].to_string()];
     assert!(refused(&only).contains(failed["failure"].as_str().unwrap()), "{failed}");
     assert!(refused(&[&only[..3], &["6"]].concat()).contains("no run 6"));
+}
+
+/// The strata of a Latin hypercube depend on how many runs there are, so the command says it.
+#[test]
+fn the_command_that_the_summary_gives_repeats_the_run() {
+    let (_folder, file) = campaign(&SOME.replace("sobol", "latin_hypercube").replace("100000, 2", "100000"));
+    let out = results(&file, "out", &["--runs", "7"]);
+    let summary: serde_json::Value = serde_json::from_slice(&bytes(&out)[1]).unwrap();
+    let command = summary["unexpected"][5]["command"].as_str().unwrap();
+    let words: Vec<&str> = command.split(' ').collect();
+    assert_eq!(words[..2], ["steward", "campaign"]);
+    assert_eq!(words[3..], ["--runs", "7", "--only", "5"]);
+    let hash = |arguments: &[&str]| {
+        let alone = results(&file, "alone", arguments).join("run-5/report.json");
+        let report: serde_json::Value = serde_json::from_slice(&fs::read(alone).unwrap()).unwrap();
+        report["trace_hash"].clone()
+    };
+    let journal = String::from_utf8(bytes(&out)[2].clone()).unwrap();
+    let fifth: serde_json::Value = serde_json::from_str(journal.lines().nth(6).unwrap()).unwrap();
+    assert_eq!(hash(&words[3..]), fifth["facts"]["trace_hash"]);
+    assert_ne!(hash(&words[5..]), fifth["facts"]["trace_hash"], "with the file's number of runs it is another");
+}
+
+/// A run that talks without end, if never for long, is given up, by count and not by the clock.
+#[test]
+fn a_run_beyond_its_budget_is_a_result() {
+    let (_folder, file) = campaign(&SOME.replace("step_budget", "run_budget").replace("runs = 24", "runs = 2"));
+    let out = results(&file, "out", &[]);
+    let summary: serde_json::Value = serde_json::from_slice(&bytes(&out)[1]).unwrap();
+    assert_eq!(summary["outcomes"]["failed"], 1);
+    let why = summary["failures"][0]["why"].as_str().unwrap();
+    assert!(why.contains("more than 2 communications (`execution.run_budget`)"), "{why}");
+}
+
+#[test]
+fn a_campaign_whose_files_were_edited_does_not_go_on() {
+    let (folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
+    let copy = folder.path().join("scenario");
+    assert!(steward(&["init", copy.to_str().unwrap(), "--scenario", "errand"]).status.success());
+    let file = {
+        let own = copy.join("some.toml");
+        fs::write(&own, fs::read_to_string(&file).unwrap().replace("\"errand\"", "\"errand.toml\"")).unwrap();
+        own
+    };
+    let out = results(&file, "out", &[]);
+    let before = bytes(&out);
+    for (edited, was) in [
+        ("scenarios/nominal.toml", "min_battery_pct = 20"),
+        ("maps/house.yaml", "resolution"),
+        ("maps/house.places.toml", "[start]"),
+        ("trees/recharge.xml", "<root"),
+        ("skills/BatteryLevel.scxml", "<scxml"),
+        ("properties/phi1.scope", "property phi1"),
+    ] {
+        let path = copy.join(edited);
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(was), "{edited}: {text}");
+        fs::write(&path, format!("{text}\n")).unwrap();
+        let said = refused(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        assert!(said.contains("another campaign") && said.contains("or a file of its scenario"), "{edited}: {said}");
+        assert_eq!(bytes(&out), before);
+        fs::write(&path, text).unwrap();
+    }
+    assert_eq!(bytes(&results(&file, "out", &[])), before, "as it was");
+}
+
+/// Each is refused with one message before anything is run or written.
+#[test]
+fn what_makes_no_sense_is_refused_before_the_first_run() {
+    let grid = "scenario = \"errand\"\nsampling = \"grid\"\n";
+    let steps = |key: &str| format!("[[parameters]]\nkey = \"{key}\"\nfrom = 0\nto = 1\nsteps = 1000000\n");
+    for (text, wanted) in [
+        (SOME.replace("runs = 24", "rums = 24"), "did you mean `runs`?"),
+        (SOME.replace("from = 31", "form = 31"), "did you mean `from`?"),
+        (SOME.replace("to = 80", "to = 30"), "`to` must be greater than `from`"),
+        (SOME.replace("to = 80", "to = 800"), "between 0 and 100"),
+        (SOME.replace("battery.initial_pct", "batery.initial_pct"), "unknown key `batery`"),
+        (SOME.replace("battery.initial_pct", "faults.0.at_s"), "faults"),
+        (SOME.replace("\"errand\"", "\"erand\""), "no scenario `erand`"),
+        (SOME.replace("max_time_s=3", "max_time=3"), "unknown key `max_time`"),
+        (grid.to_owned() + &steps("noise.laser_sigma_m") + &steps("battery.drain_pct_per_s"), "= 1000000000000 runs"),
+    ] {
+        let (folder, file) = campaign(&text);
+        let out = folder.path().join("out");
+        let said = refused(&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        assert!(said.contains(wanted), "{wanted} is not said: {said}");
+        assert!(!out.exists(), "{wanted}");
+    }
+    let (_folder, file) = campaign(SOME);
+    let with = |arguments: &[&str]| refused(&[&["campaign", file.to_str().unwrap()], arguments].concat());
+    assert!(with(&["--shard", "9/8"]).contains("a shard is I/N, with I from 0 to N-1"));
+    assert!(with(&["--runs", "0"]).contains("cannot have 0 runs"));
+    assert!(refused(&["campaign", "nowhere.toml"]).contains("nowhere.toml"));
 }
 
 #[test]
@@ -188,6 +351,9 @@ fn what_does_not_belong_together_is_refused_and_left_untouched() {
     assert!(refused(&again[..4]).contains("results of version 0.0."));
     assert_eq!(fs::read_to_string(out.join("journal.jsonl")).unwrap(), old);
     assert_eq!(bytes(&out)[..2], before[..2]);
+    fs::remove_file(out.join("journal.jsonl")).unwrap();
+    assert!(refused(&again[..4]).contains("a dataset without the journal that it was made of"));
+    assert_eq!(fs::read(out.join("dataset.parquet")).unwrap(), before[0]);
 }
 
 #[cfg(target_os = "linux")]

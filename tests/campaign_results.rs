@@ -70,7 +70,7 @@ fn the_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
     let k: usize = card.split_once('<').unwrap().0.parse().unwrap();
     let (_, command) = card.split_once("<pre>steward ").unwrap();
     let command = command.split_once('<').unwrap().0;
-    assert_eq!(command, format!("campaign battery_reserve --only {k}"));
+    assert_eq!(command, format!("campaign battery_reserve --runs 128 --only {k}"));
     let again = tempdir().unwrap();
     let mut arguments: Vec<&str> = command.split(' ').collect();
     arguments.extend(["--out", again.path().to_str().unwrap(), "--quiet"]);

@@ -62,6 +62,7 @@ pub fn conduct(
         let news = match live.step(log.as_mut().map(|log| &mut log.recorder)) {
             Ok(news) => news,
             Err(StepError::Run(error)) => return Err(error.into()),
+            Err(StepError::Budget(limit)) => return Err(Error::Budget(limit)),
             Err(StepError::Record(source)) => {
                 return Err(log.map_or(Error::Draw(source.to_string()), |log| log.failed(source)));
             }

@@ -15,6 +15,9 @@ pub enum Error {
     /// The processes that the files describe cannot go on.
     #[error("the run cannot go on: {0}")]
     Run(#[from] channels::RunError),
+    /// A run had more communications than this, as many as its scenario allows.
+    #[error("the run was given up: it had more than {0} communications (`execution.run_budget`)")]
+    Budget(u64),
     /// A file could not be written.
     #[error("cannot write {}: {source}", path.display())]
     Write {
@@ -45,7 +48,7 @@ impl Error {
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
-            Self::BadInput(_) | Self::Run(_) => 2,
+            Self::BadInput(_) | Self::Run(_) | Self::Budget(_) => 2,
             Self::Write { .. } | Self::Draw(_) => 3,
         }
     }

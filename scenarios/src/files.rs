@@ -1,7 +1,9 @@
 //! Where files come from: beside the scenario, or out of the program itself.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The files that come with the program, by the paths that scenarios call them by.
 const SHIPPED: &[(&str, &[u8])] = &[
@@ -127,19 +129,45 @@ const FAULTS: &[(&str, &[u8])] = fault_scenarios![
 pub struct Files {
     /// The folder of the scenario's file; none for a scenario that comes with the program.
     beside: Option<PathBuf>,
+    /// What was read from disk, where it is to be remembered.
+    memory: Option<Arc<Mutex<Memory>>>,
 }
+
+/// What files held when they were first read, by the paths that they were asked for by.
+type Memory = BTreeMap<PathBuf, Arc<[u8]>>;
 
 impl Files {
     /// Only what comes with the program.
     #[must_use]
     pub fn shipped() -> Self {
-        Self { beside: None }
+        Self::default()
     }
 
     /// What lies in `folder`, and what comes with the program.
     #[must_use]
     pub fn beside(folder: impl Into<PathBuf>) -> Self {
-        Self { beside: Some(folder.into()) }
+        Self { beside: Some(folder.into()), memory: None }
+    }
+
+    /// The same files, but each is read from disk once: whoever asks for it later, of these or of a clone, gets what it
+    /// held then.
+    #[must_use]
+    pub fn remembering(self) -> Self {
+        Self { memory: Some(Arc::default()), ..self }
+    }
+
+    /// A fingerprint of what is remembered: which files there were on disk, and what they held.
+    #[must_use]
+    pub fn fingerprint(&self) -> String {
+        let mut hash = blake3::Hasher::new();
+        if let Some(memory) = &self.memory {
+            for (path, bytes) in memory.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+                for part in [path.as_os_str().as_encoded_bytes(), bytes] {
+                    hash.update(&(part.len() as u64).to_le_bytes()).update(part);
+                }
+            }
+        }
+        hash.finalize().to_hex().to_string()
     }
 
     /// Where the file would be on disk, if it is there.
@@ -155,10 +183,18 @@ impl Files {
     /// # Errors
     /// What the system says; `NotFound` if the file is neither on disk nor among the shipped ones.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
-        match self.on_disk(path) {
-            Some(found) => std::fs::read(found),
-            None => shipped(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into()),
+        let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
+        if let Some(known) = memory().and_then(|memory| memory.get(path).cloned()) {
+            return Ok(known.to_vec());
         }
+        let Some(found) = self.on_disk(path) else {
+            return shipped(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into());
+        };
+        let bytes = std::fs::read(found)?;
+        // Whoever was first to read it settles what it holds.
+        let first =
+            memory().map(|mut memory| Arc::clone(memory.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
+        Ok(first.map_or(bytes, |first| first.to_vec()))
     }
 
     /// Reads a file as text.
@@ -200,4 +236,31 @@ pub(crate) fn shipped_scenarios() -> Vec<&'static str> {
     let mut names: Vec<_> = shipped_paths().filter_map(name).filter(|name| !name.contains('/')).collect();
     names.sort_unstable();
     names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_read_is_remembered_and_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let (path, file) = (Path::new("some.txt"), folder.path().join("some.txt"));
+        std::fs::write(&file, "old").unwrap();
+        let forgetful = Files::beside(folder.path());
+        let files = forgetful.clone().remembering();
+        assert_eq!(files.read_text(path).unwrap(), "old");
+        let before = files.fingerprint();
+        std::fs::write(&file, "new").unwrap();
+        assert_eq!((files.read_text(path).unwrap(), forgetful.read_text(path).unwrap()), ("old".into(), "new".into()));
+        assert_eq!(files.clone().fingerprint(), before);
+        let anew = forgetful.remembering();
+        assert_eq!(anew.read_text(path).unwrap(), "new");
+        assert_ne!(anew.fingerprint(), before);
+        assert_eq!(
+            files.read(Path::new("maps/house.yaml")).unwrap(),
+            Files::shipped().read(Path::new("maps/house.yaml")).unwrap()
+        );
+        assert_eq!(files.fingerprint(), before, "what comes with the program is no file on disk");
+    }
 }

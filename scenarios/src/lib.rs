@@ -19,6 +19,7 @@ pub mod html;
 pub mod junit;
 pub mod live;
 pub mod matrix;
+mod monitoring;
 pub mod navigate;
 pub mod pictures;
 pub mod replay;

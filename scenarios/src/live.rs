@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, Event, Scheduler};
 use components::{Processes, Software};
-use monitors::{Property, Warnings};
+use monitors::Warnings;
 use nav::InitialPose;
 use robot::{Reading, Streams};
 use sim::Simulation;
@@ -14,6 +14,7 @@ use crate::Error;
 use crate::error::Complaints;
 use crate::faults::{Change, Fault, Injector, Run};
 use crate::given_up::{GivenUp, GivenUps};
+use crate::monitoring::Monitoring;
 use crate::scenario::{Scenario, unknown};
 use crate::tick_clock::TickClock;
 use crate::trace::{Recorder, TraceHash, event_line};
@@ -137,7 +138,8 @@ pub struct Live {
     /// The events of the last step.
     events: Vec<Event>,
     watched: Vec<Watched>,
-    warnings: Vec<Warnings>,
+    /// None in a run without monitors.
+    monitoring: Option<Arc<Monitoring>>,
     injector: Injector,
     faults: Vec<FaultRecord>,
     tree_errors: TreeErrors,
@@ -163,7 +165,9 @@ impl Live {
             navigation: wired.ids.navigation,
         };
         let software = software(&scenario, &sim, processes, &streams)?;
-        let (watched, warnings) = if watch { attach(&scenario, &mut wired.system)? } else { Default::default() };
+        let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
+        let watched = monitoring.iter().flat_map(|monitoring| monitoring.properties());
+        let watched = watched.map(|(watched, _)| watched.clone()).collect();
         let mut complaints = Complaints::default();
         let injector = Injector::new(&scenario, &wired.system, wired.ids, &streams, &mut complaints);
         complaints.check()?;
@@ -179,7 +183,7 @@ impl Live {
             ids: wired.ids,
             events: Vec::new(),
             watched,
-            warnings,
+            monitoring,
             injector,
             faults: Vec::new(),
             tree_errors: TreeErrors::default(),
@@ -268,7 +272,8 @@ impl Live {
             recorder.statuses(self.system.ticks().saturating_sub(1), now, self.statuses_json())?;
         }
         self.events = events;
-        Ok(())
+        let limit = self.scenario.file.execution.run_budget;
+        if self.system.steps() > limit { Err(StepError::Budget(limit)) } else { Ok(()) }
     }
 
     /// The tree's statuses as the event log writes them: by the node's number and label.
@@ -374,7 +379,7 @@ impl Live {
     /// What looks wrong with the property files, though they are accepted.
     #[must_use]
     pub fn warnings(&self) -> &[Warnings] {
-        &self.warnings
+        self.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
     }
 
     /// The faults that have taken hold so far.
@@ -452,6 +457,9 @@ pub enum StepError {
     /// The processes cannot go on.
     #[error(transparent)]
     Run(#[from] channels::RunError),
+    /// There have been more communications than this, as many as the scenario allows.
+    #[error("there have been more than {0} communications")]
+    Budget(u64),
     /// The event log cannot be written.
     #[error(transparent)]
     Record(#[from] std::io::Error),
@@ -459,7 +467,7 @@ pub enum StepError {
 
 fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error> {
     let file = &scenario.file;
-    Simulation::new(&file.sim, &scenario.map, scenario.start, scenario.station, streams).map_err(|error| {
+    Simulation::within(scenario.building(), &file.sim, scenario.start, scenario.station, streams).map_err(|error| {
         let problem = file.sites.start.span.problem(format!("the world cannot be set up: {error}"));
         Error::bad_input(
             problem.with_label("the start").with_help("the robot starts with its whole body on free floor"),
@@ -482,29 +490,19 @@ fn software(scenario: &Scenario, sim: &Simulation, processes: Processes, streams
     software.map_err(refused)
 }
 
-/// Makes the monitors of the scenario's properties and attaches them.
-fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<(Vec<Watched>, Vec<Warnings>), Error> {
+/// Attaches the monitors of the scenario's properties.
+fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitoring>, Error> {
+    let monitoring = scenario.monitoring(system.topology())?;
     let mut complaints = Complaints::default();
-    let (mut watched, mut warnings) = (Vec::new(), Vec::new());
-    let topology = Arc::clone(system.topology());
-    for (name, text) in &scenario.properties {
-        let Some(file) = complaints.note(monitors::load(name, text, &topology, scenario.file.execution.tick)) else {
-            continue;
-        };
-        for Property { name, formula, summary, monitor } in file.properties {
-            system.attach(monitor);
-            watched.push(Watched { name, formula, summary, decided: None });
-        }
-        warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
-    }
-    // A property in a file that is wrong is not unknown.
-    complaints.check()?;
-    let known = || watched.iter().map(|watched| watched.name.as_str());
+    let known = || monitoring.properties().iter().map(|(watched, _)| watched.name.as_str());
     let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
     let named = expected.chain(scenario.file.stop.on_violation.names());
     for name in named.filter(|name| !known().any(|other| other == name.value)) {
         complaints.push(unknown("property", name, known()));
     }
     complaints.check()?;
-    Ok((watched, warnings))
+    for (_, monitor) in monitoring.properties() {
+        system.attach(Box::new(monitor.clone()));
+    }
+    Ok(monitoring)
 }

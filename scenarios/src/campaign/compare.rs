@@ -42,6 +42,8 @@ pub struct Side {
     pub folder: PathBuf,
     /// How the command line calls it.
     pub campaign: String,
+    /// The command that runs it again.
+    pub again: String,
     /// Its scenario.
     pub scenario: String,
     /// The version that ran it.
@@ -106,6 +108,7 @@ impl CampaignComparison {
         let side = |folder: &Path, journal: &JournalReader, place: usize| Side {
             folder: folder.to_owned(),
             campaign: journal.header.layout.campaign.clone(),
+            again: journal.header.layout.again(),
             scenario: journal.header.layout.scenario.clone(),
             version: journal.header.version().to_owned(),
             runs: tally.runs[place],
@@ -279,7 +282,7 @@ impl Tally {
 impl fmt::Display for CampaignComparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, side) in [("before", &self.before), ("after", &self.after)] {
-            let Side { folder, campaign, scenario, version, runs, failed } = side;
+            let Side { folder, campaign, scenario, version, runs, failed, .. } = side;
             writeln!(
                 f,
                 "{name:<7} {}: {campaign} ({scenario}, steward {version}), {runs} runs, {failed} failed",
@@ -337,7 +340,7 @@ impl Compared {
         for (runs, when) in [(&self.first_only_before, "before"), (&self.first_only_after, "after")] {
             if let Some(k) = runs.first() {
                 let side = if when == "before" { &of.before } else { &of.after };
-                writeln!(f, "  only {when}: run {k}, {}", command(&side.campaign, *k))?;
+                writeln!(f, "  only {when}: run {k}, {}", command(&side.again, *k))?;
             }
         }
         Ok(())

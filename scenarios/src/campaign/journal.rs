@@ -17,6 +17,8 @@ use crate::Error;
 /// The format of journals and datasets.
 const FORMAT: u32 = 2;
 const JOURNAL: &str = "journal.jsonl";
+/// The dataset that is made of the journal.
+pub(super) const DATASET: &str = "dataset.parquet";
 const TIMING: &str = "timing.csv";
 
 /// A part of a campaign: the runs whose number leaves the remainder `index` when divided by `of`.
@@ -61,6 +63,8 @@ pub(super) struct Header {
 pub(super) struct Layout {
     /// How the command line calls the campaign.
     pub(super) campaign: String,
+    /// The number of runs that the command line asked for, where it is not the file's.
+    pub(super) asked: Option<u64>,
     /// How it calls the scenario.
     pub(super) scenario: String,
     /// What it is to find out.
@@ -80,6 +84,18 @@ pub(super) struct ModelLayout {
     pub(super) about: String,
     pub(super) quantity: String,
     pub(super) bound: f64,
+}
+
+impl Layout {
+    /// The command that runs the campaign again.
+    pub(super) fn again(&self) -> String {
+        let plain = |c: char| c.is_alphanumeric() || "-_./".contains(c);
+        let campaign = &self.campaign;
+        let quoted = format!("'{}'", campaign.replace('\'', "'\\''"));
+        let campaign = if campaign.chars().all(plain) { campaign } else { &quoted };
+        let runs = self.asked.map_or(String::new(), |runs| format!(" --runs {runs}"));
+        format!("steward campaign {campaign}{runs}")
+    }
 }
 
 /// A parameter's key and what its values are.
@@ -141,6 +157,7 @@ impl Header {
         };
         let layout = Layout {
             campaign: plan.name().to_owned(),
+            asked: plan.asked(),
             scenario: plan.scenario().argument.clone(),
             about: plan.file().about.clone(),
             parameters: plan.file().parameters.iter().map(parameter).collect(),
@@ -183,7 +200,8 @@ impl Header {
             let help = "results of different versions are not mixed: use that version, or another folder";
             (format!("{folder} has results of version {}, and this is {}", found.version, self.version), help)
         } else if (&found.plan, found.runs) != (&self.plan, self.runs) {
-            let help = "its file, its scenario or its number of runs is another: use another folder";
+            let help = "its file, its number of runs, or a file of its scenario (map, tree, skill, property, …) is another \
+                        now: use another folder";
             (format!("{folder} has results of another campaign"), help)
         } else if found.shard != self.shard {
             let Shard { index, of } = found.shard;
@@ -215,6 +233,10 @@ impl Journal {
             let path = path.to_owned();
             move |source| Error::Write { path, source }
         };
+        if !journal.exists() && folder.join(DATASET).exists() {
+            let message = format!("{} has a dataset without the journal that it was made of", folder.display());
+            return Err(Error::refused(message, "what is there is not overwritten: use another folder"));
+        }
         std::fs::create_dir_all(folder).map_err(failed(folder))?;
         let open = |path: &Path| {
             let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
@@ -330,6 +352,34 @@ impl JournalReader {
     /// The next run; none after the last complete line.
     pub(super) fn next(&mut self) -> Result<Option<RunRecord>, Error> {
         self.lines.next_as()
+    }
+}
+
+/// The wall times beside a journal, read from beginning to end.
+#[derive(Debug)]
+pub(super) struct TimingReader {
+    lines: io::Lines<BufReader<File>>,
+    /// The run that was read last, with its time.
+    last: Option<(u64, f64)>,
+}
+
+impl TimingReader {
+    /// Opens the wall times in `folder`; none where they are missing.
+    pub(super) fn open(folder: &Path) -> Option<Self> {
+        let file = File::open(folder.join(TIMING)).ok()?;
+        let mut lines = BufReader::new(file).lines();
+        lines.next()?.ok()?;
+        Some(Self { lines, last: None })
+    }
+
+    /// How long run `k` took, in seconds, if that is written down. Runs are asked for in their order.
+    pub(super) fn of(&mut self, k: u64) -> Option<f64> {
+        while self.last.is_none_or(|(last, _)| last < k) {
+            let line = self.lines.next()?.ok()?;
+            let (run, seconds) = line.split_once(',')?;
+            self.last = Some((run.parse().ok()?, seconds.parse().ok()?));
+        }
+        self.last.filter(|(last, _)| *last == k).map(|(_, seconds)| seconds)
     }
 }
 

@@ -42,7 +42,11 @@ pub struct Plan {
     name: String,
     text: String,
     file: CampaignFile,
+    /// The number of runs, where another one than the file's was asked for.
+    asked: Option<u64>,
     found: Found,
+    /// A fingerprint of all files on disk that the scenario is made of.
+    files: String,
     /// A dimension for each parameter; none for a grid.
     dimensions: Vec<Dimension>,
     /// The scenario without what varies, whose files and map all runs share.
@@ -92,14 +96,18 @@ impl Plan {
     /// [`Error::BadInput`] with everything that is wrong.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
-        let found = scenario(name, &file)?;
+        // All runs, and a campaign that goes on tomorrow, have to be of the same files.
+        let mut found = scenario(name, &file)?;
+        found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
         let base = Arc::new(Scenario::load(&found, &set)?);
         let live = Live::new(Arc::clone(&base), file.seed, true)?;
         let properties = live.watched().iter().map(|watched| watched.name.clone()).collect();
         let (name, text, dimensions) = (name.to_owned(), text.to_owned(), dimensions(&file));
-        let plan = Self { name, text, file, found, dimensions, base, properties };
+        let mut plan =
+            Self { name, text, file, asked: None, found, files: String::new(), dimensions, base, properties };
         plan.check(&set)?;
+        plan.files = plan.found.files.fingerprint();
         Ok(plan)
     }
 
@@ -113,6 +121,7 @@ impl Plan {
             let message = format!("the campaign cannot have {runs} runs");
             return Err(Error::refused(message, format!("it can have 1 to {most}")));
         }
+        self.asked = (runs != self.file.runs).then_some(runs).or(self.asked);
         self.file.runs = runs;
         self.dimensions = dimensions(&self.file);
         Ok(self)
@@ -136,11 +145,19 @@ impl Plan {
         &self.base
     }
 
-    /// A fingerprint of what the runs are: the campaign's text, its number of runs, and the scenario's text.
+    /// What the command line adds to the campaign's name to repeat one of its runs: the number of runs, where it is not
+    /// the file's.
+    pub(super) fn asked(&self) -> Option<u64> {
+        self.asked
+    }
+
+    /// A fingerprint of what the runs are: the texts of the campaign and its scenario, the number of runs, and all files
+    /// on disk that the scenario is made of: its bases, map, places, tree, skills and properties. The files that come
+    /// with the program are its version's.
     #[must_use]
     pub fn identity(&self) -> String {
         let mut hash = blake3::Hasher::new();
-        for part in [&self.text, &self.found.text, &self.file.runs.to_string()] {
+        for part in [&self.text, &self.found.text, &self.file.runs.to_string(), &self.files] {
             hash.update(&(part.len() as u64).to_le_bytes()).update(part.as_bytes());
         }
         hash.finalize().to_hex().to_string()

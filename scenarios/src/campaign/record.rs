@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Plan, PlannedRun, Value};
+use super::{PlannedRun, Value};
 use crate::report::{MonitorReport, OutcomeReport, Report};
 
 /// One run of a campaign: what it was, and what came of it. Nothing in it depends on the computer.
@@ -75,7 +75,7 @@ pub struct RunFacts {
     pub fault_onset_s: Option<f64>,
     /// BLAKE3 hash of the run's trace.
     pub trace_hash: String,
-    /// What the monitors say, in the order of [`Plan::properties`].
+    /// What the monitors say, in the order of [`Plan::properties`](super::Plan::properties).
     pub monitors: Vec<MonitorFacts>,
 }
 
@@ -196,15 +196,17 @@ impl RunRecord {
         Self { k, seed, values, outcome: RunOutcome::Failed, failure: Some(why), facts: None }
     }
 
-    /// Whether what a goal asks of happened: the property of that name was violated, or for `expectation` the run was not
-    /// what was expected. A run that failed counts as neither satisfied nor expected.
+    /// Whether the property of that place among the [plan's](super::Plan::properties) was violated. None of a run that
+    /// failed: it says nothing of any property, and counts for none.
     #[must_use]
-    pub fn happened(&self, of: &str, plan: &Plan) -> bool {
-        let place = plan.properties().iter().position(|name| name == of);
-        match (&self.facts, place) {
-            (Some(facts), Some(place)) => facts.monitors.get(place).is_some_and(|m| m.verdict == "violated"),
-            _ => self.outcome != RunOutcome::AsExpected,
-        }
+    pub fn violated(&self, property: usize) -> Option<bool> {
+        Some(self.facts.as_ref()?.monitors.get(property)?.verdict == "violated")
+    }
+
+    /// Whether the run was not what the scenario expects. A run that failed was not.
+    #[must_use]
+    pub fn unexpected(&self) -> bool {
+        self.outcome != RunOutcome::AsExpected
     }
 }
 

@@ -1,18 +1,17 @@
 //! From journals to results: the dataset and the summary, of one campaign or of its shards put together.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::dataset::DatasetWriter;
-use super::journal::{Header, Journal, JournalReader, Layout, Shard};
+use super::journal::{DATASET, Header, Journal, JournalReader, Layout, Shard, TimingReader};
 use super::runner::GoalReport;
 use super::statistics::{Confidence, Count, Interval};
 use super::{RunOutcome, RunRecord, page};
 use crate::Error;
 
-/// The dataset's file.
-const DATASET: &str = "dataset.parquet";
 /// The summary's file.
 pub(super) const SUMMARY: &str = "summary.json";
 /// How many runs the summary names of a kind.
@@ -25,6 +24,8 @@ const CONFIDENCE: f64 = 0.95;
 pub struct Summary {
     /// The campaign's file.
     pub campaign: String,
+    /// The command that runs it again.
+    pub again: String,
     /// Its scenario.
     pub scenario: String,
     /// The program's version.
@@ -49,13 +50,13 @@ impl Summary {
     /// The command that repeats a run alone, with pictures and report.
     #[must_use]
     pub fn command(&self, k: u64) -> String {
-        command(&self.campaign, k)
+        command(&self.again, k)
     }
 }
 
-/// The command that repeats a run of a campaign alone.
-pub(super) fn command(campaign: &str, k: u64) -> String {
-    format!("steward campaign {campaign} --only {k}")
+/// The command that repeats a run alone, made of the one that runs its campaign `again`.
+pub(super) fn command(again: &str, k: u64) -> String {
+    format!("{again} --only {k}")
 }
 
 /// How many runs went how.
@@ -131,13 +132,21 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
         let message = format!("{} has results already", out.display());
         return Err(Error::refused(message, "choose a new folder for what is put together"));
     }
-    readers.sort_by_key(|reader| reader.header.shard.index);
     // Everything is read once before anything is written, so that what is incomplete leaves nothing behind.
     let mut complete = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;
     complete.sort_by_key(|reader| reader.header.shard.index);
     in_turn(&header, complete, |_| Ok(()))?;
+    let mut timings: BTreeMap<u64, TimingReader> = BTreeMap::new();
+    for (folder, reader) in shards.iter().zip(&readers) {
+        timings.extend(TimingReader::open(folder).map(|timing| (reader.header.shard.index, timing)));
+    }
+    readers.sort_by_key(|reader| reader.header.shard.index);
     let mut journal = Journal::open(out, &header, |_| Ok(()))?;
-    in_turn(&header, readers, |record| journal.append(&record, None))?;
+    let of = readers.len() as u64;
+    in_turn(&header, readers, |record| {
+        let wall_time_s = timings.get_mut(&(record.k % of)).and_then(|timing| timing.of(record.k));
+        journal.append(&record, wall_time_s)
+    })?;
     drop(journal);
     finish(out, None)
 }
@@ -212,10 +221,11 @@ impl Tally {
     }
 
     fn add(&mut self, record: &RunRecord) {
-        self.expectation.push(record.outcome != RunOutcome::AsExpected);
-        let monitors = record.facts.iter().flat_map(|facts| &facts.monitors);
-        for (count, monitor) in self.properties.iter_mut().zip(monitors) {
-            count.push(monitor.verdict == "violated");
+        self.expectation.push(record.unexpected());
+        for (property, count) in self.properties.iter_mut().enumerate() {
+            if let Some(violated) = record.violated(property) {
+                count.push(violated);
+            }
         }
         let named = match record.outcome {
             RunOutcome::AsExpected => {
@@ -244,12 +254,14 @@ impl Tally {
             rate: count.rate(),
             interval: count.interval(confidence),
         };
+        let again = layout.again();
         let named = |runs: Vec<(u64, Option<String>)>| {
-            runs.into_iter().map(|(k, why)| Named { k, why, command: command(&layout.campaign, k) }).collect()
+            runs.into_iter().map(|(k, why)| Named { k, why, command: command(&again, k) }).collect()
         };
         let counted = layout.properties.iter().zip(&self.properties);
         Ok(Summary {
             campaign: layout.campaign.clone(),
+            again: layout.again(),
             scenario: layout.scenario.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             runs: self.expectation.runs(),

@@ -6,11 +6,11 @@ use std::sync::Arc;
 
 use clap::{Args, Subcommand};
 
-use super::progress::Bar;
-use super::{print, summary};
+use super::progress::CampaignBar;
+use super::{interrupt, note, print, summary};
 use crate::Error;
 use crate::campaign::compare::CampaignComparison;
-use crate::campaign::{self, Plan, Shard, Summary};
+use crate::campaign::{self, Plan, Ran, Shard, Summary};
 use crate::conduct::{Outputs, conduct};
 use crate::scenario::Scenario;
 
@@ -122,14 +122,19 @@ pub(super) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     }
     let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)))?;
     let folder = shard.map_or(out.clone(), |Shard { index, of }| out.join(format!("shard-{index}-of-{of}")));
-    let bar = Bar::new(args.quiet, "runs");
-    let goal = campaign::run(&plan, shard.unwrap_or(Shard::ALL), &folder, |done, all| {
-        bar.show(done as usize, all as usize);
-    })?;
+    let mut bar = CampaignBar::new(args.quiet);
+    let interrupted = interrupt::listen();
+    let ran = campaign::run(&plan, shard.unwrap_or(Shard::ALL), &folder, interrupted, |progress| bar.show(progress));
     bar.finish();
+    let ran = ran?;
+    if !ran.complete {
+        let Ran { done, all, .. } = ran;
+        note(&format!("interrupted after {done} of {all} runs; the same command goes on where it stopped"));
+        return Ok(interrupt::status());
+    }
     let said = match shard {
         Some(_) => format!("wrote {}; `steward campaign merge` puts shards together\n", folder.display()),
-        None => in_words(&campaign::finish(&folder, goal)?, &folder),
+        None => in_words(&campaign::finish(&folder, ran.goal)?, &folder),
     };
     if !args.quiet {
         print(&said)?;
@@ -169,6 +174,9 @@ fn in_words(summary: &Summary, folder: &Path) -> String {
             count.runs(),
             estimate.rate.unwrap_or(0.0),
         );
+    }
+    if outcomes.failed > 0 {
+        text += "runs that failed say nothing of a property, and count for none\n";
     }
     if let Some(goal) = &summary.goal {
         let said = match (goal.interval, goal.side) {

@@ -1,11 +1,12 @@
 //! The command line.
 //!
 //! Results go to stdout, progress and diagnostics to stderr. Exit status: 0 the run was what the scenario's `[expect]`
-//! says; 1 it was not; 2 bad input; 3 the program could not do its work.
+//! says; 1 it was not; 2 bad input; 3 the program could not do its work; 130 a campaign was interrupted.
 
 mod campaign;
 mod faults;
 mod init;
+mod interrupt;
 mod list;
 mod localize;
 mod map;

@@ -32,6 +32,7 @@ pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Vec<Still>, Error> {
         let ticks = live.system().ticks();
         live.step(None).map_err(|error| match error {
             StepError::Run(error) => Error::from(error),
+            StepError::Budget(limit) => Error::Budget(limit),
             StepError::Record(source) => Error::Draw(source.to_string()),
         })?;
         camera.follow(&live);

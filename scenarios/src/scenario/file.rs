@@ -132,6 +132,8 @@ pub struct Execution {
     pub max_time: Duration,
     /// How many transitions the system may take in one step of the simulation before it counts as never quiet.
     pub step_budget: u64,
+    /// How many communications there may be in a whole run before it is given up.
+    pub run_budget: u64,
 }
 
 /// An occasion for a picture.
@@ -313,6 +315,7 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
         leaf_timeout: bt::LEAF_TIMEOUT,
         max_time: Duration::from_secs(3600),
         step_budget: 100_000,
+        run_budget: 10_000_000,
     };
     if let Some(components) = root.table("components").optional() {
         let rules = [("shipped", StopRule::OwnTrip), ("original", StopRule::AnyTrip)];
@@ -325,6 +328,7 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     execution.leaf_timeout = leaf_timeout.or(execution.leaf_timeout);
     execution.max_time = table.seconds("max_time_s").check(|time| !time.is_zero(), "be above 0").or(execution.max_time);
     execution.step_budget = table.get::<u64>("step_budget").within(1..=u64::MAX).or(execution.step_budget);
+    execution.run_budget = table.get::<u64>("run_budget").within(1..=u64::MAX).or(execution.run_budget);
     execution.tree = table.one_of("tree", &[("whole", TreeForm::Whole), ("nodes", TreeForm::Nodes)]).or(execution.tree);
     let starve = table.text("starve").spanned();
     let policies = [("random", Policy::Random), ("round-robin", Policy::RoundRobin)];

@@ -11,9 +11,11 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
+use channels::Topology;
 use maps::{OccupancyGrid, Place, Places, PlacesFile, Pose, Problem, Spanned};
 use nav::{Atlas, LocalizationParameters};
 use robot::RobotModel;
+use sim::Building;
 use skills::Chart;
 
 pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Start, TreeForm};
@@ -23,6 +25,7 @@ pub use world::WorldBody;
 
 use crate::error::Complaints;
 use crate::faults::Effect;
+use crate::monitoring::Monitoring;
 use crate::{Error, wiring};
 
 /// Where a scenario comes from, for running it again.
@@ -65,6 +68,10 @@ pub struct Scenario {
     pub station: Pose,
     /// What localization and navigation work out of the map, once somebody has asked.
     atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
+    /// What the simulation works out of the map, once somebody has asked.
+    building: OnceLock<Building>,
+    /// The monitors of the properties, once somebody has asked.
+    monitoring: OnceLock<Arc<Monitoring>>,
 }
 
 impl Scenario {
@@ -110,6 +117,29 @@ impl Scenario {
         }
     }
 
+    /// The walls of the simulated world: worked out when they are asked for the first time, and shared by all runs from
+    /// then on.
+    #[must_use]
+    pub fn building(&self) -> &Building {
+        self.building.get_or_init(|| Building::new(&self.map))
+    }
+
+    /// The monitors of the properties, for a system of that topology: made when they are asked for the first time, and
+    /// shared by all runs on the same channels from then on.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] with everything that is wrong with the property files.
+    pub(crate) fn monitoring(&self, topology: &Arc<Topology>) -> Result<Arc<Monitoring>, Error> {
+        let tick = self.file.execution.tick;
+        if let Some(made) = self.monitoring.get().filter(|made| made.fits(topology, tick)) {
+            return Ok(Arc::clone(made));
+        }
+        let made = Arc::new(Monitoring::new(&self.properties, topology, tick)?);
+        // Shared with a scenario whose channels are others, there is one already: that one stays.
+        let _ = self.monitoring.set(Arc::clone(&made));
+        Ok(made)
+    }
+
     /// The machines that a skill may run: its own, and those that faults put in its place.
     pub(crate) fn machines_of(&self, skill: &str) -> impl Iterator<Item = &Arc<Chart>> {
         let faults = self.file.faults.iter().enumerate();
@@ -150,6 +180,9 @@ impl Loader<'_> {
         }
         let same_map = wrong_map.is_none() && self.shares(&file, |file| &file.map);
         let atlas = self.like.filter(|like| same_map && like.wrong_map.is_none()).map(|like| like.atlas.clone());
+        let same_world = self.shares(&file, |file| &file.map);
+        let building = self.like.filter(|_| same_world).map(|like| like.building.clone());
+        let monitoring = self.like.filter(|like| like.properties == properties).map(|like| like.monitoring.clone());
         let (start, station) = poses?;
         Some(Scenario {
             name: self.found.name.clone(),
@@ -163,6 +196,8 @@ impl Loader<'_> {
             start,
             station,
             atlas: atlas.unwrap_or_default(),
+            building: building.unwrap_or_default(),
+            monitoring: monitoring.unwrap_or_default(),
             origin: Origin {
                 argument: self.found.argument.clone(),
                 text: self.found.text.clone(),
@@ -294,6 +329,10 @@ impl Loader<'_> {
     }
 
     fn properties(&mut self, file: &ScenarioFile) -> Vec<(String, String)> {
+        let names = |file: &ScenarioFile| file.properties.iter().map(|path| path.value.clone()).collect::<Vec<_>>();
+        if let Some(like) = self.like.filter(|like| names(&like.file) == names(file)) {
+            return like.properties.clone();
+        }
         let read = |path: &Spanned<PathBuf>| {
             let text = self.text(&path.span, "property file", &path.value)?;
             Some((path.value.display().to_string(), text))

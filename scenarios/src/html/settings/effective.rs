@@ -62,7 +62,7 @@ pub(super) fn of(sim: &SimConfig, execution: &Execution) -> Vec<Group> {
 }
 
 fn execution(execution: &Execution, dt: Duration) -> Group {
-    let Execution { tick, policy, orders, stops, tree, leaf_timeout, max_time, step_budget } = execution;
+    let Execution { tick, policy, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } = execution;
     let policy = match policy {
         Policy::Random => "random".to_owned(),
         Policy::RoundRobin => "round-robin".to_owned(),
@@ -87,6 +87,7 @@ fn execution(execution: &Execution, dt: Duration) -> Group {
             ("a stop of navigation", stops.to_owned()),
             ("longest run", duration(*max_time)),
             ("transitions a step, at most", step_budget.to_string()),
+            ("communications a run, at most", run_budget.to_string()),
         ],
     );
     let in_words = |order: &Order| format!("{} before {}", order.first.value, order.then.value);

@@ -1,0 +1,31 @@
+//! Ctrl-C: the first asks for an orderly end, the second does not ask.
+
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::note;
+
+/// What a shell calls a program that was interrupted.
+const STATUS: u8 = 130;
+
+/// Set once the program is asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT, SIGTERM or
+/// SIGHUP).
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Listens from now on. Whoever is asked to end a second time ends at once.
+pub(super) fn listen() -> &'static AtomicBool {
+    let heard = ctrlc::set_handler(|| {
+        if INTERRUPTED.swap(true, Ordering::Relaxed) {
+            std::process::exit(STATUS.into());
+        }
+    });
+    if heard.is_err() {
+        note("Ctrl-C ends the program at once: the system does not let it listen");
+    }
+    &INTERRUPTED
+}
+
+/// The exit status of a command that was interrupted.
+pub(super) fn status() -> ExitCode {
+    ExitCode::from(STATUS)
+}
