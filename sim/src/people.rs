@@ -7,6 +7,7 @@ use std::time::Duration;
 use bevy_ecs::prelude::*;
 use maps::{Point, Pose};
 
+use crate::building::Building;
 use crate::clock::Clock;
 use crate::config::{RouteEnd, Shape};
 use crate::drive::{Drive, RobotPose};
@@ -14,7 +15,6 @@ use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
 use crate::ray_grid::RayGrid;
 use crate::route::Route;
-use crate::walls::Walls;
 use aside::{Aside, Meeting, WayOut};
 
 /// Whoever passes the robot leaves it this much room to the side, in metres.
@@ -200,13 +200,17 @@ impl Walker {
 /// Takes everybody a step on.
 pub(crate) fn walk(
     clock: Res<Clock>,
-    walls: Res<Walls>,
+    building: Res<Building>,
     mut physics: ResMut<Physics>,
     robot: Single<(&RobotPose, &Drive)>,
     mut people: Query<(&Body, &Obstacle, &mut ObstaclePose, &mut Walker)>,
 ) {
-    let world =
-        World { clock: &clock, robot: &robot.0.0, robot_radius_m: robot.1.robot_radius_m(), floor: walls.rays() };
+    let world = World {
+        clock: &clock,
+        robot: &robot.0.0,
+        robot_radius_m: robot.1.robot_radius_m(),
+        floor: building.walls().rays(),
+    };
     for (body, obstacle, mut pose, mut walker) in &mut people {
         let radius_m = match obstacle.shape {
             Shape::Disc { radius_m } => radius_m,
