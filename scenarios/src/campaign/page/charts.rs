@@ -41,14 +41,15 @@ fn points(plot: &mut Plot, axis: &Axis, counts: &[Count], confidence: Confidence
 
 /// Rates by two axes: a cell for each pair of bins.
 pub(super) fn heat_map(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], layout: Layout) -> Drawing {
-    heat(axes, titles, cells, layout).finish()
+    heat(axes, titles, cells, true, layout).finish()
 }
 
 /// A heat map of one slice of the model's parameters, with the frontier and the model's.
 pub(super) fn slice(model: &ModelSurvey, number: usize, titles: [&str; 2], layout: Layout) -> Drawing {
     let axes = [0, 1].map(|input| Axis::Scale(model.inputs[input].scale));
     let cells = &model.slices[number];
-    let mut plot = heat([&axes[0], &axes[1]], titles, cells, layout);
+    let mut plot = heat([&axes[0], &axes[1]], titles, cells, false, layout);
+    halves(&mut plot, cells);
     let curve =
         |plot: &Plot, quantity| Path::through(model.curve(number, quantity).into_iter().map(|(x, y)| plot.at(x, y)));
     if let Some((frontier, _)) = model.frontier {
@@ -62,7 +63,7 @@ pub(super) fn slice(model: &ModelSurvey, number: usize, titles: [&str; 2], layou
     plot.finish()
 }
 
-fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], layout: Layout) -> Plot {
+fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], numbers: bool, layout: Layout) -> Plot {
     let mut plot = Plot::new(Size::Half, layout, 0.74).with_title(titles[1]);
     let ground = plot.area;
     plot.canvas.rounded(ground, 0.0, Paint::fill(theme::IDLE_LIGHT));
@@ -74,15 +75,16 @@ fn heat(axes: [&Axis; 2], titles: [&str; 2], cells: &[Vec<Count>], layout: Layou
             let ends = |bin: usize, bins: f64| [bin as f64 / bins, (bin + 1) as f64 / bins];
             let cell = plot.part(ends(x, x_bins), ends(y, y_bins));
             plot.canvas.rounded(cell, 0.0, Paint::fill(theme::GOOD_LIGHT));
-            plot.canvas.rounded(cell, 0.0, Paint::fill(theme::BAD).fill_opacity(0.85 * rate));
-            if cell.width >= ROOM_FOR_A_NUMBER && cell.height >= 11.0 {
+            if rate > 0.0 {
+                plot.canvas.rounded(cell, 0.0, Paint::fill(theme::BAD).fill_opacity(0.85 * rate));
+            }
+            if numbers && cell.width >= ROOM_FOR_A_NUMBER && cell.height >= 11.0 {
                 let middle = (cell.x + cell.width / 2.0, cell.y + cell.height / 2.0);
                 let style = TextStyle::new(Font::regular(9.0), theme::INK).anchored(Anchor::Middle);
                 plot.canvas.centered_text(middle, &format!("{:.0}", 100.0 * rate), style);
             }
         }
     }
-    halves(&mut plot, cells);
     plot.x_axis(axes[0], titles[0]);
     plot.y_axis(axes[1], false, |label| Font::regular(12.0).fit(&label, 44.0));
     plot

@@ -134,7 +134,7 @@ impl Selection {
             let violated = survey.targets.iter().any(|target| target.time_s(record).is_some());
             (!violated).then_some(facts.battery_minimum_pct)
         };
-        self.add(charge, |score| format!("the least charge without a violation, {} %", short(score)));
+        self.add(charge, |score| format!("the least charge without a violation, {score:.3} %"));
     }
 
     fn extremes(&mut self) {
@@ -151,6 +151,10 @@ impl Selection {
         self.add(
             |_, record| Some(-record.facts.as_ref()?.arrived_s?),
             |score| format!("the latest arrival, at {} s", short(-score)),
+        );
+        self.add(
+            |_, record| record.facts.as_ref()?.arrived_s,
+            |score| format!("the soonest arrival, at {} s", short(score)),
         );
     }
 

@@ -247,7 +247,7 @@ impl Page<'_> {
             String::new()
         };
         let lead = format!(
-            "<p>Each cell is coloured by its rate, in percent: green 0, red 100; grey cells have no run. Lines: where the rate passes one half.{left_out}</p>\n"
+            "<p>Each cell is coloured by its rate, in percent: green 0, red 100; grey cells have no run.{left_out}</p>\n"
         );
         section("pairs", "Two parameters at a time", &format!("{lead}<div class=\"pairs\">\n{maps}</div>\n"))
     }
