@@ -159,6 +159,15 @@ fn a_stranger_is_told_why_the_robot_stands_still() {
     ] {
         assert!(page.contains(words), "the page does not say: {words}");
     }
+    assert!(page.contains("one from GotoRechargingStation to Navigation, before one was owed"), "{page}");
+    let phi2 = page.find("id=\"violation-phi2\"").map(|at| &page[at..]).expect("phi2 has its story");
+    let phi2 = &phi2[..phi2.find("</ol>").expect("it is a list")];
+    for words in [
+        "at tick 41; before it, at tick 31, it had told it <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]",
+        "GoToDestination told Navigation <code>[&lt;stop_navigation&gt;, &lt;Destination&gt;]</code> at tick 31",
+    ] {
+        assert!(phi2.contains(words), "phi2's story does not say: {words}");
+    }
     let (start, stop) = (
         page.find("&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> at tick 31"),
         page.find("&lt;stop_navigation&gt;, &lt;Destination&gt;]</code> at tick 31"),

@@ -117,11 +117,19 @@ impl Term {
             Self::Variable(variable) => names[variable.0].clone(),
             Self::Field(variable, number) => format!("{}[{number}]", names[variable.0]),
             Self::Sum(a, b) => format!("{} + {}", a.describe(names), b.describe(names)),
-            Self::Difference(a, b) => format!("{} - {}", a.describe(names), b.describe(names)),
+            Self::Difference(a, b) => format!("{} - {}", a.describe(names), b.describe_inside(names)),
             Self::Tuple(terms) => {
                 let fields: Vec<String> = terms.iter().map(|term| term.describe(names)).collect();
                 format!("[{}]", fields.join(", "))
             }
+        }
+    }
+
+    /// What is taken away from something: a sum of several stands in parentheses.
+    fn describe_inside(&self, names: &[String]) -> String {
+        match self {
+            Self::Sum(..) | Self::Difference(..) => format!("({})", self.describe(names)),
+            _ => self.describe(names),
         }
     }
 }

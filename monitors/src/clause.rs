@@ -184,12 +184,16 @@ fn combine(
     let unite = and == (shape == Shape::Clauses);
     forms.try_fold(start, |all, form| {
         let form = form?;
+        let count = if unite { all.len() + form.len() } else { all.len() * form.len() };
+        if count > MAX_PARTS {
+            return Err(TooManyParts);
+        }
         let combined: Vec<Part> = if unite {
             all.into_iter().chain(form).collect()
         } else {
             all.iter().flat_map(|a| form.iter().map(move |b| a.union(b).cloned().collect())).collect()
         };
-        if combined.len() > MAX_PARTS { Err(TooManyParts) } else { Ok(without_subsumed(combined)) }
+        Ok(without_subsumed(combined))
     })
 }
 

@@ -1,4 +1,7 @@
 //! Formulas in plain, patterned English.
+//!
+//! No two formulas of different meaning read alike: what stands inside something else, and could be read as reaching
+//! further or less far than it does, stands in parentheses.
 
 use channels::{ChannelId, FieldKind, Relation, Topology, Value};
 
@@ -16,8 +19,8 @@ pub fn explain(formula: &Formula, topology: &Topology) -> String {
 }
 
 fn capitalised(mut text: String) -> String {
-    if let Some(first) = text.chars().next() {
-        text.replace_range(..first.len_utf8(), &first.to_uppercase().to_string());
+    if let Some((at, first)) = text.char_indices().find(|(_, char)| *char != '(') {
+        text.replace_range(at..at + first.len_utf8(), &first.to_uppercase().to_string());
     }
     text
 }
@@ -71,20 +74,48 @@ impl Explainer<'_> {
                 Formula::TimeUntil { event, relation, ticks } => {
                     format!("{}, it does not happen that {}", time(*relation, *ticks), self.event(event))
                 }
-                inside => format!("it is not so that {}", self.clause(inside)),
+                inside => format!("it is not so that {}", self.rest(inside)),
             },
-            Formula::And(parts) => self.list(parts, " and "),
-            Formula::Or(parts) => self.list(parts, " or "),
-            Formula::Implies(a, b) => format!("if {}, then {}", self.clause(a), self.clause(b)),
-            Formula::Next(inside) => format!("the next time, {}", self.clause(inside)),
-            Formula::Always(inside) => format!("from then on always {}", self.clause(inside)),
-            Formula::Eventually(inside) => format!("at some time {}", self.clause(inside)),
-            Formula::Until(a, b) => format!("{} until {}", self.clause(a), self.clause(b)),
+            Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
+            Formula::Or(parts) => self.list(parts, " or ", |part| matches!(part, Formula::Or(_))),
+            Formula::Implies(a, b) => format!("if {}, then {}", self.limb(a), self.limb(b)),
+            Formula::Next(inside) => format!("the next time, {}", self.rest(inside)),
+            Formula::Always(inside) => format!("from then on always {}", self.rest(inside)),
+            Formula::Eventually(inside) => format!("at some time {}", self.rest(inside)),
+            Formula::Until(a, b) => format!("{} until {}", self.inside(a), self.rest(b)),
         }
     }
 
-    fn list(&self, parts: &[Formula], word: &str) -> String {
-        parts.iter().map(|part| self.clause(part)).collect::<Vec<_>>().join(word)
+    /// Parts joined by a word, those of the same kind without parentheses.
+    fn list(&self, parts: &[Formula], word: &str, is_alike: impl Fn(&Formula) -> bool) -> String {
+        let part = |part: &Formula| if is_alike(part) { self.clause(part) } else { self.inside(part) };
+        parts.iter().map(part).collect::<Vec<_>>().join(word)
+    }
+
+    /// A side of `if …, then …`, which commas keep apart.
+    fn limb(&self, formula: &Formula) -> String {
+        if matches!(formula, Formula::Implies(..)) { self.inside(formula) } else { self.clause(formula) }
+    }
+
+    /// A formula that another one ends with.
+    fn rest(&self, formula: &Formula) -> String {
+        match formula {
+            Formula::Not(_) | Formula::Next(_) | Formula::Always(_) | Formula::Eventually(_) => self.clause(formula),
+            formula => self.inside(formula),
+        }
+    }
+
+    /// A formula inside another one.
+    fn inside(&self, formula: &Formula) -> String {
+        let is_one = match formula {
+            Formula::True | Formula::False | Formula::Event(_) | Formula::TimeUntil { .. } => true,
+            Formula::Not(inside) => matches!(**inside, Formula::TimeUntil { .. }),
+            Formula::And(parts) | Formula::Or(parts) => {
+                matches!(&parts[..], [part] if matches!(part, Formula::Event(_)))
+            }
+            _ => false,
+        };
+        if is_one { self.clause(formula) } else { format!("({})", self.clause(formula)) }
     }
 
     fn event(&self, event: &Event) -> String {
@@ -96,8 +127,12 @@ impl Explainer<'_> {
     }
 
     fn condition(&self, condition: &MessageCondition, channel: ChannelId) -> String {
-        let join = |parts: &[MessageCondition], word: &str| {
-            parts.iter().map(|part| self.condition(part, channel)).collect::<Vec<_>>().join(word)
+        let join = |parts: &[MessageCondition], word: &str, is_alike: fn(&MessageCondition) -> bool| {
+            let part = |part: &MessageCondition| match is_alike(part) {
+                true => self.condition(part, channel),
+                false => self.condition_inside(part, channel),
+            };
+            parts.iter().map(part).collect::<Vec<_>>().join(word)
         };
         match condition {
             MessageCondition::True => "anything at all".to_owned(),
@@ -105,13 +140,36 @@ impl Explainer<'_> {
             MessageCondition::Compare { field, relation, value } => {
                 format!("{} {} {}", self.field(*field, value, channel), verb(*relation), plain(value))
             }
-            MessageCondition::Not(inside) => format!("it is not so that {}", self.condition(inside, channel)),
-            MessageCondition::And(parts) => join(parts, " and "),
-            MessageCondition::Or(parts) => join(parts, " or "),
+            MessageCondition::Not(inside) => match &**inside {
+                MessageCondition::Compare { field, relation, value } => {
+                    format!("{} {} {}", self.field(*field, value, channel), negated_verb(*relation), plain(value))
+                }
+                inside => format!("it is not so that {}", self.condition_inside(inside, channel)),
+            },
+            MessageCondition::And(parts) => join(parts, " and ", |part| matches!(part, MessageCondition::And(_))),
+            MessageCondition::Or(parts) => join(parts, " or ", |part| matches!(part, MessageCondition::Or(_))),
             MessageCondition::Implies(a, b) => {
-                format!("if {}, then {}", self.condition(a, channel), self.condition(b, channel))
+                format!("if {}, then {}", self.condition_limb(a, channel), self.condition_limb(b, channel))
             }
         }
+    }
+
+    fn condition_limb(&self, condition: &MessageCondition, channel: ChannelId) -> String {
+        match condition {
+            MessageCondition::Implies(..) => self.condition_inside(condition, channel),
+            condition => self.condition(condition, channel),
+        }
+    }
+
+    /// A condition inside another one.
+    fn condition_inside(&self, condition: &MessageCondition, channel: ChannelId) -> String {
+        let is_one = match condition {
+            MessageCondition::True | MessageCondition::False | MessageCondition::Compare { .. } => true,
+            MessageCondition::Not(inside) => matches!(**inside, MessageCondition::Compare { .. }),
+            _ => false,
+        };
+        let text = self.condition(condition, channel);
+        if is_one { text } else { format!("({text})") }
     }
 
     /// A field by its name in the shapes whose field could have that value, or by its number.
@@ -141,6 +199,17 @@ fn verb(relation: Relation) -> &'static str {
         Relation::LessOrEqual => "is at most",
         Relation::Greater => "is more than",
         Relation::GreaterOrEqual => "is at least",
+    }
+}
+
+fn negated_verb(relation: Relation) -> &'static str {
+    match relation {
+        Relation::Equal => "is not",
+        Relation::NotEqual => "is nothing but",
+        Relation::Less => "is not less than",
+        Relation::LessOrEqual => "is not at most",
+        Relation::Greater => "is not more than",
+        Relation::GreaterOrEqual => "is not at least",
     }
 }
 

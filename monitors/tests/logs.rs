@@ -101,3 +101,18 @@ fn a_message_outside_its_domain_is_monitored_all_the_same() {
     let monitor: &ScopeMonitor = property.scope_monitor().unwrap();
     assert_eq!(monitor.verdict(), channels::Verdict::False);
 }
+
+#[test]
+fn a_log_whose_lines_are_not_in_order_is_refused_at_the_line() {
+    let tick = |step: u64, tick: u64, time_s: f64| {
+        format!(r#"{{"step":{step},"tick":{tick},"time_s":{time_s},"generated":"tick"}}"#)
+    };
+    for wrong in [tick(4, 3, 3.0), tick(5, 1, 3.0), tick(5, 3, 1.5)] {
+        let text = [tick(4, 2, 2.0), tick(5, 2, 2.0), wrong].join("\n");
+        let topology = topology();
+        let mut log = EventLog::new(text.as_bytes(), &topology, Channels::All);
+        assert!(log.next_event().unwrap().is_some() && log.next_event().unwrap().is_some());
+        let said = log.next_event().unwrap_err().to_string();
+        assert!(said.starts_with("line 3 of the log goes back"), "{said}");
+    }
+}

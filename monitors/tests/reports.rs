@@ -1,5 +1,6 @@
 //! What monitors tell: witnesses, open obligations, vacuity, plain English, and graphs written out.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -253,6 +254,45 @@ fn an_antecedent_that_never_held_is_reported_clause_by_clause() {
 }
 
 #[test]
+fn what_only_forbids_is_put_to_the_test_by_not_happening() {
+    for ban in [
+        "always not (Navigation, GoToDestination, state = <failure>)",
+        "always not ((Navigation, GoToDestination, state = <failure>) and (BatteryReader, BatteryLevel, level < 5))",
+    ] {
+        let mut watch = Watch::new(ban);
+        watch.running();
+        watch.level(80.0);
+        assert!(watch.monitor().vacuous().is_empty(), "{ban}: {:?}", watch.monitor().vacuous());
+    }
+}
+
+#[test]
+fn properties_of_different_meaning_read_differently() {
+    let level = |condition: &str| format!("(BatteryReader, BatteryLevel, {condition})");
+    let (a, b, c) = ("(Navigation, GoToDestination, true)", level("level < 30"), level("level > 90"));
+    let pairs = [
+        (
+            format!("always {}", level("not status = <ok> or level > 20")),
+            format!("always {}", level("not (status = <ok> or level > 20)")),
+        ),
+        (
+            format!("always {}", level("m[1] = <ok> or m[2] < 3 and m[2] > 1")),
+            format!("always {}", level("(m[1] = <ok> or m[2] < 3) and m[2] > 1")),
+        ),
+        (format!("always ({a} or {b} and {c})"), format!("always (({a} or {b}) and {c})")),
+        (format!("(not always not {a}) or always {b}"), format!("not always (not {a} or always {b})")),
+        (format!("(eventually {a}) until {b}"), format!("eventually ({a} until {b})")),
+        (format!("always (({a} implies {b}) implies {c})"), format!("always ({a} implies ({b} implies {c}))")),
+        (format!("always (next {a} and {b})"), format!("always next ({a} and {b})")),
+    ];
+    for (one, other) in pairs {
+        let [said, of_other] =
+            [&one, &other].map(|formula| explain(Watch::new(formula).monitor().formula(), &topology()));
+        assert_ne!(said, of_other, "{one} / {other}");
+    }
+}
+
+#[test]
 fn properties_read_as_english() {
     let formulas = [
         ("phi1", Watch::shipped("phi1")),
@@ -287,5 +327,27 @@ fn graphs_are_written_out() {
         for (format, ending) in [(Format::Text, "txt"), (Format::Dot, "dot"), (Format::Scxml, "scxml")] {
             insta::assert_snapshot!(format!("{name}.{ending}"), watch.monitor().export(format).unwrap());
         }
+    }
+}
+
+#[test]
+fn each_location_of_an_exported_graph_has_a_name_of_its_own() {
+    let formulas = [
+        "always (not (Navigation, GoToDestination, m[2] = <failure>)
+             and not (Navigation, GotoRechargingStation, m[2] = <failure>))",
+        "always ((Navigation, GoToDestination, m[2] = <running>) implies
+             (time_until (Navigation, GoToDestination, m[2] = <idle>) < 3
+              or time_until (Navigation, GotoRechargingStation, m[2] = <idle>) < 3))",
+        TWO_ANSWERS,
+    ];
+    for formula in formulas {
+        let watch = Watch::new(formula);
+        let document = watch.monitor().export(Format::Scxml).unwrap();
+        let states: Vec<&str> =
+            document.split("<state id=\"").skip(1).filter_map(|rest| rest.split('"').next()).collect();
+        let names: BTreeSet<&str> = states.iter().copied().collect();
+        assert!(states.len() > 2 && names.len() == states.len(), "{states:?} in {document}");
+        let mut targets = document.split("target=\"").skip(1).filter_map(|rest| rest.split('"').next());
+        assert!(targets.all(|target| names.contains(target)), "{document}");
     }
 }

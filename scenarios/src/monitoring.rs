@@ -1,9 +1,11 @@
 //! The monitors of a scenario's properties: made once for the channels that there are, and shared by all runs on them.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::Topology;
+use maps::Spanned;
 use monitors::{Property, ScopeMonitor, Warnings};
 
 use crate::Error;
@@ -20,15 +22,25 @@ pub(crate) struct Monitoring {
 }
 
 impl Monitoring {
-    /// Makes the monitors of property files, given by name and text.
+    /// Makes the monitors of property files, given by name and text, and each by the place where the scenario names it.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
-    pub(crate) fn new(files: &[(String, String)], topology: &Arc<Topology>, tick: Duration) -> Result<Self, Error> {
+    pub(crate) fn new(
+        files: &[(String, String)],
+        places: &[Spanned<PathBuf>],
+        topology: &Arc<Topology>,
+        tick: Duration,
+    ) -> Result<Self, Error> {
         let mut complaints = Complaints::default();
-        let (mut properties, mut warnings) = (Vec::new(), Vec::new());
-        for (name, text) in files {
+        let (mut properties, mut warnings): (Vec<(Watched, ScopeMonitor)>, _) = (Vec::new(), Vec::new());
+        for ((name, text), place) in files.iter().zip(places) {
             let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
+            let is_known = |name: &str| properties.iter().any(|(watched, _)| watched.name == name);
+            if let Some(again) = file.properties.iter().find(|property| is_known(&property.name)) {
+                let problem = place.span.problem(format!("there is a property `{}` already", again.name));
+                complaints.push(problem.with_label("this file has another").with_help("give each a name of its own"));
+            }
             properties.extend(file.properties.into_iter().map(as_watched));
             warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
         }

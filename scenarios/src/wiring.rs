@@ -207,13 +207,13 @@ fn scheduler(
 ) -> Option<Box<dyn Scheduler>> {
     let policy = policy(scenario, topology, streams, complaints);
     let orders = &scenario.file.execution.orders;
-    let precedences: Vec<_> = orders.iter().map(|order| precedences(order, topology, complaints)).collect();
+    let precedences: Vec<_> = orders.iter().map(|order| precedence(order, topology, complaints)).collect();
     let policy = policy?;
-    Some(if orders.is_empty() { policy } else { Box::new(Ordered::new(precedences.into_iter().flatten(), policy)) })
+    Some(if orders.is_empty() { policy } else { Box::new(Ordered::new(precedences, policy)) })
 }
 
-/// An order among messages: one precedence for each pair of events that it joins by `or`.
-fn precedences(order: &Order, topology: &Topology, complaints: &mut Complaints) -> Vec<Precedence> {
+/// An order among messages.
+fn precedence(order: &Order, topology: &Topology, complaints: &mut Complaints) -> Precedence {
     let mut deliveries = |event: &Spanned<String>| -> Vec<Delivery> {
         let events = complaints.note(monitors::occurrences("order", &event.value, topology)).unwrap_or_default();
         let delivery = |event: monitors::Event| {
@@ -222,12 +222,7 @@ fn precedences(order: &Order, topology: &Topology, complaints: &mut Complaints) 
         };
         events.into_iter().map(delivery).collect()
     };
-    let (first, then) = (deliveries(&order.first), deliveries(&order.then));
-    let pair = |first: &Delivery| {
-        let first = first.clone();
-        then.iter().map(move |then| Precedence { first: first.clone(), then: then.clone() })
-    };
-    first.iter().flat_map(pair).collect()
+    Precedence { first: deliveries(&order.first), then: deliveries(&order.then) }
 }
 
 fn policy(
@@ -236,17 +231,16 @@ fn policy(
     streams: &Streams,
     complaints: &mut Complaints,
 ) -> Option<Box<dyn Scheduler>> {
-    let random = || Box::new(Random::new(streams.stream("channels/scheduler")));
-    match &scenario.file.execution.policy {
-        Policy::Random => Some(random()),
-        Policy::RoundRobin => Some(Box::new(RoundRobin::default())),
-        Policy::Starve(victim) => {
-            let id = topology.find_process(&victim.value);
-            if id.is_none() {
-                let names: Vec<&str> = topology.processes().map(|id| topology.name(id)).collect();
-                complaints.push(unknown("process", victim, names));
-            }
-            Some(Box::new(Starving::new(id?, random())))
-        }
+    let execution = &scenario.file.execution;
+    let others: Box<dyn Scheduler> = match execution.policy {
+        Policy::Random => Box::new(Random::new(streams.stream("channels/scheduler"))),
+        Policy::RoundRobin => Box::new(RoundRobin::default()),
+    };
+    let Some(victim) = &execution.starved else { return Some(others) };
+    let id = topology.find_process(&victim.value);
+    if id.is_none() {
+        let names: Vec<&str> = topology.processes().map(|id| topology.name(id)).collect();
+        complaints.push(unknown("process", victim, names));
     }
+    Some(Box::new(Starving::new(id?, others)))
 }

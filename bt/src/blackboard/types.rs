@@ -34,6 +34,9 @@ pub enum Type {
     Other(String),
 }
 
+/// Lists of lists of lists: nobody needs more, and a type of a million would have no end.
+const MAX_LISTS: usize = 8;
+
 impl Type {
     /// C++'s `int`.
     pub(crate) const INT: Self = Self::Int { min: i32::MIN as i64, max: i32::MAX as i64 };
@@ -61,8 +64,10 @@ impl Type {
             "string" | "basic_string<char>" => Self::Text,
             "NodeStatus" => Self::Status,
             _ => match name.split_once('<').filter(|(list, _)| list.ends_with("vector") || list.ends_with("Queue")) {
-                Some((_, item)) => Self::List(Box::new(Self::named(item.trim_end_matches('>')))),
-                None => Self::Other(name.to_owned()),
+                Some((_, item)) if item.matches('<').count() < MAX_LISTS => {
+                    Self::List(Box::new(Self::named(item.trim_end_matches('>'))))
+                }
+                _ => Self::Other(name.to_owned()),
             },
         }
     }
@@ -164,5 +169,18 @@ impl fmt::Display for Type {
             Self::List(item) => write!(f, "std::vector<{item}>"),
             Self::Other(name) => f.write_str(name),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lists_may_hold_lists_but_not_without_end() {
+        let matrix = Type::List(Box::new(Type::List(Box::new(Type::Real))));
+        assert_eq!(Type::named("std::vector<std::vector<double>>"), matrix);
+        let endless = "vector<".repeat(100_000) + "int" + &">".repeat(100_000);
+        assert!(matches!(Type::named(&endless), Type::Other(_)), "and the stack is not used up");
     }
 }

@@ -1,6 +1,7 @@
 //! Running a script.
 
 use std::cmp::Ordering;
+use std::fmt::Display;
 use std::sync::Arc;
 
 use super::{Assignment, Binary, Comparison, Expression, Script, Unary};
@@ -23,7 +24,12 @@ pub(crate) enum ScriptError {
     Operand { operator: &'static str, operand: String },
     #[error("the entry `{name}` holds `{old}`, and cannot take `{new}`")]
     Assignment { name: Arc<str>, old: String, new: String },
+    #[error("a text may be {MAX_TEXT_BYTES} bytes long at most")]
+    TooLong,
 }
+
+/// No script makes a longer text: one that doubles it in a loop would soon have all memory.
+const MAX_TEXT_BYTES: usize = 1 << 20;
 
 type Evaluated = Result<Value, ScriptError>;
 
@@ -188,9 +194,7 @@ impl Binary {
         let joins = matches!((left, right), (Value::Text(_), Value::Text(_)))
             || (self == Self::Join && (left.is_number() != right.is_number()));
         match self {
-            Self::Add | Self::Join if joins && !is_list(left) && !is_list(right) => {
-                Ok(Value::Text(format!("{left}{right}").into()))
-            }
+            Self::Add | Self::Join if joins && !is_list(left) && !is_list(right) => joined(left, right),
             _ if left.is_number() && right.is_number() && self != Self::Join => self.calculate(left, right),
             _ => Err(self.wrong(left, right)),
         }
@@ -199,9 +203,7 @@ impl Binary {
     /// As `+=` and its like do it: to a text, a text can be added.
     fn apply_in_place(self, left: &Value, right: &Value) -> Evaluated {
         match (left, right) {
-            (Value::Text(left), Value::Text(right)) if self == Self::Add => {
-                Ok(Value::Text(format!("{left}{right}").into()))
-            }
+            (Value::Text(left), Value::Text(right)) if self == Self::Add => joined(left, right),
             _ if left.is_number() && right.is_number() => self.calculate(left, right),
             _ => Err(self.wrong(left, right)),
         }
@@ -227,6 +229,12 @@ impl Binary {
             Self::Join => return Err(self.wrong(left, right)),
         }))
     }
+}
+
+/// Both as one text.
+fn joined(left: &impl Display, right: &impl Display) -> Evaluated {
+    let text = format!("{left}{right}");
+    if text.len() > MAX_TEXT_BYTES { Err(ScriptError::TooLong) } else { Ok(Value::Text(text.into())) }
 }
 
 fn is_list(value: &Value) -> bool {

@@ -96,3 +96,10 @@ fn deep_nesting_is_refused() {
     assert!(value(&"-".repeat(100_000)).contains("nested too deeply"));
     assert!(value(&format!("1{}", " + 1".repeat(100_000))).contains("too long"));
 }
+
+#[test]
+fn a_text_does_not_grow_without_end() {
+    let doubled = |times: usize| value(&format!("x := 'a'{}; 1", "; x += x".repeat(times)));
+    assert_eq!(doubled(20), "1", "a text of a megabyte");
+    assert_eq!(doubled(21), "a text may be 1048576 bytes long at most");
+}

@@ -30,10 +30,21 @@ impl fmt::Debug for Delivery {
 /// That a message is received only after another one.
 #[derive(Clone, Debug)]
 pub struct Precedence {
-    /// What comes first.
-    pub first: Delivery,
-    /// What waits for it. Each such message waits for a `first` of its own: one that was received after the `then` before.
-    pub then: Delivery,
+    /// What comes first: any of these.
+    pub first: Vec<Delivery>,
+    /// What waits for it: all of these. Each such message waits for a `first` of its own: one that was received after the
+    /// `then` before.
+    pub then: Vec<Delivery>,
+}
+
+impl Precedence {
+    fn is_first(&self, system: &ChannelSystem, transition: &Enabled) -> bool {
+        self.first.iter().any(|delivery| delivery.happens(system, transition))
+    }
+
+    fn is_then(&self, system: &ChannelSystem, transition: &Enabled) -> bool {
+        self.then.iter().any(|delivery| delivery.happens(system, transition))
+    }
 }
 
 /// Keeps an order among messages, and leaves the choice among what the order allows to another policy.
@@ -64,10 +75,10 @@ impl Ordered {
 
     fn note(&mut self, system: &ChannelSystem, taken: &Enabled) {
         for Rule { precedence, satisfied } in &mut self.rules {
-            if precedence.then.happens(system, taken) {
+            if precedence.is_then(system, taken) {
                 *satisfied = false;
             }
-            if precedence.first.happens(system, taken) {
+            if precedence.is_first(system, taken) {
                 *satisfied = true;
             }
         }
@@ -84,7 +95,7 @@ impl Scheduler for Ordered {
         rest.clear();
         places.clear();
         for (place, transition) in enabled.iter().enumerate() {
-            if !rules.iter().any(|rule| !rule.satisfied && rule.precedence.then.happens(system, transition)) {
+            if !rules.iter().any(|rule| !rule.satisfied && rule.precedence.is_then(system, transition)) {
                 rest.push(transition.clone());
                 places.push(place);
             }
@@ -110,12 +121,20 @@ mod tests {
         Capacity, Domain, EventKind, FieldKind, GraphProcess, Message, ProgramGraph, Random, Shape, Topology, Value,
     };
 
-    /// What C receives when each of A and B has so many numbers for it, and B's wait for A's; by the sender's name.
-    fn received(seed: u64, from_a: i64, from_b: i64) -> String {
+    /// What R receives of A, B and so on, each of which has so many numbers for it, in an order among their messages; by the
+    /// senders' names.
+    fn received<const N: usize>(
+        seed: u64,
+        counts: [i64; N],
+        order: impl FnOnce([Delivery; N]) -> Precedence,
+    ) -> String {
         let mut topology = Topology::default();
-        let [a, b, c] = ["A", "B", "C"].map(|name| topology.process(name).expect("a new name"));
+        let names: Vec<String> = ('A'..).take(N).map(String::from).collect();
+        let senders: Vec<_> = names.iter().map(|name| topology.process(name).expect("a new name")).collect();
+        let r = topology.process("R").expect("a new name");
         let numbers = || Domain::new([Shape::new([("number", FieldKind::Int)])]);
-        let channels = [a, b].map(|from| topology.channel(from, c, Capacity::One, numbers()).expect("a new channel"));
+        let channels: [ChannelId; N] =
+            std::array::from_fn(|i| topology.channel(senders[i], r, Capacity::One, numbers()).expect("a new channel"));
         let sender = |channel, count: i64| {
             let mut graph = ProgramGraph::builder("sender");
             let first = graph.location("0");
@@ -133,26 +152,29 @@ mod tests {
             graph.receive(here, channel, number, here);
         }
         let receiver = GraphProcess::new(Arc::new(graph.initial(here).build().expect("an initial location")));
-        let processes: [(_, Box<dyn crate::Process>); 3] = [
-            (a, Box::new(sender(channels[0], from_a))),
-            (b, Box::new(sender(channels[1], from_b))),
-            (c, Box::new(receiver)),
-        ];
+        let mut processes: Vec<(_, Box<dyn crate::Process>)> = vec![(r, Box::new(receiver))];
+        for i in 0..N {
+            processes.push((senders[i], Box::new(sender(channels[i], counts[i]))));
+        }
         let mut system = ChannelSystem::new(Arc::new(topology), processes).expect("a sound system");
-        let [first, then] = channels.map(|channel| Delivery { channel, concerns: Arc::new(|_| true) });
-        let mut ordered =
-            Ordered::new([Precedence { first, then }], Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed))));
+        let order = order(channels.map(|channel| Delivery { channel, concerns: Arc::new(|_| true) }));
+        let mut ordered = Ordered::new([order], Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed))));
         let events: Vec<_> = system.run(&mut ordered, 1000).map(|event| event.expect("no livelock")).collect();
         let sender = |event: &crate::Event| match &event.kind {
-            EventKind::Received { channel, .. } if *channel == channels[0] => 'A',
-            _ => 'B',
+            EventKind::Received { channel, .. } => channels.iter().position(|other| other == channel),
+            _ => None,
         };
-        events.iter().map(sender).collect()
+        events.iter().filter_map(sender).map(|sender| names[sender].as_str()).collect()
+    }
+
+    /// B's messages wait for A's.
+    fn b_after_a([a, b]: [Delivery; 2]) -> Precedence {
+        Precedence { first: vec![a], then: vec![b] }
     }
 
     #[test]
     fn each_message_waits_for_one_of_its_own() {
-        let orders: Vec<String> = (0..20).map(|seed| received(seed, 9, 3)).collect();
+        let orders: Vec<String> = (0..20).map(|seed| received(seed, [9, 3], b_after_a)).collect();
         for order in &orders {
             assert_eq!((order.matches('A').count(), order.matches('B').count()), (9, 3), "{order}");
             // As long as there are messages of A to come, B's wait for them.
@@ -164,7 +186,26 @@ mod tests {
 
     #[test]
     fn a_message_waits_no_longer_when_nothing_else_can_move() {
-        assert_eq!(received(1, 0, 2), "BB");
-        assert_eq!(received(1, 1, 2), "ABB");
+        assert_eq!(received(1, [0, 2], b_after_a), "BB");
+        assert_eq!(received(1, [1, 2], b_after_a), "ABB");
+    }
+
+    #[test]
+    fn any_of_several_messages_may_come_first_and_each_lets_one_through() {
+        let orders: Vec<String> = (0..40)
+            .map(|seed| received(seed, [3, 3, 3, 3], |[a, b, c, d]| Precedence { first: vec![a, b], then: vec![c, d] }))
+            .collect();
+        for order in &orders {
+            let last = order.rfind(['A', 'B']).expect("there are six");
+            let mut free = false;
+            for sender in order[..last].chars() {
+                let first = matches!(sender, 'A' | 'B');
+                assert!(first || free, "{order}: {sender} waits for one of its own");
+                free = first;
+            }
+        }
+        assert!(
+            orders.iter().any(|order| order.starts_with("AC")) && orders.iter().any(|order| order.starts_with("BD"))
+        );
     }
 }

@@ -1,13 +1,14 @@
 //! An adversary that lets one process wait.
 
-use crate::{Enabled, ProcessId, Scheduler};
+use crate::{ChannelSystem, Enabled, ProcessId, Scheduler};
 
-/// Lets one process move only when no other can; the others are chosen by another policy.
+/// Lets one process, or all the parts that it consists of, move only when no other can, not even as the receiver of a
+/// handshake; the others are chosen by another policy.
 #[derive(Debug)]
 pub struct Starving {
     victim: ProcessId,
     others: Box<dyn Scheduler>,
-    /// The transitions that the victim is not the one to move in, and their places among all.
+    /// The transitions in which the victim does not move, and their places among all.
     rest: (Vec<Enabled>, Vec<usize>),
 }
 
@@ -17,17 +18,35 @@ impl Starving {
     pub fn new(victim: ProcessId, others: Box<dyn Scheduler>) -> Self {
         Self { victim, others, rest: (Vec::new(), Vec::new()) }
     }
+
+    /// Leaves the choice to `choose`: among what the victim has no part in, if there is any.
+    fn choose_by(
+        &mut self,
+        enabled: &[Enabled],
+        is_victim: impl Fn(ProcessId) -> bool,
+        choose: impl FnOnce(&mut dyn Scheduler, &[Enabled]) -> usize,
+    ) -> usize {
+        let (rest, places) = &mut self.rest;
+        rest.clear();
+        places.clear();
+        for (place, transition) in enabled.iter().enumerate().filter(|(_, other)| !other.movers().any(&is_victim)) {
+            rest.push(transition.clone());
+            places.push(place);
+        }
+        let others = self.others.as_mut();
+        if rest.is_empty() { choose(others, enabled) } else { places[choose(others, rest)] }
+    }
 }
 
 impl Scheduler for Starving {
     fn choose(&mut self, enabled: &[Enabled]) -> usize {
-        let (rest, places) = &mut self.rest;
-        rest.clear();
-        places.clear();
-        for (place, transition) in enabled.iter().enumerate().filter(|(_, other)| other.process != self.victim) {
-            rest.push(transition.clone());
-            places.push(place);
-        }
-        if rest.is_empty() { self.others.choose(enabled) } else { places[self.others.choose(rest)] }
+        let victim = self.victim;
+        self.choose_by(enabled, |process| process == victim, |others, among| others.choose(among))
+    }
+
+    fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
+        let (victim, topology) = (self.victim, system.topology());
+        let is_victim = |process| topology.is_part_of(process, victim);
+        self.choose_by(enabled, is_victim, |others, among| others.choose_in(system, among))
     }
 }

@@ -34,3 +34,15 @@ pub struct Enabled {
     /// What the transition does.
     pub kind: EnabledKind,
 }
+
+impl Enabled {
+    /// The processes that move: one, both sides of a handshake, or none where a disturbance acts.
+    pub fn movers(&self) -> impl Iterator<Item = ProcessId> + use<> {
+        let (first, second) = match self.kind {
+            EnabledKind::Handshake { receiver, .. } => (Some(self.process), Some(receiver)),
+            EnabledKind::Disturb(_) => (None, None),
+            EnabledKind::Internal | EnabledKind::Send(_) | EnabledKind::Receive(_) => (Some(self.process), None),
+        };
+        first.into_iter().chain(second)
+    }
+}

@@ -265,29 +265,59 @@ fn a_monitor_moves_in_the_step_of_the_message_and_failure_is_final() {
     assert_eq!(system.monitors()[0].decided.as_ref().map(|event| (event.step, event.tick)), Some((1, 0)));
 }
 
-#[test]
-fn a_starved_process_moves_only_when_no_other_can() {
-    let (topology, [p, q], channel) = pair(Capacity::One);
-    let busy = graph(|graph| {
+/// Goes through four internal transitions.
+fn busy() -> Box<dyn Process> {
+    graph(|graph| {
         let locations: Vec<_> = (0..5).map(|i| graph.location(&i.to_string())).collect();
         for pair in locations.windows(2) {
             graph.internal(pair[0], Condition::True, [], pair[1]);
         }
         locations[0]
-    });
-    let mut system = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 7)), (q, busy)]).unwrap();
-    let mut scheduler = Starving::new(p, Box::new(RoundRobin::default()));
+    })
+}
+
+/// Who moves, or sends, until nothing can.
+fn movers(system: &mut ChannelSystem, scheduler: &mut dyn Scheduler) -> Vec<ProcessId> {
     let mut order = Vec::new();
     loop {
         let enabled = system.enabled();
         if enabled.is_empty() {
-            break;
+            return order;
         }
-        let chosen = enabled[scheduler.choose(&enabled)].clone();
+        let chosen = enabled[scheduler.choose_in(system, &enabled)].clone();
         order.push(chosen.process);
         system.take(&chosen).unwrap();
     }
+}
+
+#[test]
+fn a_starved_process_moves_only_when_no_other_can() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let mut system = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 7)), (q, busy())]).unwrap();
+    let order = movers(&mut system, &mut Starving::new(p, Box::new(RoundRobin::default())));
     assert_eq!(order, [q, q, q, q, p]);
+}
+
+#[test]
+fn a_starved_process_does_not_even_receive_in_a_handshake() {
+    let mut topology = Topology::default();
+    let [p, q, r] = ["P", "Q", "R"].map(|name| topology.process(name).unwrap());
+    let channel = topology.channel(p, q, Capacity::Zero, numbers()).unwrap();
+    let processes = [(p, sender(channel, 7)), (q, receiver_of(channel, 7)), (r, busy())];
+    let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+    assert_eq!(movers(&mut system, &mut Starving::new(q, Box::new(RoundRobin::default()))), [r, r, r, r, p]);
+}
+
+#[test]
+fn a_process_that_consists_of_others_is_starved_as_a_whole() {
+    let mut topology = Topology::default();
+    let [tree, other] = ["BT", "other"].map(|name| topology.process(name).unwrap());
+    let [root, leaf] = ["root", "leaf"].map(|name| topology.member(tree, name).unwrap());
+    let channel = topology.channel(root, leaf, Capacity::Zero, numbers()).unwrap();
+    let processes = [(root, sender(channel, 7)), (leaf, receiver_of(channel, 7)), (other, busy())];
+    let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+    let order = movers(&mut system, &mut Starving::new(tree, Box::new(RoundRobin::default())));
+    assert_eq!(order, [other, other, other, other, root]);
 }
 
 #[test]

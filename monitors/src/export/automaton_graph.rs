@@ -11,7 +11,7 @@ use channels::{
 use crate::clause::{EventId, Vocabulary};
 use crate::describe;
 use crate::engine::{Alphabet, Automaton, Letter, Symbol};
-use crate::export::picture::{Picture, any, translate};
+use crate::export::picture::{Picture, any, channel_name, translate};
 
 /// The graph of an automaton with at most `limit` open states.
 ///
@@ -120,7 +120,7 @@ impl Draft<'_> {
             }
             return;
         }
-        let check = self.graph.location(&format!("c{state} {}", self.topology.ends(channel).0));
+        let check = self.graph.location(&format!("c{state} {}", channel_name(channel, self.words, self.topology)));
         self.graph.receive(from, channel, variable, check).caption = name;
         let mut elsewhere = Vec::new();
         for (to, letters) in targets.into_iter().filter(|(to, _)| *to != other) {

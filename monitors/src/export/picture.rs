@@ -115,6 +115,10 @@ impl<'a> Draft<'a> {
         Self { graph, words, topology, variables, check_is_drawn: false }
     }
 
+    fn channel_name(&self, channel: ChannelId) -> String {
+        channel_name(channel, self.words, self.topology)
+    }
+
     fn variable(&self, channel: ChannelId) -> VariableId {
         let found = self.variables.iter().find(|(known, _)| *known == channel);
         found.expect("every channel of the formula has a variable").1
@@ -124,18 +128,12 @@ impl<'a> Draft<'a> {
     fn safety(mut self, compact: &Compact) -> Option<Picture> {
         let idle = self.graph.location("idle");
         let channels = channels_of(compact.rules(), self.words);
-        let gets: Vec<LocationId> =
-            channels
-                .iter()
-                .map(|channel| {
-                    if channels.len() == 1 {
-                        "get".to_owned()
-                    } else {
-                        format!("get {}", self.topology.ends(*channel).0)
-                    }
-                })
-                .map(|name| self.graph.location(&name))
-                .collect();
+        let name = |channel: &ChannelId| match channels.len() {
+            1 => "get".to_owned(),
+            _ => format!("get {}", self.channel_name(*channel)),
+        };
+        let names: Vec<String> = channels.iter().map(name).collect();
+        let gets: Vec<LocationId> = names.iter().map(|name| self.graph.location(name)).collect();
         let failure = self.graph.location("failure");
         for (channel, get) in channels.into_iter().zip(gets) {
             let variable = self.variable(channel);
@@ -216,7 +214,7 @@ impl<'a> Draft<'a> {
     fn antecedent(&mut self, rule: &Rule, channel: ChannelId, events: Option<u64>, places: &Places) {
         let caption = describe::brief_antecedent(&rule.clause, self.words);
         let check = match events {
-            Some(_) => self.graph.location(&format!("C1 {}", self.topology.ends(channel).0)),
+            Some(_) => self.graph.location(&format!("C1 {}", self.channel_name(channel))),
             None => places.check,
         };
         let variable = self.variable(channel);
@@ -244,7 +242,7 @@ impl<'a> Draft<'a> {
             self.graph.receive(places.waiting, channel, variable, places.waiting).caption = name;
             return;
         }
-        let again = self.graph.location(&format!("K {}", self.topology.ends(channel).0));
+        let again = self.graph.location(&format!("K {}", self.channel_name(channel)));
         self.graph.receive(places.waiting, channel, variable, again).caption = name;
         let (kept, caption) = (self.kept(rule), describe::brief_antecedent(&rule.clause, self.words));
         self.graph.internal(again, kept.clone(), [], places.waiting).caption = format!("not ({caption})");
@@ -255,7 +253,7 @@ impl<'a> Draft<'a> {
     fn answer(&mut self, rule: &Rule, (channel, events): (ChannelId, u64), own: bool, places: &Places, alone: bool) {
         let variable = self.variable(channel);
         let check =
-            if alone { places.reply } else { self.graph.location(&format!("A {}", self.topology.ends(channel).0)) };
+            if alone { places.reply } else { self.graph.location(&format!("A {}", self.channel_name(channel))) };
         self.graph.receive(places.waiting, channel, variable, check).caption = self.topology.describe(channel);
         let (passed, caption) = (self.passed(events, channel), self.short(events));
         let to = if places.answered { places.rest } else { places.failure };
@@ -310,6 +308,13 @@ impl<'a> Draft<'a> {
             bits(self.words, events).map(|event| describe::brief(&self.words.get(event).condition)).collect();
         texts.join(" or ")
     }
+}
+
+/// A channel's name among those of a formula: its sender's, and its receiver's where the sender has several.
+pub(super) fn channel_name(channel: ChannelId, words: &Vocabulary, topology: &Topology) -> String {
+    let (source, target) = topology.ends(channel);
+    let of_source = words.channels().iter().filter(|other| topology.ends(**other).0 == source).count();
+    if of_source > 1 { format!("{source} to {target}") } else { source.to_owned() }
 }
 
 /// The locations of a monitor with a clock.

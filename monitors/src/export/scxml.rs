@@ -7,8 +7,8 @@
 use std::fmt::Write as _;
 
 use channels::{
-    Assignment, Condition, Content, GraphTransition, Label, LocationId, ProgramGraph, Relation, Slot, Term, Topology,
-    Value,
+    Assignment, Condition, Content, GraphTransition, Label, LocationId, Message, ProgramGraph, Relation, Slot, Term,
+    Topology, Value, VariableId,
 };
 
 /// What comparisons and fields mean, in ECMAScript.
@@ -34,9 +34,9 @@ pub(crate) fn scxml(graph: &ProgramGraph, failures: &[LocationId], topology: &To
         escaped(graph.name()),
         id(initial)
     );
-    for (name, content) in graph.variables().iter().zip(graph.initial_contents()) {
-        let _ =
-            writeln!(text, "    <data id=\"{}\" expr=\"{}\"/>", escaped(name), escaped(&content_expression(content)));
+    let names: Vec<String> = graph.variables().iter().map(|name| id(name)).collect();
+    for (name, content) in names.iter().zip(graph.initial_contents()) {
+        let _ = writeln!(text, "    <data id=\"{name}\" expr=\"{}\"/>", escaped(&content_expression(content)));
     }
     text.push_str("  </datamodel>\n");
     for (index, location) in graph.locations().iter().enumerate() {
@@ -45,52 +45,27 @@ pub(crate) fn scxml(graph: &ProgramGraph, failures: &[LocationId], topology: &To
             text.push_str("    <onentry><raise event=\"violated\"/></onentry>\n");
         }
         let leaving = graph.transitions().iter().filter(|transition| transition.from.index() == index);
-        leaving.for_each(|transition| write_transition(&mut text, transition, graph, topology));
+        leaving.for_each(|transition| write_transition(&mut text, transition, (graph, &names), topology));
         text.push_str("  </state>\n");
     }
     text.push_str("</scxml>\n");
     text
 }
 
-fn write_transition(text: &mut String, transition: &GraphTransition, graph: &ProgramGraph, topology: &Topology) {
-    let names = graph.variables();
-    let mut conditions = Vec::new();
-    let (event, assignments) = match &transition.label {
-        Label::Internal(effect) => {
-            let assign = |Assignment { variable, term }: &Assignment| {
-                (names[variable.index()].clone(), term_expression(term, names))
-            };
-            (None, effect.iter().map(assign).collect())
-        }
-        Label::Tick(variable) => {
-            let message = "[{sym: \"tick\"}, _event.data]".to_owned();
-            (Some("tick".to_owned()), vec![(names[variable.index()].clone(), message)])
-        }
-        Label::Receive(channel, slot) => {
-            let (source, target) = topology.ends(*channel);
-            let event = format!("message.{}.{}", id(source), id(target));
-            match slot {
-                Slot::Variable(variable) => {
-                    (Some(event), vec![(names[variable.index()].clone(), "_event.data".to_owned())])
-                }
-                Slot::Given(message) => {
-                    conditions.push(format!("_event.data.length === {}", message.fields().len()));
-                    let same = |(index, value): (usize, &Value)| {
-                        format!("same(_event.data[{index}], {})", value_expression(value))
-                    };
-                    conditions.extend(message.fields().iter().enumerate().map(same));
-                    (Some(event), Vec::new())
-                }
-            }
-        }
-        Label::Send(..) => return,
-    };
+fn write_transition(
+    text: &mut String,
+    transition: &GraphTransition,
+    (graph, names): (&ProgramGraph, &[String]),
+    topology: &Topology,
+) {
+    let Some((event, given, assignments)) = labelled(&transition.label, names, topology) else { return };
+    let mut conditions = given;
     if transition.guard != Condition::True {
         conditions.push(condition_expression(&transition.guard, names));
     }
     text.push_str("    <transition");
     if let Some(event) = event {
-        let _ = write!(text, " event=\"{}\"", escaped(&event));
+        let _ = write!(text, " event=\"{event}\"");
     }
     if !conditions.is_empty() {
         let _ = write!(text, " cond=\"{}\"", escaped(&conditions.join(" && ")));
@@ -102,9 +77,43 @@ fn write_transition(text: &mut String, transition: &GraphTransition, graph: &Pro
     }
     text.push('>');
     for (name, expression) in assignments {
-        let _ = write!(text, "<assign location=\"{}\" expr=\"{}\"/>", escaped(&name), escaped(&expression));
+        let _ = write!(text, "<assign location=\"{name}\" expr=\"{}\"/>", escaped(&expression));
     }
     text.push_str("</transition>\n");
+}
+
+/// What a label asks for: an event, conditions on it, and assignments of expressions to variables. Nothing for a label that
+/// sends: a monitor never does.
+type Labelled = (Option<String>, Vec<String>, Vec<(String, String)>);
+
+fn labelled(label: &Label, names: &[String], topology: &Topology) -> Option<Labelled> {
+    let name = |variable: &VariableId| names[variable.index()].clone();
+    match label {
+        Label::Internal(effect) => {
+            let assign = |Assignment { variable, term }: &Assignment| (name(variable), term_expression(term, names));
+            Some((None, Vec::new(), effect.iter().map(assign).collect()))
+        }
+        Label::Tick(variable) => {
+            let message = "[{sym: \"tick\"}, _event.data]".to_owned();
+            Some((Some("tick".to_owned()), Vec::new(), vec![(name(variable), message)]))
+        }
+        Label::Receive(channel, slot) => {
+            let (source, target) = topology.ends(*channel);
+            let event = Some(format!("message.{}.{}", id(source), id(target)));
+            match slot {
+                Slot::Variable(variable) => Some((event, Vec::new(), vec![(name(variable), "_event.data".to_owned())])),
+                Slot::Given(message) => Some((event, equalities(message), Vec::new())),
+            }
+        }
+        Label::Send(..) => None,
+    }
+}
+
+/// That the event's data are this message.
+fn equalities(message: &Message) -> Vec<String> {
+    let length = format!("_event.data.length === {}", message.fields().len());
+    let same = |(index, value): (usize, &Value)| format!("same(_event.data[{index}], {})", value_expression(value));
+    std::iter::once(length).chain(message.fields().iter().enumerate().map(same)).collect()
 }
 
 fn condition_expression(condition: &Condition, names: &[String]) -> String {

@@ -1,6 +1,6 @@
 //! Recorded event logs: JSON Lines, one communication or tick a line, read as a stream.
 //!
-//! The first line describes the run. `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel",
+//! The first line describes the run, the others follow in the order in which things happened. `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel",
 //! "message":[{"sym":"ok"},83.2]}` is a message that was received, `{"step":9,"tick":67,"time_s":67.0,"generated":
 //! "tick"}` a tick. Lines of other kinds are skipped.
 
@@ -42,6 +42,18 @@ pub enum LogError {
         /// The process that received it.
         to: String,
     },
+    /// Lines are not in the order in which things happened.
+    #[error("line {line} of the log goes back: step {step}, tick {tick}, {} s", time.as_secs_f64())]
+    Backwards {
+        /// The number of the line, counted from 1.
+        line: u64,
+        /// The line's step, less than that of a line before, or
+        step: u64,
+        /// its tick is less, or
+        tick: u64,
+        /// its time.
+        time: Duration,
+    },
 }
 
 /// What of a log is read.
@@ -81,6 +93,10 @@ pub struct EventLog<R> {
     /// The channels by the names of their ends.
     channels: Vec<(String, String, ChannelId)>,
     which: Channels,
+    /// Step, tick and time of the last event.
+    last: (u64, u64, Duration),
+    /// How many messages were skipped, since their channels are not known.
+    skipped: u64,
     /// The channel that the last message came on: the next one often does too.
     recent: usize,
     symbols: Vec<Symbol>,
@@ -104,6 +120,8 @@ impl<R: BufRead> EventLog<R> {
             number: 0,
             channels: channels.collect(),
             which,
+            last: (0, 0, Duration::ZERO),
+            skipped: 0,
             recent: 0,
             symbols: Vec::new(),
             fields: Vec::new(),
@@ -134,6 +152,12 @@ impl<R: BufRead> EventLog<R> {
         }
     }
 
+    /// How many messages have been skipped because the topology does not have their channels.
+    #[must_use]
+    pub fn skipped(&self) -> u64 {
+        self.skipped
+    }
+
     fn complaint(&self, at: usize, problem: &str) -> LogError {
         LogError::Line { line: self.number, column: at + 1, problem: problem.to_owned() }
     }
@@ -149,13 +173,20 @@ impl<R: BufRead> EventLog<R> {
         }
         let found = self.object(&mut scanner).map_err(unreadable)?;
         let (Some(step), Some(tick), Some(time)) = (found.step, found.tick, found.time) else { return Ok(None) };
+        let last = std::mem::replace(&mut self.last, (step, tick, time));
+        if step < last.0 || tick < last.1 || time < last.2 {
+            return Err(LogError::Backwards { line: number, step, tick, time });
+        }
         if found.generated {
             return Ok(Some(Event { step, tick, time, kind: EventKind::Tick }));
         }
         let (Some(from), Some(to), Some(message)) = (found.from, found.to, found.message) else { return Ok(None) };
         let Some(channel) = self.channel(from, to) else {
             return match self.which {
-                Channels::Known => Ok(None),
+                Channels::Known => {
+                    self.skipped += 1;
+                    Ok(None)
+                }
                 Channels::All => {
                     let [from, to] = [from, to].map(|name| String::from_utf8_lossy(name).into_owned());
                     Err(LogError::UnknownChannel { line: number, from, to })

@@ -50,8 +50,11 @@ impl Watch {
 
     fn new(clause: &Part, synthesis: &Synthesis) -> Option<Self> {
         let words = &synthesis.vocabulary;
-        let denied = describe::denied(clause).fold(0, |bits, event| bits | 1 << event.0);
+        let denied = describe::denied(clause).fold(0_u64, |bits, event| bits | 1 << event.0);
+        // What only says what must not be, `not a` or `not (a and b)`, is put to the test all the time.
+        let is_ban = denied.count_ones() as usize == clause.len();
         let antecedent = match clause.iter().collect::<Vec<_>>()[..] {
+            _ if is_ban => return None,
             _ if denied != 0 => Antecedent::Events(denied),
             [Literal::Event { event, holds: true }] => match &words.get(*event).condition {
                 MessageCondition::Implies(a, _) => Antecedent::Message(words.get(*event).channel, (**a).clone()),

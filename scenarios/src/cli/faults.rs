@@ -32,12 +32,11 @@ pub(super) fn faults(args: &FaultsArgs) -> Result<(), Error> {
 
 fn find(name: &str) -> Result<&'static FaultKind, Error> {
     kind(name).ok_or_else(|| {
-        let nearest = KINDS.iter().max_by(|a, b| {
-            let likeness = |kind: &FaultKind| strsim::jaro_winkler(kind.name, name);
-            likeness(a).total_cmp(&likeness(b))
-        });
-        let help =
-            nearest.map_or(String::new(), |kind| format!("did you mean `{}`? `steward faults` lists all", kind.name));
+        let nearest = maps::nearest(name, KINDS.iter().map(|kind| kind.name));
+        let help = match nearest {
+            Some(nearest) => format!("did you mean `{nearest}`? `steward faults` lists all"),
+            None => "`steward faults` lists all".to_owned(),
+        };
         Error::refused(format!("there is no fault `{name}`"), help)
     })
 }

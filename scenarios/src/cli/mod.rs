@@ -14,6 +14,7 @@ mod matrix;
 mod monitor;
 mod navigate;
 mod progress;
+mod render;
 mod reproduce;
 mod run;
 mod skill;
@@ -28,6 +29,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
 
+use self::render::rendered;
 use crate::Error;
 
 /// A simulated service robot whose behavior tree runs under formal monitors.
@@ -144,26 +146,16 @@ pub fn run(cli: &Cli) -> ExitCode {
 
 /// Writes an error to stderr, every diagnostic with the text that it is about.
 fn complain(error: &Error) {
-    let mut text = String::new();
-    match error {
-        Error::BadInput(diagnostics) => {
-            let handler = miette::GraphicalReportHandler::new();
-            for diagnostic in diagnostics {
-                // Writing to a string cannot fail.
-                let _ = handler.render_report(&mut text, diagnostic.as_ref());
-            }
-        }
-        other => text = format!("error: {other}\n"),
-    }
+    let text = match error {
+        Error::BadInput(diagnostics) => diagnostics.iter().map(|diagnostic| rendered(diagnostic.as_ref())).collect(),
+        other => format!("error: {other}\n"),
+    };
     let _ = io::stderr().write_all(text.as_bytes());
 }
 
 /// Writes to stderr what looks wrong, though it is accepted.
 fn warn(diagnostic: &impl miette::Diagnostic) {
-    let mut text = String::new();
-    // Writing to a string cannot fail.
-    let _ = miette::GraphicalReportHandler::new().render_report(&mut text, diagnostic);
-    let _ = io::stderr().write_all(text.as_bytes());
+    let _ = io::stderr().write_all(rendered(diagnostic).as_bytes());
 }
 
 /// Writes to stderr, in a line, what a user should know of the input.

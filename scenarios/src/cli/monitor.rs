@@ -86,7 +86,17 @@ pub(super) fn run(command: &MonitorCommand) -> Result<(), Error> {
                 let message = format!("there is no property `{}`", property.as_deref().unwrap_or_default());
                 return Err(Error::refused(message, format!("there are {}", names.join(", "))));
             }
-            chosen.into_iter().try_for_each(|property| export(property, *format, out.as_deref()))
+            // One that has no such picture does not keep the others from theirs.
+            let failed: Vec<Error> =
+                chosen.into_iter().filter_map(|property| export(property, *format, out.as_deref()).err()).collect();
+            let mut refused = Vec::new();
+            for error in failed {
+                match error {
+                    Error::BadInput(diagnostics) => refused.extend(diagnostics),
+                    other => return Err(other),
+                }
+            }
+            if refused.is_empty() { Ok(()) } else { Err(Error::BadInput(refused)) }
         }
     }
 }

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read as _, Seek as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use channels::Monitor;
 use clap::Args;
@@ -40,15 +41,19 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         Error::refused(message, "a log is what `steward --scenario … --record FILE.jsonl` writes")
     };
     let mut input = BufReader::with_capacity(1 << 18, File::open(&args.log).map_err(unreadable)?);
-    let system = match &args.scenario {
-        Some(scenario) => System::of(scenario)?,
-        None => System::of(&recorded_scenario(&mut input).map_err(unreadable)?)?,
-    };
+    let described = Description::of(&mut input).map_err(unreadable)?;
+    let mut system = System::of(args.scenario.as_deref().or(described.scenario.as_deref()).unwrap_or("nominal"))?;
+    system.tick = described.tick.unwrap_or(system.tick);
     let mut properties: Vec<Property> = Vec::new();
     for path in &args.properties {
         let file = system.load(path)?;
         if !file.warnings.is_empty() {
             super::complain(&Error::bad_input(file.warnings));
+        }
+        let known = |name: &str| properties.iter().any(|property| property.name == name);
+        if let Some(again) = file.properties.iter().find(|property| known(&property.name)) {
+            let message = format!("there are two properties `{}`, one in {}", again.name, path.display());
+            return Err(Error::refused(message, "give each property a name of its own"));
         }
         properties.extend(file.properties);
     }
@@ -57,20 +62,44 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let end = monitors::verify(&mut log, monitors).map_err(|error| {
         Error::refused(format!("{}: {error}", args.log.display()), "each line of a log is one JSON object")
     })?;
+    if log.skipped() > 0 {
+        let count = log.skipped();
+        super::note(&format!(
+            "{count} messages passed on channels that the scenario does not have; they were left out"
+        ));
+    }
+    if end.messages + end.ticks == 0 {
+        super::note("the log has no event: every verdict is that of a run in which nothing happened");
+    }
+    if properties.is_empty() {
+        super::note("there is no property to hold the log against");
+    }
     let text = if args.json { as_json(&properties, &args.log) } else { in_words(&properties, end) };
     print(&text)?;
     let violated = properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated);
     Ok(ExitCode::from(u8::from(violated)))
 }
 
-/// The scenario that the first line of a log names, if it is one that is known; the reader is back at the start.
-fn recorded_scenario(input: &mut BufReader<File>) -> std::io::Result<String> {
-    let mut line = String::new();
-    input.by_ref().take(1 << 16).read_line(&mut line)?;
-    input.rewind()?;
-    let described: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
-    let name = described["scenario"].as_str().filter(|name| find::shipped(name).is_ok());
-    Ok(name.unwrap_or("nominal").to_owned())
+/// What the first line of a log says of the run.
+#[derive(Debug, PartialEq, Eq)]
+struct Description {
+    /// The scenario, if it is one that is known.
+    scenario: Option<String>,
+    /// Time between ticks.
+    tick: Option<Duration>,
+}
+
+impl Description {
+    /// Reads the first line; the reader is back at the start.
+    fn of(input: &mut BufReader<File>) -> std::io::Result<Self> {
+        let mut line = String::new();
+        input.by_ref().take(1 << 16).read_line(&mut line)?;
+        input.rewind()?;
+        let described: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
+        let scenario = described["scenario"].as_str().filter(|name| find::shipped(name).is_ok()).map(str::to_owned);
+        let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
+        Ok(Self { scenario, tick: tick.filter(|tick| !tick.is_zero()) })
+    }
 }
 
 fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
@@ -159,15 +188,41 @@ mod tests {
     }
 
     #[test]
-    fn the_log_says_which_scenario_it_is_of() {
-        let named = |line: &str| {
+    fn the_log_says_which_scenario_it_is_of_and_how_often_it_ticks() {
+        let described = |line: &str| {
             let mut file = tempfile::tempfile().expect("a file");
             writeln!(file, "{line}").expect("room for a line");
             file.rewind().expect("a file can be rewound");
-            recorded_scenario(&mut BufReader::new(file)).expect("a readable file")
+            let Description { scenario, tick } = Description::of(&mut BufReader::new(file)).expect("a readable file");
+            (scenario, tick.map(|tick| tick.as_millis()))
         };
-        assert_eq!(named(r#"{"scenario":"battery_fault"}"#), "battery_fault");
-        assert_eq!(named(r#"{"scenario":"unheard of"}"#), "nominal");
-        assert_eq!(named("no JSON"), "nominal");
+        let battery_fault = || Some("battery_fault".to_owned());
+        assert_eq!(described(r#"{"scenario":"battery_fault","tick_s":0.5}"#), (battery_fault(), Some(500)));
+        assert_eq!(described(r#"{"scenario":"battery_fault"}"#), (battery_fault(), None));
+        assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (None, None));
+        assert_eq!(described("no JSON"), (None, None));
+    }
+
+    #[test]
+    fn bounds_in_seconds_are_counted_in_the_ticks_of_the_log() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let property = folder.path().join("soon.scope");
+        let text = "property soon := always ((BatteryReader, BatteryLevel, m[2] < 20) implies\n\
+                    time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) < 2 s)\n";
+        std::fs::write(&property, text).expect("room for a property");
+        let log = folder.path().join("log.jsonl");
+        let ticks = |from: u64, to: u64| {
+            (from..to).map(|tick| format!(r#"{{"step":{tick},"tick":{tick},"time_s":{tick}.0,"generated":"tick"}}"#))
+        };
+        let low = r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#;
+        let status = |tick_s: f64| {
+            let mut lines = vec![format!(r#"{{"scenario":"nominal","tick_s":{tick_s}}}"#)];
+            lines.extend(ticks(0, 1).chain([low.to_owned()]).chain(ticks(1, 4)));
+            std::fs::write(&log, lines.join("\n")).expect("room for a log");
+            let args = VerifyArgs { log: log.clone(), properties: vec![property.clone()], scenario: None, json: true };
+            format!("{:?}", verify(&args).expect("a readable log"))
+        };
+        assert_eq!(status(1.0), format!("{:?}", ExitCode::from(1)), "two ticks are two seconds");
+        assert_eq!(status(0.5), format!("{:?}", ExitCode::SUCCESS), "there are two ticks a second");
     }
 }

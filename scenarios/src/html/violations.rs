@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{EventKind, Topology};
+use channels::{Event, EventKind, Topology};
 
 use super::evidence::{Evidence, Missing, Seen};
 use super::figure::figure;
@@ -76,7 +76,10 @@ fn story_sentences(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) ->
     sentences.extend(activity_sentence(evidence, timeline));
     sentences.extend(component_sentence(evidence, topology, timeline));
     if !evidence.missing.is_empty() {
-        sentences.extend(said_once::sentence(&evidence.episode.events, window(evidence), topology));
+        let (from, to) = window(evidence);
+        let earlier = evidence.missing.iter().filter_map(|missing| last_before(evidence, missing, topology));
+        let from = earlier.map(|seen| seen.at.time).fold(from, Duration::min);
+        sentences.extend(said_once::sentence(&evidence.episode.events, (from, to), topology));
     }
     sentences.push(match evidence.missing.is_empty() {
         true => format!("That is what {} forbids: it is violated from there on, for good.", evidence.name),
@@ -197,6 +200,15 @@ fn count(counts: &mut Vec<(String, usize)>, message: String) {
     }
 }
 
+/// The last message on a channel on which an answer was owed that came before it was.
+fn last_before(evidence: &Evidence<'_>, missing: &Missing, topology: &Topology) -> Option<Seen> {
+    let (from, _) = window(evidence);
+    let is_there = |event: &&Event| {
+        event.time < from && matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel)
+    };
+    evidence.episode.events.iter().rfind(is_there).and_then(|event| Seen::of(event, topology))
+}
+
 /// What passed on the channels on which an answer was owed.
 fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
     let (from, _) = window(evidence);
@@ -208,10 +220,14 @@ fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String
                 && matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel)
         });
         let passed: Vec<Seen> = passed.filter_map(|event| Seen::of(event, topology)).collect();
+        let before = last_before(evidence, missing, topology)
+            .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
+            .map(|seen| format!("; before it, at tick {}, it had told it `{}`", seen.at.tick, seen.message))
+            .unwrap_or_default();
         match passed.last() {
-            None => format!("But {} told {} nothing at all in that time.", missing.from, missing.to),
+            None => format!("But {} told {} nothing at all in that time{before}.", missing.from, missing.to),
             Some(last) => format!(
-                "But {} told {} only {} in that time, the last of them `{}` at tick {}.",
+                "But {} told {} only {} in that time, the last of them `{}` at tick {}{before}.",
                 missing.from,
                 missing.to,
                 words::count(passed.len(), "other message"),

@@ -90,7 +90,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
             Claim {
                 says: "it does so at the first level that is read after the fault",
                 source: "Experiment 1",
-                differs: |run| at_tick(run, "phi1", ticks_until_read(run, "battery_level")?),
+                differs: |run| at_tick_after_fault(run, "phi1", 0),
             },
             Claim {
                 says: "the robot goes to the charging station",
@@ -111,7 +111,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
             Claim {
                 says: "it is violated θ = 10 ticks after the first level below 30 % is read",
                 source: "Figure 5 (b), θ of the published code",
-                differs: |run| at_tick(run, "phi2", ticks_until_read(run, "battery_level")? + THETA_TICKS),
+                differs: |run| at_tick_after_fault(run, "phi2", THETA_TICKS),
             },
             Claim {
                 says: "the robot does not go to the charging station",
@@ -185,18 +185,18 @@ fn holds_with_reason(run: &Report, name: &str) -> Option<String> {
     verdict(run, name, "satisfied").or(vacuous)
 }
 
-fn at_tick(run: &Report, name: &str, wanted: u64) -> Option<String> {
+/// That a property is violated so many ticks after the first level that is read once the battery's level has been set; ticks
+/// come once a second, the first just after the start.
+fn at_tick_after_fault(run: &Report, name: &str, ticks: u64) -> Option<String> {
+    let Some(fault) = run.faults.iter().find(|fault| fault.kind == "battery_level") else {
+        return Some("the battery's level was never set".to_owned());
+    };
+    let wanted = fault.time_s.ceil() as u64 + ticks;
     let found = monitor(run, name).and_then(|monitor| monitor.tick);
     (found != Some(wanted)).then(|| match found {
         Some(tick) => format!("{name} was violated at tick {tick}, not at tick {wanted}"),
         None => format!("{name} was not violated"),
     })
-}
-
-/// The first tick at which a level is read after that fault; ticks come once a second, the first just after the start.
-fn ticks_until_read(run: &Report, fault: &str) -> Option<u64> {
-    let fault = run.faults.iter().find(|other| other.kind == fault)?;
-    Some(fault.time_s.ceil() as u64)
 }
 
 /// The level, in percent, in the message that decided a property.

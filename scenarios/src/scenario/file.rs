@@ -93,14 +93,12 @@ pub enum TreeForm {
 }
 
 /// Who chooses among the enabled transitions.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
     /// Each is as likely as the others.
     Random,
     /// Each process in its turn.
     RoundRobin,
-    /// At random, but this process moves only when no other can.
-    Starve(Spanned<String>),
 }
 
 /// That a message is received only after another one, as [`channels::Precedence`] does it: two events in the SCOPE
@@ -120,6 +118,8 @@ pub struct Execution {
     pub tick: Duration,
     /// Who chooses among the enabled transitions.
     pub policy: Policy,
+    /// This process moves only when no other can.
+    pub starved: Option<Spanned<String>>,
     /// Orders among messages that whoever chooses has to keep.
     pub orders: Vec<Order>,
     /// What Navigation makes of a stop.
@@ -309,6 +309,7 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     let mut execution = Execution {
         tick: Duration::from_secs(1),
         policy: Policy::Random,
+        starved: None,
         orders: Vec::new(),
         stops: StopRule::OwnTrip,
         tree: TreeForm::Whole,
@@ -330,12 +331,9 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     execution.step_budget = table.get::<u64>("step_budget").within(1..=u64::MAX).or(execution.step_budget);
     execution.run_budget = table.get::<u64>("run_budget").within(1..=u64::MAX).or(execution.run_budget);
     execution.tree = table.one_of("tree", &[("whole", TreeForm::Whole), ("nodes", TreeForm::Nodes)]).or(execution.tree);
-    let starve = table.text("starve").spanned();
     let policies = [("random", Policy::Random), ("round-robin", Policy::RoundRobin)];
     execution.policy = table.one_of("policy", &policies).or(Policy::Random);
-    if let Some(victim) = starve.optional() {
-        execution.policy = Policy::Starve(victim);
-    }
+    execution.starved = table.text("starve").spanned().optional();
     execution.orders = table.tables("order").each(read_order).or(Vec::new());
     Some(execution)
 }

@@ -64,11 +64,7 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
 fn unknown(name: &str) -> Error {
     let faults = KINDS.iter().map(|kind| format!("faults/{}", kind.name));
     let known: Vec<String> = shipped_scenarios().into_iter().map(str::to_owned).chain(faults).collect();
-    let nearest = known.iter().max_by(|a, b| {
-        let likeness = |known: &str| strsim::jaro_winkler(known, name);
-        likeness(a).total_cmp(&likeness(b))
-    });
-    let help = match nearest.filter(|known| strsim::jaro_winkler(known, name) > 0.7) {
+    let help = match maps::nearest(name, known.iter().map(String::as_str)) {
         Some(known) => format!("did you mean `{known}`? There are {}, or the path of a file", names()),
         None => format!("there are {}, or the path of a file", names()),
     };

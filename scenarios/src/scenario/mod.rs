@@ -134,7 +134,7 @@ impl Scenario {
         if let Some(made) = self.monitoring.get().filter(|made| made.fits(topology, tick)) {
             return Ok(Arc::clone(made));
         }
-        let made = Arc::new(Monitoring::new(&self.properties, topology, tick)?);
+        let made = Arc::new(Monitoring::new(&self.properties, &self.file.properties, topology, tick)?);
         // Shared with a scenario whose channels are others, there is one already: that one stays.
         let _ = self.monitoring.set(Arc::clone(&made));
         Ok(made)
@@ -344,12 +344,8 @@ impl Loader<'_> {
 /// A problem with a name that is none of those there are.
 pub(crate) fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<Item = &'n str>) -> Problem {
     let known: Vec<&str> = known.into_iter().collect();
-    let nearest = known.iter().max_by(|a, b| {
-        let likeness = |known: &str| strsim::jaro_winkler(known, &name.value);
-        likeness(a).total_cmp(&likeness(b))
-    });
     let list = || known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let help = match nearest.filter(|known| strsim::jaro_winkler(known, &name.value) > 0.8) {
+    let help = match maps::nearest(&name.value, known.iter().copied()) {
         Some(nearest) => format!("did you mean `{nearest}`?"),
         None if known.is_empty() => "there is none".to_owned(),
         None => format!("there are {}", list()),

@@ -127,6 +127,7 @@ fn escape(input: &mut Input<'_>) -> ModalResult<String> {
     let hex = |count: usize| take_while(count, |c: char| c.is_ascii_hexdigit());
     alt((
         preceded('x', hex(2)).map(code),
+        preceded('u', surrogates).map(String::from),
         preceded('u', alt((delimited('{', hex_digit1, '}'), hex(4)))).map(code),
         any.map(|c| match c {
             'n' => "\n".to_owned(),
@@ -141,6 +142,18 @@ fn escape(input: &mut Input<'_>) -> ModalResult<String> {
         }),
     ))
     .parse_next(input)
+}
+
+/// One character, written as the two halves that UTF-16 has for it: `d83d\udd0b`.
+fn surrogates(input: &mut Input<'_>) -> ModalResult<char> {
+    let half = |from: u32| {
+        take_while(4, |c: char| c.is_ascii_hexdigit()).verify_map(move |digits| {
+            u32::from_str_radix(digits, 16).ok()?.checked_sub(from).filter(|half| *half < 0x400)
+        })
+    };
+    (half(0xD800), preceded("\\u", half(0xDC00)))
+        .verify_map(|(high, low)| char::from_u32(0x10000 + (high << 10) + low))
+        .parse_next(input)
 }
 
 #[cfg(test)]
@@ -161,6 +174,9 @@ mod tests {
     fn strings_unescape() {
         let expected = Kind::Text("a'\n\u{e9}\u{41}".to_owned());
         assert_eq!(kinds(r"'a\'\n\u00e9\x41'"), [expected, Kind::End]);
+        assert_eq!(kinds(r"'\uD83D\uDD0B\u{1F50B}'"), [Kind::Text("🔋🔋".to_owned()), Kind::End]);
+        let half = Kind::Text("\u{FFFD}a".to_owned());
+        assert_eq!(kinds(r"'\uD83Da'"), [half, Kind::End], "half a character is none");
     }
 
     #[test]

@@ -256,12 +256,18 @@ impl Teller<'_> {
             (count, false, _) => format!("{} at {count} ticks", words::count(messages, "message")),
         };
         for missing in &self.evidence.missing {
-            let on = |event: &&&Event| matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel);
-            let found = ticks.iter().flat_map(|tick| &tick.events).filter(on).count();
-            words += &match found {
-                0 => format!(", none from {} to {}", missing.from, missing.to),
-                1 => format!(", one from {} to {}, but not the one owed", missing.from, missing.to),
-                count => format!(", {count} from {} to {}, none the one owed", missing.from, missing.to),
+            let on = |event: &&Event| matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel);
+            let found = ticks.iter().flat_map(|tick| tick.events.iter().copied()).filter(on);
+            let owed_since = self.evidence.since.map_or(0, |since| since.step);
+            let (early, other): (Vec<&Event>, Vec<&Event>) = found.partition(|event| event.step < owed_since);
+            let ends = format!("from {} to {}", missing.from, missing.to);
+            words += &match (early.len(), other.len()) {
+                (0, 0) => format!(", none {ends}"),
+                (0, 1) => format!(", one {ends}, but not the one owed"),
+                (0, count) => format!(", {count} {ends}, none the one owed"),
+                (1, 0) => format!(", one {ends}, before one was owed"),
+                (early, 0) => format!(", {early} {ends}, before one was owed"),
+                (early, other) => format!(", {} {ends}, {early} of them before one was owed", early + other),
             };
         }
         self.rows.push(Row::Ticks { first: first.tick, last: last.tick, words });

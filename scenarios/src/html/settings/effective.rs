@@ -62,11 +62,15 @@ pub(super) fn of(sim: &SimConfig, execution: &Execution) -> Vec<Group> {
 }
 
 fn execution(execution: &Execution, dt: Duration) -> Group {
-    let Execution { tick, policy, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } = execution;
+    let Execution { tick, policy, starved, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } =
+        execution;
     let policy = match policy {
-        Policy::Random => "random".to_owned(),
-        Policy::RoundRobin => "round-robin".to_owned(),
-        Policy::Starve(victim) => format!("starve {}", victim.value),
+        Policy::Random => "random",
+        Policy::RoundRobin => "round-robin",
+    };
+    let policy = match starved {
+        Some(victim) => format!("{policy}, starve {}", victim.value),
+        None => policy.to_owned(),
     };
     let stops = match stops {
         StopRule::OwnTrip => "ends the trip to its place, and is acknowledged",
