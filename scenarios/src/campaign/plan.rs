@@ -272,9 +272,7 @@ impl PlannedRun {
 
 /// That no campaign of that name comes with the program, with the nearest name.
 fn no_campaign(name: &str) -> Error {
-    let likeness = |known: &&str| strsim::jaro_winkler(known, name);
-    let nearest = shipped_campaigns().map(|(known, _)| known).max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    let nearest = nearest.filter(|known| likeness(known) > 0.8);
+    let nearest = maps::nearest(name, shipped_campaigns().map(|(known, _)| known));
     let meant = nearest.map_or_else(String::new, |known| format!("did you mean `{known}`? "));
     Error::refused(
         format!("there is no campaign `{name}`"),
