@@ -11,18 +11,19 @@ use crate::{Chance, ChannelId, Disturbance, Effect, Envelope, Message, RunError,
 pub struct DisturbanceId(usize);
 
 impl DisturbanceId {
-    /// Position among all disturbances that the system has had, in the order in which they began.
+    /// Position among all disturbances that the system has had, in the order in which they began. No other takes it once
+    /// the disturbance is over.
     #[must_use]
     pub fn index(self) -> usize {
         self.0
     }
 }
 
-/// A disturbance and what has come of it.
+/// A disturbance that is in force and what has come of it.
 #[derive(Clone, Debug)]
 struct Entry {
+    id: DisturbanceId,
     disturbance: Disturbance,
-    in_force: bool,
     hits: u64,
 }
 
@@ -47,7 +48,10 @@ struct Armed {
 /// The disturbances of a system and what they are at.
 #[derive(Clone, Debug)]
 pub(super) struct Disturbances {
+    /// Those in force, in the order in which they began; so in the order of their ids.
     entries: Vec<Entry>,
+    /// How many have begun.
+    begun: usize,
     /// By channel.
     passages: Vec<Passage>,
 }
@@ -55,7 +59,7 @@ pub(super) struct Disturbances {
 impl Disturbances {
     /// None, on that many channels.
     pub(super) fn none(channels: usize) -> Self {
-        Self { entries: Vec::new(), passages: vec![Passage::default(); channels] }
+        Self { entries: Vec::new(), begun: 0, passages: vec![Passage::default(); channels] }
     }
 
     /// Whether the message in the channel may be received, as far as disturbances go.
@@ -64,18 +68,27 @@ impl Disturbances {
         armed.is_none() && held_until.is_none()
     }
 
+    /// The place of a disturbance among those in force; none if it is over.
+    fn position(&self, id: DisturbanceId) -> Option<usize> {
+        self.entries.binary_search_by_key(&id, |entry| entry.id).ok()
+    }
+
+    /// The place of the disturbance that is to act on a message among those in force.
+    fn armed(&self, by: DisturbanceId) -> usize {
+        self.position(by).expect("a message is armed only with what is in force")
+    }
+
     /// A message has been sent into the channel.
     pub(super) fn enter(&mut self, channel: ChannelId, message: &Message, now: Duration) {
         self.arm(channel, 0, message, now);
     }
 
-    /// The first of the disturbances from `first` on that hits the message is to act on it.
+    /// The first of the disturbances from that position on that hits the message is to act on it.
     fn arm(&mut self, channel: ChannelId, first: usize, message: &Message, sent: Duration) {
-        let mut rest = self.entries.iter_mut().enumerate().skip(first);
-        let hit = rest.find_map(|(index, Entry { disturbance, in_force, .. })| {
-            (*in_force && disturbance.channel == channel && disturbance.hits(message)).then_some(index)
+        let hit = self.entries[first..].iter_mut().find_map(|Entry { id, disturbance, .. }| {
+            (disturbance.channel == channel && disturbance.hits(message)).then_some(*id)
         });
-        self.passages[channel.0].armed = hit.map(|index| Armed { by: DisturbanceId(index), sent });
+        self.passages[channel.0].armed = hit.map(|by| Armed { by, sent });
     }
 
     /// A message has been received; whether it stays in the channel all the same.
@@ -87,7 +100,7 @@ impl Disturbances {
 
     /// Lets go what is held until `now` or earlier.
     pub(super) fn release(&mut self, now: Duration) {
-        if !self.entries.is_empty() {
+        if self.begun > 0 {
             for passage in &mut self.passages {
                 passage.held_until = passage.held_until.filter(|&due| due > now);
             }
@@ -95,9 +108,8 @@ impl Disturbances {
     }
 
     /// The parts that decide how the system goes on: what is under way, and what disturbs with which stream.
-    fn state(&self) -> (&[Passage], impl Iterator<Item = (usize, &Option<Chance>)>) {
-        let in_force = self.entries.iter().enumerate().filter(|(_, entry)| entry.in_force);
-        (&self.passages, in_force.map(|(index, entry)| (index, &entry.disturbance.probability)))
+    fn state(&self) -> (&[Passage], impl Iterator<Item = (DisturbanceId, &Option<Chance>)>) {
+        (&self.passages, self.entries.iter().map(|entry| (entry.id, &entry.disturbance.probability)))
     }
 }
 
@@ -112,8 +124,8 @@ impl Hash for Disturbances {
     fn hash<H: Hasher>(&self, hasher: &mut H) {
         let (passages, in_force) = self.state();
         passages.hash(hasher);
-        for (index, probability) in in_force {
-            index.hash(hasher);
+        for (id, probability) in in_force {
+            id.hash(hasher);
             probability.as_ref().map(|chance| chance.stream.get_word_pos()).hash(hasher);
         }
     }
@@ -127,26 +139,29 @@ impl ChannelSystem {
     pub fn disturb(&mut self, disturbance: Disturbance) -> DisturbanceId {
         let checked = disturbance.check(&self.topology);
         assert!(checked.is_ok(), "a disturbance is checked before it begins: {checked:?}");
-        self.disturbances.entries.push(Entry { disturbance, in_force: true, hits: 0 });
-        DisturbanceId(self.disturbances.entries.len() - 1)
+        let id = DisturbanceId(self.disturbances.begun);
+        self.disturbances.begun += 1;
+        self.disturbances.entries.push(Entry { id, disturbance, hits: 0 });
+        id
     }
 
-    /// The disturbance is over. It spares a message that it has not acted on yet; what it holds back already still
-    /// comes when it is due, and what it is to repeat is repeated.
-    pub fn calm(&mut self, id: DisturbanceId) {
-        self.disturbances.entries[id.0].in_force = false;
-        for channel in self.topology.channels() {
-            let armed = self.disturbances.passages[channel.0].armed.filter(|armed| armed.by == id);
-            if let (Some(Armed { sent, .. }), Some(envelope)) = (armed, &self.contents[channel.0]) {
-                self.disturbances.arm(channel, id.0 + 1, &envelope.message, sent);
-            }
+    /// The disturbance is over, if it is not yet: how many messages it has acted on. It spares a message that it has not
+    /// acted on yet; what it holds back already still comes when it is due, and what it is to repeat is repeated.
+    pub fn calm(&mut self, id: DisturbanceId) -> Option<u64> {
+        let position = self.disturbances.position(id)?;
+        let over = self.disturbances.entries.remove(position);
+        let channel = over.disturbance.channel;
+        let armed = self.disturbances.passages[channel.0].armed.filter(|armed| armed.by == id);
+        if let (Some(Armed { sent, .. }), Some(envelope)) = (armed, &self.contents[channel.0]) {
+            self.disturbances.arm(channel, position, &envelope.message, sent);
         }
+        Some(over.hits)
     }
 
-    /// How many messages the disturbance has acted on since it began, for reports.
+    /// How many messages the disturbance has acted on since it began, for reports; nothing once it is over.
     #[must_use]
-    pub fn hits(&self, id: DisturbanceId) -> u64 {
-        self.disturbances.entries[id.0].hits
+    pub fn hits(&self, id: DisturbanceId) -> Option<u64> {
+        self.disturbances.position(id).map(|position| self.disturbances.entries[position].hits)
     }
 
     /// Lists the transitions that channels take by themselves.
@@ -156,7 +171,7 @@ impl ChannelSystem {
         }
         for channel in self.topology.channels() {
             let Some(Armed { by, .. }) = self.disturbances.passages[channel.0].armed else { continue };
-            let effect = &self.disturbances.entries[by.0].disturbance.effect;
+            let effect = &self.disturbances.entries[self.disturbances.armed(by)].disturbance.effect;
             if !matches!(effect, Effect::Answer(_)) || self.contents[opposite(&self.topology, channel).0].is_none() {
                 let process = self.topology.get(channel).source;
                 let transition = TransitionId(u32::try_from(by.0).unwrap_or(u32::MAX));
@@ -171,26 +186,27 @@ impl ChannelSystem {
         let (Some(Armed { by, sent }), Some(envelope)) = (armed, self.contents[channel.0].take()) else {
             unreachable!("an enabled disturbance finds a message to act on");
         };
-        self.disturbances.entries[by.0].hits += 1;
-        let Some(left) = self.affect(channel, by, sent, envelope)? else {
+        let position = self.disturbances.armed(by);
+        self.disturbances.entries[position].hits += 1;
+        let Some(left) = self.affect(channel, position, sent, envelope)? else {
             self.disturbances.passages[channel.0] = Passage::default();
             return Ok(());
         };
-        self.disturbances.arm(channel, by.0 + 1, &left.message, sent);
+        self.disturbances.arm(channel, position + 1, &left.message, sent);
         self.contents[channel.0] = Some(left);
         Ok(())
     }
 
-    /// What the disturbance leaves of the message, if anything.
+    /// What the disturbance at that position leaves of the message, if anything.
     fn affect(
         &mut self,
         channel: ChannelId,
-        by: DisturbanceId,
+        position: usize,
         sent: Duration,
         mut envelope: Envelope,
     ) -> Result<Option<Envelope>, RunError> {
         let passage = &mut self.disturbances.passages[channel.0];
-        match &self.disturbances.entries[by.0].disturbance.effect {
+        match &self.disturbances.entries[position].disturbance.effect {
             Effect::Lose => return Ok(None),
             Effect::Hold(time) => {
                 let due = Some(sent.saturating_add(*time)).filter(|&due| due > self.clock.time);

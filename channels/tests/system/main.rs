@@ -220,6 +220,14 @@ fn processes_that_keep_going_are_named() {
     assert_eq!(last, Some(Err(expected)));
 }
 
+#[test]
+fn a_budget_may_be_as_large_as_a_number_can_be() {
+    let (topology, [p, q], channel) = pair(Capacity::One);
+    let processes = [(p, sender(channel, 7)), (q, receiver_of(channel, 7))];
+    let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
+    assert_eq!(system.run(&mut RoundRobin::default(), u64::MAX).count(), 1);
+}
+
 /// A tick generator and a tree that takes one tick and never finishes it.
 pub(crate) fn hung_tree() -> (ChannelSystem, ProcessId) {
     let mut topology = Topology::default();
