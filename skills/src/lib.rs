@@ -99,7 +99,7 @@ pub use chart::{CHANNEL_PROCESSOR, Chart, HistoryKind, State, StateId, StateKind
 pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Status, Transcript, Undelivered};
-pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutations};
+pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutate_all, mutations};
 pub use problem::Problem;
 pub use process::{CLIENT, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};

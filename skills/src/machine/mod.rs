@@ -216,6 +216,12 @@ impl Machine {
         self.random = self.session.seed();
     }
 
+    /// Another machine before its start, with the same chart, parameters and session.
+    pub(crate) fn unstarted(&self) -> Self {
+        let (given, session) = (self.given.clone(), Arc::clone(&self.session));
+        Self { random: session.seed(), given, session, ..Self::new(Arc::clone(&self.chart)) }
+    }
+
     /// Lets the sequence of `Math.random` begin elsewhere; it begins with the session's name otherwise.
     pub fn set_seed(&mut self, seed: u64) {
         self.random = seed;

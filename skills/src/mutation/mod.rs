@@ -8,18 +8,16 @@
 
 mod edit;
 mod place;
+mod several;
 mod survey;
 
 use std::fmt;
 use std::sync::Arc;
 
-use miette::NamedSource;
-
 use crate::chart::Chart;
-use crate::load;
-use crate::problem::Problem;
 use crate::{SkillError, Strictness};
 
+pub use several::mutate_all;
 pub use survey::mutations;
 
 /// One change of a machine.
@@ -114,10 +112,7 @@ pub struct SendPlace {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn mutate(file: &str, text: &str, mutation: &Mutation) -> Result<String, SkillError> {
-    let subject = Subject::load(file, text)?;
-    let mutant = subject.changed(file, text, mutation)?;
-    Chart::load_with(file, &mutant, subject.strictness)?;
-    Ok(mutant)
+    mutate_all(file, text, [mutation])
 }
 
 /// A machine that is to be changed.
@@ -135,22 +130,6 @@ impl Subject {
             standard.map(|chart| (chart, Strictness::Standard)).map_err(|_| refused)
         });
         loaded.map(|(chart, strictness)| Self { chart, strictness })
-    }
-
-    fn changed(&self, file: &str, text: &str, mutation: &Mutation) -> Result<String, SkillError> {
-        let refuse = |problem: Problem| SkillError::Mutation {
-            mutation: mutation.to_string(),
-            text: NamedSource::new(file, Arc::from(text)).with_language("XML"),
-            problems: vec![problem],
-        };
-        let document = load::parse_xml(text).map_err(refuse)?;
-        let site = place::Site::new(&self.chart, &document);
-        let edits = edit::edits(&site, mutation).map_err(refuse)?;
-        let mutant = edit::apply(text, edits);
-        if mutant == text {
-            return Err(refuse(Problem::new("the machine is so already")));
-        }
-        Ok(mutant)
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::edit::leaving;
 use super::place::{Site, WrittenSend, events_of, reacts};
+use super::several::changed;
 use super::{Mutation, SendPlace, Subject, TransitionPlace};
 use crate::SkillError;
 use crate::chart::{Chart, StateId, StateKind, Transition};
@@ -39,7 +40,7 @@ pub fn mutations(file: &str, text: &str) -> Result<Vec<Mutation>, SkillError> {
     }
     found.extend(of_sends(&site));
     let loads = |mutation: &Mutation| {
-        let mutant = subject.changed(file, text, mutation);
+        let mutant = changed(&subject.chart, file, text, &[mutation]);
         mutant.is_ok_and(|mutant| Chart::load_with(file, &mutant, subject.strictness).is_ok())
     };
     found.retain(loads);

@@ -80,17 +80,20 @@ impl SkillProcess {
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }
-        let channels = wiring.outgoing.len();
-        let mut desk = Desk {
-            wiring: Arc::new(wiring),
-            outboxes: vec![VecDeque::new(); channels],
-            asked: vec![None; channels],
-            pending: None,
-            last_request: 0,
-            notes: Unobserved::default(),
-        };
+        let mut desk = Desk::new(Arc::new(wiring), 0);
         machine.start(Duration::ZERO, &mut desk);
         Ok(Self { machine, desk })
+    }
+
+    /// A new process with the same machine and parameters that takes the place of `predecessor`, a process of the same
+    /// skill: it starts at `now` from its initial state. It goes on with the predecessor's numbers for requests, so that
+    /// an answer to a request of the predecessor's is nobody's.
+    #[must_use]
+    pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
+        let mut machine = self.machine.unstarted();
+        let mut desk = Desk::new(Arc::clone(&self.desk.wiring), predecessor.desk.last_request);
+        machine.start(now, &mut desk);
+        Self { machine, desk }
     }
 
     /// The machine: its active states, its data, its chart.
@@ -124,6 +127,18 @@ impl SkillProcess {
 }
 
 impl Desk {
+    fn new(wiring: Arc<Wiring>, last_request: u64) -> Self {
+        let channels = wiring.outgoing.len();
+        Self {
+            wiring,
+            outboxes: vec![VecDeque::new(); channels],
+            asked: vec![None; channels],
+            pending: None,
+            last_request,
+            notes: Unobserved::default(),
+        }
+    }
+
     fn request_number(&mut self, out: usize, peer: &str) -> Result<RequestNumber, Undelivered> {
         if self.wiring.outgoing[out].is_client {
             return self.pending.take().ok_or_else(|| Undelivered(format!("{peer} is waiting for no answer")));

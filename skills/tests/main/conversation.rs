@@ -170,3 +170,33 @@ impl Conversation {
         self.process.location()
     }
 }
+
+#[test]
+fn who_takes_a_skills_place_starts_then_and_numbers_its_requests_on() {
+    let mut talk = Conversation::with("GoToDestination");
+    assert_eq!(talk.at_ms(3_000), [""; 0]);
+    assert_eq!(talk.tick(), ["Navigation [<start_navigation>, <Destination>]"]);
+    let asked = talk.last_request("Navigation");
+    let fresh = skill("GoToDestination", &[("timeout", "2s".into())]).unwrap();
+    talk.process = fresh.succeeding(&talk.process, Duration::from_secs(3));
+    assert_eq!((talk.location().as_str(), talk.process.next_timer()), ("idle", None));
+    assert_eq!(talk.tick(), ["Navigation [<start_navigation>, <Destination>]"]);
+    assert!(talk.last_request("Navigation") > asked, "two requests with one number");
+    assert_eq!(talk.process.next_timer(), Some(Duration::from_secs(5)), "the parameters are those of the successor");
+    // The answer that the predecessor waits for is nobody's.
+    talk.tell("Navigation", ok_state("success"), asked);
+    assert_eq!(talk.said(), [""; 0]);
+    assert_eq!(talk.reply("Navigation", ok_state("running")), ["BT [<running>]"]);
+}
+
+#[test]
+fn a_delay_runs_from_when_the_machine_starts() {
+    let late = "<state id=\"idle\"><onentry><send event=\"late\" delay=\"10s\"/></onentry>\
+                <transition event=\"late\" target=\"failure\"/></state>";
+    let text = shipped("AtDestination").unwrap().replace("<state id=\"idle\"/>", late);
+    let chart = Chart::load("Late.scxml", &text).unwrap();
+    let first = SkillProcess::new("AtDestination", &chart, &topology(), []).unwrap();
+    let second = first.succeeding(&first, Duration::from_secs(30));
+    assert_eq!(first.next_timer(), Some(Duration::from_secs(10)));
+    assert_eq!(second.next_timer(), Some(Duration::from_secs(40)), "not overdue from the start");
+}

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use proptest::sample::Index;
 use skills::{
     Chart, Datum, Event, Machine, Mutation, SHIPPED, SendPlace, SkillError, SkillProcess, Transcript, TransitionPlace,
-    mutate, mutations,
+    mutate, mutate_all, mutations,
 };
 
 use crate::conversation::topology;
@@ -326,4 +326,61 @@ fn a_refused_mutation_renders_with_the_file() {
     let expected = "the skill awkward.scxml cannot be changed so that no transition leaves `b`: no transition leaves `b` \
                     anyway";
     assert_eq!(error.to_string(), expected);
+}
+
+#[test]
+fn mutations_of_one_machine_come_together_whatever_their_order() {
+    let data = Mutation::Data { id: "level".into(), expr: "9".into() };
+    let negated = Mutation::NegateGuard { transition: place("a", "walk", 1) };
+    let swapped = Mutation::SwapTarget { transition: place("a", "go", 2), target: "b".into() };
+    let stuck = |state: &str| Mutation::StuckState { state: state.into() };
+    let dropped = |nth| Mutation::DropTransition { transition: place("a", "go", nth) };
+    let all = |mutations: &[&Mutation]| {
+        let mut orders = [mutations.to_vec(), mutations.iter().rev().copied().collect()];
+        orders[1].push(mutations[0]);
+        let [one, other] = orders.map(|order| mutate_all("awkward.scxml", AWKWARD, order).unwrap());
+        assert_eq!(one, other);
+        assert_eq!(one.lines().count(), AWKWARD.lines().count());
+        one
+    };
+    let text = all(&[&data, &negated, &swapped]);
+    assert!(
+        text.contains("expr=\"9\n") && text.contains("cond='!(level") && text.contains("event=\"go\" target=\"b\"")
+    );
+    let text = all(&[&stuck("a"), &negated]);
+    let guard = r#"cond='(!(level &lt; 4 &amp;&amp; text != "ä")) &amp;&amp; !In(&apos;a&apos;)'"#;
+    assert!(text.contains(guard), "{text}");
+    // The second is still the second when the first is gone.
+    let text = all(&[&dropped(1), &swapped]);
+    assert!(!text.contains("walk") && text.contains("event=\"go\" target=\"b\""), "{text}");
+    let text = all(&[&dropped(1), &dropped(2), &stuck("a"), &negated]);
+    assert!(!text.contains("<transition"), "{text}");
+    assert_eq!(all(&[&stuck("a")]), mutant(&stuck("a")));
+}
+
+#[test]
+fn two_states_can_be_stuck_by_one_transition() {
+    let text = file(
+        "datamodel='ecmascript'",
+        "<state id='all'><transition event='go' target='end'/><state id='a'/><state id='b'/></state><state id='end'/>",
+    );
+    let stuck = |state: &str| Mutation::StuckState { state: state.into() };
+    let mutant = mutate_all("stuck", &text, [&stuck("a"), &stuck("all")]).unwrap();
+    assert_eq!(mutant.matches("!In(").count(), 2, "{mutant}");
+    let mut actor = Actor::new(&mutant);
+    actor.handle("go");
+    assert!(actor.is_in("a"));
+}
+
+#[test]
+fn mutations_that_contradict_one_another_are_refused() {
+    let data = |expr: &str| Mutation::Data { id: "level".into(), expr: expr.into() };
+    let transition = || place("a", "walk", 1);
+    let (negated, unguarded) =
+        (Mutation::NegateGuard { transition: transition() }, Mutation::DropGuard { transition: transition() });
+    for (one, other) in [(&data("5"), &data("6")), (&negated, &unguarded)] {
+        let error = mutate_all("awkward.scxml", AWKWARD, [one, other]).unwrap_err().to_string();
+        assert!(error.ends_with("they change the same place differently"), "{error}");
+        assert!(error.contains(&one.to_string()) && error.contains(&other.to_string()), "{error}");
+    }
 }

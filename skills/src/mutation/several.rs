@@ -1,0 +1,75 @@
+//! Several mutations of one machine at once.
+
+use std::sync::Arc;
+
+use miette::NamedSource;
+
+use super::edit::{self, Edit};
+use super::{Mutation, Subject, place};
+use crate::SkillError;
+use crate::chart::Chart;
+use crate::load;
+use crate::problem::Problem;
+
+/// Changes a machine's text as all the mutations say. Each speaks of the machine as it was, whatever the others do, so
+/// that their order does not matter; the same mutation twice is one. Otherwise as [`mutate`](super::mutate).
+///
+/// # Errors
+/// As [`mutate`](super::mutate) has them, and [`SkillError::Mutation`] if two of them change the same place differently.
+pub fn mutate_all<'m>(
+    file: &str,
+    text: &str,
+    mutations: impl IntoIterator<Item = &'m Mutation>,
+) -> Result<String, SkillError> {
+    let mut subject = Subject::load(file, text)?;
+    let mut all: Vec<&Mutation> = Vec::new();
+    for mutation in mutations {
+        if !all.contains(&mutation) {
+            all.push(mutation);
+        }
+    }
+    all.sort_by_key(|mutation| turn(mutation));
+    let mut text = text.to_owned();
+    let at_once = |a: &&Mutation, b: &&Mutation| turn(a) == turn(b) && !matches!(a, Mutation::StuckState { .. });
+    for mutations in all.chunk_by(at_once) {
+        text = changed(&subject.chart, file, &text, mutations)?;
+        subject.chart = Chart::load_with(file, &text, subject.strictness)?;
+    }
+    Ok(text)
+}
+
+/// When it is a mutation's turn: at first what leaves every transition where it is; then what is to hold for all of them,
+/// wherever they lead now, one state after the other; at last what is taken away, after which others would count anew.
+fn turn(mutation: &Mutation) -> u8 {
+    match mutation {
+        Mutation::StuckState { .. } => 1,
+        Mutation::DropTransition { .. } => 2,
+        _ => 0,
+    }
+}
+
+/// The text, which is that of the chart, with all of these changes.
+pub(super) fn changed(chart: &Chart, file: &str, text: &str, mutations: &[&Mutation]) -> Result<String, SkillError> {
+    let refuse = |words: String, problem: Problem| SkillError::Mutation {
+        mutation: words,
+        text: NamedSource::new(file, Arc::from(text)).with_language("XML"),
+        problems: vec![problem],
+    };
+    let mut all: Vec<(Edit, &Mutation)> = Vec::new();
+    for mutation in mutations {
+        let refuse = |problem| refuse(mutation.to_string(), problem);
+        let document = load::parse_xml(text).map_err(refuse)?;
+        let edits = edit::edits(&place::Site::new(chart, &document), mutation).map_err(refuse)?;
+        if edits.iter().all(|(range, replacement)| text[range.clone()] == **replacement) {
+            return Err(refuse(Problem::new("the machine is so already")));
+        }
+        let new = edits.into_iter().filter(|edit| !all.iter().any(|(other, _)| other == edit));
+        all.extend(new.map(|edit| (edit, *mutation)).collect::<Vec<_>>());
+    }
+    all.sort_by_key(|((range, _), _)| (range.start, range.end));
+    if let Some([(_, one), ((range, _), other)]) = all.array_windows().find(|[(a, _), (b, _)]| b.0.start < a.0.end) {
+        let problem = Problem::new("they change the same place differently").at(range.clone(), "here");
+        return Err(refuse(format!("{one} and {other}"), problem));
+    }
+    Ok(edit::apply(text, all.into_iter().map(|(edit, _)| edit).collect()))
+}
