@@ -35,7 +35,7 @@ fn kinds() -> Vec<Value> {
 }
 
 /// The report of a run and the messages of its event log, each with its time.
-fn recorded(scenario: &str, arguments: &[&str]) -> (Value, Vec<(f64, String)>) {
+pub(crate) fn recorded(scenario: &str, arguments: &[&str]) -> (Value, Vec<(f64, String)>) {
     let out = tempdir().unwrap();
     let log = out.path().join("log.jsonl");
     let mut all = vec!["--no-snapshots", "--record", log.to_str().unwrap()];
@@ -44,7 +44,7 @@ fn recorded(scenario: &str, arguments: &[&str]) -> (Value, Vec<(f64, String)>) {
     (report, messages(&log))
 }
 
-fn messages(log: &Path) -> Vec<(f64, String)> {
+pub(crate) fn messages(log: &Path) -> Vec<(f64, String)> {
     let text = std::fs::read_to_string(log).unwrap();
     let lines = text.lines().skip(1).map(|line| (serde_json::from_str::<Value>(line).unwrap(), line));
     lines.filter_map(|(value, line)| Some((value["time_s"].as_f64()?, line.to_owned()))).collect()

@@ -9,6 +9,7 @@ mod campaign_results;
 mod command_line;
 mod determinism;
 mod experiments;
+mod fault_combinations;
 mod faults;
 mod localize_command;
 mod monitors;

@@ -25,10 +25,11 @@ use crate::problem::{Problem, ScopeError};
 /// ```
 ///
 /// # Errors
-/// Everything that is wrong with the text, which is shown as the property `eventually …` of a file of that name.
+/// Everything that is wrong with the text, which is shown as a file of that name.
 pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Event>, ScopeError> {
-    let file = format!("property {name} := eventually ({text})");
-    let read = formulas(name, &file, topology, Duration::from_secs(1))?;
+    let before = "property event := eventually (";
+    let read = formulas(name, &format!("{before}{text})"), topology, Duration::from_secs(1));
+    let read = read.map_err(|error| error.of_part(name, text, before.len()))?;
     let events = match read.into_iter().next() {
         Some((_, Formula::Eventually(waited_for))) => match *waited_for {
             Formula::Event(event) => Some(vec![event]),
@@ -38,9 +39,9 @@ pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Ev
         _ => None,
     };
     events.ok_or_else(|| {
-        let problem = Problem::new("this is no event").at(file.len() - text.len() - 1..file.len() - 1, "here");
+        let problem = Problem::new("this is no event").at(0..text.len(), "here");
         let problem = problem.help("`(sender, receiver, condition)`, or several of them joined by `or`");
-        ScopeError::new(name, &file, vec![problem])
+        ScopeError::new(name, text, vec![problem])
     })
 }
 
@@ -80,5 +81,8 @@ mod tests {
         }
         let error = occurrences("when", "(BatteryReader, BatteryLevl, true)", &topology()).expect_err("a slip");
         assert!(format!("{error:?}").contains("BatteryLevel"));
+        assert_eq!(error.problems()[0].offset(), "(BatteryReader, ".len(), "the place is one of the text");
+        let unfinished = occurrences("when", "(BatteryReader, ", &topology()).expect_err("no end");
+        assert!(unfinished.problems().iter().all(|problem| problem.offset() <= "(BatteryReader, ".len()));
     }
 }

@@ -36,6 +36,16 @@ impl Problem {
         self
     }
 
+    /// The problem as one of a part of its text, which is `length` bytes from `start` on.
+    fn of_part(mut self, start: usize, length: usize) -> Self {
+        let inside = |offset: usize| offset.saturating_sub(start).min(length);
+        for label in &mut self.labels {
+            let (from, to) = (inside(label.offset()), inside(label.offset() + label.len()));
+            *label = LabeledSpan::new(label.label().map(str::to_owned), from, to - from);
+        }
+        self
+    }
+
     /// Whether a file with this problem is refused; a warning lets it pass.
     #[must_use]
     pub fn is_error(&self) -> bool {
@@ -81,6 +91,12 @@ pub struct ScopeError {
 impl ScopeError {
     pub(crate) fn new(name: &str, text: &str, problems: Vec<Problem>) -> Self {
         Self { source: NamedSource::new(name, text.to_owned()), problems }
+    }
+
+    /// The error of a text as that of a part of it, which begins at byte `start`.
+    pub(crate) fn of_part(self, name: &str, part: &str, start: usize) -> Self {
+        let problems = self.problems.into_iter().map(|problem| problem.of_part(start, part.len()));
+        Self::new(name, part, problems.collect())
     }
 
     /// Everything that is wrong, and what looked wrong beside it, in the order of the text.

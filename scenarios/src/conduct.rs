@@ -61,8 +61,14 @@ pub fn conduct(
     let because = loop {
         let news = match live.step(log.as_mut().map(|log| &mut log.recorder)) {
             Ok(news) => news,
-            Err(StepError::Run(error)) => return Err(error.into()),
-            Err(StepError::Budget(limit)) => return Err(Error::Budget(limit)),
+            Err(StepError::Run(error)) => {
+                log.map_or(Ok(()), Log::finish)?;
+                return Err(error.into());
+            }
+            Err(StepError::Budget(limit)) => {
+                log.map_or(Ok(()), Log::finish)?;
+                return Err(Error::Budget(limit));
+            }
             Err(StepError::Record(source)) => {
                 return Err(log.map_or(Error::Draw(source.to_string()), |log| log.failed(source)));
             }

@@ -21,6 +21,7 @@ pub mod live;
 pub mod matrix;
 mod monitoring;
 pub mod navigate;
+mod occurrences;
 pub mod pictures;
 pub mod replay;
 pub mod report;

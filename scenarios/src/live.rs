@@ -12,7 +12,7 @@ use sim::Simulation;
 
 use crate::Error;
 use crate::error::Complaints;
-use crate::faults::{Change, Fault, Injector, Run};
+use crate::faults::{Fault, Happening, Injector, Run};
 use crate::given_up::{GivenUp, GivenUps};
 use crate::monitoring::Monitoring;
 use crate::scenario::{Scenario, unknown};
@@ -44,12 +44,25 @@ pub struct FaultRecord {
     pub time: Duration,
     /// When it let go; none if it still holds, or happened at one instant.
     pub until: Option<Duration>,
+    /// The last tick that had been generated; none if none had.
+    pub tick: Option<u64>,
     /// What.
     pub fault: Arc<Fault>,
     /// Its place in the scenario.
     pub index: usize,
     /// Where the robot was, in the `map` frame.
     pub position: maps::Point,
+}
+
+/// A fault that was due and could not be done.
+#[derive(Clone, Debug)]
+pub struct UndoneFault {
+    /// When.
+    pub time: Duration,
+    /// What.
+    pub fault: Arc<Fault>,
+    /// Why it could not be done, in words.
+    pub reason: String,
 }
 
 /// A fault of the scenario with every time that it took hold.
@@ -142,6 +155,7 @@ pub struct Live {
     monitoring: Option<Arc<Monitoring>>,
     injector: Injector,
     faults: Vec<FaultRecord>,
+    undone: Vec<UndoneFault>,
     tree_errors: TreeErrors,
     given_up: GivenUps,
     visits: Vec<Visit>,
@@ -169,7 +183,7 @@ impl Live {
         let watched = monitoring.iter().flat_map(|monitoring| monitoring.properties());
         let watched = watched.map(|(watched, _)| watched.clone()).collect();
         let mut complaints = Complaints::default();
-        let injector = Injector::new(&scenario, &wired.system, wired.ids, &streams, &mut complaints);
+        let injector = Injector::new(&scenario, &sim, &wired.system, wired.ids, &streams, &mut complaints);
         complaints.check()?;
         let visits = scenario.places.iter().map(|(name, _)| Visit { place: name.to_owned(), at: None }).collect();
         Ok(Self {
@@ -186,6 +200,7 @@ impl Live {
             monitoring,
             injector,
             faults: Vec::new(),
+            undone: Vec::new(),
             tree_errors: TreeErrors::default(),
             given_up: GivenUps::default(),
             visits,
@@ -216,17 +231,21 @@ impl Live {
 
     fn apply_faults(&mut self, news: &mut Vec<News>) {
         let Self { sim, software, system, events, injector, .. } = self;
-        let changes = injector.act(&mut Run { sim, software, system, events });
-        let time = self.sim.time();
-        for change in changes {
-            match change {
-                Change::Begins(index) => {
+        let happenings = injector.act(&mut Run { sim, software, system, events });
+        let (time, tick) = (self.sim.time(), self.system.ticks().checked_sub(1));
+        for happening in happenings {
+            match happening {
+                Happening::Begun(index) => {
                     let position = self.sim.truth().pose().translation.vector.into();
                     let fault = Arc::clone(self.injector.fault(index));
                     news.push(News::Fault(self.faults.len()));
-                    self.faults.push(FaultRecord { time, until: None, fault, index, position });
+                    self.faults.push(FaultRecord { time, until: None, tick, fault, index, position });
                 }
-                Change::Ends(index) => {
+                Happening::LeftUndone(index, error) => {
+                    let fault = Arc::clone(self.injector.fault(index));
+                    self.undone.push(UndoneFault { time, fault, reason: error.to_string() });
+                }
+                Happening::Ended(index) => {
                     let latest = self.faults.iter().rposition(|record| record.index == index);
                     let latest = latest.expect("a fault that ends has begun");
                     self.faults[latest].until = Some(time);
@@ -248,32 +267,40 @@ impl Live {
         }
     }
 
-    /// Generates a tick if it is time for one and runs the channel system until it is quiet.
+    /// Generates a tick if it is time for one and runs the channel system until it is quiet. What happens is recorded as it
+    /// does, so that a run that cannot go on leaves behind all that led to that.
     fn communicate(&mut self, now: Duration, mut recorder: Option<&mut Recorder>) -> Result<(), StepError> {
-        let mut events = std::mem::take(&mut self.events);
+        let topology = Arc::clone(self.system.topology());
+        let Self { system, scheduler, events, hash, .. } = self;
         events.clear();
-        if self.tick_clock.is_due(now, || self.injector.delay_of_tick()) {
-            let (event, delivered) = self.system.generate_tick(self.ids.tick_generator);
-            self.tally.overruns += u64::from(!delivered);
+        let mut enter = |event: Event| -> std::io::Result<()> {
+            let line = event_line(&event, &topology);
+            hash.line(&line);
             events.push(event);
+            recorder.as_deref_mut().map_or(Ok(()), |recorder| recorder.line(&line))
+        };
+        if self.tick_clock.is_due(now, || self.injector.delay_of_tick()) {
+            let (event, delivered) = system.generate_tick(self.ids.tick_generator);
+            self.tally.overruns += u64::from(!delivered);
+            enter(event)?;
         }
         let budget = self.scenario.file.execution.step_budget;
-        for event in self.system.run(self.scheduler.as_mut(), budget) {
-            events.push(event?);
-        }
-        for event in &events {
-            let line = event_line(event, self.system.topology());
-            self.hash.line(&line);
-            if let Some(recorder) = recorder.as_deref_mut() {
-                recorder.line(&line)?;
+        let mut failure = None;
+        for event in system.run(scheduler.as_mut(), budget) {
+            match event {
+                Ok(event) => enter(event)?,
+                Err(error) => failure = Some(error),
             }
         }
-        if let Some(recorder) = recorder.filter(|_| !events.is_empty()) {
+        if let Some(recorder) = recorder.filter(|_| !self.events.is_empty()) {
             recorder.statuses(self.system.ticks().saturating_sub(1), now, self.statuses_json())?;
         }
-        self.events = events;
         let limit = self.scenario.file.execution.run_budget;
-        if self.system.steps() > limit { Err(StepError::Budget(limit)) } else { Ok(()) }
+        match failure {
+            Some(error) => Err(error.into()),
+            None if self.system.steps() > limit => Err(StepError::Budget(limit)),
+            None => Ok(()),
+        }
     }
 
     /// The tree's statuses as the event log writes them: by the node's number and label.
@@ -386,6 +413,12 @@ impl Live {
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
         &self.faults
+    }
+
+    /// The faults that were due so far and could not be done.
+    #[must_use]
+    pub fn undone_faults(&self) -> &[UndoneFault] {
+        &self.undone
     }
 
     /// The trips that navigation has given up so far.

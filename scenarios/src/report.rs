@@ -36,6 +36,8 @@ pub struct Report {
     pub monitors: Vec<MonitorReport>,
     /// The faults that took hold, in order.
     pub faults: Vec<FaultReport>,
+    /// The faults that were due and could not be done, in order.
+    pub undone_faults: Vec<UndoneFaultReport>,
     /// What went wrong in nodes of the tree, each thing once, in the order of its first time.
     pub tree_errors: Vec<TreeErrorReport>,
     /// The battery's charge.
@@ -99,6 +101,8 @@ pub struct FaultReport {
     pub kind: String,
     /// When it took hold, in seconds.
     pub time_s: f64,
+    /// The last tick that had been generated then; null if none had.
+    pub tick: Option<u64>,
     /// When it let go, in seconds; null if it held to the end or happened at one instant.
     pub until_s: Option<f64>,
     /// What it did, in words.
@@ -107,6 +111,19 @@ pub struct FaultReport {
     pub arguments: serde_json::Map<String, serde_json::Value>,
     /// How many messages it damaged in the run; null for a fault that damages none.
     pub messages: Option<u64>,
+}
+
+/// A fault that was due and could not be done.
+#[derive(Clone, Debug, Serialize)]
+pub struct UndoneFaultReport {
+    /// What kind of fault.
+    pub kind: String,
+    /// When it was due, in seconds.
+    pub time_s: f64,
+    /// What it was to do, in words.
+    pub effect: String,
+    /// Why it could not be done, in words.
+    pub reason: String,
 }
 
 /// Something that went wrong in a node of the tree: a script that cannot be evaluated, a port without a value.
@@ -125,7 +142,7 @@ pub struct TreeErrorReport {
 }
 
 impl Report {
-    /// The faults in words, each once: what it did, and when.
+    /// The faults in words, each once: what it did, and when. Those that could not be done come last.
     pub(crate) fn faults_in_words(&self) -> Vec<(String, String)> {
         let mut groups: Vec<(&str, Vec<&FaultReport>)> = Vec::new();
         for fault in &self.faults {
@@ -134,7 +151,11 @@ impl Report {
                 None => groups.push((&fault.effect, vec![fault])),
             }
         }
-        groups.iter().map(|(effect, times)| ((*effect).to_owned(), when(times))).collect()
+        let done = groups.iter().map(|(effect, times)| ((*effect).to_owned(), when(times)));
+        let undone = self.undone_faults.iter().map(|UndoneFaultReport { effect, reason, time_s, .. }| {
+            (format!("NOT DONE: {effect} ({reason})"), format!("at {time_s:.2} s"))
+        });
+        done.chain(undone).collect()
     }
 }
 

@@ -8,10 +8,10 @@ use serde_json::json;
 
 use crate::ending::Ended;
 use crate::given_up::GivenUp;
-use crate::live::{Live, Watched};
+use crate::live::{Live, UndoneFault, Watched};
 use crate::report::{
     BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport, OutcomeReport,
-    PlaceReport, Report, RobotReport, SnapshotReport, TimingReport, TreeErrorReport,
+    PlaceReport, Report, RobotReport, SnapshotReport, TimingReport, TreeErrorReport, UndoneFaultReport,
 };
 use crate::trace::message_json;
 use crate::tree_errors::TreeError;
@@ -45,6 +45,7 @@ pub(crate) fn report(
         trace_hash: live.trace_hash(),
         monitors: monitors(live),
         faults: faults(live),
+        undone_faults: live.undone_faults().iter().map(undone_fault).collect(),
         tree_errors: live.tree_errors().iter().map(|error| tree_error(live, error)).collect(),
         battery: BatteryReport {
             initial: live.scenario().file.sim.battery.initial_pct,
@@ -172,12 +173,22 @@ fn faults(live: &Live) -> Vec<FaultReport> {
     let report = |fault: &crate::live::FaultRecord| FaultReport {
         kind: fault.fault.kind().name.to_owned(),
         time_s: fault.time.as_secs_f64(),
+        tick: fault.tick,
         until_s: fault.until.map(|until| until.as_secs_f64()),
         effect: fault.fault.words(),
         arguments: fault.fault.arguments().iter().map(|(name, value)| (name.to_owned(), value.to_json())).collect(),
         messages: live.messages_hit(fault),
     };
     live.faults().iter().map(report).collect()
+}
+
+fn undone_fault(undone: &UndoneFault) -> UndoneFaultReport {
+    UndoneFaultReport {
+        kind: undone.fault.kind().name.to_owned(),
+        time_s: undone.time.as_secs_f64(),
+        effect: undone.fault.words(),
+        reason: undone.reason.clone(),
+    }
 }
 
 fn tree_error(live: &Live, error: &TreeError) -> TreeErrorReport {

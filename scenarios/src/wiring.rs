@@ -18,6 +18,7 @@ use skills::{Chart, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
 use crate::error::{Complaints, Refusal};
+use crate::occurrences::occurrences;
 use crate::scenario::{Order, Policy, Scenario, TreeForm, unknown};
 
 /// The name of the process that supplies ticks.
@@ -215,7 +216,7 @@ fn scheduler(
 /// An order among messages.
 fn precedence(order: &Order, topology: &Topology, complaints: &mut Complaints) -> Precedence {
     let mut deliveries = |event: &Spanned<String>| -> Vec<Delivery> {
-        let events = complaints.note(monitors::occurrences("order", &event.value, topology)).unwrap_or_default();
+        let events = occurrences(event, topology, complaints).unwrap_or_default();
         let delivery = |event: monitors::Event| {
             let condition = event.condition;
             Delivery { channel: event.channel, concerns: Arc::new(move |message| condition.holds(message)) }
@@ -243,4 +244,22 @@ fn policy(
         complaints.push(unknown("process", victim, names));
     }
     Some(Box::new(Starving::new(id?, others)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scenario::find;
+
+    #[test]
+    fn who_is_starved_leaves_the_choice_among_the_others_to_the_policy() {
+        let found = find::find("errand").expect("a scenario of the program's");
+        for (policy, words) in [("random", "Random"), ("round-robin", "RoundRobin")] {
+            let overrides = [format!("execution.policy={policy}"), "execution.starve=BT".to_owned()];
+            let scenario = Scenario::load(&found, &overrides).expect("a sound scenario");
+            let wired = wire(&scenario, &Streams::new(1)).expect("a system");
+            let scheduler = format!("{:?}", wired.scheduler);
+            assert!(scheduler.starts_with("Starving") && scheduler.contains(words), "{scheduler}");
+        }
+    }
 }

@@ -4,6 +4,7 @@ use bevy_ecs::prelude::*;
 use maps::{Point, Pose};
 
 use crate::building::Building;
+use crate::config::Shape;
 use crate::docking::Dock;
 use crate::drive::{Drive, Motion, RobotPose};
 use crate::error::{BadSetting, Placement, SimError};
@@ -26,16 +27,31 @@ pub(crate) fn kidnap(world: &mut World, robot: Entity, to: Pose) -> Result<(), S
     Ok(())
 }
 
-/// Fails if the robot cannot stand there.
-fn check(world: &mut World, robot: Entity, to: &Pose) -> Result<(), SimError> {
+/// Fails if the robot can never stand there, because of a wall or the end of the map.
+pub(crate) fn check_walls(world: &World, robot: Entity, to: &Pose) -> Result<(), SimError> {
     let heading_rad = to.rotation.angle();
     if !heading_rad.is_finite() {
         let accepted = "a finite number";
         let setting = "kidnapping.heading".to_owned();
         return Err(SimError::Settings(vec![BadSetting { setting, value: heading_rad.to_string(), accepted }]));
     }
+    check_beside(world, robot, to, std::iter::empty())
+}
+
+/// Fails if the robot cannot stand there now.
+fn check(world: &mut World, robot: Entity, to: &Pose) -> Result<(), SimError> {
+    check_walls(world, robot, to)?;
     let mut obstacles = world.query::<(&Obstacle, &ObstaclePose)>();
     let obstacles = obstacles.iter(world).map(|(obstacle, pose)| (obstacle.name.as_str(), &obstacle.shape, &pose.0));
+    check_beside(world, robot, to, obstacles)
+}
+
+fn check_beside<'w>(
+    world: &'w World,
+    robot: Entity,
+    to: &Pose,
+    obstacles: impl Iterator<Item = (&'w str, &'w Shape, &'w Pose)>,
+) -> Result<(), SimError> {
     let radius_m = world.get::<Drive>(robot).map_or(0.0, Drive::robot_radius_m);
     let at: Point = to.translation.vector.into();
     check_room(world.resource::<Building>().walls().rays(), obstacles, radius_m, Placement::Kidnapping, &at)

@@ -20,7 +20,7 @@ use crate::doors::move_doors;
 use crate::drive::{Drive, Motion, RobotPose, drive_robot, settle_robot};
 use crate::error::{Placement, SimError};
 use crate::faults::Faults;
-use crate::kidnapping::kidnap;
+use crate::kidnapping::{check_walls, kidnap};
 use crate::lasers::{Laser, scan};
 use crate::noise::Drift;
 use crate::obstacles::{Obstacles, first_pose, move_obstacles, note_rest, settle_obstacles, spawn_obstacle};
@@ -150,6 +150,15 @@ impl Simulation {
     /// stays where it is.
     pub fn kidnap(&mut self, pose: Pose) -> Result<(), SimError> {
         kidnap(&mut self.world, self.robot, pose)
+    }
+
+    /// Whether the robot can ever be carried to that pose: [`kidnap`](Self::kidnap) puts it down there unless an obstacle
+    /// is in the way at that moment.
+    ///
+    /// # Errors
+    /// If the pose lies outside the map, or if the robot's body would overlap a wall there.
+    pub fn check_kidnapping(&self, pose: &Pose) -> Result<(), SimError> {
+        check_walls(&self.world, self.robot, pose)
     }
 }
 

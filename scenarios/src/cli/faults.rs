@@ -95,6 +95,7 @@ fn accepted(parameter: &Parameter) -> String {
         Default::Required => String::new(),
         Default::Absent => "; may be left out".to_owned(),
         Default::Number(number) => format!("; {number} if not given"),
+        Default::Whole(number) => format!("; {number} if not given"),
         Default::Text(text) => format!("; \"{text}\" if not given"),
         Default::Flag(flag) => format!("; {flag} if not given"),
     };
@@ -106,6 +107,7 @@ fn as_json(kind: &FaultKind) -> serde_json::Value {
         let default = match parameter.default {
             Default::Required | Default::Absent => serde_json::Value::Null,
             Default::Number(number) => number.into(),
+            Default::Whole(number) => number.into(),
             Default::Text(text) => text.into(),
             Default::Flag(flag) => flag.into(),
         };

@@ -24,7 +24,7 @@ pub(super) struct MatrixArgs {
     #[arg(long, value_name = "SCENARIO", default_value = "errand")]
     fault_free: String,
     /// How often it is run, with the root seeds from 1 on
-    #[arg(long, value_name = "N", default_value_t = 100)]
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(..=100_000))]
     runs: u64,
     /// Where page and data go
     #[arg(long, value_name = "DIR", default_value = "out/matrix")]

@@ -14,7 +14,7 @@ use crate::reproduce::{Reproduction, table};
 #[derive(Debug, Args)]
 pub(super) struct ReproduceArgs {
     /// How often each experiment is run, with the root seeds from 1 on
-    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
     /// Where page and data go
     #[arg(long, value_name = "DIR", default_value = "out/reproduce")]

@@ -8,7 +8,7 @@ use bt::{Moment, Outcome, Rehearsal, Request, Tree};
 use clap::{Subcommand, ValueEnum};
 use serde_json::json;
 
-use super::tree_script::TreeScript;
+use super::tree_script::{MOST_TICKS, TreeScript};
 use super::{print, warn};
 use crate::{Error, draw, pictures};
 
@@ -36,7 +36,7 @@ pub(super) enum TreeCommand {
         #[arg(long, value_name = "FILE")]
         leaves: PathBuf,
         /// How many ticks; as long as the longest part if neither this nor the file says so
-        #[arg(long, value_name = "N")]
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TICKS))]
         ticks: Option<u64>,
         /// Prints JSON
         #[arg(long)]

@@ -25,6 +25,9 @@ use maps::document::{Document, Item, Table};
 
 use crate::Error;
 
+/// A tree is ticked so often at most: what came of every tick is kept.
+pub(super) const MOST_TICKS: u64 = 1_000_000;
+
 /// A rehearsal as its file describes it.
 #[derive(Clone, Debug)]
 pub(super) struct TreeScript {
@@ -49,7 +52,7 @@ impl TreeScript {
     }
 
     fn read(table: &Table<'_>, tree: &Tree) -> Option<Self> {
-        let ticks = table.get::<u64>("ticks").check(|ticks| *ticks <= 1_000_000, "be at most 1000000").optional();
+        let ticks = table.get::<u64>("ticks").within(0..=MOST_TICKS).optional();
         let period = table.seconds("period_s").or(Duration::from_secs(1));
         let halts = table.get::<Vec<u64>>("halt_after").or(Vec::new());
         let blackboard = table.table("blackboard").optional().map_or(Some(Vec::new()), |entries| values(&entries));

@@ -24,6 +24,8 @@ pub struct Parameter {
 pub enum Domain {
     /// Numbers of this range, both ends included.
     Numbers(f64, f64),
+    /// Whole numbers of this range, both ends included.
+    Whole(u64, u64),
     /// Any text.
     Text,
     /// One of these names.
@@ -47,6 +49,8 @@ pub enum Default {
     Absent,
     /// This number.
     Number(f64),
+    /// This whole number.
+    Whole(u64),
     /// This text.
     Text(&'static str),
     /// True or false.
@@ -58,6 +62,8 @@ pub enum Default {
 pub enum Value {
     /// A number.
     Number(f64),
+    /// A whole number.
+    Whole(u64),
     /// A text.
     Text(String),
     /// True or false.
@@ -94,6 +100,7 @@ impl Domain {
         match self {
             Self::Numbers(least, most) if *most >= 1e9 => format!("a number, {least} or more"),
             Self::Numbers(least, most) => format!("a number from {least} to {most}"),
+            Self::Whole(least, most) => format!("a whole number from {least} to {most}"),
             Self::Text => "a text".to_owned(),
             Self::OneOf(names) => format!("one of {}", names.join(", ")),
             Self::Flag => "true or false".to_owned(),
@@ -111,6 +118,7 @@ impl Value {
         let point = |point: &Point| serde_json::json!([point.x, point.y]);
         match self {
             Self::Number(number) => (*number).into(),
+            Self::Whole(number) => (*number).into(),
             Self::Text(text) => text.as_str().into(),
             Self::Flag(flag) => (*flag).into(),
             Self::Point(at) => point(at),
@@ -173,6 +181,12 @@ impl Arguments {
         *number
     }
 
+    /// A whole number, to count with.
+    pub(super) fn whole(&self, name: &str) -> usize {
+        let Value::Whole(number) = self.get(name) else { unreachable!("`{name}` is a whole number") };
+        usize::try_from(*number).unwrap_or(usize::MAX)
+    }
+
     /// A number of seconds.
     pub(super) fn seconds(&self, name: &str) -> Duration {
         Duration::from_secs_f64(self.number(name))
@@ -191,8 +205,12 @@ impl Arguments {
 
     /// A text and where it stands.
     pub(super) fn name(&self, name: &str) -> Spanned<String> {
-        let span = self.given.get(name).map_or(&self.span, |argument| &argument.span);
-        Spanned { value: self.text(name).to_owned(), span: span.clone() }
+        Spanned { value: self.text(name).to_owned(), span: self.span_of(name) }
+    }
+
+    /// Where an argument stands; where the fault does, if the file does not say it.
+    fn span_of(&self, name: &str) -> Span {
+        self.given.get(name).map_or(&self.span, |argument| &argument.span).clone()
     }
 
     /// True or false.
@@ -212,6 +230,11 @@ impl Arguments {
         *pose
     }
 
+    /// A pose and where it stands.
+    pub(super) fn spanned_pose(&self, name: &str) -> Spanned<Pose> {
+        Spanned { value: self.pose(name), span: self.span_of(name) }
+    }
+
     /// Several points.
     pub(super) fn points(&self, name: &str) -> &[Point] {
         let Value::Points(points) = self.get(name) else { unreachable!("`{name}` is several points") };
@@ -224,6 +247,7 @@ impl Default {
         match self {
             Self::Required | Self::Absent => None,
             Self::Number(number) => Some(Value::Number(number)),
+            Self::Whole(number) => Some(Value::Whole(number)),
             Self::Text(text) => Some(Value::Text(text.to_owned())),
             Self::Flag(flag) => Some(Value::Flag(flag)),
         }
@@ -234,6 +258,7 @@ fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> maps::document::Fi
     let key = parameter.name;
     match parameter.domain {
         Domain::Numbers(least, most) => table.number(key).within(least..=most).map(Value::Number).spanned(),
+        Domain::Whole(least, most) => table.get::<u64>(key).within(least..=most).map(Value::Whole).spanned(),
         Domain::Text => table.text(key).map(Value::Text).spanned(),
         Domain::OneOf(names) => {
             let choices: Vec<(&str, String)> = names.iter().map(|name| (*name, (*name).to_owned())).collect();

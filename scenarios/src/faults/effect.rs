@@ -15,7 +15,7 @@ pub(crate) enum Effect {
     /// The battery's charge is set, in percent.
     Charge(f64),
     /// The robot is put elsewhere; its wheels do not notice.
-    Kidnap(Pose),
+    Kidnap(Spanned<Pose>),
     /// Localization is told that the robot is there.
     Belief(Pose),
     /// Something is wrong with the robot or around it.

@@ -6,15 +6,16 @@ mod machines;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelSystem, Disturbance, DisturbanceId, Event, ProcessId};
+use channels::{ChannelSystem, Event, ProcessId};
 use components::{Component, Software};
 use nav::InitialPose;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::{Streams, normal};
-use sim::Simulation;
+use sim::{SimError, Simulation};
 
-use self::machines::Exchange;
+use self::damage::Damages;
+use self::machines::Machines;
 use super::{Change, Effect, Fault, Moment, TickTrouble, Timetable};
 use crate::error::Complaints;
 use crate::scenario::Scenario;
@@ -25,6 +26,7 @@ use crate::wiring::Ids;
 pub(crate) struct Injector {
     timetable: Timetable,
     faults: Vec<Prepared>,
+    machines: Machines,
     ids: Ids,
 }
 
@@ -33,12 +35,9 @@ pub(crate) struct Injector {
 struct Prepared {
     fault: Arc<Fault>,
     effect: Effect,
-    disturbances: Vec<Disturbance>,
-    exchange: Option<Exchange>,
-    /// The fault's own random numbers.
+    damages: Damages,
+    /// The fault's own random numbers, for what is no damage.
     rng: ChaCha8Rng,
-    /// The disturbances of this fault that have begun, those that are over included.
-    begun: Vec<DisturbanceId>,
 }
 
 /// What faults act on.
@@ -50,10 +49,23 @@ pub(crate) struct Run<'a> {
     pub(crate) events: &'a [Event],
 }
 
+/// What became of a fault of the scenario, by its place there.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Happening {
+    /// It took hold.
+    Begun(usize),
+    /// It let go.
+    Ended(usize),
+    /// It was due and could not be done.
+    LeftUndone(usize, SimError),
+}
+
 impl Injector {
-    /// The faults of a scenario, ready for a run of that system.
+    /// The faults of a scenario, ready for a run of that simulation and that system. What is wrong with one of them is
+    /// noted.
     pub(crate) fn new(
         scenario: &Scenario,
+        sim: &Simulation,
         system: &ChannelSystem,
         ids: Ids,
         streams: &Streams,
@@ -63,38 +75,74 @@ impl Injector {
         let timetable = Timetable::new(faults, system, &scenario.places, streams, complaints);
         let prepare = |(index, fault): (usize, &Arc<Fault>)| {
             let effect = fault.effect();
-            let stream = streams.stream(&format!("fault/{}", stream_name(faults, index)));
+            check_place(&effect, sim, complaints);
+            let stream = format!("fault/{}", stream_name(faults, index));
             Prepared {
-                disturbances: damage::prepare(&effect, system.topology(), &stream, complaints),
-                exchange: machines::prepare(&effect, index, scenario, system, complaints),
+                rng: streams.stream(&stream),
+                damages: Damages::prepare(&effect, system.topology(), *streams, stream, complaints),
                 effect,
                 fault: Arc::clone(fault),
-                rng: stream,
-                begun: Vec::new(),
             }
         };
         let faults = faults.iter().enumerate().map(prepare).collect();
-        Self { timetable, faults, ids }
+        let machines = Machines::prepare(scenario, system, complaints);
+        Self { timetable, faults, machines, ids }
     }
 
-    /// Lets faults begin and end that are due: which of the scenario's faults did. What a fault cannot do (put the robot
-    /// into a wall) it leaves undone.
-    pub(crate) fn act(&mut self, run: &mut Run<'_>) -> Vec<Change> {
+    /// Lets faults begin and end that are due: what became of them.
+    pub(crate) fn act(&mut self, run: &mut Run<'_>) -> Vec<Happening> {
         let (now, pose) = (run.sim.time(), run.sim.truth().pose());
         let changes = self.timetable.changes(&Moment { now, pose, system: run.system, events: run.events });
-        for change in &changes {
-            match *change {
+        let mut happenings = Vec::with_capacity(changes.len());
+        for change in changes {
+            happenings.push(match change {
                 Change::Begins(index) => self.begin(index, run),
                 Change::Ends(index) => self.end(index, run),
-            }
+            });
         }
-        if !changes.is_empty() {
-            self.renew_world(run.sim);
+        if !happenings.is_empty() {
+            self.renew(run);
         }
-        changes
+        happenings
     }
 
-    /// Computes anew what is wrong in the simulated world.
+    /// Does what happens at the instant at which a fault begins.
+    fn begin(&mut self, index: usize, run: &mut Run<'_>) -> Happening {
+        let Prepared { effect, damages, .. } = &mut self.faults[index];
+        match effect {
+            Effect::Charge(charge_pct) => run.sim.set_battery_charge(*charge_pct),
+            Effect::Kidnap(to) => {
+                if let Err(error) = run.sim.kidnap(to.value) {
+                    return Happening::LeftUndone(index, error);
+                }
+            }
+            Effect::Belief(pose) => run.software.believe(&InitialPose::at(*pose)),
+            Effect::Channels { .. } => damages.begin(run.system),
+            Effect::World(_) | Effect::Map(_) | Effect::Ticks(_) | Effect::Outage { .. } | Effect::Machine { .. } => {}
+        }
+        Happening::Begun(index)
+    }
+
+    /// Does what happens at the instant at which a fault ends.
+    fn end(&mut self, index: usize, run: &mut Run<'_>) -> Happening {
+        let Prepared { effect, damages, .. } = &mut self.faults[index];
+        match effect {
+            Effect::Outage { component, crashed: true } => run.software.restart(*component, run.system),
+            Effect::Channels { .. } => damages.end(run.system),
+            _ => {}
+        }
+        Happening::Ended(index)
+    }
+
+    /// Computes anew from the faults that hold what is so as long as they do.
+    fn renew(&mut self, run: &mut Run<'_>) {
+        self.renew_world(run.sim);
+        self.renew_outages(run);
+        let holding: Vec<usize> = self.timetable.holding().collect();
+        self.machines.renew(&holding, run.system, run.sim.time());
+    }
+
+    /// What is wrong in the simulated world.
     fn renew_world(&self, sim: &mut Simulation) {
         let mut wrong = sim::Faults::default();
         for effect in self.effects() {
@@ -107,38 +155,22 @@ impl Injector {
         }
     }
 
+    /// Which components, processes and drivers, stand still.
+    fn renew_outages(&self, run: &mut Run<'_>) {
+        for component in Component::ALL {
+            let is_out = self
+                .effects()
+                .any(|effect| matches!(effect, Effect::Outage { component: out, .. } if *out == component));
+            if run.software.outages_mut().has(component) != is_out {
+                run.software.outages_mut().set(component, is_out);
+                run.system.suspend(component_id(self.ids, component), is_out);
+            }
+        }
+    }
+
     /// The effects of the faults that hold.
     fn effects(&self) -> impl Iterator<Item = &Effect> {
         self.timetable.holding().map(|index| &self.faults[index].effect)
-    }
-
-    fn begin(&mut self, index: usize, run: &mut Run<'_>) {
-        let Prepared { effect, disturbances, exchange, begun, .. } = &mut self.faults[index];
-        match effect {
-            Effect::Charge(charge_pct) => run.sim.set_battery_charge(*charge_pct),
-            // Nobody can put a robot where there is a wall.
-            Effect::Kidnap(to) => drop(run.sim.kidnap(*to)),
-            Effect::Belief(pose) => run.software.believe(&InitialPose::at(*pose)),
-            Effect::Outage { component, .. } => suspend(run, self.ids, *component, true),
-            Effect::Channels { .. } => begun.extend(disturbances.iter().map(|one| run.system.disturb(one.clone()))),
-            Effect::Machine { .. } => exchange.iter().for_each(|exchange| exchange.begin(run.system)),
-            Effect::World(_) | Effect::Map(_) | Effect::Ticks(_) => {}
-        }
-    }
-
-    fn end(&mut self, index: usize, run: &mut Run<'_>) {
-        let Prepared { effect, exchange, begun, .. } = &self.faults[index];
-        match effect {
-            Effect::Outage { component, crashed } => {
-                suspend(run, self.ids, *component, false);
-                if *crashed {
-                    run.software.restart(*component, run.system);
-                }
-            }
-            Effect::Channels { .. } => begun.iter().for_each(|id| run.system.calm(*id)),
-            Effect::Machine { .. } => exchange.iter().for_each(|exchange| exchange.end(run.system)),
-            _ => {}
-        }
     }
 
     /// What becomes of a tick that is due now: nothing if it is missed, else how much later it comes.
@@ -163,8 +195,17 @@ impl Injector {
 
     /// How many messages a fault has damaged so far; nothing for a fault that damages none.
     pub(crate) fn messages_hit(&self, index: usize, system: &ChannelSystem) -> Option<u64> {
-        let Prepared { effect, begun, .. } = &self.faults[index];
-        matches!(effect, Effect::Channels { .. }).then(|| begun.iter().map(|id| system.hits(*id)).sum())
+        let Prepared { effect, damages, .. } = &self.faults[index];
+        matches!(effect, Effect::Channels { .. }).then(|| damages.hits(system))
+    }
+}
+
+/// Notes if nobody can ever put the robot where the effect wants it: outside, or into a wall.
+fn check_place(effect: &Effect, sim: &Simulation, complaints: &mut Complaints) {
+    let Effect::Kidnap(to) = effect else { return };
+    if let Err(error) = sim.check_kidnapping(&to.value) {
+        let help = "x and y in metres, in the map's frame; the robot is put down with its whole body on free floor";
+        complaints.push(to.span.problem(error.to_string()).with_label("no room for the robot").with_help(help));
     }
 }
 
@@ -174,12 +215,6 @@ pub(super) fn stream_name(faults: &[Arc<Fault>], index: usize) -> String {
     let kind = faults[index].kind().name;
     let number = faults[..index].iter().filter(|other| other.kind().name == kind).count();
     format!("{kind}/{number}")
-}
-
-/// Lets process and driver of a component stand still, or go on.
-fn suspend(run: &mut Run<'_>, ids: Ids, component: Component, suspended: bool) {
-    run.software.outages_mut().set(component, suspended);
-    run.system.suspend(component_id(ids, component), suspended);
 }
 
 fn component_id(ids: Ids, component: Component) -> ProcessId {

@@ -3,8 +3,13 @@
 //! A fault is an entry of a scenario's `[[faults]]`: its `kind`, with that kind's parameters; one trigger (`at_s`,
 //! `at_tick`, `near`, `when`, `in_state`), perhaps with a `probability`; and how long (`lasts_s`) and how often (`times`,
 //! `every_s`) it holds. The catalogue ([`KINDS`]) has every kind with its parameters, and where it acts. No fault touches
-//! code, and one that is taken out of the file gives back the unfaulted run bit for bit: what is wrong at the moment is
-//! computed anew from the faults that hold, and each draws its random numbers from a stream of its own.
+//! code, and one that is taken out of the file gives back the unfaulted run bit for bit: each draws its random numbers from
+//! streams of its own, and what is wrong at the moment is computed anew from the faults that hold.
+//!
+//! So faults combine. A component stands still as long as one of them wants it to. A skill runs the machine with the
+//! mistakes of all that hold, put into the last of its replacements in the scenario if there is one; combinations that
+//! contradict one another are refused when the scenario is loaded. A message meets the faults of its channel in the order
+//! in which they began.
 //!
 //! The `Timetable` says when faults begin and end; the `Injector` makes them take hold.
 
@@ -20,7 +25,7 @@ use maps::document::Table;
 pub use argument::{Arguments, Default, Domain, Parameter, Value};
 pub use catalogue::{FaultKind, KINDS, Place, kind};
 pub(crate) use effect::{Effect, MachineChange, TickTrouble};
-pub(crate) use injector::{Injector, Run};
+pub(crate) use injector::{Happening, Injector, Run};
 pub(crate) use timetable::{Change, Moment, Timetable};
 pub use trigger::{Timing, Trigger};
 

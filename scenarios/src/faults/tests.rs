@@ -59,8 +59,35 @@ fn what_is_wrong_with_a_fault_is_said_all_at_once() {
     );
     assert_eq!(problems("kind = \"joipad\"\nat_s = 1"), ["unknown kind `joipad`"]);
     assert_eq!(problems("kind = \"joypad\"\nin_state = \"running\""), ["`running` names no state of a skill"]);
+    for fraction in [
+        "kind = \"people\"\nat = [4, 3]\nroute = [[6, 3]]\ncount = 2.7",
+        "kind = \"skill_guard_negated\"\nskill = \"A\"\nstate = \"get\"\nnth = 1.5",
+        "kind = \"message_corrupted\"\nfrom = \"A\"\nto = \"B\"\nvalue = \"15\"\nfield = 2.5",
+    ] {
+        let [said] = &problems(&format!("{fraction}\nat_s = 1"))[..] else { panic!("{fraction}") };
+        assert!(said.contains("must be an integer"), "{said}");
+    }
     assert_eq!(
         problems("kind = \"joypad\"\nat_s = 1\ntimes = 3"),
         ["a fault at one time takes hold once, and `times` says more"]
     );
+}
+
+#[test]
+fn faults_at_fixed_times_may_overlap_only_where_their_times_do() {
+    let timing = |text: &str| read(&format!("kind = \"joypad\"\n{text}")).expect(text).timing;
+    let dt = std::time::Duration::from_millis(20);
+    let overlap = |one: &str, other: &str| {
+        let (one, other) = (timing(one), timing(other));
+        assert_eq!(one.may_overlap(&other, dt), other.may_overlap(&one, dt));
+        one.may_overlap(&other, dt)
+    };
+    assert!(!overlap("at_s = 0\nlasts_s = 5", "at_s = 5"));
+    assert!(overlap("at_s = 0\nlasts_s = 5", "at_s = 4.98"));
+    // From 0.02 s to 5.04 s, in steps.
+    assert!(overlap("at_s = 0.001\nlasts_s = 5.005", "at_s = 5.006\nlasts_s = 1"));
+    assert!(!overlap("at_s = 0.001\nlasts_s = 5.005", "at_s = 5.021\nlasts_s = 1"));
+    assert!(overlap("at_s = 10", "at_s = 100"));
+    assert!(overlap("at_s = 0\nevery_s = 50\nlasts_s = 1", "at_s = 100\nlasts_s = 1"));
+    assert!(overlap("at_s = 0\nlasts_s = 1", "near = \"start\""));
 }

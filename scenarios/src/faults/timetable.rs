@@ -13,6 +13,7 @@ use skills::SkillProcess;
 use super::injector::stream_name;
 use super::{Fault, Trigger};
 use crate::error::Complaints;
+use crate::occurrences::occurrences;
 use crate::scenario::unknown;
 
 /// What triggers look at: the run at the start of a step.
@@ -151,9 +152,7 @@ impl Watch {
                 }
                 Some(Self::Near { place: found?.clone(), within_m: *within_m, was_near: false })
             }
-            Trigger::Message(text) => {
-                complaints.note(monitors::occurrences("when", &text.value, topology)).map(Self::Message)
-            }
+            Trigger::Message(text) => occurrences(text, topology, complaints).map(Self::Message),
             Trigger::State { process, state } => {
                 let skills = || topology.processes().filter(|id| system.process::<SkillProcess>(*id).is_some());
                 let Some(id) = topology.find_process(&process.value).filter(|id| skills().any(|other| other == *id))

@@ -49,6 +49,21 @@ pub struct Timing {
 }
 
 impl Timing {
+    /// Whether both may hold at some moment, if the time of a run goes on in steps of `dt`. Nobody can tell beforehand
+    /// when a trigger other than a time comes.
+    pub(crate) fn may_overlap(&self, other: &Self, dt: Duration) -> bool {
+        let ((from, to), (other_from, other_to)) = (self.window(dt), other.window(dt));
+        from < other_to && other_from < to
+    }
+
+    /// From when to when it may hold.
+    fn window(&self, dt: Duration) -> (Duration, Duration) {
+        let Trigger::Time { at, every } = self.trigger else { return (Duration::ZERO, Duration::MAX) };
+        let from = step_at(at, dt);
+        let once = self.lasts.filter(|_| every.is_none());
+        (from, once.map_or(Duration::MAX, |lasts| step_at(from.saturating_add(lasts), dt)))
+    }
+
     /// Reads the keys that say when a fault holds. `momentary`: it happens at one instant and cannot last.
     pub(super) fn read(table: Table<'_>, momentary: bool) -> Option<Self> {
         let trigger = read_trigger(table);
@@ -68,6 +83,12 @@ impl Timing {
         let times = times.unwrap_or(if forever { u64::MAX } else { 1 });
         Some(Self { trigger: trigger?, probability, lasts: lasts.map(|lasts| lasts.value), times })
     }
+}
+
+/// The first step at or after a time.
+fn step_at(time: Duration, dt: Duration) -> Duration {
+    let nanos = time.as_nanos().next_multiple_of(dt.as_nanos().max(1));
+    u64::try_from(nanos).map_or(Duration::MAX, Duration::from_nanos)
 }
 
 /// Reads the one trigger that a fault has.

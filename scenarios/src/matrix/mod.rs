@@ -59,8 +59,8 @@ pub struct Row {
 /// When a fault took hold.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Onset {
-    /// The last tick generated before.
-    pub tick: u64,
+    /// The last tick generated before; null if there was none.
+    pub tick: Option<u64>,
     /// The time, in seconds.
     pub time_s: f64,
 }
@@ -171,12 +171,11 @@ fn properties(reports: &[Report]) -> Vec<String> {
 
 impl Row {
     fn of(report: &Report, scenario: &Scenario, properties: &[String]) -> Self {
-        let tick_s = scenario.file.execution.tick.as_secs_f64();
         let first = report.faults.first();
-        let onset = first.map(|fault| Onset { tick: (fault.time_s / tick_s) as u64, time_s: fault.time_s });
+        let onset = first.map(|fault| Onset { tick: fault.tick, time_s: fault.time_s });
         let notice = |name: &String| {
             let monitor = report.monitors.iter().find(|monitor| monitor.name == *name)?;
-            let late = monitor.tick.zip(onset).and_then(|(tick, onset)| tick.checked_sub(onset.tick));
+            let late = monitor.tick.zip(onset).and_then(|(tick, onset)| ticks_after(onset.tick, tick));
             let early = monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
             Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
         };
@@ -194,6 +193,11 @@ impl Row {
             arrived: stop.iter().any(|place| reached(&place.value)),
         }
     }
+}
+
+/// How many ticks were generated after one, up to another and with it; none if that came before.
+fn ticks_after(last_before: Option<u64>, tick: u64) -> Option<u64> {
+    tick.checked_add(1)?.checked_sub(last_before.map_or(0, |last| last + 1))
 }
 
 impl Alarm {

@@ -48,7 +48,7 @@ pub fn try_starts(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &C
     let room_m = (way_m - WITHIN_M - FOLLOWED_M).max(0.0);
     let start = |number: usize| {
         let first = ways_m.partition_point(|way_m| *way_m < room_m * number as f64 / count as f64);
-        let conditions = Conditions { global: true, seed: conditions.seed + number as u64, ..*conditions };
+        let conditions = Conditions { global: true, seed: conditions.seed.wrapping_add(number as u64), ..*conditions };
         let course = replay_part(recording, atlas, &conditions, Part { first, way_m: WITHIN_M + FOLLOWED_M });
         let (record, _) = scans[first];
         Start { line: record.line, time: record.time, found_after_m: Score::of(&course).converged_after_m }

@@ -5,63 +5,155 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use maps::{OccupancyGrid, Spanned};
-use skills::{Chart, mutate, mutations};
+use maps::{OccupancyGrid, Span, Spanned};
+use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
 
 use super::{Loader, ScenarioFile, unknown};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
 
+/// The machines that a skill runs while faults hold that change it, by the places of those faults in the scenario, in
+/// order: one for all that may hold at once.
+pub type FaultyMachines = BTreeMap<Vec<usize>, Arc<Chart>>;
+
+/// Faults that change one skill's machine may hold together in so many ways at most.
+const MOST_COMBINATIONS: usize = 100;
+
+/// A machine's file: its name and its text.
+type MachineFile = (String, String);
+
+/// A fault that changes a machine.
+struct Changing<'f> {
+    index: usize,
+    fault: &'f Fault,
+    change: Change,
+}
+
+/// What becomes of the machine.
+enum Change {
+    Replaced(MachineFile),
+    Mutated(Mutation),
+}
+
+impl Changing<'_> {
+    fn span(&self) -> &Span {
+        self.fault.arguments().span()
+    }
+}
+
 impl Loader<'_> {
-    /// The machines that faults put in the place of others, by the fault's place in the scenario.
+    /// The machines that skills run while faults hold that change them, by skill.
     pub(super) fn faulty_machines(
         &mut self,
         file: &ScenarioFile,
         charts: &BTreeMap<String, Arc<Chart>>,
-    ) -> BTreeMap<usize, Arc<Chart>> {
-        let faulty = file.faults.iter().enumerate();
-        faulty.filter_map(|(index, fault)| Some((index, self.faulty_machine(file, fault, charts)?))).collect()
+    ) -> BTreeMap<String, FaultyMachines> {
+        let mut faults: BTreeMap<String, Vec<(usize, &Fault, MachineChange)>> = BTreeMap::new();
+        for (index, fault) in file.faults.iter().enumerate() {
+            let Effect::Machine { skill, change } = fault.effect() else { continue };
+            if charts.contains_key(&skill.value) {
+                faults.entry(skill.value).or_default().push((index, fault, change));
+            } else {
+                self.complaints.push(unknown("skill", &skill, charts.keys().map(String::as_str)));
+            }
+        }
+        let mut machines = BTreeMap::new();
+        for (skill, faults) in faults {
+            let path = file.skills.value.join(format!("{skill}.scxml"));
+            let Some(text) = self.text(&file.skills.span, "machine", &path) else { continue };
+            let sound = (path.display().to_string(), text);
+            let changing = faults.into_iter().filter_map(|(index, fault, change)| {
+                let change = self.change(change, &skill, &sound)?;
+                Some(Changing { index, fault, change })
+            });
+            let changing: Vec<Changing<'_>> = changing.collect();
+            machines.insert(skill, self.combined(&sound, &changing, file.sim.dt));
+        }
+        machines
     }
 
-    fn faulty_machine(
-        &mut self,
-        file: &ScenarioFile,
-        fault: &Fault,
-        charts: &BTreeMap<String, Arc<Chart>>,
-    ) -> Option<Arc<Chart>> {
-        let Effect::Machine { skill, change } = fault.effect() else { return None };
-        if !charts.contains_key(&skill.value) {
-            self.complaints.push(unknown("skill", &skill, charts.keys().map(String::as_str)));
-            return None;
-        }
-        match change {
+    fn change(&mut self, change: MachineChange, skill: &str, (name, text): &MachineFile) -> Option<Change> {
+        Some(match change {
             MachineChange::Replaced(Spanned { value: path, span }) => {
-                let text = self.text(&span, "machine", &path)?;
-                self.complaints.note(Chart::load(&path.display().to_string(), &text))
+                Change::Replaced((path.display().to_string(), self.text(&span, "machine", &path)?))
             }
-            MachineChange::Mutated(mutation) => {
-                let path = file.skills.value.join(format!("{}.scxml", skill.value));
-                let text = self.text(&skill.span, "machine", &path)?;
-                let name = path.display().to_string();
-                let mutant = self.complaints.note(mutate(&name, &text, &mutation))?;
-                self.complaints.note(Chart::load(&format!("{name} ({})", fault.words()), &mutant))
-            }
+            MachineChange::Mutated(mutation) => Change::Mutated(mutation),
             MachineChange::MutatedAs(mistake) => {
-                let path = file.skills.value.join(format!("{}.scxml", skill.value));
-                let text = self.text(&skill.span, "machine", &path)?;
-                let name = path.display().to_string();
-                let all = self.complaints.note(mutations(&name, &text))?;
-                let Some(mutation) = all.iter().find(|mutation| mutation.to_string() == mistake.value) else {
+                let mut all = self.complaints.note(mutations(name, text))?;
+                let found = all.iter().position(|mutation| mutation.to_string() == mistake.value);
+                let Some(found) = found else {
                     let all: Vec<String> = all.iter().map(ToString::to_string).collect();
-                    let what = format!("mistake of {}", skill.value);
+                    let what = format!("mistake of {skill}");
                     self.complaints.push(unknown(&what, &mistake, all.iter().map(String::as_str)));
                     return None;
                 };
-                let mutant = self.complaints.note(mutate(&name, &text, mutation))?;
-                self.complaints.note(Chart::load(&format!("{name} ({mutation})"), &mutant))
+                Change::Mutated(all.swap_remove(found))
             }
-        }
+        })
     }
 
+    /// The machine of every combination of faults that may hold at once.
+    fn combined(&mut self, sound: &MachineFile, changing: &[Changing<'_>], dt: Duration) -> FaultyMachines {
+        let mut machines = FaultyMachines::new();
+        let mut combinations: Vec<Vec<&Changing<'_>>> = Vec::new();
+        for one in changing {
+            let overlaps = |other: &&Changing<'_>| other.fault.timing.may_overlap(&one.fault.timing, dt);
+            let others = combinations.iter().filter(|others| others.iter().all(overlaps));
+            let with_one: Vec<_> =
+                std::iter::once(&Vec::new()).chain(others).map(|them| [them, &[one][..]].concat()).collect();
+            if combinations.len() + with_one.len() > MOST_COMBINATIONS {
+                let problem = one.span().problem("too many faults of one skill's machine may hold at once");
+                let help =
+                    format!("`at_s` and `lasts_s` keep them apart; {MOST_COMBINATIONS} combinations are prepared");
+                self.complaints.push(problem.with_label("one too many").with_help(help));
+                break;
+            }
+            for combination in with_one {
+                let Some(chart) = self.machine(sound, &combination) else {
+                    if combination.len() == 1 { break } else { continue }
+                };
+                machines.insert(combination.iter().map(|one| one.index).collect(), chart);
+                combinations.push(combination);
+            }
+        }
+        machines
+    }
+
+    /// The machine that is left of the sound one while these faults hold, or a complaint about the last of them.
+    fn machine(&mut self, sound: &MachineFile, faults: &[&Changing<'_>]) -> Option<Arc<Chart>> {
+        let refused = match (changed(sound, faults), faults) {
+            (Ok(chart), _) => return Some(chart),
+            (Err(error), [] | [_]) => return self.complaints.note(Err(error)),
+            (Err(error), [others @ .., last]) => {
+                let others: Vec<String> = others.iter().map(|other| format!("\"{}\"", other.fault.words())).collect();
+                let message = format!("this fault cannot hold together with {}: {error}", others.join(" and "));
+                last.span().problem(message).with_label("this fault")
+            }
+        };
+        self.complaints.push(refused.with_help("let one begin when the other is over, by `at_s` and `lasts_s`"));
+        None
+    }
+}
+
+/// The machine while these faults hold: the last of those that replace it, or else the sound one, with all mistakes that
+/// the others make.
+fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, SkillError> {
+    let replacement = faults.iter().rev().find_map(|one| match &one.change {
+        Change::Replaced(file) => Some(file),
+        Change::Mutated(_) => None,
+    });
+    let (name, text) = replacement.unwrap_or(sound);
+    let mutated = faults.iter().filter_map(|one| match &one.change {
+        Change::Replaced(_) => None,
+        Change::Mutated(mutation) => Some((mutation, one.fault.words())),
+    });
+    let (mutations, words): (Vec<&Mutation>, Vec<String>) = mutated.unzip();
+    if mutations.is_empty() {
+        return Chart::load(name, text);
+    }
+    Chart::load(&format!("{name} ({})", words.join("; ")), &mutate_all(name, text, mutations)?)
+}
+
+impl Loader<'_> {
     /// The map that a fault gives to the software.
     pub(super) fn wrong_map(&mut self, file: &ScenarioFile) -> Option<OccupancyGrid> {
         let maps = file.faults.iter().filter_map(|fault| match fault.effect() {

@@ -18,13 +18,13 @@ use robot::RobotModel;
 use sim::Building;
 use skills::Chart;
 
+pub use faulty::FaultyMachines;
 pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Start, TreeForm};
 pub use find::Found;
 pub use stop::{Stop, StopOnViolation};
 pub use world::WorldBody;
 
 use crate::error::Complaints;
-use crate::faults::Effect;
 use crate::monitoring::Monitoring;
 use crate::{Error, wiring};
 
@@ -56,8 +56,8 @@ pub struct Scenario {
     pub tree: Arc<Tree>,
     /// The machine of each leaf, by the leaf's ID.
     pub charts: BTreeMap<String, Arc<Chart>>,
-    /// The machines that faults put in the place of others, by the fault's place in the scenario.
-    pub machines: BTreeMap<usize, Arc<Chart>>,
+    /// The machines that skills run while faults hold that change them, by skill.
+    pub machines: BTreeMap<String, FaultyMachines>,
     /// The map that the software has, where a fault gives it another one than the world's.
     pub wrong_map: Option<Arc<OccupancyGrid>>,
     /// The property files: their names and texts.
@@ -142,12 +142,7 @@ impl Scenario {
 
     /// The machines that a skill may run: its own, and those that faults put in its place.
     pub(crate) fn machines_of(&self, skill: &str) -> impl Iterator<Item = &Arc<Chart>> {
-        let faults = self.file.faults.iter().enumerate();
-        let given = faults.filter_map(move |(index, fault)| {
-            let concerns = matches!(fault.effect(), Effect::Machine { skill: other, .. } if other.value == skill);
-            self.machines.get(&index).filter(|_| concerns)
-        });
-        self.charts.get(skill).into_iter().chain(given)
+        self.charts.get(skill).into_iter().chain(self.machines.get(skill).into_iter().flat_map(FaultyMachines::values))
     }
 }
 

@@ -3,7 +3,7 @@
 use maps::Spanned;
 use skills::{Mutation, TransitionPlace};
 
-use super::{Domain, FaultKind, Place, number, required};
+use super::{Domain, FaultKind, Place, required, whole};
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
 use crate::faults::{Arguments, Default, Parameter};
 
@@ -16,7 +16,7 @@ const EVENT: Parameter = Parameter {
     domain: Domain::Text,
     default: Default::Text(""),
 };
-const NTH: Parameter = number("nth", "which of the transitions with that event, counted from 1", 1.0, 1000.0, 1.0);
+const NTH: Parameter = whole("nth", "which of the transitions with that event, counted from 1", 1, 1000, 1);
 
 fn mutated(with: &Arguments, mutation: Mutation) -> Effect {
     Effect::Machine { skill: with.name("skill"), change: MachineChange::Mutated(mutation) }
@@ -26,7 +26,7 @@ fn transition(with: &Arguments) -> TransitionPlace {
     TransitionPlace {
         state: with.text("state").to_owned(),
         event: with.text("event").to_owned(),
-        nth: with.number("nth") as usize,
+        nth: with.whole("nth"),
     }
 }
 
@@ -36,8 +36,8 @@ fn transition_words(with: &Arguments) -> String {
         "" => "the transition without an event".to_owned(),
         event => format!("the transition on {event}"),
     };
-    let nth = match with.number("nth") {
-        1.0 => String::new(),
+    let nth = match with.whole("nth") {
+        1 => String::new(),
         nth => format!(", number {nth},"),
     };
     format!("{event}{nth} out of {} of {}", with.text("state"), with.text("skill"))

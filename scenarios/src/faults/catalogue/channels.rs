@@ -1,6 +1,6 @@
 //! Faults of the channels and of the ticks.
 
-use super::{Domain, FaultKind, Place, number, required};
+use super::{Domain, FaultKind, Place, number, required, whole};
 use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
 use crate::faults::{Arguments, Default, Parameter};
 
@@ -85,13 +85,13 @@ pub(super) const CORRUPTED: FaultKind = FaultKind {
         TO,
         CONDITION,
         SHARE,
-        number("field", "which field, counted from 1", 1.0, 100.0, 2.0),
+        whole("field", "which field, counted from 1", 1, 100, 2),
         required("value", "its value, as the SCOPE language writes it: 15, true, <failure>", Domain::Text),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nvalue = \"15\"",
-    effect: |with| damage(with, Damage::Corruption(with.name("value"), with.number("field") as usize)),
-    words: |with| format!("m[{}] of {} is {}", with.number("field"), messages(with), with.text("value")),
+    effect: |with| damage(with, Damage::Corruption(with.name("value"), with.whole("field"))),
+    words: |with| format!("m[{}] of {} is {}", with.whole("field"), messages(with), with.text("value")),
 };
 
 pub(super) const TICK_MISSED: FaultKind = FaultKind {

@@ -138,3 +138,8 @@ const fn required(name: &'static str, about: &'static str, domain: Domain) -> Pa
 const fn number(name: &'static str, about: &'static str, least: f64, most: f64, default: f64) -> Parameter {
     Parameter { name, about, domain: Domain::Numbers(least, most), default: Default::Number(default) }
 }
+
+/// A whole number that need not be given.
+const fn whole(name: &'static str, about: &'static str, least: u64, most: u64, default: u64) -> Parameter {
+    Parameter { name, about, domain: Domain::Whole(least, most), default: Default::Whole(default) }
+}

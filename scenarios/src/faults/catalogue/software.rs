@@ -32,7 +32,7 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
     parameters: &[required("to", "where it is put", Domain::Pose)],
     momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
-    effect: |with| Effect::Kidnap(with.pose("to")),
+    effect: |with| Effect::Kidnap(with.spanned_pose("to")),
     words: |with| {
         let to = with.pose("to").translation;
         format!("the robot is lifted and put down at ({:.2}, {:.2}) m", to.x, to.y)

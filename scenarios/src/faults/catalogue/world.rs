@@ -5,7 +5,7 @@ use std::time::Duration;
 use maps::{Point, Pose, pose};
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
 
-use super::{Domain, FaultKind, Place, number, required};
+use super::{Domain, FaultKind, Place, number, required, whole};
 use crate::faults::{Default, Effect, Parameter};
 
 /// Where the thing is.
@@ -96,7 +96,7 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         POINT,
         ROUTE,
         number("speed_mps", "how fast they walk, in m/s", 0.0, 3.0, 0.8),
-        number("count", "how many", 0.0, 50.0, 3.0),
+        whole("count", "how many", 0, 50, 3),
         Parameter {
             name: "gives_way",
             about: "whether they wait for the robot rather than walk into it",
@@ -109,10 +109,10 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
     effect: |with| {
         let (at, route, speed_mps) = (with.point("at"), with.points("route"), with.number("speed_mps"));
         let first = route.first().copied().unwrap_or(at);
-        let (count, gives_way) = (with.number("count"), with.flag("gives_way"));
-        let people: Vec<ObstacleConfig> = (0..count as usize)
+        let (count, gives_way) = (with.whole("count"), with.flag("gives_way"));
+        let people: Vec<ObstacleConfig> = (0..count)
             .map(|number| {
-                let start = at + (first - at) * (number as f64 / count);
+                let start = at + (first - at) * (number as f64 / count as f64);
                 ObstacleConfig {
                     name: format!("person {} from {at}", number + 1),
                     shape: Shape::Disc { radius_m: 0.25 },
@@ -129,7 +129,7 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
     },
     words: |with| {
         let manners = if with.flag("gives_way") { ", and give way" } else { "" };
-        format!("{} people walk to and fro from {}{manners}", with.number("count"), with.point("at"))
+        format!("{} people walk to and fro from {}{manners}", with.whole("count"), with.point("at"))
     },
 };
 

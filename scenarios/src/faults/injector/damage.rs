@@ -3,34 +3,85 @@
 use std::sync::Arc;
 
 use channels::{
-    Chance, ChannelId, Concern, Corruption, Disturbance, Effect as ChannelEffect, FieldKind, Message, Symbol, Topology,
-    Value,
+    Chance, ChannelId, ChannelSystem, Concern, Corruption, Disturbance, DisturbanceId, Effect as ChannelEffect,
+    FieldKind, Message, Symbol, Topology, Value,
 };
 use components::Component;
 use maps::Spanned;
-use rand_chacha::ChaCha8Rng;
+use robot::Streams;
 
 use crate::error::Complaints;
 use crate::faults::Effect;
 use crate::faults::effect::{Damage, Which};
+use crate::occurrences::messages;
 use crate::scenario::unknown;
 
-/// The disturbances of an effect, one for each channel; none for an effect on something else. `stream` is the fault's own.
-pub(super) fn prepare(
-    effect: &Effect,
-    topology: &Topology,
-    stream: &ChaCha8Rng,
-    complaints: &mut Complaints,
-) -> Vec<Disturbance> {
-    let Effect::Channels { channels, condition, damage, probability } = effect else { return Vec::new() };
+/// What a fault does to the messages of some channels, each time that it takes hold.
+#[derive(Debug)]
+pub(super) struct Damages {
+    /// One for each channel, with the channel's name.
+    disturbances: Vec<(String, Disturbance)>,
+    /// How likely it is for each message.
+    probability: f64,
+    streams: Streams,
+    /// What the names of its streams of random numbers begin with.
+    stream: String,
+    /// How often it has taken hold.
+    times: u64,
+    /// While it holds: those that are in force.
+    current: Vec<DisturbanceId>,
+    /// How many messages were hit by those that are over.
+    hits: u64,
+}
+
+impl Damages {
+    /// What an effect does to messages; nothing for an effect on something else. Each time and on each channel, the chance
+    /// has a stream of its own among `streams`, whose name begins with `stream`.
+    pub(super) fn prepare(
+        effect: &Effect,
+        topology: &Topology,
+        streams: Streams,
+        stream: String,
+        complaints: &mut Complaints,
+    ) -> Self {
+        let probability = if let Effect::Channels { probability, .. } = effect { *probability } else { 1.0 };
+        let disturbances = disturbances(effect, topology, complaints);
+        let named = |disturbance: Disturbance| (topology.describe(disturbance.channel), disturbance);
+        let disturbances = disturbances.into_iter().map(named).collect();
+        Self { disturbances, probability, streams, stream, times: 0, current: Vec::new(), hits: 0 }
+    }
+
+    /// From now on, messages may be damaged.
+    pub(super) fn begin(&mut self, system: &mut ChannelSystem) {
+        let Self { disturbances, probability, streams, stream, times, current, .. } = self;
+        for (channel, disturbance) in disturbances {
+            let stream = || streams.stream(&format!("{stream}/{channel}/{times}"));
+            let chance = (*probability < 1.0).then(|| Chance { probability: *probability, stream: stream() });
+            current.push(system.disturb(Disturbance { probability: chance, ..disturbance.clone() }));
+        }
+        *times += 1;
+    }
+
+    /// From now on, messages are spared.
+    pub(super) fn end(&mut self, system: &mut ChannelSystem) {
+        self.hits += self.current.drain(..).filter_map(|id| system.calm(id)).sum::<u64>();
+    }
+
+    /// How many messages have been damaged so far.
+    pub(super) fn hits(&self, system: &ChannelSystem) -> u64 {
+        self.hits + self.current.iter().filter_map(|id| system.hits(*id)).sum::<u64>()
+    }
+}
+
+/// The disturbances of an effect, one for each channel, that hit every message.
+fn disturbances(effect: &Effect, topology: &Topology, complaints: &mut Complaints) -> Vec<Disturbance> {
+    let Effect::Channels { channels, condition, damage, .. } = effect else { return Vec::new() };
     let mut disturbances = Vec::new();
     for channel in find(channels, topology, complaints) {
         let concerns = concern(channel, condition, topology, complaints);
         let effect = channel_effect(damage, channel, topology, complaints);
         let (Some(concerns), Some(effect)) = (concerns, effect) else { break };
-        let chance = Chance { probability: *probability, stream: stream.clone() };
-        let probability = (*probability < 1.0).then_some(chance);
-        let disturbance = Disturbance { channel, concerns, probability, effect };
+        let disturbance = Disturbance { concerns, ..Disturbance::all(channel, effect) };
         match disturbance.check(topology) {
             Ok(()) => disturbances.push(disturbance),
             Err(error) => complaints.push(condition.span.problem(error.to_string()).with_label("this fault")),
@@ -90,9 +141,7 @@ fn concern(
     if condition.value == "true" {
         return Some(Arc::new(|_| true));
     }
-    let (from, to) = topology.ends(channel);
-    let event = format!("({from}, {to}, {})", condition.value);
-    let events = complaints.note(monitors::occurrences("condition", &event, topology))?;
+    let events = messages(condition, channel, topology, complaints)?;
     Some(Arc::new(move |message| events.iter().any(|event| event.condition.holds(message))))
 }
 

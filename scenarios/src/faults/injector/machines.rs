@@ -1,51 +1,73 @@
-//! Faults of skills: another machine takes a skill's place.
+//! Faults of skills: other machines take a skill's place.
 
-use channels::{ChannelSystem, Process, ProcessId};
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use channels::{ChannelSystem, ProcessId};
 use skills::SkillProcess;
 
 use crate::error::Complaints;
-use crate::faults::Effect;
 use crate::scenario::Scenario;
 
-/// A process that is exchanged for another one.
+/// The skills whose machines faults change.
 #[derive(Debug)]
-pub(super) struct Exchange {
+pub(super) struct Machines(Vec<Skill>);
+
+/// A skill with what it runs, sound and faulty.
+#[derive(Debug)]
+struct Skill {
     id: ProcessId,
-    sound: Box<dyn Process>,
-    faulty: Box<dyn Process>,
+    sound: SkillProcess,
+    /// By the places in the scenario of the faults that hold.
+    faulty: BTreeMap<Vec<usize>, SkillProcess>,
+    /// The faults that hold and change this skill.
+    holding: Vec<usize>,
 }
 
-impl Exchange {
-    /// The faulty process takes its place, in its first state.
-    pub(super) fn begin(&self, system: &mut ChannelSystem) {
-        put(system, self.id, &*self.faulty);
+impl Machines {
+    /// The skills of a scenario whose machines faults change; the scenario has loaded those machines.
+    pub(super) fn prepare(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Self {
+        let topology = system.topology();
+        let mut skills = Vec::new();
+        for (name, machines) in &scenario.machines {
+            let found = topology.find_process(name).and_then(|id| Some((id, system.process::<SkillProcess>(id)?)));
+            let Some((id, sound)) = found else { continue };
+            let mut faulty = BTreeMap::new();
+            for (faults, chart) in machines {
+                let process = complaints.note(SkillProcess::new(name, chart, topology, []));
+                faulty.extend(process.map(|process| (faults.clone(), process)));
+            }
+            skills.push(Skill { id, sound: sound.clone(), faulty, holding: Vec::new() });
+        }
+        Self(skills)
     }
 
-    /// The sound process is back, in its first state.
-    pub(super) fn end(&self, system: &mut ChannelSystem) {
-        put(system, self.id, &*self.sound);
+    /// Lets each skill run what the faults that hold make of it. Where that is another machine than before, it starts now,
+    /// in its first state.
+    pub(super) fn renew(&mut self, holding: &[usize], system: &mut ChannelSystem, now: Duration) {
+        for skill in &mut self.0 {
+            let holding: Vec<usize> = holding.iter().copied().filter(|index| skill.is_changed_by(*index)).collect();
+            if holding != skill.holding {
+                skill.holding = holding;
+                let before = system.process::<SkillProcess>(skill.id).expect("a skill's process runs a machine");
+                let successor = skill.process().succeeding(before, now);
+                let checked = system.replace(skill.id, Box::new(successor));
+                checked.expect("the process was checked when the run was set up");
+            }
+        }
     }
 }
 
-fn put(system: &mut ChannelSystem, id: ProcessId, process: &dyn Process) {
-    let checked = system.replace(id, process.clone_process());
-    checked.expect("both processes were checked when the run was set up");
-}
+impl Skill {
+    fn is_changed_by(&self, fault: usize) -> bool {
+        self.faulty.contains_key([fault].as_slice())
+    }
 
-/// The exchange that an effect asks for; none for an effect on something else. `index` is the fault's place in the
-/// scenario, which has loaded the machine.
-pub(super) fn prepare(
-    effect: &Effect,
-    index: usize,
-    scenario: &Scenario,
-    system: &ChannelSystem,
-    complaints: &mut Complaints,
-) -> Option<Exchange> {
-    let Effect::Machine { skill, .. } = effect else { return None };
-    let chart = scenario.machines.get(&index)?;
-    let topology = system.topology();
-    let id = topology.find_process(&skill.value)?;
-    let faulty = complaints.note(SkillProcess::new(&skill.value, chart, topology, []))?;
-    let sound = SkillProcess::new(&skill.value, scenario.charts.get(&skill.value)?, topology, []).ok()?;
-    Some(Exchange { id, sound: Box::new(sound), faulty: Box::new(faulty) })
+    /// What it runs while those faults hold that do.
+    fn process(&self) -> &SkillProcess {
+        match self.holding.as_slice() {
+            [] => &self.sound,
+            holding => self.faulty.get(holding).expect("all faults that may hold at once were combined beforehand"),
+        }
+    }
 }

@@ -1,0 +1,96 @@
+//! Events in the SCOPE language that a scenario names: what is wrong with them is wrong at their place in its file.
+
+use channels::{ChannelId, Topology};
+use maps::{Problem, Spanned};
+use miette::Diagnostic;
+use monitors::{Event, ScopeError};
+
+use crate::error::Complaints;
+
+/// The events that a text names: `(BatteryReader, BatteryLevel, m[2] < 30)`, or several of them joined by `or`.
+pub(crate) fn occurrences(
+    text: &Spanned<String>,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<Vec<Event>> {
+    read(["", ""], text, topology, complaints)
+}
+
+/// The messages of a channel for which a condition holds, as events.
+pub(crate) fn messages(
+    condition: &Spanned<String>,
+    channel: ChannelId,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<Vec<Event>> {
+    let (from, to) = topology.ends(channel);
+    read([&format!("({from}, {to}, "), ")"], condition, topology, complaints)
+}
+
+/// Reads a text of the scenario with something before and after it.
+fn read(
+    [before, after]: [&str; 2],
+    text: &Spanned<String>,
+    topology: &Topology,
+    complaints: &mut Complaints,
+) -> Option<Vec<Event>> {
+    let events = monitors::occurrences("event", &format!("{before}{}{after}", text.value), topology);
+    events.map_err(|error| located(&error, before.len(), text).for_each(|problem| complaints.push(problem))).ok()
+}
+
+/// What is wrong, at its place in the scenario. The scenario's text begins at byte `start` of what was read.
+fn located<'e>(error: &'e ScopeError, start: usize, text: &'e Spanned<String>) -> impl Iterator<Item = Problem> + 'e {
+    error.problems().iter().filter(|problem| problem.is_error()).map(move |problem| {
+        let label = problem.labels().and_then(|mut labels| labels.next());
+        let place = label.as_ref().and_then(|label| {
+            let from = label.offset().checked_sub(start)?;
+            let to = from + label.len();
+            // Inside of its quotes, unless it is written with escapes or stands nowhere in the file.
+            let written = text.span.range().start + text.span.text().find(&text.value)?;
+            (to <= text.value.len()).then(|| text.span.source().span(written + from..written + to))
+        });
+        let located = place.unwrap_or_else(|| text.span.clone()).problem(problem.to_string());
+        let words = label.as_ref().and_then(|label| label.label()).unwrap_or("here");
+        let help = problem.help().map(|help| help.to_string());
+        let located = located.with_label(words);
+        match help {
+            Some(help) => located.with_help(help),
+            None => located,
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::document::Document;
+
+    use super::*;
+
+    /// The places of what is wrong with `when`, as the file has them.
+    fn places(file: &str, before: &str) -> Vec<String> {
+        let document = Document::parse_toml("scenario.toml", file).expect("a table");
+        let text = document.read(|root| root.text("when").spanned().required()).expect("a text");
+        let mut topology = Topology::default();
+        let [reader, skill] = ["BatteryReader", "BatteryLevel"].map(|name| topology.process(name).expect("a new name"));
+        let level = channels::Shape::new([("status", channels::FieldKind::symbols(["ok"]))]);
+        let domain = channels::Domain::new([level]);
+        topology.channel(reader, skill, channels::Capacity::One, domain).expect("a new channel");
+        let error = monitors::occurrences("event", &format!("{before}{}", text.value), &topology).expect_err(file);
+        located(&error, before.len(), &text).map(|problem| problem.span().text().to_owned()).collect()
+    }
+
+    #[test]
+    fn what_is_wrong_with_an_event_is_wrong_at_its_place_in_the_scenario() {
+        assert_eq!(places("# What for.\nwhen = \"(BatteryReader, BatteryLevl, true)\"", ""), ["BatteryLevl"]);
+        assert_eq!(places("when = '(BatteryReeder, BatteryLevel, true)'", ""), ["BatteryReeder"]);
+        let condition = "when = \"m[7] < 3)\"";
+        assert!(places(condition, "(BatteryReader, BatteryLevel, ").iter().all(|place| condition.contains(place)));
+    }
+
+    #[test]
+    fn what_has_no_place_of_its_own_is_wrong_with_the_whole_text() {
+        let escaped = r#"when = "(BatteryReader, \u0042atteryLevl, true)""#;
+        assert_eq!(places(escaped, ""), [r#""(BatteryReader, \u0042atteryLevl, true)""#]);
+        assert_eq!(places("when = \"true)\"", "(BatteryReader, BatteryLevl, "), ["\"true)\""]);
+    }
+}
