@@ -241,14 +241,29 @@ impl Localization {
         if self.lasers.iter().enumerate().any(is_due) {
             return false;
         }
-        if self.updates > 0 && self.search.is_none() && self.is_lost(scan.time, &anchor.inv_mul(&now), !far) {
-            self.search = Some(Box::new(Search::for_lost(&self.belief)));
-        }
-        if !far && self.updates > 0 && !self.search.as_ref().is_some_and(|search| search.begins()) {
+        let is_lost = self.updates > 0 && self.search.is_none() && self.is_lost(scan.time, &moved, !far);
+        if !far && self.updates > 0 && !is_lost && !self.search.as_ref().is_some_and(|search| search.begins()) {
             return false;
         }
         self.collect_ends(scan.time, &now);
+        if is_lost && self.begin_search(&moved, now) {
+            return true;
+        }
+        if is_lost && !far {
+            return false;
+        }
         self.update(&anchor, now);
+        true
+    }
+
+    /// Begins to seek the robot everywhere, after a motion, if the scan fits somewhere else.
+    fn begin_search(&mut self, moved: &Pose, now: Pose) -> bool {
+        self.contradiction.forget();
+        let Some((search, belief)) = self.filter.seek_elsewhere(&self.belief, moved, &self.matched) else {
+            return false;
+        };
+        (self.search, self.belief, self.anchor) = (Some(Box::new(search)), belief, Some(now));
+        self.updates += 1;
         true
     }
 

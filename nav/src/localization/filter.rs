@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use robot::normal;
 
 use super::beam_model::Ray;
-use super::challengers::{Challengers, Trial};
+use super::challengers::{Challengers, Trial, log_likelihood};
 use super::clusters::Clusters;
 use super::kld::particles_needed;
 use super::likelihood_field::Endpoints;
@@ -32,6 +32,10 @@ const CANDIDATE_STRIDE: usize = 4;
 
 /// Most challengers that are sought in an update: each takes about 10 µs.
 const MOST_SOUGHT: usize = 10;
+
+/// A robot is held to be lost only if the scan, seen from somewhere else, is as likely as scans usually are, or less so by
+/// this many nats a beam: where people stand about there, too. A scan that fits nowhere is a bad scan.
+const FITS_ELSEWHERE_NATS: f64 = 0.2;
 
 /// Fewer beams than this say nothing of the pose.
 const FEWEST_BEAMS: usize = 8;
@@ -280,6 +284,24 @@ impl ParticleFilter {
         self.particles.clear();
         self.particles.extend(search.particles());
         Some((belief, false))
+    }
+
+    /// Seeks a robot that scans contradict to be where it is believed to be: the search for it, if this scan fits some other
+    /// place. The particles are its hypotheses then.
+    pub(crate) fn seek_elsewhere(
+        &mut self,
+        believed: &Gaussian,
+        moved: &Pose,
+        ends: &Endpoints,
+    ) -> Option<(Search, Gaussian)> {
+        let usual_nats = self.recovery.usual_nats().filter(|_| ends.len() >= FEWEST_BEAMS)?;
+        let mut search = Search::for_lost(believed);
+        search.update(&Sighting { atlas: &self.atlas, moved, ends }, &mut self.rng);
+        let fits = log_likelihood(&self.atlas.likelihoods, &search.best()?, ends) >= usual_nats - FITS_ELSEWHERE_NATS;
+        let belief = search.belief().filter(|_| fits)?;
+        self.particles.clear();
+        self.particles.extend(search.particles());
+        Some((search, belief))
     }
 
     /// How far scans have of late been less likely than usual, from 0 to 1.

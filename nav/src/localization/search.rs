@@ -106,6 +106,11 @@ impl Search {
         Self { hypotheses: vec![Hypothesis { at: *believed, nats: HEAD_START_NATS }], ..Self::default() }
     }
 
+    /// Where the robot most likely is by what has been seen so far.
+    pub(crate) fn best(&self) -> Option<Gaussian> {
+        self.hypotheses.first().map(|best| best.at)
+    }
+
     /// Whether no scan has been taken in yet.
     pub(crate) fn begins(&self) -> bool {
         self.scans == 0

@@ -203,6 +203,24 @@ fn a_robot_that_is_carried_away_finds_itself_again() {
 }
 
 #[test]
+fn lasers_that_go_wild_are_no_reason_to_be_elsewhere() {
+    let start = pose(2.7, 3.5, 1.0);
+    let mut robot = Unicycle::new(office(), start, Noise::default());
+    let mut localization = localization(&robot, &InitialPose::at(start), 1);
+    let turn = |robot: &mut Unicycle, localization: &mut Localization, steps: u32| {
+        for _ in 0..steps {
+            robot.step(VelocityCommand { linear_mps: 0.2, angular_radps: 0.4 });
+            sense(localization, robot);
+        }
+    };
+    turn(&mut robot, &mut localization, 500);
+    robot.noise.laser_m = 0.5;
+    turn(&mut robot, &mut localization, 3000);
+    let off_m = (robot.truth.translation.vector - localization.estimate().pose.translation.vector).norm();
+    assert!(off_m < 0.5, "{off_m} m off");
+}
+
+#[test]
 fn a_robot_that_is_carried_away_at_rest_notices_and_finds_itself_once_it_drives() {
     for (seed, elsewhere) in [pose(25.1, 3.0, -2.0), pose(2.7, 19.9, 0.5), pose(13.9, 9.3, 0.3)].into_iter().enumerate()
     {

@@ -32,7 +32,7 @@ pub(crate) struct Unicycle {
     pub(crate) driven_m: f64,
     pub(crate) velocity: VelocityCommand,
     odometry: Pose,
-    noise: Noise,
+    pub(crate) noise: Noise,
     rng: ChaCha8Rng,
     steps: u64,
 }
