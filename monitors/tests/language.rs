@@ -273,3 +273,11 @@ fn the_shipped_files_load() {
         assert!(monitors::load(name, &printed, &topology(), Duration::from_secs(1)).is_ok(), "{printed}");
     }
 }
+
+#[test]
+fn a_file_may_begin_with_a_byte_order_mark() {
+    let text = "// with one\nproperty p := always (BatteryReader, BatteryLevel, level > 20)\n";
+    let loaded = |text: &str| monitors::load("p.scope", text, &topology(), Duration::from_secs(1)).unwrap();
+    let [plain, marked] = [loaded(text), loaded(&format!("\u{FEFF}{text}"))];
+    assert_eq!(plain.properties[0].formula, marked.properties[0].formula);
+}

@@ -115,7 +115,7 @@ impl Parser {
     pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Reading<T>) -> Reading<T> {
         if self.depth >= MAX_DEPTH {
             let problem = Problem::new("this is nested too deeply").at(self.span(), "deeper than 100 levels");
-            self.problems.push(problem.help("give its parts names as properties of their own"));
+            self.problems.push(problem.help("make several properties of its parts"));
             return Err(Stumbled);
         }
         self.depth += 1;

@@ -177,11 +177,11 @@ impl<'a> Lexer<'a> {
         &self.text[self.at..]
     }
 
-    /// Skips white space and comments; false at the end of the text.
+    /// Skips white space, a byte order mark and comments; false at the end of the text.
     fn skip_blank(&mut self) -> bool {
         loop {
             let rest = self.rest();
-            let blank = rest.len() - rest.trim_start().len();
+            let blank = rest.len() - rest.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}').len();
             let comment = if rest[blank..].starts_with("//") {
                 rest[blank..].find('\n').unwrap_or(rest.len() - blank)
             } else {
