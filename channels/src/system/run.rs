@@ -35,7 +35,7 @@ impl Run<'_> {
         let choice = self.scheduler.choose_in(self.system, &self.enabled);
         let enabled = self.enabled[choice].clone();
         self.taken += 1;
-        let is_late = self.taken > self.budget - self.budget / 10;
+        let is_late = self.taken > self.budget - self.budget.div_ceil(10);
         if is_late && !self.busy.contains(&enabled.process) {
             self.busy.push(enabled.process);
         }

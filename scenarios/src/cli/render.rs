@@ -100,6 +100,15 @@ struct Window {
 }
 
 impl CutText<'_> {
+    /// A stretch alone, which says where it begins: its column counts characters, as everywhere, and not bytes.
+    fn place<'a>(&'a self, span: &SourceSpan) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let alone = self.0.read_span(span, 0, 0)?;
+        let before = SourceSpan::from((span.offset().saturating_sub(alone.column()), alone.column()));
+        let before = self.0.read_span(&before, 0, 0)?.data();
+        let column = std::str::from_utf8(before).map_or(alone.column(), |before| before.chars().count());
+        Ok(contents(alone.name().map(str::to_owned), alone.data(), *alone.span(), (alone.line(), column)))
+    }
+
     /// What to show of the line on which a stretch begins, if a line around it is long.
     fn window(&self, span: &SourceSpan) -> Option<Window> {
         let around = self.0.read_span(span, 1, 1).ok()?;
@@ -131,17 +140,28 @@ impl SourceCode for CutText<'_> {
         lines_before: usize,
         lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        // Without lines around it, only the place is asked for.
-        let window = if lines_before + lines_after == 0 { None } else { self.window(span) };
-        let Some(Window { start, end, line, column, name }) = window else {
+        if lines_before + lines_after == 0 {
+            return self.place(span);
+        }
+        let Some(Window { start, end, line, column, name }) = self.window(span) else {
             return self.0.read_span(span, lines_before, lines_after);
         };
         let shown = SourceSpan::from(start..end);
         let data = self.0.read_span(&shown, 0, 0)?.data();
-        Ok(match name {
-            Some(name) => Box::new(MietteSpanContents::new_named(name, data, shown, line, column, 1)),
-            None => Box::new(MietteSpanContents::new(data, shown, line, column, 1)),
-        })
+        Ok(contents(name, data, shown, (line, column)))
+    }
+}
+
+/// What is shown of a text: a stretch of it that begins in that line and column, counted from 0.
+fn contents<'a>(
+    name: Option<String>,
+    data: &'a [u8],
+    span: SourceSpan,
+    (line, column): (usize, usize),
+) -> Box<dyn SpanContents<'a> + 'a> {
+    match name {
+        Some(name) => Box::new(MietteSpanContents::new_named(name, data, span, line, column, 1)),
+        None => Box::new(MietteSpanContents::new(data, span, line, column, 1)),
     }
 }
 
