@@ -9,6 +9,7 @@
 
 mod parameters;
 mod route;
+mod smoothing;
 mod surroundings;
 
 use maps::{Point, Pose, heading, wrap_angle};
@@ -19,6 +20,7 @@ use surroundings::FreeWay;
 
 pub use parameters::FollowingParameters;
 pub(crate) use route::Route;
+pub(crate) use smoothing::VelocitySmoother;
 pub(crate) use surroundings::Surroundings;
 
 /// Within this of the goal the robot drives straight at it, in metres.
@@ -48,14 +50,6 @@ const LOOK_BEYOND_M: f64 = 0.15;
 
 /// Shares of the distance to look ahead that are tried, until the arc is free.
 const LOOKAHEAD_SHARES: [f64; 3] = [1.0, 0.6, 0.35];
-
-/// Commands that differ by more than this from what the wheels do were not followed, in m/s and rad/s.
-const NOT_FOLLOWED_MPS: f64 = 0.15;
-const NOT_FOLLOWED_RADPS: f64 = 0.4;
-
-/// Over so long the difference is averaged, in seconds: encoders' speeds are noisy, and taken at their word they would
-/// keep the robot from slowing down.
-const LAG_TIME_S: f64 = 0.2;
 
 /// Share of the robot's turning rate that is used.
 const TURNING_SHARE: f64 = 0.9;
@@ -90,8 +84,8 @@ pub(crate) enum Phase {
 pub(crate) struct Situation<'a> {
     pub(crate) at: &'a Pose,
     pub(crate) odometry: &'a Odometry,
-    /// Since the last step, in seconds.
-    pub(crate) dt_s: f64,
+    /// How fast the robot drives, in m/s.
+    pub(crate) speed_mps: f64,
     pub(crate) costmap: &'a Costmap,
     pub(crate) surroundings: &'a Surroundings,
 }
@@ -99,7 +93,8 @@ pub(crate) struct Situation<'a> {
 /// What comes of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Progress {
-    pub(crate) command: VelocityCommand,
+    /// The velocity to drive at, whether or not the robot can reach it by the next step.
+    pub(crate) wanted: VelocityCommand,
     /// How far the robot is from its path, in metres.
     pub(crate) off_path_m: f64,
     /// What keeps the robot from moving.
@@ -114,40 +109,30 @@ pub(crate) struct Follower {
     route: Route,
     arrival: Arrival,
     phase: Phase,
-    command: VelocityCommand,
-    /// What the wheels do beyond what they were told, on average of late.
-    excess: VelocityCommand,
 }
 
 impl Follower {
+    /// For a robot that was last told to drive at that speed, in m/s.
     pub(crate) fn new(
         parameters: &FollowingParameters,
         model: &RobotModel,
         route: Route,
         arrival: Arrival,
         at: &Pose,
-        command: VelocityCommand,
+        told_mps: f64,
     ) -> Self {
         let distance_m = (route.end() - Point::from(at.translation.vector)).norm();
         let phase = if distance_m < AIMED_SHARE * arrival.position_tolerance_m {
             Phase::Turning
         } else if distance_m < CLOSING_M && route.remaining_m() < 2.0 * CLOSING_M {
             Phase::Aiming
-        } else if command.linear_mps > parameters.regulated_linear_scaling_min_speed {
+        } else if told_mps > parameters.regulated_linear_scaling_min_speed {
             // On the way already; tracking turns in place if it must.
             Phase::Tracking
         } else {
             Phase::Aligning
         };
-        Self {
-            parameters: parameters.clone(),
-            model: model.clone(),
-            route,
-            arrival,
-            phase,
-            command,
-            excess: VelocityCommand::STOP,
-        }
+        Self { parameters: parameters.clone(), model: model.clone(), route, arrival, phase }
     }
 
     pub(crate) fn route(&self) -> &Route {
@@ -156,16 +141,6 @@ impl Follower {
 
     pub(crate) fn phase(&self) -> Phase {
         self.phase
-    }
-
-    /// The command last given.
-    pub(crate) fn command(&self) -> VelocityCommand {
-        self.command
-    }
-
-    /// Takes note that the robot is being stopped from elsewhere.
-    pub(crate) fn halt(&mut self) {
-        self.command = VelocityCommand::STOP;
     }
 
     /// One step of control.
@@ -179,9 +154,7 @@ impl Follower {
             Phase::Turning => (self.turn(now), None),
             Phase::Arrived => (VelocityCommand::STOP, None),
         };
-        self.note_excess(now);
-        self.command = self.attainable(wanted, now);
-        Progress { command: self.command, off_path_m, obstacle }
+        Progress { wanted, off_path_m, obstacle }
     }
 
     fn align(&mut self, now: &Situation<'_>) -> VelocityCommand {
@@ -198,8 +171,7 @@ impl Follower {
             self.phase = Phase::Closing;
             return self.close(now);
         }
-        let speed = self.command.linear_mps;
-        let lookahead_m = (speed * self.parameters.lookahead_time)
+        let lookahead_m = (now.speed_mps * self.parameters.lookahead_time)
             .clamp(self.parameters.min_lookahead_dist, self.parameters.max_lookahead_dist);
         if bearing(now.at, &self.route.ahead(lookahead_m)).abs() > self.parameters.rotate_to_heading_min_angle {
             self.phase = Phase::Aligning;
@@ -217,7 +189,7 @@ impl Follower {
 
     /// The curvature of the arc to the farthest point ahead that can be reached freely, and how free it is.
     fn freest_arc(&self, now: &Situation<'_>, lookahead_m: f64) -> (f64, FreeWay) {
-        let horizon_m = self.braking_m(self.command.linear_mps) + LOOK_BEYOND_M;
+        let horizon_m = self.braking_m(now.speed_mps) + LOOK_BEYOND_M;
         let needed_m = self.model.radius_m + self.parameters.collision_margin;
         let mut best: Option<(f64, FreeWay)> = None;
         for share in LOOKAHEAD_SHARES {
@@ -313,31 +285,6 @@ impl Follower {
     /// The way that it takes to stop, in metres.
     fn braking_m(&self, speed_mps: f64) -> f64 {
         speed_mps * speed_mps / (2.0 * self.parameters.braking_share * self.model.max_linear_acceleration_mps2)
-    }
-
-    /// Averages what the wheels do beyond what they were told.
-    fn note_excess(&mut self, now: &Situation<'_>) {
-        let share = (now.dt_s / LAG_TIME_S).min(1.0);
-        let towards = |average: f64, latest: f64| average + (latest - average) * share;
-        self.excess = VelocityCommand {
-            linear_mps: towards(self.excess.linear_mps, now.odometry.linear_mps - self.command.linear_mps),
-            angular_radps: towards(self.excess.angular_radps, now.odometry.angular_radps - self.command.angular_radps),
-        };
-    }
-
-    /// The command nearest to the wanted one that the robot can follow by the next step.
-    fn attainable(&self, wanted: VelocityCommand, now: &Situation<'_>) -> VelocityCommand {
-        let from = |command: f64, excess: f64, tolerated: f64| {
-            if excess.abs() > tolerated { command + excess } else { command }
-        };
-        let linear = from(self.command.linear_mps, self.excess.linear_mps, NOT_FOLLOWED_MPS);
-        let angular = from(self.command.angular_radps, self.excess.angular_radps, NOT_FOLLOWED_RADPS);
-        let linear_step = self.model.max_linear_acceleration_mps2 * now.dt_s;
-        let angular_step = self.model.max_angular_acceleration_radps2 * now.dt_s;
-        VelocityCommand {
-            linear_mps: wanted.linear_mps.clamp(linear - linear_step, linear + linear_step),
-            angular_radps: wanted.angular_radps.clamp(angular - angular_step, angular + angular_step),
-        }
     }
 }
 

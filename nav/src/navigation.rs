@@ -24,7 +24,7 @@ use maps::{OccupancyGrid, Point, Pose};
 use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
-use crate::following::Surroundings;
+use crate::following::{Surroundings, VelocitySmoother};
 use crate::{Atlas, Costmap, Error, PoseEstimate};
 use trip::Trip;
 
@@ -48,6 +48,7 @@ pub struct Navigator {
     lasers: Vec<Beams>,
     costmap: Costmap,
     surroundings: Surroundings,
+    smoother: VelocitySmoother,
     status: NavigationStatus,
     reason: Option<GiveUpReason>,
     trip: Option<Trip>,
@@ -59,7 +60,6 @@ pub struct Navigator {
 #[derive(Clone, Copy)]
 struct Now<'a> {
     time: Duration,
-    dt_s: f64,
     at: &'a Pose,
     odometry: &'a Odometry,
 }
@@ -98,6 +98,7 @@ impl Navigator {
             model: model.clone(),
             lasers: model.lasers.iter().map(Beams::new).collect(),
             surroundings: Surroundings::new(model.lasers.len()),
+            smoother: VelocitySmoother::new(model),
             status: NavigationStatus::Idle,
             reason: None,
             trip: None,
@@ -129,6 +130,7 @@ impl Navigator {
         self.stop();
         self.costmap.forget_marks();
         self.surroundings = Surroundings::new(self.lasers.len());
+        self.smoother = VelocitySmoother::new(&self.model);
         (self.last_update, self.last_scan) = (None, None);
     }
 
@@ -136,9 +138,6 @@ impl Navigator {
     pub fn pause(&mut self) {
         if self.status.is_under_way() {
             self.status = NavigationStatus::Paused;
-            if let Some(follower) = self.trip.as_mut().and_then(|trip| trip.follower.as_mut()) {
-                follower.halt();
-            }
         }
     }
 
@@ -210,24 +209,29 @@ impl Navigator {
     pub fn update(&mut self, now: Duration, estimate: &PoseEstimate, odometry: &Odometry) -> VelocityCommand {
         let dt_s = self.last_update.map_or(0.0, |last| now.saturating_sub(last).as_secs_f64().min(LONGEST_STEP_S));
         self.last_update = Some(now);
+        let wanted = self.wanted(&Now { time: now, at: &estimate.pose, odometry });
+        self.smoother.step(wanted, odometry, dt_s)
+    }
+
+    /// Goes on with what it is doing and returns the velocity at which it wants to drive.
+    fn wanted(&mut self, now: &Now<'_>) -> VelocityCommand {
         let Some(mut trip) = self.trip.take() else { return VelocityCommand::STOP };
-        let started = *trip.started.get_or_insert(now);
-        let now = Now { time: now, dt_s, at: &estimate.pose, odometry };
-        if let Some(reason) = self.cannot_navigate(&now, started) {
+        let started = *trip.started.get_or_insert(now.time);
+        if let Some(reason) = self.cannot_navigate(now, started) {
             self.give_up(NavigationStatus::Error, reason);
             return VelocityCommand::STOP;
         }
-        let command = match self.status {
-            NavigationStatus::Thinking => self.think(&mut trip, &now),
-            NavigationStatus::PreparingBeforeMove | NavigationStatus::Moving => self.follow(&mut trip, &now),
-            NavigationStatus::WaitingObstacle => self.wait(&mut trip, &now),
-            NavigationStatus::Failing => self.try_again(&mut trip, &now),
+        let wanted = match self.status {
+            NavigationStatus::Thinking => self.think(&mut trip, now),
+            NavigationStatus::PreparingBeforeMove | NavigationStatus::Moving => self.follow(&mut trip, now),
+            NavigationStatus::WaitingObstacle => self.wait(&mut trip, now),
+            NavigationStatus::Failing => self.try_again(&mut trip, now),
             _ => VelocityCommand::STOP,
         };
         if self.status.is_under_way() {
             self.trip = Some(trip);
         }
-        command
+        wanted
     }
 }
 

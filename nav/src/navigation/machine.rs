@@ -98,9 +98,8 @@ impl Navigator {
             position_tolerance_m: trip.goal.position_tolerance_m - missed_m,
             heading_tolerance_rad: trip.goal.heading_tolerance_rad,
         };
-        let command = trip.follower.as_ref().map_or(VelocityCommand::STOP, Follower::command);
-        let route = Route::new(path);
-        trip.follower = Some(Follower::new(&self.parameters.following, &self.model, route, arrival, now.at, command));
+        let (route, told_mps) = (Route::new(path), self.smoother.command().linear_mps);
+        trip.follower = Some(Follower::new(&self.parameters.following, &self.model, route, arrival, now.at, told_mps));
         trip.least_left_m = f64::INFINITY;
         trip.progress_at = now.time;
         trip.next_plan = now.time + self.parameters.planning_period;
@@ -133,14 +132,14 @@ impl Navigator {
             return VelocityCommand::STOP;
         }
         self.note_progress(trip, &progress, now);
-        progress.command
+        progress.wanted
     }
 
     fn step_follower(&mut self, trip: &mut Trip, now: &Now<'_>) -> Progress {
         let situation = Situation {
             at: now.at,
             odometry: now.odometry,
-            dt_s: now.dt_s,
+            speed_mps: self.smoother.speed_mps(),
             costmap: &self.costmap,
             surroundings: &self.surroundings,
         };
@@ -193,9 +192,6 @@ impl Navigator {
     /// Stops and waits for what is in the way to go away.
     fn stand(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         trip.free_since = None;
-        if let Some(follower) = &mut trip.follower {
-            follower.halt();
-        }
         self.enter(trip, NavigationStatus::WaitingObstacle, now);
         VelocityCommand::STOP
     }

@@ -193,6 +193,24 @@ fn somebody_who_steps_aside_is_waited_for() {
 }
 
 #[test]
+fn a_robot_that_is_sent_elsewhere_stops_as_fast_as_it_can() {
+    let mut drive = Drive::new(hall(10.0, 5.0), pose(1.0, 2.5, 0.0));
+    drive.navigator.start(goal(9.0, 2.5, 0.0));
+    (0..200).for_each(|_| drive.step());
+    let (speed_mps, driven_m) = (drive.robot.velocity.linear_mps, drive.robot.driven_m);
+    assert!(speed_mps > 0.44);
+    drive.navigator.start(goal(1.0, 1.0, 3.0));
+    while drive.robot.velocity.linear_mps > 0.0 {
+        let before_mps = drive.robot.velocity.linear_mps;
+        drive.step();
+        assert!(drive.robot.velocity.linear_mps < before_mps, "drives on at {before_mps} m/s");
+    }
+    let braking_m = speed_mps * speed_mps / (2.0 * drive.robot.model.max_linear_acceleration_mps2);
+    let rolled_m = drive.robot.driven_m - driven_m;
+    assert!(rolled_m < braking_m + 0.02, "{rolled_m} m, but {braking_m} m are enough");
+}
+
+#[test]
 fn a_closed_door_ends_in_a_reason_in_bounded_time() {
     let mut world = two_rooms(1.0);
     fill(&mut world, [4.0, 0.0, 4.2, 5.0], Cell::Occupied);

@@ -1,0 +1,164 @@
+//! Commands that a base can follow.
+
+use robot::{Odometry, RobotModel, VelocityCommand};
+
+/// Commands that differ by more than this from what the wheels do were not followed, in m/s and rad/s.
+const NOT_FOLLOWED_MPS: f64 = 0.15;
+const NOT_FOLLOWED_RADPS: f64 = 0.4;
+
+/// Over so long speeds are averaged, in seconds: those of encoders are noisy, and taken at their word they would keep
+/// the robot from setting out.
+const AVERAGED_S: f64 = 0.2;
+
+/// Turns the velocities that are wanted into commands, as Nav2's velocity smoother.
+///
+/// A robot sets out and speeds up no faster than it can, from what it was told last or from what its wheels really do,
+/// whichever is slower. Slowing down is never held back: the base brakes as hard as it can.
+#[derive(Clone, Debug)]
+pub(crate) struct VelocitySmoother {
+    max_linear_acceleration_mps2: f64,
+    max_angular_acceleration_radps2: f64,
+    command: VelocityCommand,
+    /// What the wheels were told, and what they did, on average of late.
+    told: VelocityCommand,
+    done: VelocityCommand,
+}
+
+impl VelocitySmoother {
+    /// For a robot at rest.
+    pub(crate) fn new(model: &RobotModel) -> Self {
+        Self {
+            max_linear_acceleration_mps2: model.max_linear_acceleration_mps2,
+            max_angular_acceleration_radps2: model.max_angular_acceleration_radps2,
+            command: VelocityCommand::STOP,
+            told: VelocityCommand::STOP,
+            done: VelocityCommand::STOP,
+        }
+    }
+
+    /// The command last given.
+    pub(crate) fn command(&self) -> VelocityCommand {
+        self.command
+    }
+
+    /// How fast the robot drives forward, in m/s: as it was told, or faster if it is still slowing down.
+    pub(crate) fn speed_mps(&self) -> f64 {
+        self.command.linear_mps.max(self.done.linear_mps)
+    }
+
+    /// Goes a step of `dt_s` seconds towards the wanted velocity.
+    pub(crate) fn step(&mut self, wanted: VelocityCommand, odometry: &Odometry, dt_s: f64) -> VelocityCommand {
+        self.average(odometry, dt_s);
+        let VelocityCommand { linear_mps, angular_radps } = self.command;
+        let linear_step = self.max_linear_acceleration_mps2 * dt_s;
+        let angular_step = self.max_angular_acceleration_radps2 * dt_s;
+        let linear_excess = self.done.linear_mps - self.told.linear_mps;
+        let angular_excess = self.done.angular_radps - self.told.angular_radps;
+        let linear_is = followed(linear_mps, linear_excess, NOT_FOLLOWED_MPS);
+        let angular_is = followed(angular_radps, angular_excess, NOT_FOLLOWED_RADPS);
+        self.command = VelocityCommand {
+            linear_mps: towards(wanted.linear_mps, linear_mps, linear_is, linear_step),
+            angular_radps: towards(wanted.angular_radps, angular_radps, angular_is, angular_step),
+        };
+        self.command
+    }
+
+    fn average(&mut self, odometry: &Odometry, dt_s: f64) {
+        let share = (dt_s / AVERAGED_S).min(1.0);
+        let averaged = |average: VelocityCommand, linear_mps: f64, angular_radps: f64| VelocityCommand {
+            linear_mps: average.linear_mps + (linear_mps - average.linear_mps) * share,
+            angular_radps: average.angular_radps + (angular_radps - average.angular_radps) * share,
+        };
+        self.told = averaged(self.told, self.command.linear_mps, self.command.angular_radps);
+        self.done = averaged(self.done, odometry.linear_mps, odometry.angular_radps);
+    }
+}
+
+/// What has become of a command: the command, unless the wheels do something else.
+fn followed(command: f64, excess: f64, tolerated: f64) -> f64 {
+    if excess.abs() > tolerated { command + excess } else { command }
+}
+
+/// The speed nearest to the wanted one that is at most a step faster than the slower of two.
+fn towards(wanted: f64, command: f64, actual: f64, step: f64) -> f64 {
+    let along = wanted.signum();
+    let slower = (command * along).min(actual * along).max(0.0);
+    wanted.clamp(-slower - step, slower + step)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use maps::Pose;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const DT_S: f64 = 0.02;
+
+    fn odometry(linear_mps: f64, angular_radps: f64) -> Odometry {
+        Odometry { time: Duration::ZERO, pose: Pose::identity(), linear_mps, angular_radps }
+    }
+
+    /// A smoother of a robot that was told that velocity for a while and followed.
+    fn driving(told: VelocityCommand) -> VelocitySmoother {
+        let mut smoother = VelocitySmoother::new(&RobotModel::default());
+        for _ in 0..200 {
+            let VelocityCommand { linear_mps, angular_radps } = smoother.command();
+            smoother.step(told, &odometry(linear_mps, angular_radps), DT_S);
+        }
+        smoother
+    }
+
+    #[test]
+    fn a_robot_speeds_up_as_it_can_and_stops_at_once() {
+        let model = RobotModel::default();
+        let wanted = VelocityCommand { linear_mps: 0.4, angular_radps: -0.5 };
+        let mut smoother = VelocitySmoother::new(&model);
+        let first = smoother.step(wanted, &odometry(0.0, 0.0), DT_S);
+        let step_mps = model.max_linear_acceleration_mps2 * DT_S;
+        assert!((first.linear_mps - step_mps).abs() < 1e-12 && first.angular_radps < 0.0, "{first:?}");
+        let mut smoother = driving(wanted);
+        assert_eq!(smoother.command(), wanted);
+        assert_eq!(smoother.step(VelocityCommand::STOP, &odometry(0.4, -0.5), DT_S), VelocityCommand::STOP);
+    }
+
+    #[test]
+    fn a_robot_that_is_told_to_stop_is_not_told_to_go_on_while_it_still_rolls() {
+        let mut smoother = driving(VelocityCommand { linear_mps: 0.45, angular_radps: 0.0 });
+        let mut rolls_mps: f64 = 0.45;
+        let turning = VelocityCommand { linear_mps: 0.0, angular_radps: -0.9 };
+        while rolls_mps > 0.0 {
+            let command = smoother.step(turning, &odometry(rolls_mps, smoother.command().angular_radps), DT_S);
+            assert!(command.linear_mps.abs() < 1e-12, "told to drive at {command:?} while it rolls at {rolls_mps}");
+            assert!(smoother.speed_mps() > 0.0);
+            rolls_mps -= 0.5 * DT_S;
+        }
+    }
+
+    #[test]
+    fn a_robot_that_is_held_does_not_leap_when_it_is_let_go() {
+        let mut smoother = driving(VelocityCommand { linear_mps: 0.45, angular_radps: 0.0 });
+        let wanted = smoother.command();
+        let held: Vec<f64> = (0..100).map(|_| smoother.step(wanted, &odometry(0.0, 0.0), DT_S).linear_mps).collect();
+        assert!(held[50..].iter().all(|command| *command < 0.25), "{held:?}");
+        assert!(held[50..].iter().any(|command| *command > 0.0), "it goes on trying");
+    }
+
+    proptest! {
+        #[test]
+        fn commands_never_exceed_what_is_wanted_nor_reverse_it(
+            steps in prop::collection::vec((-0.45_f64..0.45, -1.0_f64..1.0, -0.6_f64..0.6, -1.5_f64..1.5), 1..60),
+        ) {
+            let mut smoother = VelocitySmoother::new(&RobotModel::default());
+            for (linear_mps, angular_radps, rolls_mps, turns_radps) in steps {
+                let wanted = VelocityCommand { linear_mps, angular_radps };
+                let command = smoother.step(wanted, &odometry(rolls_mps, turns_radps), DT_S);
+                for (command, wanted) in [(command.linear_mps, linear_mps), (command.angular_radps, angular_radps)] {
+                    prop_assert!(command * wanted >= 0.0 && command.abs() <= wanted.abs());
+                }
+            }
+        }
+    }
+}
