@@ -13,6 +13,8 @@ use maps::{Place, Point};
 use crate::Costmap;
 use standing::{Ground, nearest_cell};
 
+pub use reachability::largest_part;
+
 /// From how far away a robot that stands too near to an obstacle looks for a way out, in metres.
 const ESCAPE_M: f64 = 1.0;
 

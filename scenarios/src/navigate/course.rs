@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use maps::{OccupancyGrid, Point, Pose, pose};
-use nav::{Atlas, Costmap, CostmapParameters, LocalizationParameters, plan};
+use nav::{Atlas, Costmap, CostmapParameters, LocalizationParameters, largest_part, plan};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::RobotModel;
@@ -75,7 +75,7 @@ impl Course {
         let course = Self {
             name: name.to_owned(),
             picture: Arc::new(MapPicture::new(&map)),
-            open: open_places(&map, &costmap, model.radius_m),
+            open: open_places(&costmap, model.radius_m, map.resolution_m()),
             atlas: Arc::new(atlas),
             costmap,
             shortest,
@@ -135,43 +135,12 @@ impl Course {
     }
 }
 
-/// Centres of the cells of the largest connected part of the map in which the robot has some room to spare.
-fn open_places(map: &OccupancyGrid, costmap: &Costmap, radius_m: f64) -> Vec<Point> {
-    let (width, height) = (map.width(), map.height());
-    let center = |cell: usize| map.from_grid(&Point::new((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5));
-    let room_m: Vec<f64> = (0..width * height).map(|cell| costmap.clearance_m(&center(cell))).collect();
-    let standable = |cell: usize| room_m[cell] >= radius_m + map.resolution_m() / 2.0;
-    let mut part_of = vec![usize::MAX; room_m.len()];
-    let mut parts: Vec<Vec<usize>> = Vec::new();
-    for first in 0..room_m.len() {
-        if part_of[first] != usize::MAX || !standable(first) {
-            continue;
-        }
-        let mut part = vec![first];
-        part_of[first] = parts.len();
-        let mut next = 0;
-        while let Some(&cell) = part.get(next) {
-            next += 1;
-            let (column, row) = (cell % width, cell / width);
-            let beside = [
-                (column > 0).then(|| cell - 1),
-                (column + 1 < width).then_some(cell + 1),
-                (row > 0).then(|| cell - width),
-                (row + 1 < height).then_some(cell + width),
-            ];
-            for neighbour in beside.into_iter().flatten() {
-                if part_of[neighbour] == usize::MAX && standable(neighbour) {
-                    part_of[neighbour] = parts.len();
-                    part.push(neighbour);
-                }
-            }
-        }
-        parts.push(part);
-    }
-    let largest = parts.into_iter().max_by_key(Vec::len).unwrap_or_default();
-    let mut open: Vec<usize> = largest.into_iter().filter(|cell| room_m[*cell] >= radius_m + SPARE_M).collect();
-    open.sort_unstable();
-    open.into_iter().map(center).collect()
+/// Centres of the cells in which the robot has some room to spare, in the largest part of the map in which it can drive
+/// about. It may be anywhere in a cell, and so needs half a cell more than its radius.
+fn open_places(costmap: &Costmap, radius_m: f64, resolution_m: f64) -> Vec<Point> {
+    let mut places = largest_part(costmap, radius_m + resolution_m / 2.0);
+    places.retain(|place| costmap.clearance_m(place) >= radius_m + SPARE_M);
+    places
 }
 
 #[cfg(test)]
