@@ -9,7 +9,7 @@ use nalgebra::Vector2;
 use parry2d::math::Pose as GlamPose;
 use parry2d::shape::SharedShape;
 
-use crate::convert::to_glam_pose;
+use crate::convert::LocalFrame;
 use crate::rectangles::{Rectangle, rectangles};
 use crate::walls::Walls;
 
@@ -19,7 +19,9 @@ use crate::walls::Walls;
 #[derive(Resource, Clone)]
 pub struct Building {
     walls: Arc<Walls>,
-    /// All walls as one shape; none where there are none.
+    /// Where bodies and single rays are computed.
+    frame: LocalFrame,
+    /// All walls as one shape, in that frame; none where there are none.
     blocks: Option<SharedShape>,
 }
 
@@ -27,9 +29,10 @@ impl Building {
     /// The building whose walls are the occupied cells of `grid`.
     #[must_use]
     pub fn new(grid: &OccupancyGrid) -> Self {
-        let blocks: Vec<_> = rectangles(grid).iter().map(|rectangle| block(grid, rectangle)).collect();
+        let frame = LocalFrame::of(grid);
+        let blocks: Vec<_> = rectangles(grid).iter().map(|rectangle| block(grid, &frame, rectangle)).collect();
         let blocks = (!blocks.is_empty()).then(|| SharedShape::compound(blocks));
-        Self { walls: Arc::new(Walls::new(grid)), blocks }
+        Self { walls: Arc::new(Walls::new(grid)), frame, blocks }
     }
 
     /// The walls as lasers see them.
@@ -38,19 +41,24 @@ impl Building {
         &self.walls
     }
 
-    /// The walls as bodies run into them.
+    /// The frame in which bodies are computed.
+    pub(crate) fn frame(&self) -> LocalFrame {
+        self.frame
+    }
+
+    /// The walls as bodies run into them, in the building's frame.
     pub(crate) fn blocks(&self) -> Option<&SharedShape> {
         self.blocks.as_ref()
     }
 }
 
-/// A rectangle of the grid, solid, in its place in the `map` frame.
-fn block(grid: &OccupancyGrid, rectangle: &Rectangle) -> (GlamPose, SharedShape) {
+/// A rectangle of the grid, solid, in its place.
+fn block(grid: &OccupancyGrid, frame: &LocalFrame, rectangle: &Rectangle) -> (GlamPose, SharedShape) {
     let half = Vector2::new(rectangle.width as f64, rectangle.height as f64) / 2.0;
     let center = grid.from_grid(&Point::new(rectangle.column as f64 + half.x, rectangle.row as f64 + half.y));
     let half = half * grid.resolution_m();
     let pose = Pose::from_parts(center.coords.into(), grid.origin().rotation);
-    (to_glam_pose(&pose), SharedShape::cuboid(half.x as f32, half.y as f32))
+    (frame.pose_to_glam(&pose), SharedShape::cuboid(half.x as f32, half.y as f32))
 }
 
 impl fmt::Debug for Building {

@@ -1,6 +1,6 @@
 //! The two driven wheels: what becomes of a velocity command.
 //!
-//! Physics computes in f32, in which the pose of a robot far from the origin moves in steps of micrometres. So the wheels
+//! Physics computes in f32, in which the pose of a robot moves in steps of micrometres. So the wheels
 //! say, in f64, where the robot is at the end of a step; the body is given the velocity that takes it there; and if it
 //! arrives, that is where the robot is. If something was in the way, the robot is where physics left it, the wheels have
 //! turned only as far as the body has moved (they grip, the motors stall), and they start again from the speed that is
@@ -24,8 +24,8 @@ use crate::physics::{Body, Physics};
 use crate::wheels::{Roll, slipped, turned};
 
 /// A body within this of where its wheels take it was not hindered, in metres and in radians. Physics' rounding stays
-/// below 15 µm and 20 µrad as long as coordinates stay below 128 m and turning rates below 5 rad/s; beyond, only its own
-/// precision is left.
+/// below 15 µm and 20 µrad as long as the robot stays within 128 m of the building's frame (`convert`) and turning rates
+/// below 5 rad/s; beyond, only its own precision is left.
 const HINDERED_BY: f64 = 5e-5;
 
 /// Slower than this is at rest, in m/s and in rad/s.

@@ -14,7 +14,7 @@ use crate::beams::Beams;
 use crate::building::Building;
 use crate::clock::{Clock, Periodic};
 use crate::config::LaserConfig;
-use crate::convert::{to_glam, to_glam_pose};
+use crate::convert::{LocalFrame, to_glam};
 use crate::drive::RobotPose;
 use crate::faults::Faults;
 use crate::obstacles::{Obstacle, ObstaclePose};
@@ -106,8 +106,10 @@ fn classify(distance_m: f64, spec: &LaserSpec) -> f32 {
     }
 }
 
-/// Shortens the distances of those beams that meet an obstacle first. `base` is the robot's pose.
+/// Shortens the distances of those beams that meet an obstacle first. `base` is the robot's pose; rays are cast in
+/// `frame`.
 fn see_obstacle(
+    frame: &LocalFrame,
     beams: &Beams,
     base: &Pose,
     obstacle: &Obstacle,
@@ -121,7 +123,7 @@ fn see_obstacle(
     if offset.norm() > range_max_m + radius_m {
         return;
     }
-    let (glam_origin, glam_pose) = (to_glam(origin.coords), to_glam_pose(pose));
+    let (glam_origin, glam_pose) = (frame.point_to_glam(&origin), frame.pose_to_glam(pose));
     for (direction, distance_m) in beams.directions().zip(distances_m) {
         let direction = base.rotation * direction;
         let passes_by = offset.perp(&direction).abs() > radius_m || offset.dot(&direction) < -radius_m;
@@ -146,7 +148,7 @@ pub(crate) fn scan(
     obstacles: Query<(&Obstacle, &ObstaclePose)>,
     mut lasers: Query<&mut Laser>,
 ) {
-    let base = robot.0;
+    let (base, frame) = (robot.0, building.frame());
     for mut laser in &mut lasers {
         let laser = &mut *laser;
         if !laser.due.is_due(clock.now) {
@@ -157,7 +159,7 @@ pub(crate) fn scan(
         let range_max_m = laser.spec.range_max_m;
         building.walls().ranges(&laser.beams, &base, range_max_m, &mut laser.memory, &mut laser.distances_m);
         for (obstacle, pose) in &obstacles {
-            see_obstacle(&laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
+            see_obstacle(&frame, &laser.beams, &base, obstacle, &pose.0, range_max_m, &mut laser.distances_m);
         }
         troubles.see_ghosts(&laser.spec, &mut laser.distances_m);
         readings.extend(laser.report(&troubles, &clock).map(Reading::Scan));

@@ -10,7 +10,7 @@ use rapier2d::prelude::{
 
 use crate::building::Building;
 use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
-use crate::convert::{from_glam_pose, to_glam, to_glam_pose};
+use crate::convert::{LocalFrame, to_glam};
 
 /// Friction between floor and movable obstacles, as the rate at which their motion dies away, in 1/s.
 const FLOOR_DAMPING_PER_S: f32 = 5.0;
@@ -40,41 +40,34 @@ pub(crate) struct Touch {
     pub(crate) pushing: bool,
 }
 
-/// All bodies.
+/// All bodies. Rapier sees them in the building's frame; poses that come and go are in the `map` frame.
 #[derive(Resource)]
 pub(crate) struct Physics {
     world: PhysicsWorld,
+    frame: LocalFrame,
     /// Coefficient of friction between any two bodies.
     friction: f32,
 }
 
 impl Physics {
-    /// An empty plane, seen from above: no gravity. All bodies have the same coefficient of friction.
-    pub(crate) fn new(dt_s: f64, friction: f64) -> Self {
+    /// A building seen from above: no gravity. Its walls are solid, as one body. All bodies have the same coefficient of
+    /// friction.
+    pub(crate) fn within(building: &Building, dt_s: f64, friction: f64) -> Self {
         // Recycled contacts would report distances that are up to 5 cm old.
         let integration_parameters =
             IntegrationParameters { dt: dt_s as f32, contact_recycling: false, ..IntegrationParameters::default() };
-        Self {
-            world: PhysicsWorld {
-                gravity: to_glam(Vector2::zeros()),
-                integration_parameters,
-                ..PhysicsWorld::default()
-            },
-            friction: friction as f32,
-        }
-    }
-
-    /// Makes a building's walls solid, as one body.
-    pub(crate) fn add_walls(&mut self, building: &Building) {
+        let gravity = to_glam(Vector2::zeros());
+        let mut world = PhysicsWorld { gravity, integration_parameters, ..PhysicsWorld::default() };
+        let friction = friction as f32;
         if let Some(blocks) = building.blocks() {
-            let collider = ColliderBuilder::new(blocks.clone()).friction(self.friction);
-            self.world.insert(RigidBodyBuilder::fixed(), collider);
+            world.insert(RigidBodyBuilder::fixed(), ColliderBuilder::new(blocks.clone()).friction(friction));
         }
+        Self { world, frame: building.frame(), friction }
     }
 
     /// Adds the robot's body.
     pub(crate) fn add_robot(&mut self, pose: &Pose, radius_m: f64, mass_kg: f64) -> Body {
-        let rigid = RigidBodyBuilder::dynamic().pose(to_glam_pose(pose)).can_sleep(false);
+        let rigid = RigidBodyBuilder::dynamic().pose(self.frame.pose_to_glam(pose)).can_sleep(false);
         let disc = ColliderBuilder::ball(radius_m as f32).mass(mass_kg as f32).friction(self.friction);
         let (rigid, collider) = self.world.insert(rigid, disc);
         Body { rigid, collider }
@@ -95,7 +88,7 @@ impl Physics {
                 (damped, collider.mass(mass_kg as f32))
             }
         };
-        let (rigid, collider) = self.world.insert(rigid.pose(to_glam_pose(pose)), collider);
+        let (rigid, collider) = self.world.insert(rigid.pose(self.frame.pose_to_glam(pose)), collider);
         Body { rigid, collider }
     }
 
@@ -107,29 +100,29 @@ impl Physics {
     /// Puts a body somewhere else, at rest.
     pub(crate) fn put(&mut self, body: Body, pose: &Pose) {
         let rigid = &mut self.world.bodies[body.rigid];
-        rigid.set_position(to_glam_pose(pose), true);
+        rigid.set_position(self.frame.pose_to_glam(pose), true);
         rigid.set_linvel(to_glam(Vector2::zeros()), true);
         rigid.set_angvel(0.0, true);
     }
 
     /// Gives a body the velocity that takes it to `target` within the next step, unless something is in the way.
     pub(crate) fn steer(&mut self, body: Body, target: &Pose, dt_s: f64) {
-        let rigid = &mut self.world.bodies[body.rigid];
-        let from = from_glam_pose(rigid.position());
+        let from = self.pose(body);
         let linear = (target.translation.vector - from.translation.vector) / dt_s;
         let angular = from.rotation.rotation_to(&target.rotation).angle() / dt_s;
+        let rigid = &mut self.world.bodies[body.rigid];
         rigid.set_linvel(to_glam(linear), true);
         rigid.set_angvel(angular as f32, true);
     }
 
     /// Takes an obstacle that nothing stops to `target` in the next step.
     pub(crate) fn carry(&mut self, body: Body, target: &Pose) {
-        self.world.bodies[body.rigid].set_next_kinematic_position(to_glam_pose(target));
+        self.world.bodies[body.rigid].set_next_kinematic_position(self.frame.pose_to_glam(target));
     }
 
     /// Where a body is.
     pub(crate) fn pose(&self, body: Body) -> Pose {
-        from_glam_pose(self.world.bodies[body.rigid].position())
+        self.frame.pose_from_glam(self.world.bodies[body.rigid].position())
     }
 
     /// What touches a body, or nearly does.

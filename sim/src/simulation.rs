@@ -196,8 +196,7 @@ fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: &Pose)
 }
 
 fn world_of(config: &SimConfig, building: &Building) -> World {
-    let mut physics = Physics::new(config.dt.as_secs_f64(), config.body.friction);
-    physics.add_walls(building);
+    let physics = Physics::within(building, config.dt.as_secs_f64(), config.body.friction);
     let mut world = World::new();
     world.insert_resource(Clock { now: Duration::ZERO, dt: config.dt });
     world.insert_resource(physics);

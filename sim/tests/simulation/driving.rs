@@ -1,11 +1,11 @@
 //! Driving, walls, odometry, the joypad.
 
-use maps::{OccupancyGrid, heading, pose};
+use maps::{CellIndex, OccupancyGrid, Pose, heading, pose};
 use rand::RngExt;
 use robot::{Reading, Streams, VelocityCommand};
-use sim::{DriftNoise, SimConfig, Simulation};
+use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, Shape, SimConfig, Simulation};
 
-use crate::{drive, in_a_room};
+use crate::{drive, in_a_room, room, scans};
 
 #[test]
 fn drives_straight_for_a_metre() {
@@ -88,6 +88,53 @@ fn odometry_without_noise_is_exact_far_from_the_origin_too() {
     drive(&mut sim, 0.4, 0.3, 5000);
     let off = (start * sim.truth().odometry().pose).inv_mul(&sim.truth().pose());
     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle().abs() < 1e-9, "{off}");
+}
+
+/// What happens in a room that has been moved as a whole: the robot sets out past a pillar, meets a wall, slides along it
+/// and stops in the corner. Its poses in the room and the ranges of its lasers, each second, and its collisions.
+fn along_the_wall(room_at: Pose) -> (Vec<Pose>, Vec<Vec<f32>>, u64) {
+    let here = room(8.0, 6.0);
+    let mut there = OccupancyGrid::new(here.width(), here.height(), here.resolution_m(), room_at * here.origin());
+    for (offset, cell) in here.cells().iter().enumerate() {
+        there.set(CellIndex { column: offset % here.width(), row: offset / here.width() }, *cell);
+    }
+    let pillar = ObstacleConfig {
+        name: "pillar".to_owned(),
+        shape: Shape::Disc { radius_m: 0.2 },
+        pose: room_at * pose(3.0, 2.0, 0.0),
+        motion: ObstacleMotion::Fixed,
+    };
+    let config = SimConfig { obstacles: vec![pillar], ..SimConfig::default() };
+    let (start, station) = (room_at * pose(1.0, 3.0, 0.4), room_at * pose(7.0, 5.0, 0.0));
+    let mut sim = Simulation::new(&config, &there, start, station, &Streams::new(1)).expect("a good start");
+    let (mut poses, mut ranges) = (Vec::new(), Vec::new());
+    for _ in 0..20 {
+        let readings = drive(&mut sim, 0.4, 0.0, 50);
+        poses.push(room_at.inv_mul(&sim.truth().pose()));
+        ranges.extend(scans(&readings).last().map(|scan| scan.ranges_m.clone()));
+    }
+    (poses, ranges, sim.truth().collisions())
+}
+
+#[test]
+fn a_robot_drives_on_a_map_far_from_the_origin_as_on_one_near_it() {
+    let (near, near_ranges, collisions) = along_the_wall(Pose::identity());
+    assert!(collisions > 0 && near[0].translation.x > 1.2, "it sets out, and meets the wall");
+    for (x_m, y_m) in [(5_000.0, -5_000.0), (688_000.0, 5_335_000.0)] {
+        let (far, far_ranges, far_collisions) = along_the_wall(pose(x_m, y_m, 0.0));
+        for (second, (near, far)) in near.iter().zip(&far).enumerate() {
+            let off = near.inv_mul(far);
+            let off = (off.translation.vector.norm(), off.rotation.angle().abs());
+            assert!(off.0 < 0.002 && off.1 < 0.002, "at ({x_m}, {y_m}), {second} s: off by {off:?}");
+        }
+        assert_eq!(far_collisions, collisions);
+        // Beams that pass an edge may see what is behind it.
+        let pairs = near_ranges.iter().flatten().zip(far_ranges.iter().flatten());
+        let (same, all) = pairs.fold((0, 0), |(same, all), (near, far)| {
+            (same + usize::from((near - far).abs() < 0.02 || near == far), all + 1)
+        });
+        assert!(same * 100 >= all * 98, "{same} of {all} beams");
+    }
 }
 
 #[test]
