@@ -54,7 +54,7 @@ impl Atlas {
         let range_max_m = model.lasers.iter().map(|laser| laser.range_max_m).fold(1.0, f64::max);
         let range_max_m = range_max_m.min(parameters.laser_max_range);
         Ok(Self {
-            beams: BeamModel::new(&parameters, range_max_m),
+            beams: BeamModel::new(&parameters),
             likelihoods: LikelihoodField::new(&map, &surfaces, &parameters, range_max_m),
             clearances: Arc::new(clearance::of_map(&map)),
             model: model.clone(),

@@ -2,8 +2,8 @@
 //!
 //! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
 //! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
-//! [beam model](beam_model), the [search] for a robot that may be anywhere, and the [contradiction] that says that one is
-//! lost; the [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
+//! [beam model](beam_model), the [search] for a robot that may be anywhere, the [contradiction] that says that one may be
+//! lost, and the [reconsideration] that decides what is done about it; the [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
 
 mod beam_model;
 mod challengers;
@@ -19,6 +19,7 @@ mod odometry_history;
 mod odometry_trust;
 mod parameters;
 mod particle;
+mod reconsideration;
 mod recovery;
 mod resampling;
 mod scan_matching;
@@ -37,7 +38,7 @@ use robot::{LaserScan, Odometry, RobotModel};
 use crate::{Atlas, Error};
 use beam_model::Ray;
 use clusters::Clusters;
-use contradiction::{Contradiction, contradict};
+use contradiction::{Contradiction, Look, Silent};
 use filter::ParticleFilter;
 use laser_memory::LaserMemory;
 use likelihood_field::Endpoints;
@@ -45,6 +46,7 @@ use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
 use odometry_trust::OdometryTrust;
 use particle::{Gaussian, Particle};
+use reconsideration::{Reconsidered, after};
 use search::Search;
 
 pub(crate) use beam_model::BeamModel;
@@ -56,9 +58,6 @@ pub(crate) use surface_field::SurfaceField;
 
 /// Scans of the other lasers join an update if they are at most so old.
 const OLDEST_SCAN: Duration = Duration::from_millis(250);
-
-/// A beam that hits nothing has been free for this share of the laser's range.
-const SILENT_SHARE: f64 = 0.9;
 
 /// Beams of each scan that are matched to the map, as a multiple of those that weigh the particles.
 const MATCHED_BEAMS: usize = 3;
@@ -126,9 +125,12 @@ impl InitialPose {
 /// as soon as each laser that is not silent has delivered one. A robot at rest costs next to nothing, and its estimate
 /// stays as it is. In steady state no memory is allocated.
 ///
-/// A robot that has been carried away is found again in two ways: while it drives, by poses elsewhere that scans fit
-/// better for some way; and, as soon as beams go on going through walls of the map, also at rest, by a search as for one
-/// that may be anywhere.
+/// A robot that has been carried away is found again in three ways: while it drives, by poses elsewhere that scans fit
+/// better for some way; as soon as beams go on going through walls of the map, also at rest, by a search as for one that
+/// may be anywhere; and where nearly all beams are short, by such a search beside the tracking. For beams are short, too,
+/// where people stand around the robot or doors close before it. Then the estimate stays where it is, unless another
+/// place explains the scans for some way, or, for ten seconds, nearly every beam of them; and even then it returns if it
+/// was right after all.
 ///
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
 #[derive(Clone, Debug)]
@@ -139,6 +141,12 @@ pub struct Localization {
     odometry: OdometryHistory,
     /// The search for a robot that may be anywhere, until it has been found.
     search: Option<Box<Search>>,
+    /// The search for a robot that may be elsewhere, beside the tracking of where it is believed to be.
+    suspicion: Option<Box<Search>>,
+    /// Where the robot was believed to be before a suspicion came true, in the grid's frame at the last update.
+    remembered: Option<Gaussian>,
+    /// Whether odometry alone has moved the belief since a scan that told something of the map.
+    is_blind: bool,
     contradiction: Contradiction,
     trust: OdometryTrust,
     /// The estimate at the last update, in the grid's frame.
@@ -182,6 +190,9 @@ impl Localization {
             lasers: atlas.model().lasers.iter().map(|laser| LaserMemory::new(laser, atlas.parameters())).collect(),
             odometry: OdometryHistory::new(),
             search: None,
+            suspicion: None,
+            remembered: None,
+            is_blind: false,
             contradiction: Contradiction::default(),
             trust: OdometryTrust::new(),
             belief,
@@ -214,12 +225,21 @@ impl Localization {
         }
         self.anchor = self.odometry.latest().map(|odometry| odometry.pose);
         self.updates = 0;
+        (self.suspicion, self.remembered, self.is_blind) = (None, None, false);
         self.contradiction.forget();
         self.trust = OdometryTrust::new();
     }
 
-    /// Takes in odometry. Readings come in the order of their time.
+    /// Takes in odometry. Readings come in the order of their time; one from before the last tells that the clock was
+    /// set back, and readings and scans of the time before are forgotten. A reading that is not finite is ignored.
     pub fn odometry(&mut self, odometry: &Odometry) {
+        if !is_finite(odometry) {
+            return;
+        }
+        if self.odometry.latest().is_some_and(|latest| odometry.time < latest.time) {
+            self.lasers.iter_mut().for_each(LaserMemory::forget);
+            self.first_scan = None;
+        }
         self.odometry.push(*odometry);
         self.anchor.get_or_insert(odometry.pose);
     }
@@ -227,8 +247,10 @@ impl Localization {
     /// Takes in a scan, after the odometry of its time if there is any, and updates the estimate if the robot has
     /// moved far enough. Returns whether it did.
     ///
-    /// Scans before the first odometry and scans of lasers that the model does not have are ignored; so are beams
-    /// that are not finite, not within the laser's range, or more than the laser has.
+    /// Scans of lasers that the model does not have are ignored; so are beams that are not finite, not within the laser's
+    /// range, or more than the laser has. Where a scan was taken is interpolated from the odometry of the last two
+    /// seconds, or extrapolated by up to a quarter of a second. A scan older than that odometry, or stamped later than
+    /// that, is ignored: nothing tells where it was taken.
     pub fn scan(&mut self, scan: &LaserScan) -> bool {
         let (Some(now), Some(anchor)) = (self.odometry.pose_at(scan.time), self.anchor) else { return false };
         let Some(laser) = self.lasers.get_mut(scan.laser) else { return false };
@@ -241,45 +263,18 @@ impl Localization {
         if self.lasers.iter().enumerate().any(is_due) {
             return false;
         }
-        let is_lost = self.updates > 0 && self.search.is_none() && self.is_lost(scan.time, &moved, !far);
-        if !far && self.updates > 0 && !is_lost && !self.search.as_ref().is_some_and(|search| search.begins()) {
+        let is_unsettled = match self.reconsider(scan.time, &now, &moved, !far) {
+            Reconsidered::Moves => return true,
+            Reconsidered::Unsettled => true,
+            Reconsidered::Stays => self.updates == 0 || self.search.as_ref().is_some_and(|search| search.begins()),
+        };
+        if !far && !is_unsettled {
             return false;
         }
         self.collect_ends(scan.time, &now);
-        if is_lost && self.begin_search(&moved, now) {
-            return true;
-        }
-        if is_lost && !far {
-            return false;
-        }
-        self.update(&anchor, now);
+        // A suspicion that has just begun has moved the anchor.
+        self.update(&self.anchor.unwrap_or(anchor), now);
         true
-    }
-
-    /// Begins to seek the robot everywhere, after a motion, if the scan fits somewhere else.
-    fn begin_search(&mut self, moved: &Pose, now: Pose) -> bool {
-        self.contradiction.forget();
-        let Some((search, belief)) = self.filter.seek_elsewhere(&self.belief, moved, &self.matched) else {
-            return false;
-        };
-        (self.search, self.belief, self.anchor) = (Some(Box::new(search)), belief, Some(now));
-        self.updates += 1;
-        true
-    }
-
-    /// Whether scans have for some time contradicted the belief, carried on by a motion.
-    fn is_lost(&mut self, time: Duration, moved: &Pose, is_at_rest: bool) -> bool {
-        if !self.contradiction.is_due(time) {
-            return false;
-        }
-        let Some(now) = self.odometry.pose_at(time) else { return false };
-        self.rays.clear();
-        for laser in self.lasers.iter().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
-            laser.append_rays(&now, 0, laser.stride(self.atlas.parameters().max_beams), &mut self.rays);
-        }
-        let at = pose(self.belief.x_m, self.belief.y_m, self.belief.heading_rad) * moved;
-        let at = Particle::new(at.translation.x, at.translation.y, heading(&at));
-        self.contradiction.look(time, is_at_rest, self.atlas.map(), &at, &self.rays)
     }
 
     /// The latest estimate of the pose, carried on by the odometry since. Before any scan, what was given initially.
@@ -290,10 +285,15 @@ impl Localization {
             return self.in_map_frame(Duration::ZERO, &believed, &self.belief.covariance);
         };
         let motion = DifferentialMotion::between(&anchor, &latest.pose, self.alphas());
+        let covariance = self.carried_covariance(&motion);
+        self.in_map_frame(latest.time, &(believed * anchor.inv_mul(&latest.pose)), &covariance)
+    }
+
+    /// The covariance of the belief after a motion.
+    fn carried_covariance(&self, motion: &DifferentialMotion) -> Matrix3<f64> {
         let noise = motion.propagate(self.belief.heading_rad, &Matrix3::zeros());
         let all = motion.propagate(self.belief.heading_rad, &self.belief.covariance);
-        let covariance = all + noise * (self.trust.share() - 1.0);
-        self.in_map_frame(latest.time, &(believed * anchor.inv_mul(&latest.pose)), &covariance)
+        all + noise * (self.trust.share() - 1.0)
     }
 
     /// The particles as poses in the `map` frame with their normalized weights.
@@ -319,12 +319,14 @@ impl Localization {
     }
 
     /// How much speaks against the estimate, from 0 (nothing) to 1: how far scans have of late been less likely than
-    /// they usually are. 1 while a robot that may be anywhere has not been found.
+    /// they usually are. 1 while a robot that may be anywhere has not been found, and while hardly anything is seen of
+    /// the map.
     ///
-    /// A robot that has been carried away, or whose map is out of date, shows it here before it is found elsewhere.
+    /// A robot that has been carried away, or whose map is out of date, shows it here before it is found elsewhere; so
+    /// does one that a crowd hems in.
     #[must_use]
     pub fn doubt(&self) -> f64 {
-        if self.search.is_some() { 1.0 } else { self.filter.doubt() }
+        if self.search.is_some() || self.suspicion.is_some() { 1.0 } else { self.filter.doubt() }
     }
 
     /// How many updates there have been since the start or the last [`restart`](Self::restart).
@@ -338,7 +340,9 @@ impl Localization {
         self.weighed.clear();
         self.matched.clear();
         self.rays.clear();
-        let casts = self.parameters().laser_model_type == LaserModel::Beam || self.filter.is_challenged();
+        let casts = self.parameters().laser_model_type == LaserModel::Beam
+            || self.filter.is_challenged()
+            || self.suspicion.is_some();
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
             let stride = laser.stride(self.atlas.parameters().max_beams);
             // Other beams each time, so that all have their say.
@@ -352,9 +356,22 @@ impl Localization {
         }
     }
 
+    /// Sees the latest scans from the robot's present pose for a look: rays, and more ends to match.
+    fn see(&mut self, time: Duration, now: &Pose) {
+        self.matched.clear();
+        self.rays.clear();
+        for laser in self.lasers.iter().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
+            let max_beams = self.atlas.parameters().max_beams;
+            laser.append_rays(now, 0, laser.stride(max_beams), &mut self.rays);
+            laser.append_ends(now, 0, laser.stride(MATCHED_BEAMS * max_beams), &mut self.matched);
+        }
+    }
+
     fn update(&mut self, anchor: &Pose, now: Pose) {
+        let moved = anchor.inv_mul(&now);
+        self.carry_remembered(&DifferentialMotion::between(anchor, &now, self.alphas()), &moved);
         match self.search.take() {
-            Some(search) => self.seek(search, &anchor.inv_mul(&now)),
+            Some(search) => self.seek(search, &moved),
             None => self.track(anchor, &now),
         }
         self.anchor = Some(now);
@@ -370,15 +387,21 @@ impl Localization {
         if let Some((belief, _)) = sought {
             self.belief = belief;
         }
-        if !is_over {
+        if is_over {
+            self.contradiction.forget();
+        } else {
             self.search = Some(search);
         }
-        self.contradiction.forget();
     }
 
     /// An update of a robot whose place is known.
     fn track(&mut self, anchor: &Pose, now: &Pose) {
         let motion = DifferentialMotion::between(anchor, now, self.alphas());
+        if self.contradiction.is_map_hidden() {
+            self.track_blindly(anchor, now, &motion);
+            return;
+        }
+        self.is_blind = false;
         self.filter.predict(&motion);
         self.filter.weigh(&self.weighed, &self.rays);
         let mean = self.filter.estimate();
@@ -388,14 +411,16 @@ impl Localization {
         let covariance = scan_matching::remaining_covariance(&mean, &matched, &self.matched, surfaces, independent);
         let before = std::mem::replace(&mut self.belief, Gaussian { covariance, ..matched });
         self.judge_odometry(&before, &motion, &anchor.inv_mul(now));
+        let moved = anchor.inv_mul(now);
+        if self.go_on_suspecting(&moved) {
+            return;
+        }
         let (map, rays) = (self.atlas.map(), self.rays.as_slice());
-        let silent_m = SILENT_SHARE * self.range_max_m();
-        let is_contradicted = |at: &Gaussian, silent_m: Option<f64>| {
-            contradict(map, &Particle::new(at.x_m, at.y_m, at.heading_rad), rays, silent_m)
-        };
+        let is_contradicted = |at: &Gaussian, silent| Look::from(map, at, rays, silent).contradicts();
         // Where lasers fail, the belief has the benefit of the doubt.
-        let may_win = |at: &Gaussian| is_contradicted(&self.belief, None) && !is_contradicted(at, Some(silent_m));
-        match self.filter.challenge(&self.belief, &anchor.inv_mul(now), &self.weighed, &may_win) {
+        let may_win =
+            |at: &Gaussian| is_contradicted(&self.belief, Silent::TellNothing) && !is_contradicted(at, Silent::AreFree);
+        match self.filter.challenge(&self.belief, &moved, &self.weighed, &may_win) {
             None => self.filter.resample_if_needed(&self.belief),
             Some(found) => {
                 self.filter.place_around(&found);
@@ -406,19 +431,12 @@ impl Localization {
 
     /// Learns from how far the update has moved the belief from where odometry had carried the one before.
     fn judge_odometry(&mut self, before: &Gaussian, motion: &DifferentialMotion, moved: &Pose) {
-        let carried = pose(before.x_m, before.y_m, before.heading_rad) * moved;
-        let turn_rad = maps::wrap_angle(self.belief.heading_rad - heading(&carried));
-        let off =
-            Vector3::new(self.belief.x_m - carried.translation.x, self.belief.y_m - carried.translation.y, turn_rad);
+        let carried = after(before, moved);
+        let turn_rad = maps::wrap_angle(self.belief.heading_rad - carried.heading_rad);
+        let off = Vector3::new(self.belief.x_m - carried.x_m, self.belief.y_m - carried.y_m, turn_rad);
         let noise = motion.propagate(before.heading_rad, &Matrix3::zeros());
         let poses = motion.propagate(before.heading_rad, &before.covariance) - noise + self.belief.covariance;
         self.trust.observe(&off, &noise, &poses);
-    }
-
-    /// The range of the laser that reaches least far, in metres.
-    fn range_max_m(&self) -> f64 {
-        let ranges_m = self.atlas.model().lasers.iter().map(|laser| laser.range_max_m);
-        ranges_m.fold(self.parameters().laser_max_range, f64::min)
     }
 
     fn alphas(&self) -> [f64; 4] {
@@ -439,6 +457,12 @@ impl Localization {
     fn origin(&self) -> Pose {
         self.atlas.map().origin()
     }
+}
+
+fn is_finite(odometry: &Odometry) -> bool {
+    let Odometry { pose, linear_mps, angular_radps, .. } = odometry;
+    let numbers = [pose.translation.x, pose.translation.y, pose.rotation.re, pose.rotation.im];
+    numbers.iter().chain([linear_mps, angular_radps]).all(|number| number.is_finite())
 }
 
 fn gaussian(at: &Pose, covariance: Matrix3<f64>) -> Gaussian {

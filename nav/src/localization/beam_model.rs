@@ -8,6 +8,9 @@
 //! It costs a ray a beam and particle, and so some thirty times as much as the likelihood field. Its gain is that it
 //! knows of walls between the robot and where a beam ends.
 //!
+//! The beams' likelihoods are multiplied, as probabilities are, and the product is tempered by `independent_beams`. Nav2's
+//! beam model adds the cubes of the likelihoods instead, as its likelihood field does.
+//!
 //! Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, table 6.1.
 
 use maps::{Cell, CellIndex, OccupancyGrid};
@@ -24,6 +27,8 @@ pub(crate) struct Ray {
     pub(crate) direction: [f32; 2],
     /// Its length in metres, infinite if it hit nothing.
     pub(crate) range_m: f32,
+    /// How far its laser reaches, in metres.
+    pub(crate) range_max_m: f32,
 }
 
 /// What a map says of the length of a ray, in metres.
@@ -46,11 +51,10 @@ pub(crate) struct BeamModel {
     z_rand: f64,
     sigma_hit: f64,
     lambda_short: f64,
-    range_max_m: f64,
 }
 
 impl BeamModel {
-    pub(crate) fn new(parameters: &LocalizationParameters, range_max_m: f64) -> Self {
+    pub(crate) fn new(parameters: &LocalizationParameters) -> Self {
         Self {
             z_hit: parameters.z_hit,
             z_short: parameters.z_short,
@@ -58,7 +62,6 @@ impl BeamModel {
             z_rand: parameters.z_rand,
             sigma_hit: parameters.sigma_hit,
             lambda_short: parameters.lambda_short,
-            range_max_m,
         }
     }
 
@@ -71,22 +74,23 @@ impl BeamModel {
             };
             let eye = turned(ray.eye);
             let from = [particle.x_m + eye[0], particle.y_m + eye[1]];
-            let expected = expected(map, from, turned(ray.direction), self.range_max_m);
-            libm::log(self.likelihood(f64::from(ray.range_m), expected))
+            let expected = expected(map, from, turned(ray.direction), f64::from(ray.range_max_m));
+            libm::log(self.likelihood(ray, expected))
         };
         rays.iter().map(of).sum()
     }
 
-    /// How likely a length is: a density per `range_max_m`, but a probability where nothing was hit.
-    fn likelihood(&self, range_m: f64, expected: Expected) -> f64 {
-        if range_m >= self.range_max_m {
+    /// How likely a ray's length is: a density per metre, but a probability where nothing was hit.
+    fn likelihood(&self, ray: &Ray, expected: Expected) -> f64 {
+        let (range_m, range_max_m) = (f64::from(ray.range_m), f64::from(ray.range_max_m));
+        if range_m >= range_max_m {
             return match expected {
                 Expected::Wall(_) => self.z_max,
                 Expected::Unknown(_) => self.z_max + 0.5 * self.z_hit,
                 Expected::Nothing => self.z_max + self.z_hit,
             };
         }
-        let stray = self.z_rand / self.range_max_m;
+        let stray = self.z_rand / range_max_m;
         let short = self.z_short * self.lambda_short * libm::exp(-self.lambda_short * range_m);
         match expected {
             Expected::Wall(wall_m) => {
@@ -94,7 +98,7 @@ impl BeamModel {
                 let hit = self.z_hit * libm::exp(-0.5 * deviations * deviations);
                 if range_m < wall_m { hit + short + stray } else { hit + stray }
             }
-            Expected::Unknown(unknown_m) if range_m >= unknown_m => stray + self.z_hit / self.range_max_m,
+            Expected::Unknown(unknown_m) if range_m >= unknown_m => stray + self.z_hit / range_max_m,
             Expected::Unknown(_) | Expected::Nothing => short + stray,
         }
     }
@@ -154,12 +158,16 @@ mod tests {
     }
 
     fn model() -> BeamModel {
-        BeamModel::new(&LocalizationParameters::default(), 10.0)
+        BeamModel::new(&LocalizationParameters::default())
     }
 
     /// The likelihood of a beam from (2, 2), to the right (0) or to the left (π).
     fn nats(heading_rad: f64, range_m: f32) -> f64 {
-        let ray = Ray { eye: [0.0, 0.0], direction: [1.0, 0.0], range_m };
+        nats_of(heading_rad, range_m, 10.0)
+    }
+
+    fn nats_of(heading_rad: f64, range_m: f32, range_max_m: f32) -> f64 {
+        let ray = Ray { eye: [0.0, 0.0], direction: [1.0, 0.0], range_m, range_max_m };
         model().nats(&map(), &Particle::new(2.0, 2.0, heading_rad), &[ray])
     }
 
@@ -181,6 +189,13 @@ mod tests {
         assert!(nats(0.0, 1.0) > nats(0.0, 3.0), "something may stand before a wall, but a wall is no window");
         assert!(nats(0.0, 1.0) < at_wall - 2.0);
         assert!(nats(0.0, f32::INFINITY) < -2.0, "a wall is rarely overlooked");
+    }
+
+    #[test]
+    fn a_laser_overlooks_no_wall_that_it_does_not_reach() {
+        let silent = |range_max_m| nats_of(0.0, f32::INFINITY, range_max_m);
+        assert!(silent(1.5) > -0.1, "the wall is 2 m away");
+        assert!(silent(3.0) < -2.0, "a wall is rarely overlooked");
     }
 
     #[test]

@@ -7,11 +7,12 @@
 //! [contradict](super::contradiction) where they are. In the open, where most of the few things that beams hit are
 //! people, many a place where nothing is fits better than the truth.
 
-use maps::{Pose, heading, pose, wrap_angle};
+use maps::{Pose, wrap_angle};
 use nalgebra::Matrix3;
 
 use super::likelihood_field::{Endpoints, LikelihoodField};
 use super::particle::{Gaussian, Particle};
+use super::reconsideration::after;
 use super::scan_matching;
 use super::surface_field::SurfaceField;
 
@@ -97,7 +98,7 @@ impl Challengers {
         }
         let incumbent_nats = log_likelihood(trial.field, trial.incumbent, trial.ends);
         for challenger in &mut self.kept {
-            challenger.at = trial.matched(&driven(&challenger.at, moved));
+            challenger.at = trial.matched(&after(&challenger.at, moved));
             let nats = log_likelihood(trial.field, &challenger.at, trial.ends);
             challenger.against_usual_nats += (nats - trial.usual_nats) * trial.beams;
             challenger.against_incumbent_nats += (nats - incumbent_nats) * trial.beams;
@@ -139,12 +140,6 @@ impl Challenger {
             && self.against_usual_nats >= 0.0
             && self.against_incumbent_nats >= WINS_NATS
     }
-}
-
-/// A guess after a motion.
-fn driven(from: &Gaussian, moved: &Pose) -> Gaussian {
-    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
-    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), ..*from }
 }
 
 /// Whether two poses are the same guess.

@@ -1,41 +1,73 @@
 //! Whether scans can have been seen from where the robot is believed to be, whoever stands about.
 //!
-//! People, boxes and closed doors make beams shorter than the map says, never longer. So a crowd may hide the map, but
-//! beams that go through its walls say that the robot is somewhere else. It takes several looks in a row, some time
-//! apart, to say so.
+//! People, boxes and closed doors make beams shorter than the map says, never longer. So beams that go through walls of
+//! the map say that the robot is somewhere else, and a crowd does not: where nearly all beams are short, the map is
+//! hidden, and the scan speaks neither for the pose nor against it. It takes several looks in a row, some time apart, to
+//! say anything.
 
 use std::time::Duration;
 
 use maps::OccupancyGrid;
 
 use super::beam_model::{Expected, Ray, expected};
-use super::particle::Particle;
+use super::particle::{Gaussian, Particle};
 
 /// Time between two looks.
 const PERIOD: Duration = Duration::from_secs(1);
-
-/// So many looks in a row that contradict the pose are enough: of a robot at rest, and of one that drives and may find its
-/// way back by itself.
-const ENOUGH_AT_REST: u32 = 3;
-const ENOUGH_DRIVING: u32 = 6;
 
 /// A beam goes through a wall if it ends so far behind it, in metres, or by this share of the way to it: what a heading
 /// that is a little off, or a wall that is seen at a flat angle, makes of it.
 const THROUGH_M: f64 = 0.4;
 const THROUGH_SHARE: f64 = 0.1;
 
-/// The pose is contradicted if this share of the beams goes through walls, or fewer than the other share end at one.
+/// A beam ends exactly at a wall if it does so within this, in metres, or within this share of its length.
+const EXACT_M: f64 = 0.15;
+const EXACT_SHARE: f64 = 0.05;
+
+/// The pose is contradicted if this share of the beams goes through walls.
 const MOST_THROUGH: f64 = 0.15;
+
+/// The map is hidden if fewer beams than this share end at its walls or behind them: from a pose that is but a little off,
+/// some are too long. If more than the other share end about where walls are, the scan fits.
 const FEWEST_AT_WALLS: f64 = 0.1;
+const MOST_AT_WALLS: f64 = 0.5;
+
+/// The scan can have been seen from there alone, whatever a crowd looks like, if this share of the beams ends exactly at
+/// walls.
+const MOST_EXACT: f64 = 0.85;
 
 /// Fewer beams say nothing.
 const FEWEST_BEAMS: usize = 20;
 
-/// How scans have of late contradicted the believed pose.
+/// A beam that hits nothing has been free for this share of the laser's range.
+const SILENT_SHARE: f64 = 0.9;
+
+/// What a beam that is too short, and one that is too long, cost a pose, in nats. A crowd hides many beams at
+/// once, and so each of them costs little; a stray beam costs what it does in the sensor models.
+const SHORT_NATS: f64 = 0.5;
+const LONG_NATS: f64 = 4.5;
+
+/// How scans have of late looked from a pose.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Contradiction {
     last_look: Option<Duration>,
-    in_a_row: u32,
+    last_verdict: Option<Verdict>,
+    through: u32,
+    short: u32,
+    fits: u32,
+}
+
+/// What a scan says of a pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// Beams go through walls: the robot is elsewhere.
+    Through,
+    /// Nearly all beams are too short: the map is hidden, or the robot elsewhere.
+    Hidden,
+    /// Nothing of the kind, but few beams end where the map says.
+    Unclear,
+    /// The map is seen as it is.
+    Fits,
 }
 
 impl Contradiction {
@@ -45,19 +77,35 @@ impl Contradiction {
         self.last_look.is_none_or(|last| now.checked_sub(last).is_none_or(|passed| passed >= PERIOD))
     }
 
-    /// Looks at rays (each with its length, in the robot's frame) from where the robot is believed to be. True if the
-    /// robot cannot be there.
-    pub(crate) fn look(
-        &mut self,
-        now: Duration,
-        is_at_rest: bool,
-        map: &OccupancyGrid,
-        at: &Particle,
-        rays: &[Ray],
-    ) -> bool {
-        self.last_look = Some(now);
-        self.in_a_row = if contradict(map, at, rays, None) { self.in_a_row + 1 } else { 0 };
-        self.in_a_row >= if is_at_rest { ENOUGH_AT_REST } else { ENOUGH_DRIVING }
+    /// Takes in what a look has said. One at a hidden map leaves it at what has been said of walls.
+    pub(crate) fn take_in(&mut self, now: Duration, verdict: Verdict) {
+        let fits = if verdict == Verdict::Fits { self.fits + 1 } else { 0 };
+        let (through, short) = match verdict {
+            Verdict::Through => (self.through + 1, self.short + 1),
+            Verdict::Hidden => (self.through, self.short + 1),
+            Verdict::Unclear | Verdict::Fits => (0, 0),
+        };
+        *self = Self { last_look: Some(now), last_verdict: Some(verdict), through, short, fits };
+    }
+
+    /// Whether the map was hidden at the last look.
+    pub(crate) fn is_map_hidden(&self) -> bool {
+        self.last_verdict == Some(Verdict::Hidden)
+    }
+
+    /// In how many looks beams have gone through walls, since the map was last seen.
+    pub(crate) fn looks_through(&self) -> u32 {
+        self.through
+    }
+
+    /// How many looks in a row have not seen the map.
+    pub(crate) fn looks_without_map(&self) -> u32 {
+        self.short
+    }
+
+    /// How many looks in a row have fitted.
+    pub(crate) fn looks_that_fit(&self) -> u32 {
+        self.fits
     }
 
     /// Forgets what has been seen.
@@ -66,33 +114,93 @@ impl Contradiction {
     }
 }
 
-/// Whether rays cannot have been seen from a pose. Rays that hit nothing have been so long, if `silent_m` is given; else
-/// they say nothing, since lasers fail and glass is not seen.
-pub(crate) fn contradict(map: &OccupancyGrid, at: &Particle, rays: &[Ray], silent_m: Option<f64>) -> bool {
-    let (mut beams, mut through, mut at_walls) = (0, 0, 0);
-    for ray in rays {
-        let range_m = match silent_m {
-            _ if ray.range_m.is_finite() => f64::from(ray.range_m),
-            Some(silent_m) => silent_m,
-            None => continue,
-        };
+/// How a scan's beams end, seen from a pose.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Look {
+    beams: usize,
+    through: usize,
+    at_walls: usize,
+    exact: usize,
+    /// Longer than exact.
+    long: usize,
+}
+
+/// What beams that hit nothing tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Silent {
+    /// Nothing, since lasers fail and glass is not seen.
+    TellNothing,
+    /// That there is nothing, nearly as far as the laser reaches.
+    AreFree,
+}
+
+impl Look {
+    /// Looks at rays (each with its length, in the robot's frame) from a pose in the grid's frame.
+    pub(crate) fn from(map: &OccupancyGrid, at: &Gaussian, rays: &[Ray], silent: Silent) -> Self {
+        let at = Particle::new(at.x_m, at.y_m, at.heading_rad);
+        let mut look = Self::default();
+        for ray in rays.iter().filter(|ray| ray.range_m.is_finite() || silent == Silent::AreFree) {
+            look.add(map, &at, ray);
+        }
+        look
+    }
+
+    fn add(&mut self, map: &OccupancyGrid, at: &Particle, ray: &Ray) {
+        let is_silent = ray.range_m.is_infinite();
+        let range_m = f64::from(if is_silent { ray.range_max_m * SILENT_SHARE as f32 } else { ray.range_m });
         let behind_m = |wall_m: f64| THROUGH_M.max(THROUGH_SHARE * wall_m);
         let (from, direction) = seen_from(at, ray);
-        match expected(map, from, direction, range_m) {
-            Expected::Wall(wall_m) if range_m > wall_m + behind_m(wall_m) => through += 1,
-            Expected::Wall(_) => at_walls += 1,
-            Expected::Unknown(_) => continue,
-            Expected::Nothing if ray.range_m.is_infinite() => at_walls += 1,
-            // Does the next wall lie where the beam ends, or was it cut short?
-            Expected::Nothing => {
-                let reach_m = range_m + behind_m(range_m);
-                at_walls += usize::from(matches!(expected(map, from, direction, reach_m), Expected::Wall(_)));
+        // As far as it takes to see whether the next wall lies where the beam ends, or it was cut short.
+        let reach_m = if is_silent { range_m } else { range_m + behind_m(range_m) };
+        match expected(map, from, direction, reach_m) {
+            Expected::Wall(wall_m) if range_m > wall_m + behind_m(wall_m) => {
+                (self.through, self.long) = (self.through + 1, self.long + 1);
+            }
+            Expected::Wall(wall_m) => {
+                self.at_walls += 1;
+                let about_m = EXACT_M.max(EXACT_SHARE * wall_m);
+                self.exact += usize::from(!is_silent && (range_m - wall_m).abs() <= about_m);
+                self.long += usize::from(range_m > wall_m + about_m);
+            }
+            Expected::Unknown(unknown_m) if unknown_m < range_m => return,
+            Expected::Unknown(_) | Expected::Nothing if !is_silent => {}
+            Expected::Unknown(_) | Expected::Nothing => {
+                (self.at_walls, self.exact) = (self.at_walls + 1, self.exact + 1)
             }
         }
-        beams += 1;
+        self.beams += 1;
     }
-    let share = |count: usize| count as f64 / beams as f64;
-    beams >= FEWEST_BEAMS && (share(through) >= MOST_THROUGH || share(at_walls) < FEWEST_AT_WALLS)
+
+    /// What it says of the pose.
+    pub(crate) fn verdict(&self) -> Verdict {
+        match () {
+            () if self.beams < FEWEST_BEAMS => Verdict::Unclear,
+            () if self.share(self.through) >= MOST_THROUGH => Verdict::Through,
+            () if self.share(self.exact + self.long) < FEWEST_AT_WALLS => Verdict::Hidden,
+            () if self.share(self.at_walls) >= MOST_AT_WALLS => Verdict::Fits,
+            () => Verdict::Unclear,
+        }
+    }
+
+    /// Whether the robot is likelier not to be there than to be hidden from the map.
+    pub(crate) fn contradicts(&self) -> bool {
+        matches!(self.verdict(), Verdict::Through | Verdict::Hidden)
+    }
+
+    /// Whether nearly all beams end exactly where the map says.
+    pub(crate) fn is_exact(&self) -> bool {
+        self.beams >= FEWEST_BEAMS && self.share(self.exact) >= MOST_EXACT
+    }
+
+    /// The logarithm of how likely a beam is, in nats, 0 at best. Short ones cost little.
+    pub(crate) fn nats_a_beam(&self) -> f64 {
+        let short = self.beams - self.exact - self.long;
+        -(SHORT_NATS * self.share(short) + LONG_NATS * self.share(self.long))
+    }
+
+    fn share(&self, count: usize) -> f64 {
+        count as f64 / self.beams.max(1) as f64
+    }
 }
 
 /// Where a ray begins and where it leads, in the grid's frame.
@@ -108,6 +216,7 @@ fn seen_from(at: &Particle, ray: &Ray) -> ([f64; 2], [f64; 2]) {
 #[cfg(test)]
 mod tests {
     use maps::{Cell, CellIndex, pose};
+    use nalgebra::Matrix3;
     use proptest::prelude::*;
 
     use super::*;
@@ -122,12 +231,20 @@ mod tests {
         map
     }
 
-    /// What is seen around from a place, every third beam cut short if so many of ten `are_hidden`.
+    fn gaussian(x_m: f64, y_m: f64, heading_rad: f64) -> Gaussian {
+        Gaussian { x_m, y_m, heading_rad, covariance: Matrix3::zeros() }
+    }
+
+    fn verdict(at: &Gaussian, rays: &[Ray], silent: Silent) -> Verdict {
+        Look::from(&hall(), at, rays, silent).verdict()
+    }
+
+    /// What is seen around from a place, beams cut short by as many of ten as `are_hidden`.
     fn seen(from: &Particle, are_hidden: usize) -> Vec<Ray> {
         let map = hall();
         let ray = |beam: usize| {
             let (sin, cos) = libm::sincos(beam as f64 * 0.1);
-            let ray = Ray { eye: [0.0, 0.0], direction: [cos as f32, sin as f32], range_m: 0.0 };
+            let ray = Ray { eye: [0.0, 0.0], direction: [cos as f32, sin as f32], range_m: 0.0, range_max_m: 10.0 };
             let (at, direction) = seen_from(from, &ray);
             let Expected::Wall(range_m) = expected(&map, at, direction, 20.0) else { panic!("the hall is closed") };
             let hidden = beam % 10 < are_hidden;
@@ -139,46 +256,72 @@ mod tests {
     proptest! {
         #[test]
         fn a_crowd_does_not_contradict_a_pose_nor_does_a_pose_that_is_a_little_off(
-            x in 1.0..9.0_f64, y in 1.0..5.0_f64, off in -0.1..0.1_f64, turn in -0.04..0.04_f64, hidden in 0_usize..8,
+            x in 1.0..9.0_f64, y in 1.0..5.0_f64, off in -0.1..0.1_f64, turn in -0.04..0.04_f64, hidden in 0_usize..=10,
         ) {
             let rays = seen(&Particle::new(x, y, 0.3), hidden);
-            prop_assert!(!contradict(&hall(), &Particle::new(x + off, y - off, 0.3 + turn), &rays, None));
+            let verdict = verdict(&gaussian(x + off, y - off, 0.3 + turn), &rays, Silent::TellNothing);
+            prop_assert_ne!(verdict, Verdict::Through);
+            prop_assert_eq!(verdict == Verdict::Hidden, hidden >= 9, "a tenth of the beams is too few");
+            prop_assert_eq!(verdict == Verdict::Fits, hidden <= 4);
         }
 
         #[test]
         fn walls_that_are_seen_through_do(x in 3.0..7.0_f64, y in 1.0..5.0_f64, there in 10.8..11.6_f64) {
             let rays = seen(&Particle::new(x, y, 0.3), 0);
-            prop_assert!(contradict(&hall(), &Particle::new(there, y, 0.3), &rays, None));
+            prop_assert_eq!(verdict(&gaussian(there, y, 0.3), &rays, Silent::TellNothing), Verdict::Through);
+        }
+
+        #[test]
+        fn only_what_is_seen_from_there_is_exact(x in 1.0..9.0_f64, y in 1.0..5.0_f64, hidden in 0_usize..=10) {
+            let rays = seen(&Particle::new(x, y, 0.3), hidden);
+            let look = |x, y| Look::from(&hall(), &gaussian(x, y, 0.3), &rays, Silent::AreFree);
+            prop_assert_eq!(look(x, y).is_exact(), hidden <= 1);
+            prop_assert!(!look(x + 0.5, y + 0.5).is_exact());
         }
     }
 
     #[test]
     fn one_look_is_not_enough_and_one_that_fits_begins_anew() {
-        let (map, here, there) = (hall(), Particle::new(5.0, 3.0, 0.3), Particle::new(11.2, 3.0, 0.3));
-        let rays = seen(&here, 0);
+        use Verdict::{Fits, Hidden, Through};
         let mut contradiction = Contradiction::default();
-        let mut look = |second, at: &Particle| {
+        let mut look = |second, verdict| {
             let now = Duration::from_secs(second);
             assert!(contradiction.is_due(now));
-            contradiction.look(now, true, &map, at, &rays)
+            contradiction.take_in(now, verdict);
+            (contradiction.looks_through(), contradiction.looks_without_map(), contradiction.looks_that_fit())
         };
-        let places = [&there, &there, &here, &there, &there, &there];
-        let lost: Vec<bool> = (1..).zip(places).map(|(second, at)| look(second, at)).collect();
-        assert_eq!(lost, [false, false, false, false, false, true]);
+        let verdicts = [Through, Hidden, Through, Fits, Fits, Hidden];
+        let counts: Vec<_> = (1..).zip(verdicts).map(|(second, verdict)| look(second, verdict)).collect();
+        assert_eq!(counts, [(1, 1, 0), (1, 2, 0), (2, 3, 0), (0, 0, 1), (0, 0, 2), (0, 1, 0)]);
     }
 
     #[test]
     fn few_beams_say_nothing() {
         let rays = seen(&Particle::new(5.0, 3.0, 0.3), 0);
-        assert!(!contradict(&hall(), &Particle::new(11.2, 3.0, 0.3), &rays[..FEWEST_BEAMS - 1], None));
+        let verdict = verdict(&gaussian(11.2, 3.0, 0.3), &rays[..FEWEST_BEAMS - 1], Silent::TellNothing);
+        assert_eq!(verdict, Verdict::Unclear);
+    }
+
+    #[test]
+    fn short_beams_cost_a_pose_much_less_than_beams_through_walls() {
+        let here = Particle::new(5.0, 3.0, 0.3);
+        let nats =
+            |at: &Gaussian, hidden| Look::from(&hall(), at, &seen(&here, hidden), Silent::TellNothing).nats_a_beam();
+        let at = gaussian(5.0, 3.0, 0.3);
+        assert_eq!(nats(&at, 0), 0.0);
+        assert!((nats(&at, 10) + SHORT_NATS).abs() < 1e-9);
+        assert!(nats(&gaussian(11.2, 3.0, 0.3), 0) < 4.0 * nats(&at, 10));
     }
 
     #[test]
     fn beams_that_hit_nothing_speak_only_if_they_are_asked() {
-        let here = Particle::new(5.0, 3.0, 0.3);
-        let rays: Vec<Ray> = seen(&here, 0).into_iter().map(|ray| Ray { range_m: f32::INFINITY, ..ray }).collect();
-        assert!(!contradict(&hall(), &here, &rays, None));
-        assert!(contradict(&hall(), &here, &rays, Some(9.0)));
-        assert!(!contradict(&hall(), &here, &rays, Some(1.5)), "nothing was to be hit");
+        let here = gaussian(5.0, 3.0, 0.3);
+        let silent = |range_max_m| -> Vec<Ray> {
+            let rays = seen(&Particle::new(5.0, 3.0, 0.3), 0).into_iter();
+            rays.map(|ray| Ray { range_m: f32::INFINITY, range_max_m, ..ray }).collect()
+        };
+        assert_eq!(verdict(&here, &silent(10.0), Silent::TellNothing), Verdict::Unclear);
+        assert_eq!(verdict(&here, &silent(10.0), Silent::AreFree), Verdict::Through);
+        assert_eq!(verdict(&here, &silent(1.6), Silent::AreFree), Verdict::Fits, "nothing was to be hit");
     }
 }

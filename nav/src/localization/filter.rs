@@ -18,7 +18,7 @@ use super::parameters::{LaserModel, LocalizationParameters};
 use super::particle::{Gaussian, Particle};
 use super::recovery::Recovery;
 use super::resampling::{effective_number, systematic};
-use super::search::{Search, Sighting};
+use super::search::{Advantage, Search, Sighting};
 use crate::Atlas;
 
 /// Every how many particles one is put where the scan was matched.
@@ -264,6 +264,11 @@ impl ParticleFilter {
         winner
     }
 
+    /// Lets go of the poses that challenge the particles.
+    pub(crate) fn dismiss_challengers(&mut self) {
+        self.challengers.clear();
+    }
+
     /// Whether poses elsewhere challenge the particles.
     pub(crate) fn is_challenged(&self) -> bool {
         !self.challengers.is_empty()
@@ -275,7 +280,7 @@ impl ParticleFilter {
         if ends.len() < FEWEST_BEAMS {
             return None;
         }
-        let sighting = Sighting { atlas: &self.atlas, moved, ends };
+        let sighting = Sighting { atlas: &self.atlas, moved, ends, advantage: None };
         if let Some(found) = search.update(&sighting, &mut self.rng) {
             self.place_around(&found);
             return Some((found, true));
@@ -296,12 +301,34 @@ impl ParticleFilter {
     ) -> Option<(Search, Gaussian)> {
         let usual_nats = self.recovery.usual_nats().filter(|_| ends.len() >= FEWEST_BEAMS)?;
         let mut search = Search::for_lost(believed);
-        search.update(&Sighting { atlas: &self.atlas, moved, ends }, &mut self.rng);
+        search.update(&Sighting { atlas: &self.atlas, moved, ends, advantage: None }, &mut self.rng);
         let fits = log_likelihood(&self.atlas.likelihoods, &search.best()?, ends) >= usual_nats - FITS_ELSEWHERE_NATS;
-        let belief = search.belief().filter(|_| fits)?;
+        let belief = if fits { self.follow(&search) } else { None }?;
+        Some((search, belief))
+    }
+
+    /// Begins a search, or goes on with it, beside the tracking. The particles stay. Returns the pose of the hypothesis
+    /// that has proved right, if one has.
+    pub(crate) fn seek_beside(
+        &mut self,
+        search: &mut Search,
+        moved: &Pose,
+        ends: &Endpoints,
+        advantage: Advantage<'_>,
+    ) -> Option<Gaussian> {
+        if ends.len() < FEWEST_BEAMS {
+            return None;
+        }
+        let sighting = Sighting { atlas: &self.atlas, moved, ends, advantage: Some(advantage) };
+        search.update(&sighting, &mut self.rng)
+    }
+
+    /// Makes the hypotheses of a search the particles. Returns what is believed then.
+    pub(crate) fn follow(&mut self, search: &Search) -> Option<Gaussian> {
+        let belief = search.belief()?;
         self.particles.clear();
         self.particles.extend(search.particles());
-        Some((search, belief))
+        Some(belief)
     }
 
     /// How far scans have of late been less likely than usual, from 0 to 1.

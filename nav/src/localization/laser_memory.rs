@@ -72,6 +72,11 @@ impl LaserMemory {
         !self.is_used && self.taken.is_some_and(|taken| taken.time >= oldest)
     }
 
+    /// Forgets the latest scan.
+    pub(crate) fn forget(&mut self) {
+        self.taken = None;
+    }
+
     pub(crate) fn mark_used(&mut self) {
         self.is_used = true;
     }
@@ -102,7 +107,7 @@ impl LaserMemory {
         for (range_m, direction) in self.ranges_m.iter().zip(&self.directions).skip(first).step_by(step) {
             if *range_m >= self.range_min_m {
                 let range_m = if *range_m < self.range_max_m { *range_m } else { f32::INFINITY };
-                rays.push(Ray { eye, direction: turned(*direction), range_m });
+                rays.push(Ray { eye, direction: turned(*direction), range_m, range_max_m: self.range_max_m });
             }
         }
     }

@@ -1,4 +1,4 @@
-//! The odometry of the last second or so, to be asked for the pose at a scan's time.
+//! The odometry of the last two seconds, to be asked for the pose at a scan's time.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -6,11 +6,14 @@ use std::time::Duration;
 use maps::{Pose, heading, pose, wrap_angle};
 use robot::Odometry;
 
-/// How many readings are kept: 1.28 s at 50 Hz.
-const KEPT: usize = 64;
+/// How long readings are kept.
+const KEPT: Duration = Duration::from_secs(2);
 
-/// How far odometry is extrapolated by its velocity, in seconds.
-const EXTRAPOLATED_S: f64 = 0.1;
+/// Readings that there is room for without further memory: 128 a second.
+const ROOM: usize = 256;
+
+/// How far odometry is extrapolated by its velocity. What is stamped later is out of step with it.
+const EXTRAPOLATED: Duration = Duration::from_millis(250);
 
 /// Recent odometry, oldest first.
 #[derive(Clone, Debug)]
@@ -20,7 +23,7 @@ pub(crate) struct OdometryHistory {
 
 impl OdometryHistory {
     pub(crate) fn new() -> Self {
-        Self { readings: VecDeque::with_capacity(KEPT) }
+        Self { readings: VecDeque::with_capacity(ROOM) }
     }
 
     /// Takes in a reading. One that is older than the last (a clock that was set back) starts the history anew.
@@ -28,7 +31,9 @@ impl OdometryHistory {
         if self.latest().is_some_and(|last| odometry.time < last.time) {
             self.readings.clear();
         }
-        if self.readings.len() == KEPT {
+        let oldest = odometry.time.saturating_sub(KEPT);
+        // The last one before that time is kept, to interpolate from.
+        while self.readings.get(1).is_some_and(|second| second.time <= oldest) {
             self.readings.pop_front();
         }
         self.readings.push_back(odometry);
@@ -38,15 +43,14 @@ impl OdometryHistory {
         self.readings.back()
     }
 
-    /// The pose in the `odom` frame at `time`: interpolated between readings, held before the oldest, extrapolated for
-    /// a moment after the latest. `None` while there is no reading.
+    /// The pose in the `odom` frame at `time`: interpolated between readings, extrapolated for a moment after the
+    /// latest. `None` before the oldest reading, and where it would be extrapolated too far.
     pub(crate) fn pose_at(&self, time: Duration) -> Option<Pose> {
-        let after = self.readings.iter().rposition(|reading| reading.time <= time).map_or(0, |before| before + 1);
-        let before = after.checked_sub(1).and_then(|before| self.readings.get(before));
-        match (before, self.readings.get(after)) {
-            (Some(before), Some(after)) => Some(between(before, after, time)),
-            (Some(latest), None) => Some(extrapolated(latest, time)),
-            (None, oldest) => oldest.map(|reading| reading.pose),
+        let before = self.readings.iter().rposition(|reading| reading.time <= time)?;
+        let reading = self.readings.get(before)?;
+        match self.readings.get(before + 1) {
+            Some(after) => Some(between(reading, after, time)),
+            None => (time - reading.time <= EXTRAPOLATED).then(|| extrapolated(reading, time)),
         }
     }
 }
@@ -60,7 +64,7 @@ fn between(before: &Odometry, after: &Odometry, time: Duration) -> Pose {
 }
 
 fn extrapolated(latest: &Odometry, time: Duration) -> Pose {
-    let ahead_s = (time - latest.time).as_secs_f64().min(EXTRAPOLATED_S);
+    let ahead_s = (time - latest.time).as_secs_f64();
     if ahead_s <= 0.0 {
         return latest.pose;
     }
@@ -79,17 +83,28 @@ mod tests {
     }
 
     #[test]
-    fn poses_are_interpolated_held_and_extrapolated() {
+    fn poses_are_interpolated_and_extrapolated() {
         let mut history = OdometryHistory::new();
         assert!(history.pose_at(Duration::ZERO).is_none());
         history.push(reading(100, 1.0, 3.1));
         history.push(reading(120, 1.1, -3.1));
-        let at = |time_ms| history.pose_at(Duration::from_millis(time_ms)).unwrap();
-        assert!((at(110).translation.x - 1.05).abs() < 1e-12);
-        assert!(heading(&at(110)).abs() > 3.13, "the turn goes the short way round: {}", heading(&at(110)));
-        assert!((at(50).translation.x - 1.0).abs() < 1e-12);
-        assert!((at(170).translation.x - (1.1 + 0.4 * 0.05 * libm::cos(3.1))).abs() < 1e-12);
-        assert!((at(900).translation.x - at(220).translation.x).abs() < 1e-12, "only for a moment");
+        let at = |time_ms| history.pose_at(Duration::from_millis(time_ms));
+        let between = at(110).unwrap();
+        assert!((between.translation.x - 1.05).abs() < 1e-12);
+        assert!(heading(&between).abs() > 3.13, "the turn goes the short way round: {}", heading(&between));
+        assert!((at(170).unwrap().translation.x - (1.1 + 0.4 * 0.05 * libm::cos(3.1))).abs() < 1e-12);
+        assert!(at(370).is_some() && at(371).is_none(), "only for a moment");
+        assert!(at(100).is_some() && at(99).is_none(), "nothing is known of before");
+    }
+
+    #[test]
+    fn readings_are_kept_for_two_seconds_however_many_there_are() {
+        let mut history = OdometryHistory::new();
+        (0..5000).for_each(|time_ms| history.push(reading(time_ms, time_ms as f64, 0.0)));
+        let x_m = |time_ms| history.pose_at(Duration::from_millis(time_ms)).map(|pose| pose.translation.x);
+        assert_eq!([2999, 3500, 4999].map(x_m), [2999.0, 3500.0, 4999.0].map(Some));
+        assert_eq!(x_m(2990), None);
+        assert!(history.readings.len() < 2010);
     }
 
     #[test]

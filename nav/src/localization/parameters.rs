@@ -13,8 +13,9 @@ pub enum LaserModel {
     /// one another seen to, no less forgiving.
     #[default]
     LikelihoodFieldProb,
-    /// Each beam is as long as the way to the nearest obstacle; the likelihoods are multiplied. The unknown is any
-    /// length away.
+    /// Each beam is as long as the way to the nearest obstacle; the likelihoods are multiplied, as in
+    /// `LikelihoodFieldProb`. Nav2's `beam` adds their cubes, as in `LikelihoodField`, so that parameters tuned for it
+    /// make a sharper model here. The unknown is any length away.
     Beam,
 }
 
@@ -48,7 +49,8 @@ pub struct LocalizationParameters {
     /// Weight of beams that end anywhere. Default 0.1 (Nav2: 0.5).
     pub z_rand: f64,
     /// Weight of beams that end before the obstacle that they should hit; for the beam model. Default 0.1 (Nav2: 0.05):
-    /// people and chairs are in the way of more beams than stray.
+    /// people and chairs are in the way of more beams than stray. (The weights of the beam model are those of Nav2's, but
+    /// Nav2 adds the cubes of the beams' likelihoods, where here they are multiplied.)
     pub z_short: f64,
     /// Weight of beams that hit nothing though they should; for the beam model. Default 0.05, as in Nav2.
     pub z_max: f64,

@@ -5,6 +5,9 @@
 //! candidates. Those that a scan fits best are matched to it, and stand as hypotheses from then on: they move along
 //! with the odometry, are matched to every scan, and gather evidence, until one is far ahead of all others. New
 //! candidates may join at any time, since the first scan may have been seen from where the map is wrong.
+//!
+//! A robot whose surroundings hide the map from it is sought in the same way, beside the tracking of where it is believed
+//! to be. Then the best hypothesis has to be far ahead of that, too, where beams that are cut short cost either of them little.
 
 use maps::{Pose, heading, pose, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
@@ -55,6 +58,9 @@ const AHEAD_NATS: f64 = 15.0;
 const AHEAD_M: f64 = 2.0;
 const AHEAD_SCANS: u32 = 6;
 
+/// Places less far behind the best than this, in nats, look like it.
+const ALIKE_NATS: f64 = 10.0;
+
 /// How far a hypothesis may be from its best match: the deviations of the first guess in metres and radians, squared.
 const GUESS_VARIANCE: [f64; 3] = [0.04, 0.04, 0.02];
 
@@ -67,6 +73,8 @@ pub(crate) struct Search {
     scans: u32,
     ahead_scans: u32,
     ahead_m: f64,
+    /// How much likelier than the pose that is tracked meanwhile the best has made the scans while it was ahead, in nats.
+    advantage_nats: f64,
 }
 
 /// A place where the robot may be, and the logarithm of how likely it has made the scans.
@@ -82,12 +90,17 @@ struct Candidate {
     at: Particle,
 }
 
+/// How much likelier a pose makes a beam than another one does, in nats.
+pub(crate) type Advantage<'a> = &'a dyn Fn(&Gaussian) -> f64;
+
 /// A scan, and how the robot has moved to where it was taken.
 pub(crate) struct Sighting<'a> {
     pub(crate) atlas: &'a Atlas,
     pub(crate) moved: &'a Pose,
     /// Ends of the scan's beams.
     pub(crate) ends: &'a Endpoints,
+    /// How much likelier a pose makes a beam of the scan than the pose does that is tracked meanwhile, in nats, if one is.
+    pub(crate) advantage: Option<Advantage<'a>>,
 }
 
 impl Sighting<'_> {
@@ -96,7 +109,12 @@ impl Sighting<'_> {
     }
 
     fn nats(&self, at: &Gaussian) -> f64 {
-        log_likelihood(&self.atlas.likelihoods, at, self.ends) * (self.ends.len() as f64).min(INDEPENDENT_BEAMS)
+        log_likelihood(&self.atlas.likelihoods, at, self.ends) * self.beams()
+    }
+
+    /// As how many independent beams the scan counts.
+    fn beams(&self) -> f64 {
+        (self.ends.len() as f64).min(INDEPENDENT_BEAMS)
     }
 }
 
@@ -131,7 +149,7 @@ impl Search {
             (Some(before), Some(now)) => are_same(&driven(&before.at, sighting.moved), &now.at),
             _ => false,
         };
-        self.judge(leads_still, sighting.moved.translation.vector.norm())
+        self.judge(leads_still, sighting)
     }
 
     /// Sorts hypotheses by evidence and drops those that are far behind, or have come to where a better one is.
@@ -197,16 +215,30 @@ impl Search {
     }
 
     /// The leader, if it has been far enough ahead for long enough.
-    fn judge(&mut self, leads_still: bool, moved_m: f64) -> Option<Gaussian> {
-        let best = self.hypotheses.first()?;
-        let ahead_nats = self.hypotheses.get(1).map_or(f64::INFINITY, |second| best.nats - second.nats);
-        if ahead_nats < AHEAD_NATS || !leads_still {
-            (self.ahead_scans, self.ahead_m) = (0, 0.0);
+    fn judge(&mut self, leads_still: bool, sighting: &Sighting<'_>) -> Option<Gaussian> {
+        let best = self.best()?;
+        if self.ahead_nats() < AHEAD_NATS || !leads_still {
+            (self.ahead_scans, self.ahead_m, self.advantage_nats) = (0, 0.0, 0.0);
             return None;
         }
         self.ahead_scans += 1;
-        self.ahead_m += moved_m;
-        (self.ahead_scans >= AHEAD_SCANS && self.ahead_m >= AHEAD_M).then_some(best.at)
+        self.ahead_m += sighting.moved.translation.vector.norm();
+        self.advantage_nats += sighting.advantage.map_or(AHEAD_NATS, |advantage| advantage(&best) * sighting.beams());
+        let is_far_ahead = self.ahead_scans >= AHEAD_SCANS && self.ahead_m >= AHEAD_M;
+        (is_far_ahead && self.advantage_nats >= AHEAD_NATS).then_some(best)
+    }
+
+    /// The best hypothesis, if it is ahead enough of all others to tell it from places that merely look alike.
+    pub(crate) fn only_place(&self) -> Option<Gaussian> {
+        self.best().filter(|_| self.ahead_nats() >= ALIKE_NATS)
+    }
+
+    /// How far the best hypothesis is ahead of all others, in nats.
+    fn ahead_nats(&self) -> f64 {
+        match self.hypotheses.as_slice() {
+            [best, second, ..] => best.nats - second.nats,
+            _ => f64::INFINITY,
+        }
     }
 
     /// The best hypothesis; its covariance is that of all of them around it.

@@ -25,6 +25,19 @@ pub(crate) fn fill(map: &mut OccupancyGrid, [left, bottom, right, top]: [f64; 4]
     }
 }
 
+/// Occupies the cells whose centres lie in a disc around a point in metres from the lower left corner.
+pub(crate) fn fill_disc(map: &mut OccupancyGrid, [x, y]: [f64; 2], radius_m: f64) {
+    let resolution_m = map.resolution_m();
+    let centre = |cell: usize| (cell as f64 + 0.5) * resolution_m;
+    let (width, height) = (map.width(), map.height());
+    for index in (0..height).flat_map(|row| (0..width).map(move |column| CellIndex { column, row })) {
+        let (x, y) = (centre(index.column) - x, centre(index.row) - y);
+        if x * x + y * y < radius_m * radius_m {
+            map.set(index, Cell::Occupied);
+        }
+    }
+}
+
 /// An office floor of 28 m × 22 m: two rows of rooms along corridors, doors of 1 m, furniture.
 pub(crate) fn office() -> OccupancyGrid {
     let mut map = hall(28.0, 22.0);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use maps::{Cell, Pose, heading, pose, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 use nav::{InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate};
-use robot::{Streams, VelocityCommand};
+use robot::{LaserScan, Odometry, Streams, VelocityCommand};
 
 use crate::floor::{fill, office, round_trip};
 use crate::unicycle::{Noise, Unicycle, towards};
@@ -274,4 +274,66 @@ fn a_robot_at_rest_keeps_its_estimate() {
         assert_eq!(localization.estimate().pose, before);
     }
     assert_eq!(localization.updates(), updates);
+}
+
+#[test]
+fn readings_that_are_not_finite_do_no_harm() {
+    let start = pose(2.7, 3.5, 1.0);
+    let mut robot = Unicycle::new(office(), start, Noise::default());
+    let mut localization = localization(&robot, &InitialPose::at(start), 1);
+    let poses = [f64::NAN, f64::INFINITY].map(|x| pose(x, 0.0, 0.0)).into_iter().chain([pose(0.0, 0.0, f64::NAN)]);
+    for (step, broken) in poses.cycle().take(300).enumerate() {
+        robot.step(VelocityCommand { linear_mps: 0.2, angular_radps: 0.4 });
+        let odometry = robot.odometry();
+        localization.odometry(&Odometry { pose: broken, ..odometry });
+        localization.odometry(&Odometry { angular_radps: f64::NAN, ..odometry });
+        localization.odometry(&odometry);
+        for mut scan in robot.scans() {
+            let silly = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, f32::MAX];
+            scan.ranges_m.iter_mut().skip(step % 7).step_by(7).for_each(|range_m| *range_m = silly[step % 5]);
+            localization.scan(&scan);
+            scan.ranges_m.fill(f32::NAN);
+            localization.scan(&scan);
+        }
+        let estimate = localization.estimate();
+        assert!(estimate.covariance.iter().all(|entry| entry.is_finite()) && heading(&estimate.pose).is_finite());
+    }
+    assert!(localization.particles().all(|(pose, weight)| pose.translation.x.is_finite() && weight.is_finite()));
+    let off = robot.truth.translation.vector - localization.estimate().pose.translation.vector;
+    assert!(off.norm() < 0.02, "{} m off", off.norm());
+}
+
+#[test]
+fn scans_from_before_the_odometry_known_and_from_the_future_are_ignored() {
+    let start = pose(2.7, 3.5, 1.0);
+    let mut robot = Unicycle::new(office(), start, Noise::default());
+    let mut localization = localization(&robot, &InitialPose::at(start), 1);
+    let mut old = None;
+    for _ in 0..500 {
+        robot.step(VelocityCommand { linear_mps: 0.2, angular_radps: 0.4 });
+        localization.odometry(&robot.odometry());
+        for scan in robot.scans() {
+            old.get_or_insert_with(|| scan.clone());
+            let (before, updates) = (localization.estimate().pose, localization.updates());
+            if let Some(old) = old.as_ref().filter(|old| old.time + Duration::from_secs(3) < scan.time) {
+                localization.scan(old);
+            }
+            localization.scan(&LaserScan { time: scan.time + Duration::from_secs(1), ..scan.clone() });
+            assert_eq!((before, updates), (localization.estimate().pose, localization.updates()));
+            localization.scan(&scan);
+        }
+    }
+    let off = robot.truth.translation.vector - localization.estimate().pose.translation.vector;
+    assert!(localization.updates() > 20 && off.norm() < 0.02, "{} m off", off.norm());
+}
+
+#[test]
+fn a_laser_of_short_range_overlooks_nothing_beside_one_of_long_range() {
+    let start = pose(2.7, 3.5, 1.0);
+    let mut robot = Unicycle::new(office(), start, Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 });
+    robot.model.lasers[1].range_max_m = 1.5;
+    let mut localization = with_model(LaserModel::Beam, &robot, &InitialPose::at(start), 1);
+    let errors = drive(&mut robot, &mut localization);
+    println!("{errors}");
+    assert!(errors.rmse_m() < 0.02 && errors.rmse_rad() < 0.01, "{errors}");
 }

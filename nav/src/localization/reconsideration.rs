@@ -1,0 +1,245 @@
+//! Whether the robot still is where it is believed to be: what is done about a pose that scans speak against.
+//!
+//! Once a second a [look](super::contradiction) is taken from the believed pose. There are two ways to be lost, and two
+//! things that look like it.
+//!
+//! - *Beams go through walls of the map.* The robot cannot be there. After a few such looks it is sought
+//!   [everywhere](super::search), and the best hypothesis is believed from then on.
+//! - *Nearly all beams are short.* A robot that was put into a small room from a large one sees that; so does one that
+//!   people or closed doors hem in, and its wheels say that it has not moved. So what is believed stays as it is, and is
+//!   moved along with the odometry, while a *suspicion* looks for other places beside it. The suspicion comes true if another place proves
+//!   right over many scans and a way, with short beams where the robot is tracked costing little; or if looks have gone on
+//!   seeing nothing of the map, and one place alone explains nearly every beam of the scan exactly, as a crowd hardly ever
+//!   does. It is dropped as soon as the map is seen again.
+//!
+//! Where a suspicion has come true, the pose before it is *remembered*, and moved along with the odometry until that has
+//! become too vague. If the remembered pose fits again while the robot is still sought, or when beams go through walls
+//! where it has been found, then the robot was hemmed in after all, and returns to it.
+
+use std::time::Duration;
+
+use maps::{Pose, heading, pose};
+
+use super::Localization;
+use super::challengers::{are_same, log_likelihood};
+use super::contradiction::{Look, Silent, Verdict};
+use super::motion_model::DifferentialMotion;
+use super::particle::Gaussian;
+use super::scan_matching;
+use super::search::Search;
+
+/// So many looks that speak against the pose are enough: of a robot at rest, and of one that drives and may find its way
+/// back by itself.
+const ENOUGH_AT_REST: u32 = 3;
+const ENOUGH_DRIVING: u32 = 6;
+
+/// So many looks in a row that fit end a suspicion.
+const ENOUGH_THAT_FIT: u32 = 3;
+
+/// So many looks in a row that see nothing of the map are enough to believe in the one place that a scan fits exactly.
+const ENOUGH_WITHOUT_MAP: u32 = 10;
+
+/// A pose is remembered until odometry has moved it along so far that this is its deviation, in metres.
+const VAGUE_M: f64 = 1.0;
+
+/// What has become of the believed pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Reconsidered {
+    Stays,
+    /// The robot is believed to be elsewhere now.
+    Moves,
+    /// It takes an update, even of a robot at rest, to tell.
+    Unsettled,
+}
+
+impl Reconsidered {
+    fn moves(does: bool) -> Self {
+        if does { Self::Moves } else { Self::Stays }
+    }
+}
+
+/// Which of a scan's beams.
+#[derive(Clone, Copy)]
+enum Ends {
+    Matched,
+    Weighed,
+}
+
+impl Localization {
+    /// Looks at the latest scans, if it is time to, after a motion since the last update.
+    pub(super) fn reconsider(&mut self, time: Duration, now: &Pose, moved: &Pose, is_at_rest: bool) -> Reconsidered {
+        let is_of_interest = self.updates > 0 && (self.search.is_none() || self.remembered.is_some());
+        if !is_of_interest || !self.contradiction.is_due(time) {
+            return Reconsidered::Stays;
+        }
+        self.see(time, now);
+        if self.search.is_some() {
+            return Reconsidered::moves(self.look_back(time, now, moved));
+        }
+        let verdict = self.look_from(&after(&self.belief, moved), Silent::TellNothing).verdict();
+        if self.is_blind && verdict != Verdict::Hidden {
+            // Odometry alone has led to this pose. First it has to settle where the scan fits.
+            self.contradiction.take_in(time, Verdict::Unclear);
+            return Reconsidered::Unsettled;
+        }
+        self.contradiction.take_in(time, verdict);
+        let enough = if is_at_rest { ENOUGH_AT_REST } else { ENOUGH_DRIVING };
+        if self.contradiction.looks_through() >= enough {
+            return Reconsidered::moves(self.leave(now, moved));
+        }
+        match self.suspicion.take() {
+            None if self.contradiction.looks_without_map() >= enough => self.suspect(now),
+            None => {}
+            Some(_) if self.contradiction.looks_that_fit() >= ENOUGH_THAT_FIT => {}
+            Some(suspicion) if self.comes_true(&suspicion, moved) => {
+                return Reconsidered::moves(self.believe(suspicion, now));
+            }
+            suspicion => self.suspicion = suspicion,
+        }
+        Reconsidered::Stays
+    }
+
+    /// Begins to seek the robot everywhere, since beams go through walls where it is believed to be, if the scan fits
+    /// somewhere else.
+    fn leave(&mut self, now: &Pose, moved: &Pose) -> bool {
+        self.contradiction.forget();
+        let remembered = self.remembered.take().map(|remembered| self.matched_from(&after(&remembered, moved)));
+        if let Some(at) = remembered.filter(|at| self.look_from(at, Silent::TellNothing).verdict() == Verdict::Fits) {
+            return self.return_to(at, now);
+        }
+        let Some((search, belief)) = self.filter.seek_elsewhere(&self.belief, moved, &self.matched) else {
+            return false;
+        };
+        (self.search, self.suspicion) = (Some(Box::new(search)), None);
+        self.settle(belief, now)
+    }
+
+    /// Begins a suspicion.
+    fn suspect(&mut self, now: &Pose) {
+        self.carry_to(now);
+        let mut suspicion = Box::<Search>::default();
+        self.seek_beside(&mut suspicion, &Pose::identity(), Ends::Matched);
+        self.suspicion = Some(suspicion);
+    }
+
+    /// Shows the latest scan to a suspicion. Returns the pose that has proved right, if one has.
+    fn seek_beside(&mut self, suspicion: &mut Search, moved: &Pose, ends: Ends) -> Option<Gaussian> {
+        let (map, rays) = (self.atlas.map(), self.rays.as_slice());
+        let nats = |at: &Gaussian| Look::from(map, at, rays, Silent::TellNothing).nats_a_beam();
+        let here = nats(&self.belief);
+        // As in any search, every beam counts to find the places that fit at all, and fewer do to tell them apart.
+        let ends = match ends {
+            Ends::Matched => &self.matched,
+            Ends::Weighed => &self.weighed,
+        };
+        self.filter.seek_beside(suspicion, moved, ends, &|at| nats(at) - here)
+    }
+
+    /// Whether a suspicion has come true by what is seen from one place, after a motion.
+    fn comes_true(&self, suspicion: &Search, moved: &Pose) -> bool {
+        let is_exact = |at: &Gaussian| self.look_from(&after(at, moved), Silent::AreFree).is_exact();
+        self.contradiction.looks_without_map() >= ENOUGH_WITHOUT_MAP
+            && suspicion.only_place().as_ref().is_some_and(is_exact)
+    }
+
+    /// Goes on with a suspicion as the search for the robot; what has been believed is remembered.
+    fn believe(&mut self, suspicion: Box<Search>, now: &Pose) -> bool {
+        self.carry_to(now);
+        let Some(belief) = self.filter.follow(&suspicion) else { return false };
+        self.remembered = Some(self.belief);
+        self.contradiction.forget();
+        self.search = Some(suspicion);
+        self.settle(belief, now)
+    }
+
+    /// Goes on with a suspicion, after a motion to where the robot is now tracked. Returns whether it has come true.
+    pub(super) fn go_on_suspecting(&mut self, moved: &Pose) -> bool {
+        let Some(mut suspicion) = self.suspicion.take() else { return false };
+        let Some(found) = self.seek_beside(&mut suspicion, moved, Ends::Weighed) else {
+            self.suspicion = Some(suspicion);
+            return false;
+        };
+        // Wherever the search ends without another place, the suspicion has been unfounded.
+        let is_elsewhere = !are_same(&found, &self.belief) && !self.look_from(&found, Silent::AreFree).contradicts();
+        if is_elsewhere {
+            self.remembered = Some(self.belief);
+            self.filter.place_around(&found);
+            self.belief = found;
+        }
+        self.contradiction.forget();
+        is_elsewhere
+    }
+
+    /// Looks from the remembered pose, after a motion, and returns to it once it fits better than the best place found.
+    fn look_back(&mut self, time: Duration, now: &Pose, moved: &Pose) -> bool {
+        let Some(remembered) = self.remembered else { return false };
+        let at = self.matched_from(&after(&remembered, moved));
+        self.contradiction.take_in(time, self.look_from(&at, Silent::TellNothing).verdict());
+        if self.contradiction.looks_through() >= ENOUGH_DRIVING {
+            self.remembered = None;
+        }
+        let nats = |at: &Gaussian| log_likelihood(&self.atlas.likelihoods, at, &self.matched);
+        if self.contradiction.looks_that_fit() < ENOUGH_THAT_FIT || nats(&at) < nats(&after(&self.belief, moved)) {
+            return false;
+        }
+        self.return_to(at, now)
+    }
+
+    fn return_to(&mut self, at: Gaussian, now: &Pose) -> bool {
+        (self.search, self.suspicion, self.remembered) = (None, None, None);
+        self.contradiction.forget();
+        self.filter.place_around(&at);
+        self.settle(at, now)
+    }
+
+    fn settle(&mut self, belief: Gaussian, now: &Pose) -> bool {
+        (self.belief, self.anchor) = (belief, Some(*now));
+        self.updates += 1;
+        true
+    }
+
+    /// An update, after a motion, of a robot that sees next to nothing of the map: what scans say of the pose would only
+    /// mislead.
+    pub(super) fn track_blindly(&mut self, anchor: &Pose, now: &Pose, motion: &DifferentialMotion) {
+        let moved = anchor.inv_mul(now);
+        self.filter.predict(motion);
+        self.filter.dismiss_challengers();
+        self.belief = Gaussian { covariance: self.carried_covariance(motion), ..after(&self.belief, &moved) };
+        self.is_blind = true;
+        self.go_on_suspecting(&moved);
+    }
+
+    /// Moves what is believed and the particles along with the odometry.
+    fn carry_to(&mut self, now: &Pose) {
+        let Some(anchor) = self.anchor.replace(*now) else { return };
+        let motion = DifferentialMotion::between(&anchor, now, self.alphas());
+        self.filter.predict(&motion);
+        let covariance = self.carried_covariance(&motion);
+        self.belief = Gaussian { covariance, ..after(&self.belief, &anchor.inv_mul(now)) };
+    }
+
+    /// Moves what is remembered along with the odometry, until that has become too vague.
+    pub(super) fn carry_remembered(&mut self, motion: &DifferentialMotion, moved: &Pose) {
+        let carried = self.remembered.map(|remembered| {
+            let covariance = motion.propagate(remembered.heading_rad, &remembered.covariance);
+            Gaussian { covariance, ..after(&remembered, moved) }
+        });
+        let is_clear = |at: &Gaussian| at.covariance[(0, 0)] + at.covariance[(1, 1)] <= VAGUE_M * VAGUE_M;
+        self.remembered = carried.filter(is_clear);
+    }
+
+    fn matched_from(&self, at: &Gaussian) -> Gaussian {
+        scan_matching::matched(at, &self.matched, &self.atlas.surfaces)
+    }
+
+    /// Looks at the rays from a pose.
+    pub(super) fn look_from(&self, at: &Gaussian, silent: Silent) -> Look {
+        Look::from(self.atlas.map(), at, &self.rays, silent)
+    }
+}
+
+/// A pose after a motion.
+pub(super) fn after(from: &Gaussian, moved: &Pose) -> Gaussian {
+    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
+    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), ..*from }
+}
