@@ -1,7 +1,7 @@
 //! Localization of a robot that cannot see the map, for doors or people around it, or that has been put where it sees
 //! another part of it.
 
-use maps::{Cell, OccupancyGrid, Pose, pose};
+use maps::{Cell, CellIndex, OccupancyGrid, Pose, pose};
 use nav::{InitialPose, Localization, LocalizationParameters};
 use robot::{Streams, VelocityCommand};
 
@@ -152,4 +152,40 @@ fn a_robot_that_is_carried_into_a_small_room_is_found_as_it_drives_though_the_ro
     assert!(drive.off_m() < 0.1, "{} m off", drive.off_m());
     drive.go(50, CIRCLE);
     assert!(drive.off_m() < 0.1 && drive.localization.doubt() < 0.5, "{} m off", drive.off_m());
+}
+
+/// A world in which what is on the map around `there` stands around `here`, too.
+fn walled_in(map: &OccupancyGrid, there: [f64; 4], here: [f64; 2]) -> OccupancyGrid {
+    let mut world = map.clone();
+    let cells = |metres: f64| (metres / map.resolution_m()).round() as usize;
+    let [left, bottom, right, top] = there.map(cells);
+    for (row, column) in (bottom..top).flat_map(|row| (left..right).map(move |column| (row, column))) {
+        let cell = map.cell(CellIndex { column, row }).expect("it is on the map");
+        world.set(CellIndex { column: column - left + cells(here[0]), row: row - bottom + cells(here[1]) }, cell);
+    }
+    world
+}
+
+#[test]
+fn a_robot_that_is_walled_in_as_if_elsewhere_returns_to_its_pose_once_the_walls_are_gone() {
+    // A room with its walls, as it might stand around the robot in the hall.
+    let (room, hall) = ([14.0, 0.0, 17.2, 4.2], [5.0, 3.0]);
+    for (seed, command) in [(0, REST), (1, CIRCLE)] {
+        let map = hall_and_rooms();
+        let start = pose(6.4, 5.0, 0.4);
+        let mut drive = Drive::new(&map, start, seed);
+        assert!(drive.go(5, REST) < 0.1);
+        drive.robot.world = walled_in(&map, room, hall);
+        fill(&mut drive.robot.world, [5.0, 4.0, 5.1, 5.0], Cell::Occupied);
+        assert!(drive.go(9, REST) < 0.1);
+        drive.go(5, REST);
+        assert!(drive.off_m() > 5.0, "no laser can tell");
+        drive.go(25, command);
+        drive.robot.world = map;
+        drive.go(10, command);
+        println!("{:.3} m off", drive.off_m());
+        assert!(drive.off_m() < 0.1);
+        drive.go(20, CIRCLE);
+        assert!(drive.off_m() < 0.05 && drive.localization.doubt() < 0.5);
+    }
 }
