@@ -1,7 +1,7 @@
 //! Navigation among people, doors and boxes: a scenario's world, a trip that is given up, and the benchmark.
 
 use maps::{CellIndex, ImageFormat, OccupancyGrid, pose};
-use serde_json::Value;
+use serde_json::{Value, json};
 use tempfile::tempdir;
 
 use crate::steward::{refusal, report, steward};
@@ -63,7 +63,7 @@ fn benchmark(arguments: &[&str]) -> (Option<i32>, Value) {
 fn the_benchmark_drives_the_house_without_a_touch() {
     let (status, benchmark) = benchmark(&["--goals", "6", "--at-least", "99"]);
     let house = &benchmark["maps"][0];
-    assert_eq!((status, &house["arrived_pct"]), (Some(0), &Value::from(100.0)), "{}", benchmark["failures"]);
+    assert_eq!((status, &house["arrived_pct"]), (Some(0), &Value::from(100.0)), "{}", benchmark["trips"]);
     assert_eq!((&house["wall_contacts"], &house["trips"]), (&Value::from(0), &Value::from(6)));
     let ratio = house["way_ratio"].as_f64().unwrap();
     assert!(ratio > 0.9 && ratio < 1.3, "{ratio}");
@@ -82,7 +82,7 @@ fn a_map_whose_origin_is_turned_is_driven_like_any_other() {
     maps::save_map(&turned, &map, ImageFormat::Pgm).unwrap();
     let run = |map: &[&str]| benchmark(&[&["--goals", "4", "--people", "2", "--at-least", "100"], map].concat());
     let (status, turned) = run(&["--map", map.to_str().unwrap()]);
-    assert_eq!(status, Some(0), "{}", turned["failures"]);
+    assert_eq!(status, Some(0), "{}", turned["trips"]);
     let ratio = |benchmark: &Value| benchmark["maps"][0]["way_ratio"].as_f64().unwrap();
     let upright = run(&[]).1;
     assert!((ratio(&turned) - ratio(&upright)).abs() < 0.1, "{turned} against {upright}");
@@ -90,18 +90,77 @@ fn a_map_whose_origin_is_turned_is_driven_like_any_other() {
 
 #[test]
 fn a_trip_of_the_benchmark_is_the_same_alone() {
-    let (_, three) = benchmark(&["--goals", "3", "--people", "5", "--seed", "7"]);
-    let alone: Vec<Value> =
-        ["7", "8", "9"].map(|seed| benchmark(&["--goals", "1", "--people", "5", "--seed", seed]).1).to_vec();
-    let failures: Vec<Value> =
-        alone.iter().flat_map(|benchmark| benchmark["failures"].as_array().unwrap().clone()).collect();
-    assert_eq!(three["failures"], Value::from(failures));
-    let sum = |key: &str| alone.iter().map(|benchmark| benchmark["maps"][0][key].as_u64().unwrap()).sum::<u64>();
-    assert_eq!(three["maps"][0]["walking_contacts"], sum("walking_contacts"));
+    let among = ["--people", "5", "--boxes", "2"];
+    let (_, three) = benchmark(&[&among[..], &["--goals", "3", "--seed", "7"]].concat());
+    let alone = ["7", "8", "9"].map(|seed| benchmark(&[&among[..], &["--goals", "1", "--seed", seed]].concat()).1);
+    let trips: Vec<Value> = alone.iter().map(|benchmark| benchmark["trips"][0].clone()).collect();
+    for (trip, seed) in trips.iter().zip(7..) {
+        assert!(trip["seed"] == seed && trip["time_s"].as_f64() > Some(3.0), "{trip}");
+        assert!(trip["driven_m"].as_f64() > Some(1.0) && trip["end"] != trip["start"], "{trip}");
+    }
+    assert_ne!(trips[0]["start"], trips[1]["start"]);
+    assert_eq!(three["trips"], Value::from(trips));
+}
+
+#[test]
+fn who_and_what_found_a_place_is_counted() {
+    let (_, with) = benchmark(&["--goals", "2", "--people", "3", "--boxes", "2"]);
+    assert_eq!(with["wanted"], json!({ "people": 3, "boxes": 2 }));
+    let found = |key: &str| {
+        with["trips"].as_array().unwrap().iter().map(|trip| trip["about"][key].as_f64().unwrap()).sum::<f64>() / 2.0
+    };
+    assert_eq!(
+        (with["mean_people"].as_f64(), with["mean_boxes"].as_f64()),
+        (Some(found("people")), Some(found("boxes")))
+    );
+    assert!(found("boxes") > 0.0);
+}
+
+#[test]
+fn maps_of_one_name_are_told_apart() {
+    let folder = tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name).join("map.yaml");
+    for (name, shift_m) in [("here", 0.0), ("there", 3.0)] {
+        let house = maps::house::draw();
+        let origin = pose(shift_m, 0.0, 0.0) * house.origin();
+        let mut moved = OccupancyGrid::new(house.width(), house.height(), house.resolution_m(), origin);
+        for (offset, cell) in house.cells().iter().enumerate() {
+            moved.set(CellIndex { column: offset % house.width(), row: offset / house.width() }, *cell);
+        }
+        std::fs::create_dir(folder.path().join(name)).unwrap();
+        maps::save_map(&moved, &file(name), ImageFormat::Pgm).unwrap();
+    }
+    let out = folder.path().join("out");
+    let (here, there) = (file("here"), file("there"));
+    let (here, there) = (here.to_str().unwrap(), there.to_str().unwrap());
+    let run = ["navigate", "--json", "--goals", "1", "--pictures", "all", "--out", out.to_str().unwrap(), "--map"];
+    let output = steward(&[&run[..], &[here, there]].concat());
+    let benchmark: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let named =
+        |number: usize| (benchmark["trips"][number]["map"].clone(), benchmark["trips"][number]["map_file"].clone());
+    assert_eq!(named(0), ("map".into(), here.into()));
+    assert_eq!(named(1), ("map_2".into(), there.into()));
+    assert_eq!(benchmark["maps"][1]["map"], "map_2");
+    assert!(out.join("map_1.png").exists() && out.join("map_2_1.png").exists());
+    assert_ne!(benchmark["trips"][0]["start"], benchmark["trips"][1]["start"]);
 }
 
 #[test]
 fn a_map_that_is_not_there_or_has_no_room_is_refused() {
     let said = refusal(&["navigate", "--map", "nowhere.yaml"]);
     assert!(said.contains("nowhere.yaml"), "{said}");
+}
+
+#[test]
+fn seeds_that_run_out_and_shares_beyond_all_trips_are_refused() {
+    let said = refusal(&["navigate", "--seed", "18446744073709551615", "--goals", "2"]);
+    assert!(said.contains("there are no 2 seeds from 18446744073709551615 on"), "{said}");
+    for share in ["101", "NaN", "all"] {
+        let said = refusal(&["navigate", "--at-least", share]);
+        assert!(said.contains("--at-least") && said.contains(share), "{said}");
+    }
+    let said = refusal(&["navigate", "--people", "100000"]);
+    assert!(said.contains("--people"), "{said}");
+    let (status, last) = benchmark(&["--seed", "18446744073709551615", "--goals", "1", "--at-least", "100"]);
+    assert_eq!((status, &last["trips"][0]["seed"]), (Some(0), &Value::from(u64::MAX)));
 }

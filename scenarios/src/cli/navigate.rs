@@ -1,5 +1,6 @@
 //! `steward navigate`: how well the robot gets from anywhere to anywhere.
 
+use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -11,7 +12,7 @@ use crate::Error;
 use crate::draw::Renderer;
 use crate::error::Complaints;
 use crate::files::Files;
-use crate::navigate::{Benchmark, Course, Scenes, Settings, Trip, picture, table};
+use crate::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
 /// Which trips to drive.
 #[derive(Debug, Args)]
@@ -23,13 +24,16 @@ pub(super) struct NavigateArgs {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     goals: u64,
     /// How many people are about: two thirds walk across the robot's way and back, the others stand
-    #[arg(long, value_name = "K", default_value_t = 0)]
-    people: usize,
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
+    people: u16,
+    /// How many boxes that no map shows stand beside the robot's way, where they leave it room
+    #[arg(long, value_name = "B", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
+    boxes: u16,
     /// The root seed of the first trip on each map; those of the others follow
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Exit status 1 if fewer trips arrive, in percent, or a wall or somebody who stands still is touched
-    #[arg(long, value_name = "PCT")]
+    /// Exit status 1 if fewer trips arrive, in percent, or a wall or what stands still is touched
+    #[arg(long, value_name = "PCT", value_parser = percent)]
     at_least: Option<f64>,
     /// Which trips are drawn as they ended
     #[arg(long, value_enum, default_value_t = Scenes::Failed)]
@@ -47,10 +51,13 @@ pub(super) struct NavigateArgs {
 
 /// Drives all trips and prints what came of them.
 pub(super) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
+    let seeds = seeds(args.seed, args.goals)?;
     let mut complaints = Complaints::default();
-    let courses: Vec<Course> = args.map.iter().filter_map(|path| complaints.take(course(path))).collect();
+    let maps = args.map.iter().zip(names(&args.map));
+    let courses: Vec<Course> = maps.filter_map(|(path, name)| complaints.take(course(path, &name))).collect();
     complaints.check()?;
-    let settings = Settings { goals: args.goals, people: args.people, seed: args.seed, scenes: args.pictures };
+    let about = About { people: args.people.into(), boxes: args.boxes.into() };
+    let settings = Settings { seeds, about, scenes: args.pictures };
     let bar = Bar::new(args.quiet || args.json, "trips");
     let benchmark = Benchmark::run(&courses, &settings, |done, all| bar.show(done, all));
     bar.finish();
@@ -69,12 +76,42 @@ pub(super) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(args.at_least.is_some_and(|pct| !is_enough(&benchmark, pct)))))
 }
 
-fn course(path: &Path) -> Result<Course, Error> {
+/// A share, in percent.
+fn percent(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|_| "not a number; 95 would be one".to_owned())?;
+    if (0.0..=100.0).contains(&value) { Ok(value) } else { Err("not from 0 to 100".to_owned()) }
+}
+
+/// The root seeds of so many trips.
+fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
+    let last = first.checked_add(count - 1).ok_or_else(|| {
+        let message = format!("there are no {count} seeds from {first} on: the last is {}", u64::MAX);
+        Error::refused(message, "a smaller --seed, or fewer --goals")
+    })?;
+    Ok(first..=last)
+}
+
+/// What maps are called: as their files, numbered where several have the same name.
+fn names(maps: &[PathBuf]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for path in maps {
+        let stem = path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into());
+        let mut name = stem.clone();
+        let mut number = 1;
+        while names.contains(&name) {
+            number += 1;
+            name = format!("{stem}_{number}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+fn course(path: &Path, name: &str) -> Result<Course, Error> {
     let files = Files::beside("");
     let read = |path: &Path| files.read(path);
     let map = maps::load_map(path, &read).map_err(Error::bad_input)?;
-    let name = path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into_owned());
-    Course::new(&name, map).map_err(|error| {
+    Course::new(name, path, map).map_err(|error| {
         Error::refused(
             format!("{}: {error}", path.display()),
             "the robot is a disc of 0.3 m radius and drives on free cells",
@@ -99,9 +136,9 @@ fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize
 
 /// The command that drives one trip again.
 fn again(args: &NavigateArgs, trip: &Trip) -> String {
-    let is_it = |path: &&PathBuf| path.file_stem().is_some_and(|stem| stem.to_string_lossy() == trip.map);
-    let map = args.map.iter().find(is_it).map_or_else(|| trip.map.clone(), |path| path.display().to_string());
-    format!("steward navigate --map {map} --goals 1 --people {} --seed {} --pictures all", args.people, trip.seed)
+    let (map, people, seed) = (&trip.map_file, args.people, trip.seed);
+    let boxes = if args.boxes > 0 { format!(" --boxes {}", args.boxes) } else { String::new() };
+    format!("steward navigate --map {map} --goals 1 --people {people}{boxes} --seed {seed} --pictures all")
 }
 
 fn is_enough(benchmark: &Benchmark, at_least_pct: f64) -> bool {

@@ -8,9 +8,10 @@ use nav::{Goal, InitialPose, Localization, NavigationParameters, NavigationStatu
 use robot::{Odometry, Reading, Robot, Streams, VelocityCommand};
 use sim::{DriftNoise, SimConfig, Simulation};
 
+use super::boxes::boxes;
 use super::course::{Course, Task};
 use super::people::people;
-use super::{Outcome, Touched, Trip};
+use super::{About, Outcome, Touched, Trip};
 use crate::draw::{Destination, Scene};
 use crate::pictures::{body, hits};
 
@@ -38,11 +39,14 @@ const STANDS_STILL: Duration = Duration::from_millis(500);
 /// The trail has a point this often, in metres.
 const TRAIL_STEP_M: f64 = 0.1;
 
-/// Drives the trip of a root seed, and shows how it ended.
-pub(super) fn drive(course: &Course, seed: u64, count: usize) -> (Trip, Scene) {
+/// Drives the trip of a root seed among so many people and boxes, if they find places, and shows how it ended.
+pub(super) fn drive(course: &Course, seed: u64, wanted: About) -> (Trip, Scene) {
     let streams = Streams::new(seed);
     let task = course.task(&mut streams.stream("navigate/task"));
-    let obstacles = people(course, &task, count, &mut streams.stream("navigate/people"));
+    let mut obstacles = boxes(course, &task, wanted.boxes, &mut streams.stream("navigate/boxes"));
+    let people = people(course, &task, &obstacles, wanted.people, &mut streams.stream("navigate/people"));
+    let about = About { people: people.len(), boxes: obstacles.len() };
+    obstacles.extend(people);
     let mut config = SimConfig { obstacles, ..SimConfig::default() };
     config.lasers.range_sigma_m = LASER_SIGMA_M;
     config.odometry.noise = ODOMETRY_NOISE;
@@ -53,7 +57,7 @@ pub(super) fn drive(course: &Course, seed: u64, count: usize) -> (Trip, Scene) {
     while ride.navigator.status().is_under_way() && ride.sim.time() < most {
         ride.step();
     }
-    (ride.trip(course, seed, &task), ride.scene(course, &task))
+    (ride.trip(course, seed, &task, about), ride.scene(course, &task))
 }
 
 /// A robot with its software on the way.
@@ -115,7 +119,8 @@ impl Ride {
         }
     }
 
-    fn trip(&self, course: &Course, seed: u64, task: &Task) -> Trip {
+    fn trip(&self, course: &Course, seed: u64, task: &Task, about: About) -> Trip {
+        let xy = |pose: &Pose| [pose.translation.x, pose.translation.y];
         let truth = self.sim.truth();
         let off_m = (truth.pose().translation.vector - task.goal.translation.vector).norm();
         let outcome = match self.navigator.status() {
@@ -128,7 +133,13 @@ impl Ride {
         let standing = bodies.iter().filter(|contact| contact.at_rest >= STANDS_STILL).count();
         Trip {
             map: course.name().to_owned(),
+            map_file: course.file().display().to_string(),
             seed,
+            about,
+            start: xy(&task.start),
+            goal: xy(&task.goal),
+            end: xy(&truth.pose()),
+            good: outcome == Outcome::Arrived && walls.is_empty() && standing == 0,
             outcome,
             reason: self.navigator.reason().map(|reason| reason.to_string()),
             time_s: self.sim.time().as_secs_f64(),
@@ -166,18 +177,20 @@ impl Ride {
 
 #[cfg(test)]
 mod tests {
+    use maps::{CellIndex, OccupancyGrid, pose};
+
     use super::*;
 
     fn house() -> Course {
-        Course::new("house", maps::house::draw()).expect("the house has room")
+        Course::new("house", "house.yaml".as_ref(), maps::house::draw()).expect("the house has room")
     }
 
     #[test]
     fn trips_through_the_house_arrive_and_touch_nothing() {
         let house = house();
         for seed in 1..=4 {
-            let (trip, _) = drive(&house, seed, 0);
-            assert!(trip.is_good(), "seed {seed}: {}", trip.words());
+            let (trip, _) = drive(&house, seed, About::default());
+            assert!(trip.good, "seed {seed}: {}", trip.words());
             assert!(trip.driven_m > 0.9 * trip.shortest_m && trip.driven_m < 1.5 * trip.shortest_m, "{trip:?}");
         }
     }
@@ -185,9 +198,43 @@ mod tests {
     #[test]
     fn a_trip_among_people_is_the_same_every_time() {
         let house = house();
-        let (first, again) = (drive(&house, 5, 6), drive(&house, 5, 6));
+        let about = About { people: 6, boxes: 0 };
+        let (first, again) = (drive(&house, 5, about), drive(&house, 5, about));
         assert_eq!(format!("{:?}", first.0), format!("{:?}", again.0));
         assert_eq!(first.1.bodies.len(), 6);
         assert_eq!(first.0.wall_contacts + first.0.standing_contacts, 0, "{}", first.0.words());
+    }
+    #[test]
+    fn trips_past_boxes_arrive_and_touch_none() {
+        let house = house();
+        for seed in 1..=4 {
+            let (trip, scene) = drive(&house, seed, About { people: 0, boxes: 3 });
+            assert!(trip.good, "seed {seed}: {}", trip.words());
+            assert!(trip.about.boxes > 0 && scene.bodies.len() == trip.about.boxes);
+        }
+    }
+
+    /// A map so far away has positions that are rounded to a nanometre; where localization and control decide between
+    /// nearly equals, that makes centimetres on the way.
+    #[test]
+    fn trips_on_a_map_far_from_the_origin_are_those_on_one_near_it() {
+        let plan = maps::house::draw();
+        let by = pose(688_000.0, 5_335_000.0, 0.0);
+        let mut moved = OccupancyGrid::new(plan.width(), plan.height(), plan.resolution_m(), by * plan.origin());
+        for (offset, cell) in plan.cells().iter().enumerate() {
+            moved.set(CellIndex { column: offset % plan.width(), row: offset / plan.width() }, *cell);
+        }
+        let (near, far) = (house(), Course::new("far", "far.yaml".as_ref(), moved).expect("the house has room"));
+        let off_m = |near: [f64; 2], far: [f64; 2]| {
+            (Point::new(near[0], near[1]) - by.inverse_transform_point(&Point::new(far[0], far[1]))).norm()
+        };
+        for seed in 1..=3 {
+            let ((near, _), (far, _)) = (drive(&near, seed, About::default()), drive(&far, seed, About::default()));
+            assert!(near.good && far.good, "seed {seed}: {} and {}", near.words(), far.words());
+            assert!(off_m(near.start, far.start) < 1e-6 && off_m(near.goal, far.goal) < 1e-6);
+            let way_m = near.driven_m - far.driven_m;
+            let time_s = near.time_s - far.time_s;
+            assert!(off_m(near.end, far.end) < 0.05 && way_m.abs() < 0.1 && time_s.abs() < 0.5, "{near:?}, {far:?}");
+        }
     }
 }

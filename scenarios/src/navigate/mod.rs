@@ -1,14 +1,18 @@
 //! The benchmark of navigation: trips between random places on maps, among people.
 //!
 //! A trip is one robot with localization and navigation in the loop, noisy lasers and wheels, a start and a goal drawn
-//! from the map, and people whose walks cross the robot's way. Each has a root seed of its own, so that one that failed
+//! from the map, people whose walks cross the robot's way, and boxes that are not on the map. Each has a root seed of its own, so that one that failed
 //! can be driven again alone.
 
+mod beside;
+mod boxes;
 mod course;
 mod drive;
 mod people;
 mod picture;
 mod table;
+
+use std::ops::RangeInclusive;
 
 use serde::Serialize;
 
@@ -20,22 +24,29 @@ use crate::batch;
 use crate::draw::Scene;
 
 /// What a benchmark is made of.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Settings {
-    /// How many trips there are on each map.
-    pub goals: u64,
-    /// How many people are about.
-    pub people: usize,
-    /// The root seed of the first trip on each map; those of the others follow.
-    pub seed: u64,
+    /// The root seeds of the trips on each map.
+    pub seeds: RangeInclusive<u64>,
+    /// Who and what is to be about on each trip.
+    pub about: About,
     /// Which trips leave a scene behind.
     pub scenes: Scenes,
+}
+
+/// Who and what is about on a trip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct About {
+    /// How many people.
+    pub people: usize,
+    /// How many boxes.
+    pub boxes: usize,
 }
 
 /// Which trips leave a scene behind, for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Scenes {
-    /// Those that did not arrive, or touched a wall or somebody who stood still.
+    /// Those that did not arrive, or touched a wall or what stood still.
     Failed,
     /// All.
     All,
@@ -73,11 +84,23 @@ impl Outcome {
 pub struct Trip {
     /// The map's name.
     pub map: String,
+    /// The file that the map was read from.
+    pub map_file: String,
     /// The trip's root seed.
     pub seed: u64,
+    /// Who and what found a place.
+    pub about: About,
+    /// Where the robot started, in the `map` frame, in metres.
+    pub start: [f64; 2],
+    /// Where it was to go.
+    pub goal: [f64; 2],
+    /// Where it was in the end.
+    pub end: [f64; 2],
+    /// Whether it arrived and touched neither a wall nor anybody or anything that stood still.
+    pub good: bool,
     /// What came of it.
     pub outcome: Outcome,
-    /// Why navigation gave up; null if it did not.
+    /// Why navigation gave up, or why it had no way when time was over; null if it did not, or had one.
     pub reason: Option<String>,
     /// How long it took, in seconds.
     pub time_s: f64,
@@ -89,13 +112,13 @@ pub struct Trip {
     pub off_m: f64,
     /// How far the estimated position was from the true one at worst, in metres.
     pub localization_max_m: f64,
-    /// The contacts begun with walls and people, in order.
+    /// The contacts begun with walls, people and boxes, in order.
     pub contacts: Vec<Touched>,
     /// Contacts begun with walls.
     pub wall_contacts: usize,
-    /// Contacts begun with people who had stood still for half a second or longer.
+    /// Contacts begun with people and boxes that had stood still for half a second or longer.
     pub standing_contacts: usize,
-    /// Contacts begun with people who walked.
+    /// Contacts begun with people who walked and boxes that were being pushed.
     pub walking_contacts: usize,
 }
 
@@ -104,28 +127,23 @@ pub struct Trip {
 pub struct Touched {
     /// When it began, in seconds.
     pub time_s: f64,
-    /// With whom; null for walls.
+    /// With whom or what; null for walls.
     pub who: Option<String>,
 }
 
 impl Trip {
-    /// Whether the robot arrived and touched neither a wall nor anybody who stood still.
-    #[must_use]
-    pub fn is_good(&self) -> bool {
-        self.outcome == Outcome::Arrived && self.wall_contacts == 0 && self.standing_contacts == 0
-    }
-
     /// What came of it, in words.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words = self.outcome.words().to_owned();
         if let Some(reason) = &self.reason {
-            words += &format!(": {reason}");
+            let joint = if self.outcome == Outcome::TimeOver { "; last" } else { "" };
+            words += &format!("{joint}: {reason}");
         }
         let contacts = [
             (self.wall_contacts, "walls"),
-            (self.standing_contacts, "people who stood"),
-            (self.walking_contacts, "people who walked"),
+            (self.standing_contacts, "what stood"),
+            (self.walking_contacts, "what moved"),
         ];
         for (count, what) in contacts.into_iter().filter(|(count, _)| *count > 0) {
             words += &format!("; contacts with {what}: {count}");
@@ -151,9 +169,9 @@ pub struct Sums {
     pub elsewhere: usize,
     /// Contacts with walls.
     pub wall_contacts: usize,
-    /// Contacts with people who stood still.
+    /// Contacts with people and boxes that stood still.
     pub standing_contacts: usize,
-    /// Contacts with people who walked.
+    /// Contacts with people who walked and boxes that were being pushed.
     pub walking_contacts: usize,
     /// The way driven over the shortest one, median of the trips that arrived; null if none did.
     pub way_ratio: Option<f64>,
@@ -191,14 +209,18 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
 /// What came of a benchmark.
 #[derive(Clone, Debug, Serialize)]
 pub struct Benchmark {
-    /// How many people were about.
-    pub people: usize,
+    /// Who and what was to be about on each trip.
+    pub wanted: About,
+    /// How many people found a place, mean of the trips.
+    pub mean_people: f64,
+    /// How many boxes found a place, mean of the trips.
+    pub mean_boxes: f64,
     /// The root seed of the first trip on each map.
     pub seed: u64,
     /// Sums for each map, in the order of the maps, then for all together.
     pub maps: Vec<Sums>,
-    /// The trips that did not arrive, or touched a wall or somebody who stood still.
-    pub failures: Vec<Trip>,
+    /// All trips, in the order of the maps and of the seeds.
+    pub trips: Vec<Trip>,
     /// The scenes that trips left behind: how each ended.
     #[serde(skip)]
     pub scenes: Vec<(Trip, Scene)>,
@@ -207,13 +229,12 @@ pub struct Benchmark {
 impl Benchmark {
     /// Drives all trips on all courses, on all cores. `progress` is told how many of how many are done.
     pub fn run(courses: &[Course], settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Self {
-        let seeds = settings.seed..settings.seed.saturating_add(settings.goals);
         let jobs: Vec<(&Course, u64)> =
-            courses.iter().flat_map(|course| seeds.clone().map(move |seed| (course, seed))).collect();
+            courses.iter().flat_map(|course| settings.seeds.clone().map(move |seed| (course, seed))).collect();
         let one = |(course, seed): &(&Course, u64)| {
-            let (trip, scene) = drive::drive(course, *seed, settings.people);
+            let (trip, scene) = drive::drive(course, *seed, settings.about);
             let keeps = match settings.scenes {
-                Scenes::Failed => !trip.is_good(),
+                Scenes::Failed => !trip.good,
                 Scenes::All => true,
                 Scenes::None => false,
             };
@@ -222,18 +243,29 @@ impl Benchmark {
         let done = batch::run(&jobs, one, |done| progress(done, jobs.len()));
         let (trips, scenes): (Vec<Trip>, Vec<Option<Scene>>) = done.into_iter().unzip();
         let full_speed_mps = courses.first().map_or(1.0, |course| course.model().max_linear_mps);
-        let per_map = trips.chunks(settings.goals.max(1) as usize).zip(courses);
+        let per_map = trips.chunks((trips.len() / courses.len().max(1)).max(1)).zip(courses);
         let mut maps: Vec<Sums> =
             per_map.map(|(trips, course)| Sums::of(course.name(), trips.iter(), full_speed_mps)).collect();
         if courses.len() > 1 {
             maps.push(Sums::of("all", trips.iter(), full_speed_mps));
         }
+        let scenes = trips.iter().zip(scenes).filter_map(|(trip, scene)| Some((trip.clone(), scene?))).collect();
+        let mean = |count: fn(&About) -> usize| {
+            trips.iter().map(|trip| count(&trip.about)).sum::<usize>() as f64 / trips.len().max(1) as f64
+        };
         Self {
-            people: settings.people,
-            seed: settings.seed,
+            wanted: settings.about,
+            mean_people: mean(|about| about.people),
+            mean_boxes: mean(|about| about.boxes),
+            seed: *settings.seeds.start(),
             maps,
-            failures: trips.iter().filter(|trip| !trip.is_good()).cloned().collect(),
-            scenes: trips.into_iter().zip(scenes).filter_map(|(trip, scene)| Some((trip, scene?))).collect(),
+            trips,
+            scenes,
         }
+    }
+
+    /// The trips that did not arrive, or touched a wall or what stood still.
+    pub fn failures(&self) -> impl Iterator<Item = &Trip> {
+        self.trips.iter().filter(|trip| !trip.good)
     }
 }

@@ -7,6 +7,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
 
+use super::beside::{near_the_way, passable};
 use super::course::{Course, Task};
 
 /// Radius of a person, in metres.
@@ -15,34 +16,29 @@ const RADIUS_M: f64 = 0.25;
 /// One of so many stands still.
 const ONE_STANDS_OF: usize = 3;
 
-/// Whoever stands still is at least so far from walls, and twice as far from others who do, in metres: on both sides
-/// remain 0.75 m for the robot.
-const PASSABLE_M: f64 = 1.0;
-
-/// Nobody begins or stands nearer to where the robot starts than this, in metres.
-const START_FREE_M: f64 = 1.5;
-
-/// Nobody stands nearer to the goal than this, in metres.
-const GOAL_FREE_M: f64 = 1.2;
-
-/// People come from and go to places within this of the robot's way, in metres.
-const FROM_THE_WAY_M: f64 = 8.0;
-
 /// How fast people walk, in m/s, and how long they stand at an end of their way at most.
 const SPEED_MPS: std::ops::Range<f64> = 0.5..1.2;
 const LONGEST_PAUSE_S: f64 = 5.0;
 
-/// How often a place is drawn until one is good.
-const TRIES: usize = 200;
+/// How often a walk is drawn until one leads past all boxes, and by how much at least, in metres.
+const TRIES: usize = 20;
+const BESIDE_M: f64 = 0.1;
 
-/// So many people for a trip.
-pub(super) fn people(course: &Course, task: &Task, count: usize, rng: &mut ChaCha8Rng) -> Vec<ObstacleConfig> {
+/// So many people for a trip, or as many as find a place, among boxes.
+pub(super) fn people(
+    course: &Course,
+    task: &Task,
+    boxes: &[ObstacleConfig],
+    count: usize,
+    rng: &mut ChaCha8Rng,
+) -> Vec<ObstacleConfig> {
     let mut people: Vec<ObstacleConfig> = Vec::new();
     for number in 1..=count {
-        let standing: Vec<Point> = people.iter().filter(|person| stands(person)).map(place_of).collect();
+        let standing = people.iter().filter(|person| stands(person));
+        let standing: Vec<Point> = boxes.iter().chain(standing).map(place_of).collect();
         let stands = number % ONE_STANDS_OF == 0;
         let stander = stands.then(|| stander(course, task, &standing, rng)).flatten();
-        let person = stander.or_else(|| walker(course, task, rng));
+        let person = stander.or_else(|| walker(course, task, boxes, rng));
         people.extend(person.map(|(at, walk)| ObstacleConfig {
             name: format!("person {number}"),
             shape: Shape::Disc { radius_m: RADIUS_M },
@@ -57,26 +53,42 @@ fn stands(person: &ObstacleConfig) -> bool {
     matches!(&person.motion, ObstacleMotion::Person(walk) if walk.waypoints.is_empty())
 }
 
-fn place_of(person: &ObstacleConfig) -> Point {
-    person.pose.translation.vector.into()
+fn place_of(body: &ObstacleConfig) -> Point {
+    body.pose.translation.vector.into()
 }
 
 /// Somebody who stands where the robot can pass.
 fn stander(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
-    let is_good = |at: &Point| {
-        course.clearance_m(at) >= PASSABLE_M && standing.iter().all(|other| (other - at).norm() >= 2.0 * PASSABLE_M)
-    };
-    Some((near_the_way(course, task, is_good, rng)?, walk(Vec::new(), 1.0, Duration::ZERO)))
+    Some((passable(course, task, standing, rng)?, walk(Vec::new(), 1.0, Duration::ZERO)))
 }
 
 /// Somebody who walks from one place beside the robot's way to another, and back.
-fn walker(course: &Course, task: &Task, rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
-    let from = near_the_way(course, task, |_| true, rng)?;
-    let to = near_the_way(course, task, |at| (at - from).norm() > 2.0, rng)?;
-    let waypoints = course.way(&from, &to)?;
-    let speed_mps = rng.random_range(SPEED_MPS);
-    let pause = Duration::from_secs_f64(LONGEST_PAUSE_S * rng.random::<f64>());
-    Some((from, walk(waypoints, speed_mps, pause)))
+fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
+    for _ in 0..TRIES {
+        let from = near_the_way(course, task, |_| true, rng)?;
+        let to = near_the_way(course, task, |at| (at - from).norm() > 2.0, rng)?;
+        let waypoints = course.way(&from, &to)?;
+        if boxes.iter().any(|one| is_in_the_way(one, &waypoints)) {
+            continue;
+        }
+        let speed_mps = rng.random_range(SPEED_MPS);
+        let pause = Duration::from_secs_f64(LONGEST_PAUSE_S * rng.random::<f64>());
+        return Some((from, walk(waypoints, speed_mps, pause)));
+    }
+    None
+}
+
+/// Whether somebody who goes that way would run into a box.
+fn is_in_the_way(one: &ObstacleConfig, way: &[Point]) -> bool {
+    let (center, needed_m) = (place_of(one), one.shape.bounding_radius_m() + RADIUS_M + BESIDE_M);
+    way.windows(2).any(|ends| distance_m(&center, &ends[0], &ends[1]) < needed_m)
+}
+
+/// How far a point is from a line between two others.
+fn distance_m(point: &Point, from: &Point, to: &Point) -> f64 {
+    let along = to - from;
+    let share = ((point - from).dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);
+    (from + along * share - point).norm()
 }
 
 fn walk(waypoints: Vec<Point>, speed_mps: f64, pause: Duration) -> Walk {
@@ -91,13 +103,34 @@ fn walk(waypoints: Vec<Point>, speed_mps: f64, pause: Duration) -> Walk {
     }
 }
 
-/// A good place not far from the robot's way.
-fn near_the_way(course: &Course, task: &Task, is_good: impl Fn(&Point) -> bool, rng: &mut ChaCha8Rng) -> Option<Point> {
-    let start = Point::from(task.start.translation.vector);
-    let goal = Point::from(task.goal.translation.vector);
-    (0..TRIES).find_map(|_| {
-        let (at, by) = (course.place(rng), task.way[rng.random_range(0..task.way.len())]);
-        let free = (at - start).norm() >= START_FREE_M && (at - goal).norm() >= GOAL_FREE_M;
-        (free && (at - by).norm() <= FROM_THE_WAY_M && is_good(&at)).then_some(at)
-    })
+#[cfg(test)]
+mod tests {
+    use robot::Streams;
+
+    use super::*;
+    use crate::navigate::boxes::boxes;
+
+    #[test]
+    fn nobody_stands_in_a_box_or_walks_through_one() {
+        let course = Course::new("house", "house.yaml".as_ref(), maps::house::draw()).expect("the house has room");
+        let (mut boxes_about, mut people_about) = (0, 0);
+        for seed in 0..10 {
+            let streams = Streams::new(seed);
+            let task = course.task(&mut streams.stream("navigate/task"));
+            let boxes = boxes(&course, &task, 2, &mut streams.stream("navigate/boxes"));
+            let people = people(&course, &task, &boxes, 6, &mut streams.stream("navigate/people"));
+            (boxes_about, people_about) = (boxes_about + boxes.len(), people_about + people.len());
+            for (person, one) in people.iter().flat_map(|person| boxes.iter().map(move |one| (person, one))) {
+                let ObstacleMotion::Person(walk) = &person.motion else { panic!("{person:?}") };
+                let box_at = place_of(one);
+                let corners: Vec<Point> =
+                    std::iter::once(place_of(person)).chain(walk.waypoints.iter().copied()).collect();
+                let apart_m = RADIUS_M + one.shape.bounding_radius_m();
+                assert!(corners.iter().all(|at| (at - box_at).norm() >= apart_m), "{person:?} and {one:?}");
+                let mut middles = corners.windows(2).map(|ends| nalgebra::center(&ends[0], &ends[1]));
+                assert!(middles.all(|at| (at - box_at).norm() >= apart_m), "{person:?} and {one:?}");
+            }
+        }
+        assert!(boxes_about >= 10 && people_about >= 50, "{boxes_about} boxes, {people_about} people");
+    }
 }

@@ -1,0 +1,48 @@
+//! Places beside the robot's way, for whoever or whatever is to be about on a trip.
+
+use maps::Point;
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+
+use super::course::{Course, Task};
+
+/// Whatever stands still is at least so far from walls, and twice as far from other things that do, in metres: on both
+/// sides of a person remain 0.75 m for the robot.
+const PASSABLE_M: f64 = 1.0;
+
+/// Nobody begins or stands nearer to where the robot starts than this, in metres.
+const START_FREE_M: f64 = 1.5;
+
+/// Nobody stands nearer to the goal than this, in metres.
+const GOAL_FREE_M: f64 = 1.2;
+
+/// People come from and go to places within this of the robot's way, in metres; boxes stand there.
+const FROM_THE_WAY_M: f64 = 8.0;
+
+/// How often a place is drawn until one is good.
+const TRIES: usize = 200;
+
+/// A good place not far from the robot's way.
+pub(super) fn near_the_way(
+    course: &Course,
+    task: &Task,
+    is_good: impl Fn(&Point) -> bool,
+    rng: &mut ChaCha8Rng,
+) -> Option<Point> {
+    let start = Point::from(task.start.translation.vector);
+    let goal = Point::from(task.goal.translation.vector);
+    (0..TRIES).find_map(|_| {
+        let (at, by) = (course.place(rng), task.way[rng.random_range(0..task.way.len())]);
+        let free = (at - start).norm() >= START_FREE_M && (at - goal).norm() >= GOAL_FREE_M;
+        (free && (at - by).norm() <= FROM_THE_WAY_M && is_good(&at)).then_some(at)
+    })
+}
+
+/// A place near the robot's way at which somebody or something can stand so that the robot can pass, beside all that
+/// stands about already.
+pub(super) fn passable(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rng) -> Option<Point> {
+    let is_good = |at: &Point| {
+        course.clearance_m(at) >= PASSABLE_M && standing.iter().all(|other| (other - at).norm() >= 2.0 * PASSABLE_M)
+    };
+    near_the_way(course, task, is_good, rng)
+}
