@@ -127,10 +127,11 @@ impl InitialPose {
 ///
 /// A robot that has been carried away is found again in three ways: while it drives, by poses elsewhere that scans fit
 /// better for some way; as soon as beams go on going through walls of the map, also at rest, by a search as for one that
-/// may be anywhere; and where nearly all beams are short, by such a search beside the tracking. For beams are short, too,
-/// where people stand around the robot or doors close before it. Then the estimate stays where it is, unless another
-/// place explains the scans for some way, or, for ten seconds, nearly every beam of them; and even then it returns if it
-/// was right after all.
+/// may be anywhere; and where nearly all beams are short, by such a search, too. Both go on beside the tracking. For beams
+/// go through walls of the map where these have come down, and are short where people stand around the robot or doors
+/// close before it. So the estimate stays where it is, in doubt, unless another place explains the scans far better for
+/// some way, or, where beams are short, nearly every beam of them for ten seconds; and even then it returns if it was
+/// right after all.
 ///
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
 #[derive(Clone, Debug)]
@@ -272,7 +273,7 @@ impl Localization {
             return false;
         }
         self.collect_ends(scan.time, &now);
-        // A suspicion that has just begun has moved the anchor.
+        // A suspicion or a search that has been thought of has moved the anchor.
         self.update(&self.anchor.unwrap_or(anchor), now);
         true
     }
@@ -371,18 +372,23 @@ impl Localization {
         let moved = anchor.inv_mul(&now);
         self.carry_remembered(&DifferentialMotion::between(anchor, &now, self.alphas()), &moved);
         match self.search.take() {
-            Some(search) => self.seek(search, &moved),
+            Some(search) => self.seek(search, anchor, &now),
             None => self.track(anchor, &now),
         }
         self.anchor = Some(now);
         self.updates += 1;
     }
 
-    /// An update of a robot that may be anywhere.
-    fn seek(&mut self, mut search: Box<Search>, moved: &Pose) {
+    /// An update of a robot that may be anywhere. Where it is still believed to be, it is tracked meanwhile.
+    fn seek(&mut self, mut search: Box<Search>, anchor: &Pose, now: &Pose) {
+        let tracked = search.has_incumbent().then(|| {
+            let matched = self.follow(&DifferentialMotion::between(anchor, now, self.alphas()));
+            self.filter.resample_if_needed(&matched);
+            matched
+        });
         // Every beam counts to find the places that fit at all; to tell them apart, fewer do.
         let ends = if search.begins() { &self.matched } else { &self.weighed };
-        let sought = self.filter.seek(&mut search, moved, ends);
+        let sought = self.filter.seek(&mut search, &anchor.inv_mul(now), ends, tracked);
         let is_over = sought.is_some_and(|(_, is_over)| is_over);
         if let Some((belief, _)) = sought {
             self.belief = belief;
@@ -394,6 +400,18 @@ impl Localization {
         }
     }
 
+    /// Moves the particles and weighs them: where they now match the scan.
+    fn follow(&mut self, motion: &DifferentialMotion) -> Gaussian {
+        self.filter.predict(motion);
+        self.filter.weigh(&self.weighed, &self.rays);
+        let mean = self.filter.estimate();
+        let matched = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
+        let independent = self.parameters().independent_beams;
+        let surfaces = &self.atlas.surfaces;
+        let covariance = scan_matching::remaining_covariance(&mean, &matched, &self.matched, surfaces, independent);
+        Gaussian { covariance, ..matched }
+    }
+
     /// An update of a robot whose place is known.
     fn track(&mut self, anchor: &Pose, now: &Pose) {
         let motion = DifferentialMotion::between(anchor, now, self.alphas());
@@ -402,14 +420,8 @@ impl Localization {
             return;
         }
         self.is_blind = false;
-        self.filter.predict(&motion);
-        self.filter.weigh(&self.weighed, &self.rays);
-        let mean = self.filter.estimate();
-        let matched = scan_matching::matched(&mean, &self.matched, &self.atlas.surfaces);
-        let independent = self.parameters().independent_beams;
-        let surfaces = &self.atlas.surfaces;
-        let covariance = scan_matching::remaining_covariance(&mean, &matched, &self.matched, surfaces, independent);
-        let before = std::mem::replace(&mut self.belief, Gaussian { covariance, ..matched });
+        let matched = self.follow(&motion);
+        let before = std::mem::replace(&mut self.belief, matched);
         self.judge_odometry(&before, &motion, &anchor.inv_mul(now));
         let moved = anchor.inv_mul(now);
         if self.go_on_suspecting(&moved) {

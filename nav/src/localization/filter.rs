@@ -274,34 +274,43 @@ impl ParticleFilter {
         !self.challengers.is_empty()
     }
 
-    /// Seeks a robot that may be anywhere: the particles are the hypotheses of the search, or a cloud around the one
-    /// that has proved right. Returns what is believed, and whether the search is over.
-    pub(crate) fn seek(&mut self, search: &mut Search, moved: &Pose, ends: &Endpoints) -> Option<(Gaussian, bool)> {
+    /// Seeks a robot that may be anywhere. The particles are those that have `tracked` it where it is still believed to be;
+    /// else the hypotheses of the search, or a cloud around the one that has proved right. Returns what is believed, and
+    /// whether the search is over.
+    pub(crate) fn seek(
+        &mut self,
+        search: &mut Search,
+        moved: &Pose,
+        ends: &Endpoints,
+        tracked: Option<Gaussian>,
+    ) -> Option<(Gaussian, bool)> {
         if ends.len() < FEWEST_BEAMS {
-            return None;
+            search.carry(moved, tracked);
+            return Some((self.follow(search)?, false));
         }
-        let sighting = Sighting { atlas: &self.atlas, moved, ends, advantage: None };
-        if let Some(found) = search.update(&sighting, &mut self.rng) {
-            self.place_around(&found);
-            return Some((found, true));
+        let sighting = Sighting { atlas: &self.atlas, moved, ends, advantage: None, tracked };
+        match (search.update(&sighting, &mut self.rng), tracked) {
+            (Some(_), Some(tracked)) if search.has_incumbent() => Some((tracked, true)),
+            (Some(found), _) => {
+                self.place_around(&found);
+                Some((found, true))
+            }
+            (None, _) => Some((self.follow(search)?, false)),
         }
-        let belief = search.belief()?;
-        self.particles.clear();
-        self.particles.extend(search.particles());
-        Some((belief, false))
     }
 
     /// Seeks a robot that scans contradict to be where it is believed to be: the search for it, if this scan fits some other
-    /// place. The particles are its hypotheses then.
+    /// place, and what is believed then.
     pub(crate) fn seek_elsewhere(
         &mut self,
         believed: &Gaussian,
-        moved: &Pose,
         ends: &Endpoints,
+        is_at_rest: bool,
     ) -> Option<(Search, Gaussian)> {
         let usual_nats = self.recovery.usual_nats().filter(|_| ends.len() >= FEWEST_BEAMS)?;
-        let mut search = Search::for_lost(believed);
-        search.update(&Sighting { atlas: &self.atlas, moved, ends, advantage: None }, &mut self.rng);
+        let mut search = Search::for_lost(believed, is_at_rest);
+        let sighting = Sighting { atlas: &self.atlas, moved: &Pose::identity(), ends, advantage: None, tracked: None };
+        search.update(&sighting, &mut self.rng);
         let fits = log_likelihood(&self.atlas.likelihoods, &search.best()?, ends) >= usual_nats - FITS_ELSEWHERE_NATS;
         let belief = if fits { self.follow(&search) } else { None }?;
         Some((search, belief))
@@ -317,17 +326,20 @@ impl ParticleFilter {
         advantage: Advantage<'_>,
     ) -> Option<Gaussian> {
         if ends.len() < FEWEST_BEAMS {
+            search.carry(moved, None);
             return None;
         }
-        let sighting = Sighting { atlas: &self.atlas, moved, ends, advantage: Some(advantage) };
+        let sighting = Sighting { atlas: &self.atlas, moved, ends, advantage: Some(advantage), tracked: None };
         search.update(&sighting, &mut self.rng)
     }
 
-    /// Makes the hypotheses of a search the particles. Returns what is believed then.
+    /// What a search believes. Its hypotheses become the particles, unless these track the robot where it is believed to be.
     pub(crate) fn follow(&mut self, search: &Search) -> Option<Gaussian> {
         let belief = search.belief()?;
-        self.particles.clear();
-        self.particles.extend(search.particles());
+        if !search.has_incumbent() {
+            self.particles.clear();
+            self.particles.extend(search.particles());
+        }
         Some(belief)
     }
 

@@ -4,7 +4,8 @@
 //! things that look like it.
 //!
 //! - *Beams go through walls of the map.* The robot cannot be there. After a few such looks it is sought
-//!   [everywhere](super::search), and the best hypothesis is believed from then on.
+//!   [everywhere](super::search). If it drives, it may yet be there, where the map is wrong: so it is tracked on, and what
+//!   is believed stays as it is until another place has explained the scans far better for some time.
 //! - *Nearly all beams are short.* A robot that was put into a small room from a large one sees that; so does one that
 //!   people or closed doors hem in, and its wheels say that it has not moved. So what is believed stays as it is, and is
 //!   moved along with the odometry, while a *suspicion* looks for other places beside it. The suspicion comes true if another place proves
@@ -85,7 +86,7 @@ impl Localization {
         self.contradiction.take_in(time, verdict);
         let enough = if is_at_rest { ENOUGH_AT_REST } else { ENOUGH_DRIVING };
         if self.contradiction.looks_through() >= enough {
-            return Reconsidered::moves(self.leave(now, moved));
+            return Reconsidered::moves(self.leave(now, moved, is_at_rest));
         }
         match self.suspicion.take() {
             None if self.contradiction.looks_without_map() >= enough => self.suspect(now),
@@ -101,15 +102,15 @@ impl Localization {
 
     /// Begins to seek the robot everywhere, since beams go through walls where it is believed to be, if the scan fits
     /// somewhere else.
-    fn leave(&mut self, now: &Pose, moved: &Pose) -> bool {
+    fn leave(&mut self, now: &Pose, moved: &Pose, is_at_rest: bool) -> bool {
         self.contradiction.forget();
         let remembered = self.remembered.take().map(|remembered| self.matched_from(&after(&remembered, moved)));
         if let Some(at) = remembered.filter(|at| self.look_from(at, Silent::TellNothing).verdict() == Verdict::Fits) {
             return self.return_to(at, now);
         }
-        let Some((search, belief)) = self.filter.seek_elsewhere(&self.belief, moved, &self.matched) else {
-            return false;
-        };
+        self.carry_to(now);
+        let sought = self.filter.seek_elsewhere(&self.belief, &self.matched, is_at_rest);
+        let Some((search, belief)) = sought else { return false };
         (self.search, self.suspicion) = (Some(Box::new(search)), None);
         self.settle(belief, now)
     }

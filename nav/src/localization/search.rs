@@ -8,6 +8,10 @@
 //!
 //! A robot whose surroundings hide the map from it is sought in the same way, beside the tracking of where it is believed
 //! to be. Then the best hypothesis has to be far ahead of that, too, where beams that are cut short cost either of them little.
+//!
+//! Of many poses one always happens to fit a scan better than the truth does, where people stand about or the place has
+//! changed. So the scan that a later candidate was chosen for speaks for none, and a robot that may yet be where it was
+//! believed to be is believed to be there until another place has been far ahead for several scans.
 
 use maps::{Pose, heading, pose, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
@@ -48,6 +52,13 @@ const GIVEN_UP_NATS: f64 = 40.0;
 /// One that joins later begins so much behind the best, in nats.
 const HANDICAP_NATS: f64 = 5.0;
 
+/// Where the robot was believed to be is believed on, unless the best has been so far ahead of it, in nats, in so many scans
+/// in a row, for so long a way, in metres; a radian counts as so many.
+const DOUBTED_NATS: f64 = 15.0;
+const DOUBTED_SCANS: u32 = 5;
+const DOUBTED_M: f64 = 1.0;
+const METRES_A_RADIAN: f64 = 0.5;
+
 /// Where the robot was believed to be before it was lost is so much likelier to begin with, in nats: robots are seldom
 /// carried away.
 const HEAD_START_NATS: f64 = 10.0;
@@ -75,6 +86,11 @@ pub(crate) struct Search {
     ahead_m: f64,
     /// How much likelier than the pose that is tracked meanwhile the best has made the scans while it was ahead, in nats.
     advantage_nats: f64,
+    /// In how many scans in a row, and for how long a way, the best has been far ahead of the incumbent.
+    doubted_scans: u32,
+    doubted_m: f64,
+    /// Whether the robot was at rest when it was found to be lost.
+    is_at_rest: bool,
 }
 
 /// A place where the robot may be, and the logarithm of how likely it has made the scans.
@@ -82,6 +98,8 @@ pub(crate) struct Search {
 struct Hypothesis {
     at: Gaussian,
     nats: f64,
+    /// Whether it is where the robot was believed to be before it was lost, and still is.
+    is_incumbent: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +119,8 @@ pub(crate) struct Sighting<'a> {
     pub(crate) ends: &'a Endpoints,
     /// How much likelier a pose makes a beam of the scan than the pose does that is tracked meanwhile, in nats, if one is.
     pub(crate) advantage: Option<Advantage<'a>>,
+    /// Where the incumbent is by now, if it is tracked: particles do so better than a guess that is matched.
+    pub(crate) tracked: Option<Gaussian>,
 }
 
 impl Sighting<'_> {
@@ -119,9 +139,20 @@ impl Sighting<'_> {
 }
 
 impl Search {
-    /// A search for a robot that has been lost, and may yet be where it was believed to be.
-    pub(crate) fn for_lost(believed: &Gaussian) -> Self {
-        Self { hypotheses: vec![Hypothesis { at: *believed, nats: HEAD_START_NATS }], ..Self::default() }
+    /// A search for a robot that has been lost, and may yet be where it was believed to be. Of a robot at rest the first scan
+    /// decides whether that is believed on: walls come down where it is not, but hardly while it looks at them.
+    pub(crate) fn for_lost(believed: &Gaussian, is_at_rest: bool) -> Self {
+        let incumbent = Hypothesis { at: *believed, nats: HEAD_START_NATS, is_incumbent: true };
+        Self { hypotheses: vec![incumbent], is_at_rest, ..Self::default() }
+    }
+
+    /// Whether the robot is still believed to be where it was before it was lost.
+    pub(crate) fn has_incumbent(&self) -> bool {
+        self.incumbent().is_some()
+    }
+
+    fn incumbent(&self) -> Option<&Hypothesis> {
+        self.hypotheses.iter().find(|hypothesis| hypothesis.is_incumbent)
     }
 
     /// Where the robot most likely is by what has been seen so far.
@@ -134,17 +165,31 @@ impl Search {
         self.scans == 0
     }
 
+    /// Moves the hypotheses along with the odometry, where a scan says too little to judge them by; the incumbent to where it
+    /// has been tracked.
+    pub(crate) fn carry(&mut self, moved: &Pose, tracked: Option<Gaussian>) {
+        for hypothesis in &mut self.hypotheses {
+            let tracked = tracked.filter(|_| hypothesis.is_incumbent);
+            hypothesis.at = tracked.unwrap_or_else(|| driven(&hypothesis.at, moved));
+        }
+    }
+
     /// Takes in a scan. Returns the pose of the hypothesis that has proved right, if one has.
     pub(crate) fn update(&mut self, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) -> Option<Gaussian> {
         let leader = self.hypotheses.first().copied();
         let expected = leader.filter(|_| !self.begins()).map_or(0.0, |leader| leader.nats);
+        self.carry(sighting.moved, sighting.tracked);
         for hypothesis in &mut self.hypotheses {
-            hypothesis.at = sighting.matched(&driven(&hypothesis.at, sighting.moved));
+            if sighting.tracked.is_none() || !hypothesis.is_incumbent {
+                hypothesis.at = sighting.matched(&hypothesis.at);
+            }
             hypothesis.nats += sighting.nats(&hypothesis.at);
         }
         self.merge_and_give_up();
         self.admit(expected - HANDICAP_NATS, sighting, rng);
         self.scans += 1;
+        let turned_m = METRES_A_RADIAN * heading(sighting.moved).abs();
+        self.doubt_incumbent(sighting.moved.translation.vector.norm() + turned_m);
         let leads_still = match (leader, self.hypotheses.first()) {
             (Some(before), Some(now)) => are_same(&driven(&before.at, sighting.moved), &now.at),
             _ => false,
@@ -152,15 +197,33 @@ impl Search {
         self.judge(leads_still, sighting)
     }
 
-    /// Sorts hypotheses by evidence and drops those that are far behind, or have come to where a better one is.
+    /// Believes no longer in the incumbent once the best has been far ahead for long enough.
+    fn doubt_incumbent(&mut self, moved_m: f64) {
+        let Some(best) = self.hypotheses.first().map(|best| best.nats) else { return };
+        let Some(incumbent) = self.hypotheses.iter_mut().find(|hypothesis| hypothesis.is_incumbent) else { return };
+        if best - incumbent.nats < DOUBTED_NATS {
+            (self.doubted_scans, self.doubted_m) = (0, 0.0);
+            return;
+        }
+        (self.doubted_scans, self.doubted_m) = (self.doubted_scans + 1, self.doubted_m + moved_m);
+        let for_long = self.doubted_scans >= DOUBTED_SCANS && self.doubted_m >= DOUBTED_M;
+        let at_once = self.is_at_rest && self.scans == 1;
+        incumbent.is_incumbent = !(for_long || at_once);
+    }
+
+    /// Sorts hypotheses by evidence and drops those that are far behind, or have come to where a better one is. One bad scan
+    /// does not drop the incumbent.
     fn merge_and_give_up(&mut self) {
         self.hypotheses.sort_by(|a, b| b.nats.total_cmp(&a.nats));
         let Some(best) = self.hypotheses.first().map(|best| best.nats) else { return };
         let mut kept = 0;
-        for index in 0..self.hypotheses.len().min(MOST) {
+        for index in 0..self.hypotheses.len() {
             let hypothesis = self.hypotheses[index];
-            let known = || self.hypotheses[..kept].iter().any(|other| are_same(&other.at, &hypothesis.at));
-            if hypothesis.nats >= best - GIVEN_UP_NATS && !known() {
+            let is_likely = index < MOST && hypothesis.nats >= best - GIVEN_UP_NATS;
+            let known = self.hypotheses[..kept].iter_mut().find(|other| are_same(&other.at, &hypothesis.at));
+            if let Some(known) = known {
+                known.is_incumbent |= hypothesis.is_incumbent;
+            } else if is_likely || hypothesis.is_incumbent {
                 self.hypotheses[kept] = hypothesis;
                 kept += 1;
             }
@@ -168,9 +231,11 @@ impl Search {
         self.hypotheses.truncate(kept);
     }
 
-    /// Draws poses and takes in those that fit best as hypotheses; they begin with that much evidence.
+    /// Draws poses and takes in those that fit best as hypotheses. They begin with that much evidence and that of the scan;
+    /// later ones behind the best.
     fn admit(&mut self, nats: f64, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) {
-        let most = if self.scans == 0 { MATCHED_FIRST } else { MATCHED_LATER };
+        let most = if self.begins() { MATCHED_FIRST } else { MATCHED_LATER };
+        let best = self.hypotheses.first().filter(|_| !self.begins()).map_or(f64::INFINITY, |best| best.nats);
         self.choose(most, sighting, rng);
         let candidates = std::mem::take(&mut self.candidates);
         for candidate in &candidates {
@@ -178,7 +243,8 @@ impl Search {
             let covariance = Matrix3::from_diagonal(&Vector3::from(GUESS_VARIANCE));
             let at = sighting.matched(&Gaussian { x_m, y_m, heading_rad, covariance });
             if !self.hypotheses.iter().any(|other| are_same(&other.at, &at)) {
-                self.hypotheses.push(Hypothesis { at, nats: nats + sighting.nats(&at) });
+                let nats = (nats + sighting.nats(&at)).min(best - HANDICAP_NATS);
+                self.hypotheses.push(Hypothesis { at, nats, is_incumbent: false });
             }
         }
         self.candidates = candidates;
@@ -241,17 +307,17 @@ impl Search {
         }
     }
 
-    /// The best hypothesis; its covariance is that of all of them around it.
+    /// The incumbent, or else the best hypothesis; its covariance is that of all of them around it.
     pub(crate) fn belief(&self) -> Option<Gaussian> {
-        let best = self.hypotheses.first()?;
+        let believed = self.incumbent().or(self.hypotheses.first())?.at;
         let mut covariance = Matrix3::zeros();
         for (hypothesis, weight) in self.weighted() {
             let Gaussian { x_m, y_m, heading_rad, .. } = hypothesis.at;
-            let turn_rad = wrap_angle(heading_rad - best.at.heading_rad);
-            let off = Vector3::new(x_m - best.at.x_m, y_m - best.at.y_m, turn_rad);
+            let turn_rad = wrap_angle(heading_rad - believed.heading_rad);
+            let off = Vector3::new(x_m - believed.x_m, y_m - believed.y_m, turn_rad);
             covariance += (hypothesis.at.covariance + off * off.transpose()) * weight;
         }
-        Some(Gaussian { covariance, ..best.at })
+        Some(Gaussian { covariance, ..believed })
     }
 
     /// The hypotheses as particles with normalized weights.

@@ -4,4 +4,5 @@ mod floor;
 mod hemmed_in;
 mod localization;
 mod navigation;
+mod rebuilt;
 mod unicycle;
