@@ -100,8 +100,8 @@ impl Costmap {
     }
 
     /// How far the surface of the nearest obstacle is from the cell that holds a point of the `map` frame, in metres:
-    /// exact to a quarter of a cell, obstacles that lasers have seen only up to the inflation radius. Zero in an
-    /// obstacle, in the unknown, outside.
+    /// exact to a quarter of a cell, obstacles that lasers have seen only up to the inflation radius. Cells of obstacles
+    /// count as discs: a corner may be nearer by a fifth of a cell. Zero in an obstacle, in the unknown, outside.
     #[must_use]
     pub fn clearance_m(&self, point: &Point) -> f64 {
         self.frame.offset_at(point).map_or(0.0, |offset| self.clearance_at_m(offset))
@@ -120,8 +120,10 @@ impl Costmap {
 
     /// Forgets all that lasers have seen.
     pub fn forget_marks(&mut self) {
-        while let Some(mark) = self.marks.pop() {
-            self.restore_around(mark as usize, mark as usize);
+        if !self.marks.is_empty() {
+            self.marks.clear();
+            self.clearances.copy_from_slice(&self.fixed);
+            self.generation += 1;
         }
     }
 

@@ -251,7 +251,8 @@ impl Follower {
         if way.obstacle.is_some() && way.way_m < SHORTEST_WAY_M {
             return (VelocityCommand::STOP, way.obstacle);
         }
-        let linear_mps = self.stoppable(way.way_m).min(CLOSING_MPS) * libm::cos(off);
+        let linear_mps =
+            self.stoppable(way.way_m).min(CLOSING_MPS).min(self.parameters.desired_linear_vel) * libm::cos(off);
         (VelocityCommand { linear_mps, angular_radps: self.turning(off).angular_radps * 0.5 }, None)
     }
 

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! While it is failing it recovers, one behaviour after the other ([`Recovery`]), and looks for a path again and again.
-//! From everywhere: `stop` leads to idle, `pause` to paused, silent lasers or a pose that is not known to error.
+//! From everywhere: `stop` leads to idle, `pause` to paused, a silent laser that alone looks ahead or a pose that is not known to
+//! error.
 
 mod goal;
 mod machine;
@@ -24,6 +25,7 @@ use maps::{OccupancyGrid, Point, Pose};
 use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
+use crate::error::check;
 use crate::following::{Surroundings, VelocitySmoother};
 use crate::{Atlas, Costmap, Error, PoseEstimate};
 use trip::Trip;
@@ -33,8 +35,11 @@ pub use parameters::NavigationParameters;
 pub use recovery::Recovery;
 pub use status::{GiveUpReason, NavigationStatus};
 
-/// The longest time between two updates that counts in full, in seconds.
+/// The longest time between two updates that counts in full, in seconds. After a longer one the robot sets out anew.
 const LONGEST_STEP_S: f64 = 0.1;
+
+/// An estimate so far from that at the last scan has jumped, in metres: the robot was held to be elsewhere.
+const JUMP_M: f64 = 1.0;
 
 /// Drives a robot to goals.
 ///
@@ -53,7 +58,8 @@ pub struct Navigator {
     reason: Option<GiveUpReason>,
     trip: Option<Trip>,
     last_update: Option<Duration>,
-    last_scan: Option<Duration>,
+    /// Where the robot was held to be at the last scan.
+    scanned_at: Option<Pose>,
 }
 
 /// What an update knows.
@@ -74,8 +80,9 @@ impl Navigator {
     /// A navigator on a map, idle.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter makes no sense.
+    /// [`Error::Parameter`] if a parameter, or one of the robot, makes no sense.
     pub fn new(map: &OccupancyGrid, model: &RobotModel, parameters: NavigationParameters) -> Result<Self, Error> {
+        check_robot(model)?;
         parameters.check()?;
         let costmap = Costmap::new(map, parameters.costmap.clone())?;
         Ok(Self::with(costmap, model, parameters))
@@ -84,8 +91,9 @@ impl Navigator {
     /// A navigator of the atlas's robot on its map, idle.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter makes no sense.
+    /// [`Error::Parameter`] if a parameter, or one of the robot, makes no sense.
     pub fn on(atlas: &Atlas, parameters: NavigationParameters) -> Result<Self, Error> {
+        check_robot(atlas.model())?;
         parameters.check()?;
         let costmap = Costmap::on(atlas, parameters.costmap.clone())?;
         Ok(Self::with(costmap, atlas.model(), parameters))
@@ -97,13 +105,13 @@ impl Navigator {
             parameters,
             model: model.clone(),
             lasers: model.lasers.iter().map(Beams::new).collect(),
-            surroundings: Surroundings::new(model.lasers.len()),
+            surroundings: Surroundings::new(model),
             smoother: VelocitySmoother::new(model),
             status: NavigationStatus::Idle,
             reason: None,
             trip: None,
             last_update: None,
-            last_scan: None,
+            scanned_at: None,
         }
     }
 
@@ -129,9 +137,9 @@ impl Navigator {
     pub fn restart(&mut self) {
         self.stop();
         self.costmap.forget_marks();
-        self.surroundings = Surroundings::new(self.lasers.len());
+        self.surroundings = Surroundings::new(&self.model);
         self.smoother = VelocitySmoother::new(&self.model);
-        (self.last_update, self.last_scan) = (None, None);
+        (self.last_update, self.scanned_at) = (None, None);
     }
 
     /// Stands still until [`resume`](Self::resume), if under way.
@@ -198,19 +206,27 @@ impl Navigator {
     /// scans at a pose that is not finite, are ignored.
     pub fn scan(&mut self, scan: &LaserScan, estimate: &PoseEstimate) {
         let Some(beams) = self.lasers.get(scan.laser).filter(|_| is_finite(&estimate.pose)) else { return };
+        let jumped = |before: Pose| (before.translation.vector - estimate.pose.translation.vector).norm() > JUMP_M;
+        if self.scanned_at.replace(estimate.pose).is_some_and(jumped) {
+            // What was marked from where the robot was not is somewhere else.
+            self.costmap.forget_marks();
+        }
         self.costmap.take_in(scan, beams, &estimate.pose);
         self.costmap.clear_footprint(&estimate.pose.translation.vector.into());
         self.surroundings.take_in(scan, beams, &estimate.pose);
-        self.last_scan = Some(scan.time);
     }
 
     /// One step of control at time `now`: goes on with what it is doing and returns the velocity to drive at until
     /// the next.
     pub fn update(&mut self, now: Duration, estimate: &PoseEstimate, odometry: &Odometry) -> VelocityCommand {
-        let dt_s = self.last_update.map_or(0.0, |last| now.saturating_sub(last).as_secs_f64().min(LONGEST_STEP_S));
+        let passed_s = self.last_update.map_or(0.0, |last| now.saturating_sub(last).as_secs_f64());
         self.last_update = Some(now);
+        if passed_s > LONGEST_STEP_S {
+            self.smoother = VelocitySmoother::new(&self.model);
+        }
+        self.surroundings.update(now, self.parameters.scan_patience);
         let wanted = self.wanted(&Now { time: now, at: &estimate.pose, odometry });
-        self.smoother.step(wanted, odometry, dt_s)
+        self.smoother.step(wanted, odometry, passed_s.min(LONGEST_STEP_S))
     }
 
     /// Goes on with what it is doing and returns the velocity at which it wants to drive.
@@ -219,6 +235,11 @@ impl Navigator {
         let started = *trip.started.get_or_insert(now.time);
         if let Some(reason) = self.cannot_navigate(now, started) {
             self.give_up(NavigationStatus::Error, reason);
+            return VelocityCommand::STOP;
+        }
+        if !self.surroundings.sees_ahead(now.time, self.parameters.scan_patience) {
+            // Nothing has been seen yet, or not lately.
+            self.trip = Some(trip);
             return VelocityCommand::STOP;
         }
         let wanted = match self.status {
@@ -233,6 +254,17 @@ impl Navigator {
         }
         wanted
     }
+}
+
+fn check_robot(model: &RobotModel) -> Result<(), Error> {
+    let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive");
+    check(&[
+        positive("radius_m", model.radius_m),
+        positive("max_linear_mps", model.max_linear_mps),
+        positive("max_angular_radps", model.max_angular_radps),
+        positive("max_linear_acceleration_mps2", model.max_linear_acceleration_mps2),
+        positive("max_angular_acceleration_radps2", model.max_angular_acceleration_radps2),
+    ])
 }
 
 fn is_finite(pose: &Pose) -> bool {

@@ -57,23 +57,26 @@ pub enum PlanError {
 ///
 /// The path begins at `start`. It ends at `goal` if the robot fits there, else at the nearest place where it does, at
 /// most `tolerance_m` away. A start that is too near to an obstacle is left by the shortest way. The path never leads
-/// through unknown cells (but out of them, if it starts there), nor where the robot would touch an obstacle.
+/// through unknown cells (but out of them, if it starts there), nor where the robot would touch an obstacle, as far as
+/// [clearances](Costmap::clearance_m) tell.
 ///
 /// # Errors
 /// Says why there is no path.
 pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) -> Result<Vec<Point>, PlanError> {
-    let offset = costmap.frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
-    if Ground::new(costmap).can_stand(offset) {
+    let (ground, frame) = (Ground::new(costmap), &costmap.frame);
+    let offset = frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
+    if ground.can_stand(offset) {
         return plan_between(costmap, start, offset, goal);
     }
     let fits = costmap.cost_at(offset) < crate::INSCRIBED_COST;
-    let within_m = if fits { tolerance_m.max(BESIDE_CELLS * costmap.frame.resolution_m) } else { tolerance_m };
-    let near = |cell| Ground::new(costmap).can_stand(cell) && (costmap.frame.center(cell) - goal).norm() <= within_m;
-    let searched_m = within_m + costmap.frame.resolution_m;
-    let beside = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(costmap, offset))?;
-    let mut path = plan_between(costmap, start, beside, &costmap.frame.center(beside))?;
+    let within_m = if fits { tolerance_m.max(BESIDE_CELLS * frame.resolution_m) } else { tolerance_m };
+    let near = |cell| ground.can_stand(cell) && (frame.center(cell) - goal).norm() <= within_m;
+    let searched_m = within_m + frame.resolution_m;
+    let cell = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(costmap, offset))?;
+    let beside = frame.center(cell);
+    let mut path = plan_between(costmap, start, cell, &beside)?;
     if fits {
-        path.push(*goal);
+        path.extend(&smoothing::straight(&beside, goal)[1..]);
     }
     Ok(path)
 }
@@ -86,9 +89,10 @@ pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) ->
 pub fn plan_into(costmap: &Costmap, start: &Point, area: &Place) -> Result<Vec<Point>, PlanError> {
     let center = area.goal_position();
     let offset = costmap.frame.offset_at(&center).ok_or(PlanError::GoalOutside)?;
+    let ground = Ground::new(costmap);
     let inside = |cell| {
         let at = costmap.frame.center(cell);
-        Ground::new(costmap).can_stand(cell) && area.contains(&maps::pose(at.x, at.y, 0.0))
+        ground.can_stand(cell) && area.contains(&maps::pose(at.x, at.y, 0.0))
     };
     let goal_cell = nearest_cell(costmap, offset, WITHIN_AREA_M, inside).ok_or_else(|| bad_goal(costmap, offset))?;
     let end = if offset == goal_cell { center } else { costmap.frame.center(goal_cell) };

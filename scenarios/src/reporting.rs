@@ -127,11 +127,7 @@ fn monitors(live: &Live) -> Vec<MonitorReport> {
 
 /// The clauses that said nothing about the run, in words.
 fn vacuous(monitor: &ScopeMonitor) -> Vec<String> {
-    monitor
-        .vacuous()
-        .iter()
-        .map(|vacuity| format!("said nothing: {} never held in {}", vacuity.antecedent, vacuity.clause))
-        .collect()
+    monitor.vacuous().iter().map(|vacuity| format!("said nothing: {} never held", vacuity.antecedent)).collect()
 }
 
 fn words<T: ToString>(items: &[T]) -> Vec<String> {

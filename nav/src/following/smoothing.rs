@@ -10,12 +10,15 @@ const NOT_FOLLOWED_RADPS: f64 = 0.4;
 /// the robot from setting out.
 const AVERAGED_S: f64 = 0.2;
 
-/// Turns the velocities that are wanted into commands, as Nav2's velocity smoother.
+/// Turns the velocities that are wanted into commands, in the place of Nav2's velocity smoother.
 ///
 /// A robot sets out and speeds up no faster than it can, from what it was told last or from what its wheels really do,
-/// whichever is slower. Slowing down is never held back: the base brakes as hard as it can.
+/// whichever is slower, and keeps to the wanted arc meanwhile. Slowing down is never held back: the base brakes as hard
+/// as it can.
 #[derive(Clone, Debug)]
 pub(crate) struct VelocitySmoother {
+    max_linear_mps: f64,
+    max_angular_radps: f64,
     max_linear_acceleration_mps2: f64,
     max_angular_acceleration_radps2: f64,
     command: VelocityCommand,
@@ -28,6 +31,8 @@ impl VelocitySmoother {
     /// For a robot at rest.
     pub(crate) fn new(model: &RobotModel) -> Self {
         Self {
+            max_linear_mps: model.max_linear_mps,
+            max_angular_radps: model.max_angular_radps,
             max_linear_acceleration_mps2: model.max_linear_acceleration_mps2,
             max_angular_acceleration_radps2: model.max_angular_acceleration_radps2,
             command: VelocityCommand::STOP,
@@ -56,10 +61,13 @@ impl VelocitySmoother {
         let angular_excess = self.done.angular_radps - self.told.angular_radps;
         let linear_is = followed(linear_mps, linear_excess, NOT_FOLLOWED_MPS);
         let angular_is = followed(angular_radps, angular_excess, NOT_FOLLOWED_RADPS);
-        self.command = VelocityCommand {
-            linear_mps: towards(wanted.linear_mps, linear_mps, linear_is, linear_step),
-            angular_radps: towards(wanted.angular_radps, angular_radps, angular_is, angular_step),
-        };
+        let driving = wanted.linear_mps.clamp(-self.max_linear_mps, self.max_linear_mps);
+        let linear = towards(driving, linear_mps, linear_is, linear_step);
+        // A robot that still speeds up turns the less, so as to drive the arc that was found to be free.
+        let share = if wanted.linear_mps == 0.0 { 1.0 } else { linear / wanted.linear_mps };
+        let turning = (wanted.angular_radps * share).clamp(-self.max_angular_radps, self.max_angular_radps);
+        let angular = towards(turning, angular_radps, angular_is, angular_step);
+        self.command = VelocityCommand { linear_mps: linear, angular_radps: angular };
         self.command
     }
 
@@ -70,7 +78,8 @@ impl VelocitySmoother {
             angular_radps: average.angular_radps + (angular_radps - average.angular_radps) * share,
         };
         self.told = averaged(self.told, self.command.linear_mps, self.command.angular_radps);
-        self.done = averaged(self.done, odometry.linear_mps, odometry.angular_radps);
+        let is_known = odometry.linear_mps.is_finite() && odometry.angular_radps.is_finite();
+        self.done = if is_known { averaged(self.done, odometry.linear_mps, odometry.angular_radps) } else { self.told };
     }
 }
 
@@ -144,6 +153,30 @@ mod tests {
         let held: Vec<f64> = (0..100).map(|_| smoother.step(wanted, &odometry(0.0, 0.0), DT_S).linear_mps).collect();
         assert!(held[50..].iter().all(|command| *command < 0.25), "{held:?}");
         assert!(held[50..].iter().any(|command| *command > 0.0), "it goes on trying");
+    }
+
+    #[test]
+    fn a_robot_that_speeds_up_drives_the_arc_that_was_wanted() {
+        let mut smoother = VelocitySmoother::new(&RobotModel::default());
+        for _ in 0..200 {
+            let VelocityCommand { linear_mps, angular_radps } = smoother.command();
+            let wanted = VelocityCommand { linear_mps: 0.4, angular_radps: 0.3 };
+            let command = smoother.step(wanted, &odometry(linear_mps, angular_radps), DT_S);
+            assert!((command.angular_radps - 0.75 * command.linear_mps).abs() < 1e-12, "{command:?}");
+        }
+        assert!((smoother.command().linear_mps - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn encoders_whose_speeds_are_no_numbers_and_steps_without_time_do_no_harm() {
+        let mut smoother = driving(VelocityCommand { linear_mps: 0.4, angular_radps: 0.0 });
+        let wanted = smoother.command();
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            assert_eq!(smoother.step(wanted, &odometry(bad, 0.0), DT_S), wanted);
+            assert_eq!(smoother.step(wanted, &odometry(0.4, bad), 0.0), wanted);
+        }
+        assert_eq!(smoother.step(wanted, &odometry(0.4, 0.0), DT_S), wanted);
+        assert!((smoother.speed_mps() - 0.4).abs() < 1e-9);
     }
 
     proptest! {

@@ -1,9 +1,13 @@
 //! What the lasers see right around the robot, for stopping in time.
 //!
-//! Taken from the latest scans alone, without the map, so that an error of the pose cannot hide an obstacle.
+//! Taken from the latest scans alone, without the map, so that an error of the pose cannot hide an obstacle. What is not
+//! looked at is not free: the lasers are asked, too, whether they see where the robot would drive.
+
+use std::time::Duration;
 
 use maps::{Point, Pose};
-use robot::LaserScan;
+use nalgebra::UnitComplex;
+use robot::{LaserScan, LaserSpec, RobotModel};
 
 use crate::beams::Beams;
 
@@ -20,13 +24,32 @@ const LOOK_M: f64 = 0.04;
 /// An obstacle is still there while something is seen within this of it, in metres.
 const STILL_THERE_M: f64 = 0.1;
 
-/// How much nearer to an obstacle than it is already the robot may get when it is nearer than it should be, in metres.
+/// How much nearer to an obstacle than it is already the robot may get when it is nearer than it should be, in metres:
+/// ranges are noisy, and a wall along the way seems to come and go. But it never gets nearer than its radius.
 const NEARER_M: f64 = 0.005;
+
+/// A laser sees where the robot would drive if it sees places so far from the body's edge, in metres, in these
+/// directions from there, in radians.
+const BEFORE_BODY_M: f64 = 0.05;
+const AROUND_RAD: [f64; 3] = [-0.5, 0.0, 0.5];
 
 /// The hits near the robot of each laser's latest scan, in the `map` frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Surroundings {
-    hits: Vec<Vec<Point>>,
+    radius_m: f64,
+    views: Vec<View>,
+}
+
+/// What one laser sees.
+#[derive(Clone, Debug)]
+struct View {
+    hits: Vec<Point>,
+    /// Time of a scan that no [`update`](Surroundings::update) has seen, and of the latest that one has.
+    fresh: Option<Duration>,
+    heard: Option<Duration>,
+    /// Whether the laser sees the places before the body, and those behind it.
+    ahead: [bool; AROUND_RAD.len()],
+    behind: [bool; AROUND_RAD.len()],
 }
 
 /// How far the robot can go.
@@ -39,33 +62,82 @@ pub(crate) struct FreeWay {
 }
 
 impl Surroundings {
-    pub(crate) fn new(lasers: usize) -> Self {
-        Self { hits: vec![Vec::new(); lasers] }
+    pub(crate) fn new(model: &RobotModel) -> Self {
+        let sees = |laser: &LaserSpec, direction_rad: f64| {
+            AROUND_RAD.map(|around_rad| {
+                let turn = UnitComplex::new(direction_rad + around_rad);
+                sees(laser, &(turn * Point::new(model.radius_m + BEFORE_BODY_M, 0.0)))
+            })
+        };
+        let view = |laser: &LaserSpec| View {
+            hits: Vec::new(),
+            fresh: None,
+            heard: None,
+            ahead: sees(laser, 0.0),
+            behind: sees(laser, std::f64::consts::PI),
+        };
+        Self { radius_m: model.radius_m, views: model.lasers.iter().map(view).collect() }
     }
 
     /// Takes in the scan of a laser on a robot at `robot` in the `map` frame, in place of the laser's last.
     pub(crate) fn take_in(&mut self, scan: &LaserScan, beams: &Beams, robot: &Pose) {
-        let hits = &mut self.hits[scan.laser];
-        hits.clear();
+        let radius_m = self.radius_m;
+        let view = &mut self.views[scan.laser];
+        view.hits.clear();
         let nearest_m = TOO_NEAR_SHARE * beams.spec.range_min_m;
-        hits.extend(beams.ends(scan, beams.eye(robot), nearest_m, FARTHEST_M, 0.0));
+        let ends = beams.ends(scan, beams.eye(&Pose::identity()), nearest_m, FARTHEST_M, 0.0);
+        view.hits.extend(ends.map(|end| robot * outside_of_the_body(end, radius_m)));
+        view.fresh = Some(scan.time);
+    }
+
+    /// Takes note of the time, and forgets what a laser saw that has been silent for longer than `patience`.
+    pub(crate) fn update(&mut self, now: Duration, patience: Duration) {
+        for view in &mut self.views {
+            // A scan from the future says no more than one from now.
+            view.heard = view.heard.max(view.fresh.take().map(|time| time.min(now)));
+            if !view.is_heard(now, patience) {
+                view.hits.clear();
+            }
+        }
+    }
+
+    /// Whether the lasers that look ahead have seen what is there, `patience` ago at most.
+    pub(crate) fn sees_ahead(&self, now: Duration, patience: Duration) -> bool {
+        let is_seen = |place: usize| {
+            let mut looking = self.views.iter().filter(|view| view.ahead[place]).peekable();
+            looking.peek().is_none() || looking.any(|view| view.is_heard(now, patience))
+        };
+        (0..AROUND_RAD.len()).all(is_seen)
+    }
+
+    /// For how long no laser has seen what is ahead since the time `since`; none if no laser looks there.
+    pub(crate) fn blind_ahead_for(&self, now: Duration, since: Duration) -> Option<Duration> {
+        let newest = |place: usize| {
+            let looking = self.views.iter().filter(|view| view.ahead[place]);
+            looking.map(|view| view.heard.map_or(since, |heard| heard.max(since))).max()
+        };
+        (0..AROUND_RAD.len()).filter_map(newest).min().map(|heard| now.saturating_sub(heard))
+    }
+
+    /// Whether lasers have seen what is behind the robot, `patience` ago at most.
+    pub(crate) fn sees_behind(&self, now: Duration, patience: Duration) -> bool {
+        let is_seen = |place| self.views.iter().any(|view| view.behind[place] && view.is_heard(now, patience));
+        (0..AROUND_RAD.len()).all(is_seen)
     }
 
     /// How far a disc of radius `needed_m` at `from` can drive along an arc of that curvature (1/m, positive to the
-    /// left), at most `horizon_m`, without coming near a hit, or nearer than it is.
+    /// left), at most `horizon_m`, without coming near a hit. Of hits that are nearer already, it may come no nearer.
     pub(crate) fn free_way(&self, from: &Pose, curvature: f64, horizon_m: f64, needed_m: f64) -> FreeWay {
-        let now_m = self.nearest(&from.translation.vector.into()).map_or(f64::INFINITY, |(_, distance_m)| distance_m);
-        let needed_m = needed_m.min(now_m - NEARER_M);
+        let here = Point::from(from.translation.vector);
+        let now_m = self.nearest(&here).map_or(f64::INFINITY, |(_, distance_m)| distance_m);
+        let needed_m = needed_m.min((now_m - NEARER_M).max(self.radius_m));
         let looks = (horizon_m / LOOK_M).ceil().max(1.0) as usize;
         for look in 1..=looks {
             let way_m = horizon_m * look as f64 / looks as f64;
             let at = from * along_arc(way_m, curvature);
-            match self.nearest(&at) {
-                Some((obstacle, distance_m)) if distance_m < needed_m => {
-                    let way_m = horizon_m * (look - 1) as f64 / looks as f64;
-                    return FreeWay { way_m, obstacle: Some(obstacle) };
-                }
-                _ => {}
+            if let Some(obstacle) = self.nearest_approached(&here, &at, needed_m) {
+                let way_m = horizon_m * (look - 1) as f64 / looks as f64;
+                return FreeWay { way_m, obstacle: Some(obstacle) };
             }
         }
         FreeWay { way_m: horizon_m, obstacle: None }
@@ -76,10 +148,14 @@ impl Surroundings {
         self.nearest(obstacle).is_some_and(|(_, distance_m)| distance_m < STILL_THERE_M)
     }
 
+    fn hits(&self) -> impl Iterator<Item = &Point> {
+        self.views.iter().flat_map(|view| &view.hits)
+    }
+
     /// The hit nearest to a point, and how far it is, in metres.
     fn nearest(&self, at: &Point) -> Option<(Point, f64)> {
         let mut best: Option<(Point, f64)> = None;
-        for hit in self.hits.iter().flatten() {
+        for hit in self.hits() {
             let squared = (hit - at).norm_squared();
             if best.is_none_or(|(_, least)| squared < least) {
                 best = Some((*hit, squared));
@@ -87,6 +163,40 @@ impl Surroundings {
         }
         best.map(|(hit, squared)| (hit, squared.sqrt()))
     }
+
+    /// The hit nearest to `at` of those within `within_m` of it that are nearer to it than to `here`.
+    fn nearest_approached(&self, here: &Point, at: &Point, within_m: f64) -> Option<Point> {
+        let mut best: Option<(Point, f64)> = None;
+        let within = within_m * within_m;
+        for hit in self.hits() {
+            let squared = (hit - at).norm_squared();
+            let nearest = squared < best.map_or(within, |(_, least)| least);
+            if nearest && squared < (hit - here).norm_squared() {
+                best = Some((*hit, squared));
+            }
+        }
+        best.map(|(hit, _)| hit)
+    }
+}
+
+impl View {
+    fn is_heard(&self, now: Duration, patience: Duration) -> bool {
+        self.heard.is_some_and(|heard| now.saturating_sub(heard) <= patience)
+    }
+}
+
+/// Whether a place, in `base_link`, is within a laser's field of view.
+fn sees(laser: &LaserSpec, place: &Point) -> bool {
+    let seen = laser.mount.inverse_transform_point(place);
+    let turn = libm::atan2(seen.y, seen.x) - laser.angle_min_rad;
+    let field_rad = laser.angle_increment_rad * laser.beams.saturating_sub(1) as f64;
+    turn.rem_euclid(std::f64::consts::TAU) <= field_rad
+}
+
+/// Nothing that a laser sees can be within the body: a hit, in `base_link`, moved out to its edge if it seems to be.
+fn outside_of_the_body(hit: Point, radius_m: f64) -> Point {
+    let distance_m = hit.coords.norm();
+    if distance_m < radius_m && distance_m > 0.0 { hit * (radius_m / distance_m) } else { hit }
 }
 
 /// Where an arc from the origin along x has got to after a way.
@@ -102,11 +212,27 @@ fn along_arc(way_m: f64, curvature: f64) -> Point {
 #[cfg(test)]
 mod tests {
     use maps::pose;
+    use proptest::prelude::*;
 
     use super::*;
 
     fn with_hits(hits: &[(f64, f64)]) -> Surroundings {
-        Surroundings { hits: vec![Vec::new(), hits.iter().map(|(x, y)| Point::new(*x, *y)).collect()] }
+        let mut surroundings = Surroundings::new(&RobotModel::default());
+        surroundings.views[1].hits = hits.iter().map(|(x, y)| Point::new(*x, *y)).collect();
+        surroundings
+    }
+
+    /// A scan of the default model's laser of that number that sees something so far away in its beam 180, straight away
+    /// from the robot, and else nothing.
+    fn scan(laser: usize, second: u64, range_m: f32) -> LaserScan {
+        let mut ranges_m = vec![f32::INFINITY; 360];
+        ranges_m[180] = range_m;
+        LaserScan { time: Duration::from_secs(second), laser, ranges_m }
+    }
+
+    fn take_in(surroundings: &mut Surroundings, scan: &LaserScan) {
+        let model = RobotModel::default();
+        surroundings.take_in(scan, &Beams::new(&model.lasers[scan.laser]), &Pose::identity());
     }
 
     #[test]
@@ -124,5 +250,72 @@ mod tests {
         let surroundings = with_hits(&[(0.0, 0.25)]);
         assert!(surroundings.free_way(&pose(0.0, 0.0, -1.5), 0.0, 0.4, 0.3).obstacle.is_none());
         assert!(surroundings.free_way(&pose(0.0, 0.0, 1.5), 0.0, 0.4, 0.3).way_m < 0.01);
+    }
+
+    #[test]
+    fn something_near_does_not_hide_what_is_farther() {
+        // Dirt on the glass of the left side, a wall ahead.
+        let surroundings = with_hits(&[(0.0, 0.2), (0.6, 0.0)]);
+        let ahead = surroundings.free_way(&pose(0.0, 0.0, 0.0), 0.0, 1.0, 0.315);
+        assert!(ahead.way_m <= 0.3 && ahead.obstacle == Some(Point::new(0.6, 0.0)), "{ahead:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn a_wall_is_not_crept_up_to(slope_rad in 0.0..1.5_f64, from_m in 0.301..0.5_f64) {
+            let wall: Vec<(f64, f64)> = (-400..400).map(|at| (f64::from(at) * 0.01, from_m)).collect();
+            let surroundings = with_hits(&wall);
+            let mut at = pose(-2.0, 0.0, slope_rad);
+            for _ in 0..1000 {
+                let way_m = surroundings.free_way(&at, 0.0, 0.2, 0.315).way_m.min(0.005);
+                at *= pose(way_m, 0.0, 0.0);
+            }
+            prop_assert!(from_m - at.translation.y >= 0.3 - 1e-6, "{} m from the wall", from_m - at.translation.y);
+        }
+    }
+
+    #[test]
+    fn what_is_too_near_to_be_measured_is_at_the_edge_of_the_body() {
+        let mut surroundings = Surroundings::new(&RobotModel::default());
+        let mut near = scan(0, 1, f32::INFINITY);
+        near.ranges_m[10] = f32::NEG_INFINITY;
+        take_in(&mut surroundings, &near);
+        let hits: Vec<&Point> = surroundings.hits().collect();
+        assert!(hits.len() == 1 && (hits[0].coords.norm() - 0.3).abs() < 1e-9, "{hits:?}");
+    }
+
+    #[test]
+    fn a_laser_that_falls_silent_leaves_the_robot_blind_where_only_it_looks() {
+        let (second, patience) = (Duration::from_secs, Duration::from_secs(1));
+        let mut surroundings = Surroundings::new(&RobotModel::default());
+        assert_eq!(surroundings.blind_ahead_for(second(3), second(1)), Some(second(2)), "never heard");
+        for time in 1..=5 {
+            take_in(&mut surroundings, &scan(1, time, 0.5));
+            if time <= 2 {
+                take_in(&mut surroundings, &scan(0, time, 0.5));
+            }
+            surroundings.update(second(time), patience);
+        }
+        assert_eq!(surroundings.blind_ahead_for(second(5), Duration::ZERO), Some(second(3)));
+        assert!(surroundings.sees_ahead(second(3), patience) && !surroundings.sees_ahead(second(4), patience));
+        assert!(surroundings.sees_behind(second(5), patience) && !surroundings.sees_behind(second(7), patience));
+        assert_eq!(surroundings.hits().count(), 1, "what the front laser saw is forgotten");
+    }
+
+    #[test]
+    fn a_scan_from_the_future_is_not_news_for_ever() {
+        let mut surroundings = Surroundings::new(&RobotModel::default());
+        take_in(&mut surroundings, &scan(0, 1000, 0.5));
+        surroundings.update(Duration::from_secs(1), Duration::from_secs(1));
+        assert_eq!(surroundings.blind_ahead_for(Duration::from_secs(4), Duration::ZERO), Some(Duration::from_secs(3)));
+    }
+
+    #[test]
+    fn a_robot_without_a_laser_that_looks_ahead_is_never_blinded() {
+        let mut model = RobotModel::default();
+        model.lasers.remove(0);
+        let surroundings = Surroundings::new(&model);
+        assert_eq!(surroundings.blind_ahead_for(Duration::from_secs(9), Duration::ZERO), None);
+        assert!(surroundings.sees_ahead(Duration::from_secs(9), Duration::from_secs(1)));
     }
 }

@@ -8,11 +8,15 @@ use robot::VelocityCommand;
 use super::recovery::Recovery;
 use super::trip::Trip;
 use super::{GiveUpReason, NavigationStatus, Navigator, Now, is_finite};
+use crate::Costmap;
 use crate::following::{Arrival, Follower, Phase, Progress, Route, Situation};
 use crate::planning::{PlanError, plan, plan_into};
 
 /// The path is held to be blocked by what lies on it up to so far ahead, in metres.
 const LOOK_AHEAD_M: f64 = 2.5;
+
+/// It is looked at again when the robot has got on so far, in metres.
+const LOOK_AGAIN_M: f64 = 0.1;
 
 /// Stop and wait when the path is blocked nearer than this, in metres.
 const STOP_BEFORE_M: f64 = 0.6;
@@ -40,9 +44,8 @@ impl Navigator {
         if !is_finite(now.at) {
             return Some(GiveUpReason::BadEstimate);
         }
-        let last_scan = self.last_scan.map_or(started, |last| last.max(started));
-        let silent = now.time.saturating_sub(last_scan);
-        (silent > self.parameters.scan_patience && !self.lasers.is_empty()).then_some(GiveUpReason::NoScans(silent))
+        let blind = self.surroundings.blind_ahead_for(now.time, started);
+        blind.filter(|blind| *blind > self.parameters.scan_patience).map(GiveUpReason::NoScans)
     }
 
     pub(super) fn give_up(&mut self, status: NavigationStatus, reason: GiveUpReason) {
@@ -58,14 +61,18 @@ impl Navigator {
 
     /// Looks for a path, whatever its length.
     pub(super) fn think(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
-        match self.find_path(trip, now) {
+        match find_path(&self.costmap, trip, now) {
             Ok(path) => self.take_path(trip, path, now),
             Err(_) if trip.goal.area.as_ref().is_some_and(|area| area.contains(now.at)) => {
                 self.status = NavigationStatus::GoalReached;
             }
             Err(error) => {
                 trip.follower = None;
-                self.fail(trip, error.into(), now);
+                if self.is_hopeless(trip, now) {
+                    self.give_up(NavigationStatus::Aborted, error.into());
+                } else {
+                    self.fail(trip, error.into(), now);
+                }
             }
         }
         VelocityCommand::STOP
@@ -79,14 +86,13 @@ impl Navigator {
         self.enter(trip, NavigationStatus::Failing, now);
     }
 
-    fn find_path(&self, trip: &Trip, now: &Now<'_>) -> Result<Vec<Point>, PlanError> {
-        let goal = &trip.goal;
-        let tolerance_m = SHARE_OF_PLAN * goal.position_tolerance_m;
-        let path = plan(&self.costmap, &now.position(), &goal.position, tolerance_m);
-        match (&goal.area, path) {
-            (Some(area), Err(_)) => plan_into(&self.costmap, &now.position(), area),
-            (_, path) => path,
-        }
+    /// Whether there is no way on the map alone, whatever the lasers have seen. A robot that seems to stand in a wall may
+    /// stand elsewhere.
+    fn is_hopeless(&self, trip: &Trip, now: &Now<'_>) -> bool {
+        let mut unmarked = self.costmap.clone();
+        unmarked.forget_marks();
+        let on_the_map = find_path(&unmarked, trip, now);
+        on_the_map.is_err_and(|error| !matches!(error, PlanError::StartOutside | PlanError::StartInObstacle))
     }
 
     fn take_path(&mut self, trip: &mut Trip, path: Vec<Point>, now: &Now<'_>) {
@@ -103,7 +109,7 @@ impl Navigator {
         trip.least_left_m = f64::INFINITY;
         trip.progress_at = now.time;
         trip.next_plan = now.time + self.parameters.planning_period;
-        (trip.stuck_since, trip.obstacle, trip.looked_at, trip.blocked_m) = (None, None, None, None);
+        (trip.stuck_since, trip.obstacle, trip.looked, trip.blocked_m) = (None, None, None, None);
         trip.attempt = None;
         self.reason = None;
         self.enter(trip, NavigationStatus::PreparingBeforeMove, now);
@@ -153,13 +159,17 @@ impl Navigator {
         progress
     }
 
-    /// Looks along the path for what lasers have marked on it, if anything has changed.
+    /// Looks along the path for what lasers have marked on it, if anything has changed or the robot has got on.
     fn look_ahead(&self, trip: &mut Trip) {
         let Some(follower) = &trip.follower else { return };
-        if trip.looked_at == Some(self.costmap.generation()) && trip.blocked_m.is_none() {
+        let left_m = follower.route().remaining_m();
+        let nothing_new = trip.looked.is_some_and(|(generation, before_m)| {
+            generation == self.costmap.generation() && before_m - left_m < LOOK_AGAIN_M
+        });
+        if nothing_new && trip.blocked_m.is_none() {
             return;
         }
-        trip.looked_at = Some(self.costmap.generation());
+        trip.looked = Some((self.costmap.generation(), left_m));
         let ahead = follower.route().points_ahead(LOOK_AHEAD_M);
         let blocked = ahead
             .map(|(way_m, point)| (way_m, self.costmap.is_blocked_by_marks(&point)))
@@ -173,7 +183,7 @@ impl Navigator {
     fn find_detour(&mut self, trip: &mut Trip, now: &Now<'_>) {
         trip.next_plan = now.time + self.parameters.planning_period;
         let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
-        let Ok(path) = self.find_path(trip, now) else { return };
+        let Ok(path) = find_path(&self.costmap, trip, now) else { return };
         if length_m(&path) <= left_m + self.parameters.detour_m && self.count_blockage(trip) {
             self.take_path(trip, path, now);
         }
@@ -276,7 +286,7 @@ impl Navigator {
         let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
         let waited_s = now.time.saturating_sub(trip.since).as_secs_f64();
         let worth_m = self.parameters.detour_m + DETOUR_FOR_WAITING * self.model.max_linear_mps * waited_s;
-        self.find_path(trip, now).is_ok_and(|path| length_m(&path) > left_m + worth_m)
+        find_path(&self.costmap, trip, now).is_ok_and(|path| length_m(&path) > left_m + worth_m)
     }
 
     /// Recovers: one behaviour after the other, with a look for a way after each and every second, as long as what the
@@ -284,15 +294,14 @@ impl Navigator {
     pub(super) fn try_again(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         let reason = self.reason.unwrap_or(GiveUpReason::NoPlan(PlanError::NoPath));
         let failed_for = now.time.saturating_sub(trip.since);
-        let hopeless = trip.recoveries == 0 && self.costmap.marked().len() == 0;
-        if hopeless || failed_for >= self.parameters.failing_patience {
+        if failed_for >= self.parameters.failing_patience {
             self.give_up(NavigationStatus::Aborted, reason);
             return VelocityCommand::STOP;
         }
         let (command, done) = self.recover(trip, now);
         if done || now.time >= trip.next_plan {
             trip.next_plan = now.time + TRY_AGAIN;
-            match self.find_path(trip, now) {
+            match find_path(&self.costmap, trip, now) {
                 Ok(path) => {
                     self.take_path(trip, path, now);
                     return VelocityCommand::STOP;
@@ -301,6 +310,16 @@ impl Navigator {
             }
         }
         command
+    }
+}
+
+fn find_path(costmap: &Costmap, trip: &Trip, now: &Now<'_>) -> Result<Vec<Point>, PlanError> {
+    let goal = &trip.goal;
+    let tolerance_m = SHARE_OF_PLAN * goal.position_tolerance_m;
+    let path = plan(costmap, &now.position(), &goal.position, tolerance_m);
+    match (&goal.area, path) {
+        (Some(area), Err(_)) => plan_into(costmap, &now.position(), area),
+        (_, path) => path,
     }
 }
 

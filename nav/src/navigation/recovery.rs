@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use maps::{Point, Pose, heading, pose, wrap_angle};
+use maps::{Point, heading, pose, wrap_angle};
 use robot::VelocityCommand;
 
 use super::trip::Trip;
@@ -118,7 +118,7 @@ impl Navigator {
             Some(attempt) => attempt,
             None => self.begin_recovery(trip, now),
         };
-        let command = attempt.step(now, || self.is_free_behind(now.at));
+        let command = attempt.step(now, || self.is_free_behind(now));
         match command {
             Some(command) => {
                 trip.attempt = Some(attempt);
@@ -137,9 +137,14 @@ impl Navigator {
         attempt
     }
 
-    fn is_free_behind(&self, at: &Pose) -> bool {
+    /// Whether the robot can back up a little: neither lasers nor the costmap know of anything there, and a laser looks.
+    fn is_free_behind(&self, now: &Now<'_>) -> bool {
         let needed_m = self.model.radius_m + self.parameters.following.collision_margin;
-        let back = at * pose(0.0, 0.0, std::f64::consts::PI);
-        self.surroundings.free_way(&back, 0.0, LOOK_BEHIND_M, needed_m).way_m >= FREE_BEHIND_M
+        let back = now.at * pose(0.0, 0.0, std::f64::consts::PI);
+        let is_seen_free = self.surroundings.free_way(&back, 0.0, LOOK_BEHIND_M, needed_m).way_m >= FREE_BEHIND_M;
+        let behind = back * Point::new(FREE_BEHIND_M, 0.0);
+        let room_m = self.costmap.clearance_m(&behind);
+        let is_known_free = room_m >= self.model.radius_m.min(self.costmap.clearance_m(&now.position()));
+        is_seen_free && is_known_free && self.surroundings.sees_behind(now.time, self.parameters.scan_patience)
     }
 }

@@ -81,7 +81,7 @@ pub enum GiveUpReason {
     /// The estimate of the pose is not finite.
     #[error("the pose is not known")]
     BadEstimate,
-    /// The lasers are silent.
-    #[error("no laser scan for {} ms", .0.as_millis())]
+    /// The lasers that look ahead are silent.
+    #[error("no laser has seen what is ahead for {} ms", .0.as_millis())]
     NoScans(Duration),
 }

@@ -40,8 +40,9 @@ pub(super) struct Trip {
     /// Where the robot last waited in vain, and how often it has in that place.
     waited_at: Option<Point>,
     waits_in_vain: u32,
-    /// The costmap's generation at the last look along the path, and what was seen: the way to what blocks it.
-    pub(super) looked_at: Option<u64>,
+    /// The costmap's generation and the way left at the last look along the path, in metres, and what was seen: the way to
+    /// what blocks it.
+    pub(super) looked: Option<(u64, f64)>,
     pub(super) blocked_m: Option<f64>,
 }
 
@@ -64,7 +65,7 @@ impl Trip {
             recoveries: 0,
             waited_at: None,
             waits_in_vain: 0,
-            looked_at: None,
+            looked: None,
             blocked_m: None,
         }
     }

@@ -36,7 +36,7 @@ pub(crate) fn smoothed(ground: &Ground<'_>, cells: &[usize], start: Option<&Poin
     let mut rounded = shortened.clone();
     round_off(ground, &mut rounded);
     let chosen = [rounded, shortened].into_iter().find(|path| is_clear(ground, path));
-    chosen.unwrap_or(points).iter().map(|point| frame.in_map(point)).collect()
+    chosen.unwrap_or_else(|| spaced(&points, spacing)).iter().map(|point| frame.in_map(point)).collect()
 }
 
 /// The path with points left out where the straight line between others costs no more than the way along them.

@@ -299,6 +299,39 @@ fn silent_lasers_and_unknown_poses_are_errors() {
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadGoal));
 }
 
+/// Where the robot gets to with a laser that falls silent after 2 s.
+fn drive_with_a_silent_laser(laser: usize) -> Drive {
+    let mut drive = Drive::new(hall(10.0, 5.0), pose(1.0, 2.5, 0.0));
+    drive.navigator.start(goal(9.0, 2.5, 0.0));
+    while drive.navigator.status().is_under_way() {
+        let odometry = drive.robot.odometry();
+        drive.localization.odometry(&odometry);
+        for scan in drive.robot.scans() {
+            if scan.laser != laser || drive.robot.time < Duration::from_secs(2) {
+                drive.localization.scan(&scan);
+                drive.navigator.scan(&scan, &drive.localization.estimate());
+            }
+        }
+        let command = drive.navigator.update(drive.robot.time, &drive.localization.estimate(), &odometry);
+        drive.robot.step(command);
+        assert!(drive.robot.time < Duration::from_secs(60));
+    }
+    drive
+}
+
+#[test]
+fn a_robot_that_is_blind_ahead_stops_and_one_that_is_blind_behind_does_not() {
+    let blind = drive_with_a_silent_laser(0);
+    assert_eq!(blind.navigator.status(), NavigationStatus::Error);
+    let Some(GiveUpReason::NoScans(silent)) = blind.navigator.reason() else {
+        panic!("{:?}", blind.navigator.reason())
+    };
+    assert!(silent > Duration::from_secs(1) && silent < Duration::from_millis(1100), "{silent:?}");
+    assert!(blind.robot.time < Duration::from_millis(3100));
+    let seeing = drive_with_a_silent_laser(1);
+    assert_eq!(seeing.navigator.status(), NavigationStatus::GoalReached);
+}
+
 #[test]
 fn encoders_whose_speeds_are_noisy_do_not_carry_the_robot_past_its_goal() {
     let mut rng = Streams::new(6).stream("speeds");
