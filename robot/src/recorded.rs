@@ -7,7 +7,8 @@
 //! Fields of a line are separated by spaces:
 //!
 //! - `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`: a scan of the front laser, the pose that
-//!   a SLAM program has found for it, and odometry. `RLASER` is the same for the rear laser.
+//!   a SLAM program has found for the laser, and the robot's odometry. `RLASER` is the same for the rear laser. Fields
+//!   after these are passed over.
 //! - `ODOM x y theta tv rv accel time host logger_time`: odometry.
 //! - `PARAM name value …`: `robot_frontlaser_offset` and `robot_rearlaser_offset` are the lasers' places on the x axis,
 //!   `robot_front_laser_max` the range from which on nothing was hit.
@@ -20,6 +21,7 @@
 
 mod clock;
 mod complaint;
+mod jumps;
 mod lines;
 mod odometry_errors;
 mod ranges;
@@ -63,7 +65,7 @@ pub struct Record {
     pub velocity: VelocityCommand,
     /// The scan, unless the line is about odometry alone.
     pub scan: Option<Arc<LaserScan>>,
-    /// The pose in the `map` frame that a SLAM program has found, for scans of the front laser.
+    /// Pose of `base_link` in the `map` frame that a SLAM program has found, for scans of the front laser.
     pub corrected: Option<Pose>,
 }
 
@@ -83,9 +85,11 @@ impl Recording {
         lines.check(MOST_UNUSABLE, &complaints)?;
         let times = clock::settled(&lines.lines, &mut complaints);
         let model = model_of(&lines);
-        let range_max_m = model.lasers[0].range_max_m as f32;
-        let records = lines.lines.into_iter().zip(times);
-        let records = records.filter_map(|(line, time)| Some(record(line, time?, range_max_m))).collect();
+        let lines = lines.lines.into_iter().zip(times).filter_map(|(line, time)| Some((line, time?)));
+        let (mut lines, times): (Vec<Line>, Vec<Duration>) = lines.unzip();
+        jumps::bridge_odometry(&mut lines, &mut complaints);
+        jumps::leave_out_stray_poses(&mut lines, &mut complaints);
+        let records = lines.into_iter().zip(times).map(|(line, time)| record(line, time, &model.lasers[0])).collect();
         Ok(Self { model, records, complaints: complaints.into_sorted() })
     }
 
@@ -113,13 +117,16 @@ impl Recording {
     }
 }
 
-fn record(line: Line, time: Duration, range_max_m: f32) -> Record {
+/// A line as a record. The log says where the laser was, which is where the robot was but for the laser's mount.
+fn record(line: Line, time: Duration, front: &LaserSpec) -> Record {
+    let range_max_m = front.range_max_m as f32;
     let scan = line.scan.map(|scan| {
         let heard = |range_m: f32| if range_m >= range_max_m { f32::INFINITY } else { range_m };
         let ranges_m = scan.ranges_m.into_iter().map(heard).collect();
         Arc::new(LaserScan { time, laser: scan.laser, ranges_m })
     });
     let Line { number, odometry, velocity, corrected, .. } = line;
+    let corrected = corrected.map(|laser| laser * front.mount.inverse());
     Record { line: number, time, odometry, velocity, scan, corrected }
 }
 

@@ -18,6 +18,8 @@ pub(crate) struct LaserMemory {
     directions: Vec<[f32; 2]>,
     range_min_m: f32,
     range_max_m: f32,
+    surface_depth_m: f32,
+    /// To the faces of cells.
     ranges_m: Vec<f32>,
     period: Duration,
     taken: Option<Taken>,
@@ -43,6 +45,7 @@ impl LaserMemory {
             directions: (0..spec.beams).map(direction).collect(),
             range_min_m: spec.range_min_m.max(parameters.laser_min_range) as f32,
             range_max_m: spec.range_max_m.min(parameters.laser_max_range) as f32,
+            surface_depth_m: parameters.surface_depth as f32,
             ranges_m: Vec::with_capacity(spec.beams),
             period: spec.period,
             taken: None,
@@ -53,7 +56,8 @@ impl LaserMemory {
     /// Keeps a scan and the odometry at its time.
     pub(crate) fn keep(&mut self, scan: &LaserScan, odometry: Pose) {
         self.ranges_m.clear();
-        self.ranges_m.extend(scan.ranges_m.iter().take(self.directions.len()));
+        let to_the_face = |range_m: &f32| range_m - self.surface_depth_m;
+        self.ranges_m.extend(scan.ranges_m.iter().take(self.directions.len()).map(to_the_face));
         self.taken = Some(Taken { time: scan.time, odometry });
         self.is_used = false;
     }
@@ -123,6 +127,21 @@ mod tests {
     use maps::pose;
 
     use super::*;
+
+    #[test]
+    fn surfaces_are_met_before_the_ends_of_beams_by_their_depth() {
+        let spec = robot::RobotModel::default().lasers.swap_remove(0);
+        let parameters = LocalizationParameters { surface_depth: 0.025, ..LocalizationParameters::default() };
+        let mut memory = LaserMemory::new(&spec, &parameters);
+        memory.keep(
+            &LaserScan { time: Duration::ZERO, laser: 0, ranges_m: vec![1.0, f32::INFINITY, f32::NAN] },
+            pose(0.0, 0.0, 0.0),
+        );
+        let mut rays = Vec::new();
+        memory.append_rays(&pose(0.0, 0.0, 0.0), 0, 1, &mut rays);
+        let ranges_m: Vec<f32> = rays.iter().map(|ray| ray.range_m).collect();
+        assert_eq!(ranges_m, [0.975, f32::INFINITY]);
+    }
 
     #[test]
     fn ends_are_seen_from_where_the_robot_is_now() {

@@ -70,6 +70,11 @@ pub struct LocalizationParameters {
     /// Beams shorter than this tell nothing, in metres, whatever the laser can do. Default 0: the laser's own limit
     /// counts (Nav2: −1, which means the same).
     pub laser_min_range: f64,
+    /// How far behind the face of its cell a surface is hit, on average, in metres. Default 0: what a simulated robot
+    /// drives about in are the map's cells themselves. A map made from scans has a wall in every cell in which beams
+    /// ended, wherever in the cell: half a cell's side is right for it. Nav2 has no such parameter: it measures from the
+    /// middles of cells, which comes to the same as half a cell.
+    pub surface_depth: f64,
     /// However many beams there are, they weigh no more than so many that are independent of one another: what is not
     /// on the map misleads many neighbouring beams at once. Default 60. Nav2 has no such parameter, and multiplies the
     /// likelihoods of all beams.
@@ -112,6 +117,7 @@ impl Default for LocalizationParameters {
             laser_model_type: LaserModel::default(),
             laser_max_range: 100.0,
             laser_min_range: 0.0,
+            surface_depth: 0.0,
             independent_beams: 60.0,
             max_beams: 60,
             update_min_d: 0.1,
@@ -153,6 +159,7 @@ impl LocalizationParameters {
             ("lambda_short", self.lambda_short, positive(self.lambda_short), "positive"),
             ("laser_max_range", self.laser_max_range, positive(self.laser_max_range), "positive"),
             ("laser_min_range", self.laser_min_range, self.laser_min_range.is_finite(), "a number"),
+            ("surface_depth", self.surface_depth, at_least_zero(self.surface_depth), "zero or positive"),
             ("independent_beams", self.independent_beams, positive(self.independent_beams), "positive"),
             ("sigma_hit", self.sigma_hit, positive(self.sigma_hit), "positive"),
             (

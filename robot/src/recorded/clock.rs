@@ -14,6 +14,9 @@ const JITTER_S: f64 = 2.0;
 /// So many lines are looked ahead at, to tell a wrong clock from one that was set.
 const AHEAD: usize = 6;
 
+/// A clock that leaps so far ahead, in seconds, was set: no log has a break of a day.
+const DAY_S: f64 = 86_400.0;
+
 /// The time of each line since the first, never earlier than that of the line before; `None` for odometry whose clock is
 /// so far off that it may belong elsewhere.
 pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option<Duration>> {
@@ -35,6 +38,16 @@ pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option
                 times.push(None);
                 continue;
             }
+        }
+        let ahead_of = |other: &&Line| line.clock_s - other.clock_s > JITTER_S;
+        if behind_s < -JITTER_S && 2 * following.iter().filter(ahead_of).count() > following.len() {
+            complaints.add(line.number, Flaw::ClockAhead { by_s: -behind_s });
+            times.push(Some(Duration::from_secs_f64(latest_s - start_s)));
+            continue;
+        }
+        if behind_s < -DAY_S {
+            complaints.add(line.number, Flaw::ClockSetForward { by_s: -behind_s });
+            set_back_s += behind_s;
         }
         let clock_s = line.clock_s + set_back_s;
         if clock_s < latest_s {

@@ -77,6 +77,26 @@ pub enum Flaw {
         /// By so many seconds.
         by_s: f64,
     },
+    /// The clock was set forward by a day or more, and goes on from there.
+    ClockSetForward {
+        /// By so many seconds.
+        by_s: f64,
+    },
+    /// The clock is ahead of that of most lines that follow.
+    ClockAhead {
+        /// By so many seconds.
+        by_s: f64,
+    },
+    /// Odometry is farther from that of the line before than a robot can have driven.
+    OdometryJumps {
+        /// By so many metres.
+        by_m: f64,
+    },
+    /// The corrected pose is far from those of the scans before and after it.
+    StrayPose {
+        /// By so many metres.
+        by_m: f64,
+    },
 }
 
 impl fmt::Display for Flaw {
@@ -100,6 +120,12 @@ impl fmt::Display for Flaw {
                 write!(f, "ODOM lines are in another frame than the odometry of scans, {by_m:.1} m away as here")
             }
             Self::ClockSetBack { by_s } => write!(f, "the clock is set back by {by_s:.3} s"),
+            Self::ClockSetForward { by_s } => write!(f, "the clock is set forward by {by_s:.3} s"),
+            Self::ClockAhead { by_s } => write!(f, "the clock is {by_s:.3} s ahead of that of the lines that follow"),
+            Self::OdometryJumps { by_m } => write!(f, "odometry jumps by {by_m:.1} m"),
+            Self::StrayPose { by_m } => {
+                write!(f, "the corrected pose is {by_m:.1} m away from those of the scans around it")
+            }
         }
     }
 }
@@ -115,7 +141,10 @@ impl Flaw {
             Self::ClockBack { .. } => "lines are taken in the order of the file",
             Self::ClockElsewhere { .. } => "left out; scans carry odometry of their own",
             Self::OtherFrame { .. } => "all of them are left out",
-            Self::ClockSetBack { .. } => "time goes on from where it was",
+            Self::ClockSetBack { .. } | Self::ClockSetForward { .. } => "time goes on from where it was",
+            Self::ClockAhead { .. } => "time goes on as before",
+            Self::OdometryJumps { .. } => "the robot is taken to have stood still",
+            Self::StrayPose { .. } => "it is not used",
         }
     }
 }

@@ -61,7 +61,12 @@ impl Lines {
         for (index, line) in text.split(|byte| *byte == b'\n').enumerate() {
             let breaks_off = index + 1 == count && !is_whole;
             let line = String::from_utf8_lossy(line);
-            if let Err(flaw) = lines.take(index + 1, &line) {
+            let taken = match lines.take(index + 1, &line) {
+                // Part of a keyword looks like another.
+                Ok(()) if breaks_off && line.split_ascii_whitespace().count() == 1 => Err(Flaw::LineBreaksOff),
+                taken => taken,
+            };
+            if let Err(flaw) = taken {
                 lines.unusable += usize::from(line.starts_with("FLASER"));
                 complaints.add(index + 1, if breaks_off { Flaw::LineBreaksOff } else { flaw });
             }
@@ -218,9 +223,16 @@ fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) ->
     })
 }
 
+/// Some programs add fields of their own. Where the host's name stands it can be told that these come last, and that none
+/// is too many before.
 fn has_fields(keyword: &'static str, fields: &[&str], expected: usize) -> Result<(), Flaw> {
     let found = fields.len();
-    if found == expected { Ok(()) } else { Err(Flaw::Fields { keyword, expected, found }) }
+    let is_in_place = || fields[expected - 2].parse::<f64>().is_err();
+    if found == expected || (found > expected && is_in_place()) {
+        Ok(())
+    } else {
+        Err(Flaw::Fields { keyword, expected, found })
+    }
 }
 
 /// A range, NaN if it cannot be one. A word is not a range at all.

@@ -183,8 +183,9 @@ fn clocks_that_go_back_do_not_turn_time_back() {
     assert!(said[0].starts_with("line 8: the clock of this odometry is 1000000002"), "{said:?}");
     assert_eq!(left, 19);
     // A clock ahead of its time must not drag the others along.
-    let (said, _) = complaints_after(8, |line| reset(line, "1000000900.0"));
-    assert!(said.is_empty(), "{said:?}");
+    let (said, left) = complaints_after(8, |line| reset(line, "1000000900.0"));
+    assert!(said.len() == 1 && said[0].contains("ahead of that of the lines that follow"), "{said:?}");
+    assert_eq!(left, 20);
     // A clock that was set back by 500 s.
     let mut lines = log();
     for line in &mut lines[8..] {
@@ -249,12 +250,14 @@ fn what_is_no_log_is_refused() {
         assert!(Recording::read(bytes).is_err(), "{bytes:?}");
     }
     let mut lines = log();
-    lines.iter_mut().filter(|line| line.starts_with("FLASER")).for_each(|line| line.push_str(" more"));
+    for line in lines.iter_mut().filter(|line| line.starts_with("FLASER")) {
+        line.truncate(line.rfind(' ').unwrap());
+    }
     let error = Recording::read(&text(&lines)).unwrap_err();
     assert_eq!(
         error.to_string(),
         "10 of 10 scans cannot be used, so the others are not used either; \
-         line 3: this FLASER should have 17 fields, but has 18"
+         line 3: this FLASER should have 17 fields, but has 16"
     );
 }
 
@@ -287,4 +290,109 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn the_log_says_where_the_laser_was_and_the_record_where_the_robot_was() {
+    let line = "FLASER 2 1.0 1.0 3.0 4.0 1.5707963267948966 0 0 0 1.0 host 1.0\n";
+    let log = format!("PARAM robot_frontlaser_offset 0.5 host 0\n{line}");
+    let recording = Recording::read(log.as_bytes()).unwrap();
+    let (record, scan, robot) = recording.corrected_scans().next().unwrap();
+    assert!((robot.translation.vector - nalgebra::vector![3.0, 3.5]).norm() < 1e-9, "{robot}");
+    let laser = robot * recording.model().lasers[scan.laser].mount;
+    assert!((laser.translation.vector - nalgebra::vector![3.0, 4.0]).norm() < 1e-9, "{laser}");
+    assert_eq!(record.odometry.translation.vector, nalgebra::vector![0.0, 0.0]);
+}
+
+/// How far the first record's odometry is from the last one's, in metres.
+fn driven_m(recording: &Recording) -> f64 {
+    let [first, .., last] = recording.records() else { panic!("two records at least") };
+    (last.odometry.translation.vector - first.odometry.translation.vector).norm()
+}
+
+#[test]
+fn odometry_that_jumps_goes_on_from_where_it_was() {
+    let usual_m = driven_m(&read(&log()));
+    // One line that is elsewhere, and all lines from one on.
+    let elsewhere = |line: &mut String| *line = line.replacen("ODOM ", "ODOM 900", 1);
+    let mut lines = log();
+    elsewhere(&mut lines[9]);
+    let recording = read(&lines);
+    assert!((driven_m(&recording) - usual_m).abs() <= 1.0 + 1e-9, "{} m", driven_m(&recording));
+    let text: Vec<String> = recording.complaints().iter().map(ToString::to_string).collect();
+    assert!(text.len() == 1 && text[0].contains("line 10: odometry jumps by"), "{text:?}");
+    let steps_m = recording
+        .records()
+        .windows(2)
+        .map(|pair| (pair[1].odometry.translation.vector - pair[0].odometry.translation.vector).norm());
+    assert!(steps_m.fold(0.0, f64::max) < 1.0);
+}
+
+#[test]
+fn a_corrected_pose_far_from_all_others_is_left_out_and_a_robot_that_was_carried_is_not() {
+    let moved = |lines: &mut [String], by_m: f64| {
+        for line in lines.iter_mut().filter(|line| line.starts_with("FLASER")) {
+            let mut fields: Vec<String> = line.split(' ').map(str::to_owned).collect();
+            let x: f64 = fields[2 + BEAMS].parse().unwrap();
+            fields[2 + BEAMS] = (x + by_m).to_string();
+            *line = fields.join(" ");
+        }
+    };
+    let mut lines = log();
+    moved(&mut lines[8..9], 9e5);
+    let recording = read(&lines);
+    assert_eq!(recording.corrected_scans().count(), 9);
+    let complaint = recording.complaints()[0].to_string();
+    assert!(
+        complaint.starts_with("line 9: the corrected pose is 9000") && complaint.ends_with("it is not used"),
+        "{complaint}"
+    );
+    let mut carried = log();
+    moved(&mut carried[8..], 40.0);
+    assert_eq!((read(&carried).corrected_scans().count(), read(&carried).complaints().len()), (10, 0));
+}
+
+/// The log with another clock on a line.
+fn with_clock(lines: &mut [String], line: usize, clock_s: &str) {
+    let mut fields: Vec<&str> = lines[line - 1].split(' ').collect();
+    let place = fields.len() - 3;
+    fields[place] = clock_s;
+    lines[line - 1] = fields.join(" ");
+}
+
+#[test]
+fn a_clock_that_is_ahead_of_all_others_does_not_put_them_behind() {
+    let mut lines = log();
+    with_clock(&mut lines, 8, "1000000600.0");
+    let recording = read(&lines);
+    assert_eq!(recording.records().len(), 20, "none is left out");
+    let complaint = recording.complaints()[0].to_string();
+    assert!(
+        complaint.starts_with("line 8: the clock is") && complaint.ends_with("time goes on as before"),
+        "{complaint}"
+    );
+    assert!(recording.records()[19].time < Duration::from_secs(11));
+}
+
+#[test]
+fn a_clock_that_is_set_forward_by_years_goes_on_from_where_it_was() {
+    let mut lines = log();
+    for line in 10..=22 {
+        let clock = 4_000_000_000.0 + line as f64;
+        with_clock(&mut lines, line, &clock.to_string());
+    }
+    let recording = read(&lines);
+    assert_eq!(recording.complaints().len(), 1, "{:?}", recording.complaints());
+    assert!(recording.complaints()[0].to_string().contains("the clock is set forward by"));
+    assert!(recording.records()[19].time < Duration::from_secs(30));
+}
+
+#[test]
+fn fields_after_the_last_are_passed_over_and_too_many_before_it_are_not() {
+    let (complaints, records) = complaints_after(3, |line| format!("{line} 0 0"));
+    assert_eq!((complaints.len(), records), (0, 20));
+    let (complaints, records) =
+        complaints_after(3, |line| line.replacen(' ', " 6 1.5 ", 1).replacen("6 1.5 6", "6 1.5", 1));
+    assert_eq!((complaints.len(), records), (1, 19), "{complaints:?}");
+    assert!(complaints[0].contains("should have"), "{complaints:?}");
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use maps::{Pose, heading};
+use maps::{Pose, heading, pose};
 
 use crate::{LaserScan, Odometry};
 
@@ -31,17 +31,24 @@ const NOTHING_HIT_M: f32 = 81.83;
 pub struct LogWriter {
     host: String,
     text: String,
+    /// Where the front laser and the rear one are on the x axis, in metres.
+    offsets_m: [f64; 2],
 }
 
 impl LogWriter {
     /// An empty log of a computer of that name.
     #[must_use]
     pub fn new(host: &str) -> Self {
-        Self { host: host.to_owned(), text: String::new() }
+        Self { host: host.to_owned(), text: String::new(), offsets_m: [0.0; 2] }
     }
 
-    /// A parameter.
+    /// A parameter. The lasers' places come before their scans.
     pub fn param(&mut self, name: &str, value: f64) {
+        match name {
+            "robot_frontlaser_offset" => self.offsets_m[0] = value,
+            "robot_rearlaser_offset" => self.offsets_m[1] = value,
+            _ => {}
+        }
         let host = self.host.clone();
         self.write(format_args!("PARAM {name} {value} {host} 0\n"));
     }
@@ -54,9 +61,13 @@ impl LogWriter {
         self.write(format_args!("ODOM {at} {tv} {rv} 0 {time_s:.6} {host} {time_s:.6}\n"));
     }
 
-    /// A scan of the front laser (0) or the rear one, with odometry and the pose in the `map` frame.
+    /// A scan of the front laser (0) or the rear one, with the robot's odometry and its pose in the `map` frame.
     pub fn scan(&mut self, scan: &LaserScan, odometry: &Pose, corrected: &Pose) {
-        let keyword = if scan.laser == 0 { "FLASER" } else { "RLASER" };
+        let (keyword, mount) = match scan.laser {
+            0 => ("FLASER", pose(self.offsets_m[0], 0.0, 0.0)),
+            _ => ("RLASER", pose(self.offsets_m[1], 0.0, std::f64::consts::PI)),
+        };
+        let corrected = &(corrected * mount);
         self.write(format_args!("{keyword} {}", scan.ranges_m.len()));
         for range_m in &scan.ranges_m {
             let range_m = match range_m {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use clap::Args;
 use maps::OccupancyGrid;
-use nav::{Atlas, LocalizationParameters};
+use nav::Atlas;
 use robot::recorded::{Recording, RecordingError};
 use serde_json::json;
 
@@ -16,7 +16,7 @@ use crate::Error;
 use crate::draw::{MapPicture, Renderer, Trajectories};
 use crate::replay::fit::Fit;
 use crate::replay::starts::{Start, WITHIN_M, try_starts};
-use crate::replay::{Conditions, Course, Score, Stretch, replay};
+use crate::replay::{Conditions, Course, Score, Stretch, parameters_on, replay};
 
 /// A log and the map of where it was recorded.
 #[derive(Debug, Args)]
@@ -35,10 +35,10 @@ pub(super) struct LocalizeArgs {
           value_parser = clap::value_parser!(u16).range(1..))]
     starts: Option<u16>,
     /// Odometry drives and turns too far by this share: 0.05 or 5%
-    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_drift: f64,
     /// And by so much more at random (standard deviation): 0.05 or 5%
-    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share)]
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_noise: f64,
     /// The root seed of particles and noise
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -66,7 +66,7 @@ pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     let map = Arc::new(maps::load_map(&args.map, &maps::from_disk).map_err(Error::bad_input)?);
     let recording = Arc::new(open_log(&args.log)?);
     check_fit(args, &recording, &map)?;
-    let atlas = Atlas::new(Arc::clone(&map), recording.model(), LocalizationParameters::default());
+    let atlas = Atlas::new(Arc::clone(&map), recording.model(), parameters_on(&map));
     let atlas = Arc::new(atlas.map_err(|error| {
         Error::refused(format!("{}: {error}", args.map.display()), "robots are localized where a map has free cells")
     })?);
@@ -111,8 +111,21 @@ pub(super) fn open_log(path: &Path) -> Result<Recording, Error> {
 }
 
 fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<(), Error> {
-    let fit = Fit::of(recording, map);
+    let Some(fit) = Fit::of(recording, map) else {
+        let message = format!("{}: no beam of the log has hit anything", args.log.display());
+        return Err(Error::refused(message, "a robot is localized by what its laser sees"));
+    };
     if fit.is_plausible() {
+        if !fit.is_good() {
+            super::note(&format!(
+                "the map {} fits the log {} badly: at the log's corrected poses, {:.0} % of which are on free floor, only \
+                 {:.0} % of beams end at an obstacle; errors are those of the map and the poses, too",
+                args.map.display(),
+                args.log.display(),
+                100.0 * fit.poses,
+                100.0 * fit.beams,
+            ));
+        }
         return Ok(());
     }
     let message = format!(

@@ -26,9 +26,12 @@ impl Fit {
     /// poses are seen to fit there.
     pub const LEAST: Self = Self { beams: 0.4, poses: 0.5 };
 
-    /// Looks at a sample of a log's scans.
+    /// What a map made of the log's own scans reaches, with some to spare.
+    pub const GOOD: Self = Self { beams: 0.7, poses: 0.9 };
+
+    /// Looks at a sample of a log's scans; none if no beam has hit anything.
     #[must_use]
-    pub fn of(recording: &Recording, map: &OccupancyGrid) -> Self {
+    pub fn of(recording: &Recording, map: &OccupancyGrid) -> Option<Self> {
         let scans = recording.corrected_scans().count();
         let (mut poses, mut free, mut beams, mut near) = (0_u32, 0_u32, 0_u32, 0_u32);
         for (_, scan, pose) in recording.corrected_scans().step_by(scans.div_ceil(SCANS).max(1)) {
@@ -44,14 +47,24 @@ impl Fit {
                 near += u32::from(is_near_obstacle(map, &end));
             }
         }
-        let share = |part: u32, whole: u32| f64::from(part) / f64::from(whole.max(1));
-        Self { beams: share(near, beams), poses: share(free, poses) }
+        let share = |part: u32, whole: u32| f64::from(part) / f64::from(whole);
+        (beams > 0).then(|| Self { beams: share(near, beams), poses: share(free, poses) })
     }
 
     /// Whether the map may be of that place.
     #[must_use]
     pub fn is_plausible(&self) -> bool {
-        self.beams >= Self::LEAST.beams && self.poses >= Self::LEAST.poses
+        self.reaches(&Self::LEAST)
+    }
+
+    /// Whether it is as a map of that place should be.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        self.reaches(&Self::GOOD)
+    }
+
+    fn reaches(&self, least: &Self) -> bool {
+        self.beams >= least.beams && self.poses >= least.poses
     }
 }
 

@@ -14,9 +14,9 @@ pub mod starts;
 use std::sync::Arc;
 use std::time::Duration;
 
-use maps::{Pose, heading, wrap_angle};
+use maps::{OccupancyGrid, Pose, heading, wrap_angle};
 use nalgebra::Matrix3;
-use nav::{Atlas, InitialPose, Localization};
+use nav::{Atlas, InitialPose, Localization, LocalizationParameters};
 use robot::recorded::{OdometryErrors, RecordedRobot, Recording};
 use robot::{Reading, Robot, Streams};
 
@@ -73,6 +73,15 @@ pub struct Course {
     pub waypoints: Vec<Waypoint>,
     /// How often localization updated its estimate.
     pub updates: u64,
+    /// Localization did not know where the robot was at first.
+    pub from_nothing: bool,
+}
+
+/// The parameters of localization on a map that was made from scans: those of scenarios, but that walls are met half a
+/// cell behind the faces of cells, since a cell is a wall wherever in it beams ended.
+#[must_use]
+pub fn parameters_on(map: &OccupancyGrid) -> LocalizationParameters {
+    LocalizationParameters { surface_depth: map.resolution_m() / 2.0, ..LocalizationParameters::default() }
 }
 
 /// Plays a recording back into localization on a map.
@@ -102,7 +111,7 @@ pub fn replay_part(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &
     let mut robot = RecordedRobot::new(Arc::clone(recording), errors).from_line(start.line);
     let mut readings = Vec::new();
     let mut odom_to_map = None;
-    let mut course = Course::default();
+    let mut course = Course { from_nothing: conditions.global, ..Course::default() };
     let mut way_m = 0.0;
     while let Some(record) = robot.advance() {
         let (line, time, corrected) = (record.line, record.time, record.corrected);

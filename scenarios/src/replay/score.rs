@@ -12,7 +12,7 @@ const LOST_RAD: f64 = 0.524;
 const FOUND_M: f64 = 0.3;
 const FOUND_RAD: f64 = 0.262;
 
-/// It has found the robot only if it then stays with it for so long a way, in metres, or to the end.
+/// It has found the robot only if it then stays with it for so long a way, in metres, or the whole of a shorter course.
 const STAYS_M: f64 = 5.0;
 
 /// A stretch of a course, by the times of its first and last scan.
@@ -24,7 +24,8 @@ pub struct Stretch {
     pub to: Duration,
 }
 
-/// How far estimates were off, over the scans from when the robot was found on.
+/// How far estimates were off: over all scans if it was known where the robot started, else over those from when it was
+/// found on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
     /// Scans that count.
@@ -43,20 +44,20 @@ pub struct Score {
     pub rmse_rad: f64,
     /// When estimates were off by more than 1 m or 30°.
     pub lost: Vec<Stretch>,
-    /// The first scan from which on the estimate was within 0.3 m and 15° for at least 5 m of way (or the rest of
-    /// it); none if that never was.
+    /// The first scan from which on the estimate was within 0.3 m and 15° for at least 5 m of way (or all of a shorter
+    /// one); none if that never was.
     pub converged_at: Option<Duration>,
     /// How far the robot had driven by then, in metres.
     pub converged_after_m: Option<f64>,
 }
 
 impl Score {
-    /// The score of a course. If the robot was never found, all scans count.
+    /// The score of a course. All scans count if the robot was never found, or did not have to be.
     #[must_use]
     pub fn of(course: &Course) -> Self {
         let all = &course.waypoints;
         let found = converged(all);
-        let counted = &all[found.unwrap_or(0)..];
+        let counted = &all[found.filter(|_| course.from_nothing).unwrap_or(0)..];
         let metres = sorted(counted.iter().map(Waypoint::error_m));
         let radians = sorted(counted.iter().map(Waypoint::error_rad));
         Self {
@@ -82,17 +83,18 @@ fn way_m(waypoints: &[Waypoint]) -> f64 {
 
 fn converged(all: &[Waypoint]) -> Option<usize> {
     let mut since: Option<usize> = None;
+    let stays_m = STAYS_M.min(way_m(all));
     for (index, waypoint) in all.iter().enumerate() {
         if waypoint.error_m() > FOUND_M || waypoint.error_rad() > FOUND_RAD {
             since = None;
             continue;
         }
         let first = *since.get_or_insert(index);
-        if way_m(&all[first..=index]) >= STAYS_M {
-            break;
+        if way_m(&all[first..=index]) >= stays_m {
+            return since;
         }
     }
-    since
+    None
 }
 
 fn lost(waypoints: &[Waypoint]) -> Vec<Stretch> {
@@ -134,7 +136,7 @@ mod tests {
             let estimate = pose(second as f64, *error_m, 0.02);
             Waypoint { line, time, corrected, estimate, covariance: Matrix3::zeros(), odometry: corrected }
         };
-        Course { waypoints: errors_m.iter().enumerate().map(waypoint).collect(), updates: 0 }
+        Course { waypoints: errors_m.iter().enumerate().map(waypoint).collect(), updates: 0, from_nothing: true }
     }
 
     #[test]
@@ -145,6 +147,21 @@ mod tests {
         assert_eq!(score.lost, [Stretch { from: Duration::from_secs(9), to: Duration::from_secs(10) }]);
         assert!((score.median_m - 0.1).abs() < 1e-12 && (score.max_m - 3.0).abs() < 1e-12);
         assert!((score.rmse_rad - 0.02).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_robot_whose_start_is_known_is_scored_from_there_on() {
+        let known = Course { from_nothing: false, ..course(&[7.0, 7.0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]) };
+        let score = Score::of(&known);
+        assert_eq!((score.scans, score.converged_at), (9, Some(Duration::from_secs(2))));
+        assert_eq!(score.lost, [Stretch { from: Duration::ZERO, to: Duration::from_secs(1) }]);
+    }
+
+    #[test]
+    fn a_few_good_scans_at_the_end_are_not_enough() {
+        let score = Score::of(&course(&[7.0, 7.0, 7.0, 7.0, 7.0, 7.0, 0.1, 0.1, 0.1]));
+        assert_eq!((score.scans, score.converged_at), (9, None));
+        assert_eq!(Score::of(&course(&[0.1, 0.1, 0.1])).converged_at, Some(Duration::ZERO), "of a short course, all");
     }
 
     #[test]

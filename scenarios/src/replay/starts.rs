@@ -12,8 +12,9 @@ use super::{Conditions, Part, Score, replay_part};
 /// A robot must be found within this way, in metres.
 pub const WITHIN_M: f64 = 15.0;
 
-/// It is followed for so much longer, in metres: it has been found only if it stays found.
-const FOLLOWED_M: f64 = 5.0;
+/// It is followed for so much longer, in metres: it has been found only if it stays found, over 5 m and the way to the
+/// next scan.
+const FOLLOWED_M: f64 = 7.0;
 
 /// A start, and what came of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
