@@ -100,8 +100,8 @@ impl Costmap {
     }
 
     /// How far the surface of the nearest obstacle is from the cell that holds a point of the `map` frame, in metres:
-    /// exact to a quarter of a cell, obstacles that lasers have seen only up to the inflation radius. Cells of obstacles
-    /// count as discs: a corner may be nearer by a fifth of a cell. Zero in an obstacle, in the unknown, outside.
+    /// exact to a quarter of a cell, obstacles that lasers have seen only up to the inflation radius. Zero in an
+    /// obstacle, in the unknown, outside.
     #[must_use]
     pub fn clearance_m(&self, point: &Point) -> f64 {
         self.frame.offset_at(point).map_or(0.0, |offset| self.clearance_at_m(offset))
@@ -251,9 +251,8 @@ fn stamp_of(radius: f64) -> Vec<StampCell> {
     let reach = radius as i32;
     let around = (-reach..=reach).flat_map(|along| (-reach..=reach).map(move |across| (across, along)));
     around
-        .map(|(across, along)| (across, along, (across * across + along * along) as u32))
-        .filter(|(.., squared)| f64::from(*squared) <= radius * radius)
-        .map(|(across, along, squared)| StampCell { across, along, clearance: clearance::from_squared_cells(squared) })
+        .filter(|(across, along)| f64::from(across * across + along * along) <= radius * radius)
+        .map(|(across, along)| StampCell { across, along, clearance: clearance::of_cell(across, along) })
         .collect()
 }
 

@@ -1,7 +1,8 @@
 //! The exact Euclidean distance transform of a grid.
 //!
-//! Distances run from cell centre to cell centre and are squared integers, so nothing is rounded. Columns first, by two
-//! sweeps; then each row as the lower envelope of parabolas, in time linear in the number of cells.
+//! Distances run from cell centre to cell centre, or to the nearest point of a cell, in half cells. They are squared
+//! integers, so nothing is rounded. Columns first, by two sweeps; then each row as the lower envelope of parabolas, in time
+//! linear in the number of cells. A cell is as near as the nearest of its centre and its two sides: three parabolas.
 //!
 //! Source: P. Felzenszwalb and D. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8,
 //! 2012.
@@ -20,6 +21,33 @@ pub(crate) fn squared_distances(width: usize, height: usize, is_target: impl Fn(
     for row in field.chunks_exact_mut(width) {
         lower_envelope(row, &mut envelope);
         fill_from(&envelope, row);
+    }
+    field
+}
+
+/// The squared distance in half cells from each cell's centre to the nearest point of the nearest cell that `is_target`
+/// accepts, as [`squared_distances`] otherwise.
+pub(crate) fn squared_half_cells(width: usize, height: usize, is_target: impl Fn(usize) -> bool) -> Vec<u32> {
+    if width == 0 || height == 0 {
+        return Vec::new();
+    }
+    let mut field = distances_along_columns(width, height, is_target);
+    // Left sides and centres of the row's cells in turns, and the right side of the last.
+    let mut halves = vec![NO_TARGET; 2 * width + 1];
+    let mut envelope = Vec::with_capacity(halves.len());
+    for row in field.chunks_exact_mut(width) {
+        halves.fill(NO_TARGET);
+        for (column, cells) in row.iter().enumerate().filter(|(_, cells)| **cells != NO_TARGET) {
+            let half_cells = (2 * cells).saturating_sub(1);
+            for half in &mut halves[2 * column..=2 * column + 2] {
+                *half = half_cells.min(*half);
+            }
+        }
+        lower_envelope(&halves, &mut envelope);
+        fill_from(&envelope, &mut halves);
+        for (distance, centre) in row.iter_mut().zip(halves.iter().skip(1).step_by(2)) {
+            *distance = *centre;
+        }
     }
     field
 }
@@ -71,7 +99,7 @@ fn fill_from(envelope: &[Parabola], row: &mut [u32]) {
         let from = parabola.from as usize;
         for (column, distance) in row.iter_mut().enumerate().take(end).skip(from) {
             let across = column as i64 - parabola.vertex;
-            *distance = (across * across + parabola.height) as u32;
+            *distance = u32::try_from(across * across + parabola.height).unwrap_or(NO_TARGET - 1);
         }
         end = from;
     }
@@ -94,15 +122,32 @@ mod tests {
             .collect()
     }
 
+    /// The same to the nearest points of cells, in half cells.
+    fn brute_force_to_cells(width: usize, height: usize, targets: &[bool]) -> Vec<u32> {
+        let beside = |a: usize, b: usize| (2 * a.abs_diff(b)).saturating_sub(1).pow(2);
+        let squared = |a: usize, b: usize| (beside(a % width, b % width) + beside(a / width, b / width)) as u32;
+        (0..width * height)
+            .map(|cell| (0..targets.len()).filter(|i| targets[*i]).map(|i| squared(cell, i)).min().unwrap_or(NO_TARGET))
+            .collect()
+    }
+
+    fn grids() -> impl Strategy<Value = (usize, usize, Vec<bool>)> {
+        (1_usize..24, 1_usize..24).prop_flat_map(|(width, height)| {
+            let sparse = prop::bool::weighted(0.08);
+            (Just(width), Just(height), prop::collection::vec(sparse, width * height))
+        })
+    }
+
     proptest! {
         #[test]
-        fn distances_are_those_of_brute_force(
-            (width, height, targets) in (1_usize..24, 1_usize..24).prop_flat_map(|(width, height)| {
-                let sparse = prop::bool::weighted(0.08);
-                (Just(width), Just(height), prop::collection::vec(sparse, width * height))
-            }),
-        ) {
+        fn distances_are_those_of_brute_force((width, height, targets) in grids()) {
             prop_assert_eq!(squared_distances(width, height, |i| targets[i]), brute_force(width, height, &targets));
+        }
+
+        #[test]
+        fn distances_to_cells_are_those_of_brute_force((width, height, targets) in grids()) {
+            let expected = brute_force_to_cells(width, height, &targets);
+            prop_assert_eq!(squared_half_cells(width, height, |i| targets[i]), expected);
         }
     }
 
@@ -110,5 +155,6 @@ mod tests {
     fn an_empty_grid_has_no_distances() {
         assert!(squared_distances(0, 5, |_| true).is_empty());
         assert!(squared_distances(5, 0, |_| true).is_empty());
+        assert!(squared_half_cells(0, 5, |_| true).is_empty());
     }
 }

@@ -192,7 +192,8 @@ mod tests {
                     // A start that is too near is left.
                     if (point - start).norm() > 0.8 {
                         let distance_m = distance_m(&map, &point);
-                        prop_assert!(distance_m > 0.285, "{distance_m} m from an obstacle at {point}");
+                        // Half a cell's diagonal from a cell's centre, less what a line cuts off between two looks.
+                        prop_assert!(distance_m > 0.28, "{distance_m} m from an obstacle at {point}");
                     }
                 }
             }

@@ -2,7 +2,7 @@
 
 use maps::{Cell, OccupancyGrid};
 
-use crate::distance_transform::{NO_TARGET, squared_distances};
+use crate::distance_transform::{NO_TARGET, squared_half_cells};
 
 /// The cell is an obstacle.
 pub(crate) const OBSTACLE: u8 = 0;
@@ -19,23 +19,28 @@ pub(crate) const FARTHEST_CELLS: f64 = (u8::MAX - 2) as f64 / STEPS;
 /// The clearances of a map's cells, row by row.
 pub(crate) fn of_map(map: &OccupancyGrid) -> Vec<u8> {
     let cells = map.cells();
-    let squared = squared_distances(map.width(), map.height(), |offset| cells[offset] == Cell::Occupied);
+    let squared = squared_half_cells(map.width(), map.height(), |offset| cells[offset] == Cell::Occupied);
     let clearance = |(cell, squared): (&Cell, u32)| match (cell, squared) {
         (Cell::Unknown, _) => UNKNOWN,
         (_, NO_TARGET) => u8::MAX,
-        (_, squared) => from_squared_cells(squared),
+        (_, squared) => from_squared_half_cells(squared),
     };
     cells.iter().zip(squared).map(clearance).collect()
 }
 
-/// The clearance of a cell whose centre lies `squared_cells` (in cells, squared) from that of the nearest obstacle.
-pub(crate) fn from_squared_cells(squared_cells: u32) -> u8 {
-    if squared_cells == 0 {
+/// The clearance of a cell whose centre lies so far (in half cells, squared) from the nearest point of an obstacle's cell.
+pub(crate) fn from_squared_half_cells(squared: u32) -> u8 {
+    if squared == 0 {
         return OBSTACLE;
     }
-    // The surface is half a cell nearer than the centre of the obstacle's cell.
-    let to_surface = f64::from(squared_cells).sqrt() - 0.5;
-    2 + (to_surface * STEPS).min(f64::from(u8::MAX - 2)) as u8
+    let cells = f64::from(squared).sqrt() / 2.0;
+    2 + (cells * STEPS).min(f64::from(u8::MAX - 2)) as u8
+}
+
+/// The clearance of a cell from an obstacle so many columns and rows away.
+pub(crate) fn of_cell(across: i32, along: i32) -> u8 {
+    let half_cells = |cells: i32| (2 * cells.unsigned_abs()).saturating_sub(1);
+    from_squared_half_cells(half_cells(across).pow(2) + half_cells(along).pow(2))
 }
 
 /// The clearance in cells; zero for an obstacle and for the unknown.
@@ -54,12 +59,13 @@ mod tests {
 
     #[test]
     fn clearances_grow_with_the_distance_and_never_promise_too_much() {
-        let all: Vec<u8> = (0..9000).map(from_squared_cells).collect();
+        let all: Vec<u8> = (0..36_000).map(from_squared_half_cells).collect();
         assert!(all.windows(2).all(|pair| pair[0] <= pair[1]));
         for (squared, clearance) in (1_u32..).zip(&all[1..]) {
-            assert!(in_cells(*clearance) <= f64::from(squared).sqrt() - 0.5);
+            assert!(in_cells(*clearance) <= f64::from(squared).sqrt() / 2.0);
         }
-        assert_eq!((all[0], all[1]), (OBSTACLE, 4));
+        assert_eq!([of_cell(0, 0), of_cell(0, 1), of_cell(-1, 0), of_cell(1, 1)], [OBSTACLE, 4, 4, 4]);
+        assert_eq!([of_cell(3, 0), of_cell(-3, 3)].map(in_cells), [2.5, 3.5]);
     }
 
     #[test]
