@@ -16,7 +16,7 @@ use crate::Error;
 use crate::draw::{MapPicture, Renderer, Trajectories};
 use crate::replay::fit::Fit;
 use crate::replay::starts::{Start, WITHIN_M, try_starts};
-use crate::replay::{Conditions, Course, Score, Stretch, parameters_on, replay};
+use crate::replay::{Conditions, Course, Score, Stretch, replay};
 
 /// A log and the map of where it was recorded.
 #[derive(Debug, Args)]
@@ -65,8 +65,8 @@ fn share(text: &str) -> Result<f64, String> {
 pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     let map = Arc::new(maps::load_map(&args.map, &maps::from_disk).map_err(Error::bad_input)?);
     let recording = Arc::new(open_log(&args.log)?);
-    check_fit(args, &recording, &map)?;
-    let atlas = Atlas::new(Arc::clone(&map), recording.model(), parameters_on(&map));
+    let fit = check_fit(args, &recording, &map)?;
+    let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
     let atlas = Arc::new(atlas.map_err(|error| {
         Error::refused(format!("{}: {error}", args.map.display()), "robots are localized where a map has free cells")
     })?);
@@ -86,7 +86,7 @@ pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     if let Some(folder) = &args.out {
         write(folder, args, &map, &course, &score)?;
     }
-    print(&if args.json { as_json(args, &recording, &course, &score) } else { in_words(args, &course, &score) })?;
+    print(&if args.json { as_json(args, &recording, &fit, &course, &score) } else { in_words(args, &fit, &course, &score) })?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -110,7 +110,7 @@ pub(super) fn open_log(path: &Path) -> Result<Recording, Error> {
     Ok(recording)
 }
 
-fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<(), Error> {
+fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<Fit, Error> {
     let Some(fit) = Fit::of(recording, map) else {
         let message = format!("{}: no beam of the log has hit anything", args.log.display());
         return Err(Error::refused(message, "a robot is localized by what its laser sees"));
@@ -126,7 +126,7 @@ fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) ->
                 100.0 * fit.beams,
             ));
         }
-        return Ok(());
+        return Ok(fit);
     }
     let message = format!(
         "the map {} does not fit the log {}: at the log's corrected poses, {:.0} % of which are on free floor, {:.0} % of \
@@ -200,7 +200,7 @@ fn csv(course: &Course) -> String {
     text
 }
 
-fn in_words(args: &LocalizeArgs, course: &Course, score: &Score) -> String {
+fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> String {
     let mut text = format!("{}, seed {}\n", args.log.display(), args.seed);
     let mut line = |name: &str, what: String| {
         // Writing to a string cannot fail.
@@ -211,6 +211,7 @@ fn in_words(args: &LocalizeArgs, course: &Course, score: &Score) -> String {
         _ => "never".to_owned(),
     };
     line("scans", format!("{} over {:.0} m, {} updates", score.scans, score.driven_m, course.updates));
+    line("surfaces", format!("{:.3} m behind the faces of the map's cells", fit.surface_depth_m));
     line("found", found);
     line(
         "position",
@@ -226,7 +227,7 @@ fn in_words(args: &LocalizeArgs, course: &Course, score: &Score) -> String {
     text
 }
 
-fn as_json(args: &LocalizeArgs, recording: &Recording, course: &Course, score: &Score) -> String {
+fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Course, score: &Score) -> String {
     let lost = score.lost.iter().map(|stretch| [stretch.from.as_secs_f64(), stretch.to.as_secs_f64()]);
     let report = json!({
         "map": args.map.display().to_string(),
@@ -235,6 +236,7 @@ fn as_json(args: &LocalizeArgs, recording: &Recording, course: &Course, score: &
         "global": args.global,
         "odometry_drift": args.odometry_drift,
         "odometry_noise": args.odometry_noise,
+        "surface_depth_m": fit.surface_depth_m,
         "scans": score.scans,
         "updates": course.updates,
         "driven_m": score.driven_m,

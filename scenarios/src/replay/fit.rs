@@ -1,6 +1,10 @@
-//! Whether a map is of the place that a log is from.
+//! Whether a map is of the place that a log is from, and what its cells stand for.
+//!
+//! A drawn map's walls end at the faces of cells. A map made from scans has a wall in every cell in which beams ended,
+//! wherever in the cell: its surfaces lie behind the faces, by half a cell or so.
 
-use maps::{Cell, CellIndex, OccupancyGrid, Point};
+use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose};
+use nav::LocalizationParameters;
 use robot::recorded::Recording;
 
 /// Scans that are looked at, at most.
@@ -12,6 +16,9 @@ const STRIDE: usize = 4;
 /// A beam fits if it ends so near to an obstacle, in metres.
 const NEAR_M: f64 = 0.15;
 
+/// Along a beam, the face of an obstacle is looked for so often, in metres.
+const LOOK_M: f64 = 0.005;
+
 /// How well scans fit a map, seen from their corrected poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
@@ -19,21 +26,34 @@ pub struct Fit {
     pub beams: f64,
     /// The share of poses on free cells of the map.
     pub poses: f64,
+    /// How far behind the faces of cells beams end, in metres: the median of those that end near one. At least zero, at
+    /// most a cell's side.
+    pub surface_depth_m: f64,
+}
+
+/// The shares of beams and poses that a map is held to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shares {
+    /// Of beams.
+    pub beams: f64,
+    /// Of poses.
+    pub poses: f64,
 }
 
 impl Fit {
     /// What a map of another place, or in another frame, does not reach by chance: a fifth of the beams and half of the
     /// poses are seen to fit there.
-    pub const LEAST: Self = Self { beams: 0.4, poses: 0.5 };
+    pub const LEAST: Shares = Shares { beams: 0.4, poses: 0.5 };
 
     /// What a map made of the log's own scans reaches, with some to spare.
-    pub const GOOD: Self = Self { beams: 0.7, poses: 0.9 };
+    pub const GOOD: Shares = Shares { beams: 0.7, poses: 0.9 };
 
     /// Looks at a sample of a log's scans; none if no beam has hit anything.
     #[must_use]
     pub fn of(recording: &Recording, map: &OccupancyGrid) -> Option<Self> {
         let scans = recording.corrected_scans().count();
         let (mut poses, mut free, mut beams, mut near) = (0_u32, 0_u32, 0_u32, 0_u32);
+        let mut depths_m = Vec::new();
         for (_, scan, pose) in recording.corrected_scans().step_by(scans.div_ceil(SCANS).max(1)) {
             poses += 1;
             let at = map.index_of(&pose.translation.vector.into());
@@ -41,14 +61,20 @@ impl Fit {
             let laser = &recording.model().lasers[scan.laser];
             let eye = pose * laser.mount;
             for (beam, range_m) in scan.ranges_m.iter().enumerate().step_by(STRIDE).filter(|(_, r)| r.is_finite()) {
-                let (sin, cos) = libm::sincos(laser.beam_angle_rad(beam));
-                let end = eye * (Point::new(cos, sin) * f64::from(*range_m));
+                let (range_m, beam_rad) = (f64::from(*range_m), laser.beam_angle_rad(beam));
                 beams += 1;
-                near += u32::from(is_near_obstacle(map, &end));
+                near += u32::from(is_near_obstacle(map, &end_of(&eye, beam_rad, range_m)));
+                depths_m.extend(depth_m(map, &eye, beam_rad, range_m));
             }
         }
         let share = |part: u32, whole: u32| f64::from(part) / f64::from(whole);
-        (beams > 0).then(|| Self { beams: share(near, beams), poses: share(free, poses) })
+        depths_m.sort_unstable_by(f64::total_cmp);
+        let depth_m = depths_m.get(depths_m.len() / 2).copied().unwrap_or_default();
+        (beams > 0).then(|| Self {
+            beams: share(near, beams),
+            poses: share(free, poses),
+            surface_depth_m: depth_m.clamp(0.0, map.resolution_m()),
+        })
     }
 
     /// Whether the map may be of that place.
@@ -63,9 +89,32 @@ impl Fit {
         self.reaches(&Self::GOOD)
     }
 
-    fn reaches(&self, least: &Self) -> bool {
+    /// The parameters of localization on the map: those of scenarios, but for where surfaces are.
+    #[must_use]
+    pub fn parameters(&self) -> LocalizationParameters {
+        LocalizationParameters { surface_depth: self.surface_depth_m, ..LocalizationParameters::default() }
+    }
+
+    fn reaches(&self, least: &Shares) -> bool {
         self.beams >= least.beams && self.poses >= least.poses
     }
+}
+
+fn end_of(eye: &Pose, beam_rad: f64, range_m: f64) -> Point {
+    let (sin, cos) = libm::sincos(beam_rad);
+    eye * (Point::new(cos, sin) * range_m)
+}
+
+/// How far behind the face that it hits a beam ends, in metres, if that is not far. Negative if it ends before.
+fn depth_m(map: &OccupancyGrid, eye: &Pose, beam_rad: f64, range_m: f64) -> Option<f64> {
+    let is_occupied = |depth_m: f64| {
+        let at = map.index_of(&end_of(eye, beam_rad, range_m - depth_m));
+        at.and_then(|at| map.cell(at)) == Some(Cell::Occupied)
+    };
+    let looks = (2.0 * NEAR_M / LOOK_M) as u32;
+    let mut depths_m = (0..=looks).map(|look| NEAR_M - f64::from(look) * LOOK_M);
+    // What begins farther before the beam's end is not what it hit.
+    depths_m.find(|depth_m| is_occupied(*depth_m)).filter(|depth_m| *depth_m < NEAR_M)
 }
 
 fn is_near_obstacle(map: &OccupancyGrid, point: &Point) -> bool {
@@ -74,4 +123,46 @@ fn is_near_obstacle(map: &OccupancyGrid, point: &Point) -> bool {
     let around = |at: usize| at.saturating_sub(reach)..=at + reach;
     let mut cells = around(at.row).flat_map(|row| around(at.column).map(move |column| CellIndex { column, row }));
     cells.any(|index| map.cell(index) == Some(Cell::Occupied))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use maps::pose;
+    use robot::LaserScan;
+    use robot::recorded::LogWriter;
+
+    use super::*;
+
+    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of a cell, of which it sees the one 1 m ahead and both
+    /// sides so far behind their faces.
+    fn fit(depth_m: f32) -> Option<Fit> {
+        let mut map = OccupancyGrid::new(40, 40, 0.05, pose(0.0, 0.0, 0.0));
+        for index in (0..40).flat_map(|row| (0..40).map(move |column| CellIndex { column, row })) {
+            let wall = [0, 39].contains(&index.column) || [0, 39].contains(&index.row);
+            map.set(index, if wall { Cell::Occupied } else { Cell::Free });
+        }
+        let mut log = LogWriter::new("test");
+        let ranges_m = vec![0.95 + depth_m, f32::INFINITY, 0.95 + depth_m, f32::INFINITY, 0.95 + depth_m];
+        for second in 0..4 {
+            let scan = LaserScan { time: Duration::from_secs(second), laser: 0, ranges_m: ranges_m.clone() };
+            log.scan(&scan, &pose(0.0, 0.0, 0.0), &pose(1.0, 1.0, 0.0));
+        }
+        Fit::of(&Recording::read(log.into_text().as_bytes()).unwrap(), &map)
+    }
+
+    #[test]
+    fn how_deep_surfaces_lie_in_cells_is_found_out() {
+        for (depth_m, expected_m) in [(0.0, 0.0), (0.01, 0.01), (0.025, 0.025), (0.048, 0.048), (-0.04, 0.0), (0.12, 0.05)] {
+            let fit = fit(depth_m).unwrap();
+            assert!((fit.surface_depth_m - expected_m).abs() <= LOOK_M, "{depth_m}: {fit:?}");
+            assert!(fit.is_good());
+        }
+    }
+
+    #[test]
+    fn a_log_whose_beams_hit_nothing_fits_no_map() {
+        assert_eq!(fit(f32::INFINITY), None);
+    }
 }

@@ -14,9 +14,9 @@ pub mod starts;
 use std::sync::Arc;
 use std::time::Duration;
 
-use maps::{OccupancyGrid, Pose, heading, wrap_angle};
+use maps::{Pose, heading, wrap_angle};
 use nalgebra::Matrix3;
-use nav::{Atlas, InitialPose, Localization, LocalizationParameters};
+use nav::{Atlas, InitialPose, Localization};
 use robot::recorded::{OdometryErrors, RecordedRobot, Recording};
 use robot::{Reading, Robot, Streams};
 
@@ -75,13 +75,6 @@ pub struct Course {
     pub updates: u64,
     /// Localization did not know where the robot was at first.
     pub from_nothing: bool,
-}
-
-/// The parameters of localization on a map that was made from scans: those of scenarios, but that walls are met half a
-/// cell behind the faces of cells, since a cell is a wall wherever in it beams ended.
-#[must_use]
-pub fn parameters_on(map: &OccupancyGrid) -> LocalizationParameters {
-    LocalizationParameters { surface_depth: map.resolution_m() / 2.0, ..LocalizationParameters::default() }
 }
 
 /// Plays a recording back into localization on a map.
