@@ -86,7 +86,11 @@ pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     if let Some(folder) = &args.out {
         write(folder, args, &map, &course, &score)?;
     }
-    print(&if args.json { as_json(args, &recording, &fit, &course, &score) } else { in_words(args, &fit, &course, &score) })?;
+    print(&if args.json {
+        as_json(args, &recording, &fit, &course, &score)
+    } else {
+        in_words(args, &fit, &course, &score)
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -27,7 +27,7 @@ pub struct Fit {
     /// The share of poses on free cells of the map.
     pub poses: f64,
     /// How far behind the faces of cells beams end, in metres: the median of those that end near one. At least zero, at
-    /// most a cell's side.
+    /// most half a cell: where walls are thicker, poses were off, as often to one side as to the other.
     pub surface_depth_m: f64,
 }
 
@@ -73,7 +73,7 @@ impl Fit {
         (beams > 0).then(|| Self {
             beams: share(near, beams),
             poses: share(free, poses),
-            surface_depth_m: depth_m.clamp(0.0, map.resolution_m()),
+            surface_depth_m: depth_m.clamp(0.0, map.resolution_m() / 2.0),
         })
     }
 
@@ -154,7 +154,9 @@ mod tests {
 
     #[test]
     fn how_deep_surfaces_lie_in_cells_is_found_out() {
-        for (depth_m, expected_m) in [(0.0, 0.0), (0.01, 0.01), (0.025, 0.025), (0.048, 0.048), (-0.04, 0.0), (0.12, 0.05)] {
+        for (depth_m, expected_m) in
+            [(0.0, 0.0), (0.01, 0.01), (0.025, 0.025), (0.048, 0.025), (-0.04, 0.0), (0.12, 0.025)]
+        {
             let fit = fit(depth_m).unwrap();
             assert!((fit.surface_depth_m - expected_m).abs() <= LOOK_M, "{depth_m}: {fit:?}");
             assert!(fit.is_good());
