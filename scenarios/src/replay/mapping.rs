@@ -55,7 +55,10 @@ pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<O
         let eye = pose * laser.mount;
         for (beam, range_m) in scan.ranges_m.iter().enumerate() {
             let Some((reach_m, hits)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
-            walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m), |offset, is_last| {
+            // A hit is on the face of an obstacle; its cell is the one behind. Half a cell deeper, the faces of the
+            // cells that are marked lie where the faces of obstacles are, on average.
+            let depth_m = if hits { parameters.resolution_m / 2.0 } else { 0.0 };
+            walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m + depth_m), |offset, is_last| {
                 let count = &mut counts[offset];
                 if hits && is_last { count.hits += 1 } else { count.passed += 1 }
             });
