@@ -3,7 +3,8 @@
 //! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
 //! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
 //! [beam model](beam_model), the [search] for a robot that may be anywhere, the [contradiction] that says that one may be
-//! lost, and the [reconsideration] that decides what is done about it; the [filter] puts them together, and [`Localization`] connects it with odometry, scans and frames.
+//! lost, and the [reconsideration] that decides what is done about it; the [filter] puts them together, and
+//! [`Localization`] connects it with odometry, scans and frames.
 
 mod beam_model;
 mod challengers;

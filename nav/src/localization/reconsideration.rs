@@ -8,10 +8,10 @@
 //!   is believed stays as it is until another place has explained the scans far better for some time.
 //! - *Nearly all beams are short.* A robot that was put into a small room from a large one sees that; so does one that
 //!   people or closed doors hem in, and its wheels say that it has not moved. So what is believed stays as it is, and is
-//!   moved along with the odometry, while a *suspicion* looks for other places beside it. The suspicion comes true if another place proves
-//!   right over many scans and a way, with short beams where the robot is tracked costing little; or if looks have gone on
-//!   seeing nothing of the map, and one place alone explains nearly every beam of the scan exactly, as a crowd hardly ever
-//!   does. It is dropped as soon as the map is seen again.
+//!   moved along with the odometry, while a *suspicion* looks for other places beside it. The suspicion comes true if
+//!   another place proves right over many scans and a way, with short beams where the robot is tracked costing little; or
+//!   if looks have gone on seeing nothing of the map, and one place alone explains nearly every beam of the scan exactly,
+//!   as a crowd hardly ever does. It is dropped as soon as the map is seen again.
 //!
 //! Where a suspicion has come true, the pose before it is *remembered*, and moved along with the odometry until that has
 //! become too vague. If the remembered pose fits again while the robot is still sought, or when beams go through walls

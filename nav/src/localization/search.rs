@@ -13,13 +13,14 @@
 //! changed. So the scan that a later candidate was chosen for speaks for none, and a robot that may yet be where it was
 //! believed to be is believed to be there until another place has been far ahead for several scans.
 
-use maps::{Pose, heading, pose, wrap_angle};
+use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
 use super::challengers::{are_same, log_likelihood};
 use super::likelihood_field::Endpoints;
 use super::particle::{Gaussian, Particle};
+use super::reconsideration::after;
 use super::scan_matching;
 use crate::Atlas;
 
@@ -336,9 +337,7 @@ impl Search {
     }
 }
 
-/// A guess after a motion.
+/// A guess after a motion, about to be matched.
 fn driven(from: &Gaussian, moved: &Pose) -> Gaussian {
-    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
-    let covariance = Matrix3::from_diagonal(&Vector3::from(GUESS_VARIANCE));
-    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), covariance }
+    Gaussian { covariance: Matrix3::from_diagonal(&Vector3::from(GUESS_VARIANCE)), ..after(from, moved) }
 }
