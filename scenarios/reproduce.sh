@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # The paper's experiments from a fresh clone, as an artifact evaluator would run them: builds the program, runs the undisturbed
-# scenario and the three experiments with 20 seeds each, and prints a table. Exit status 0: all is as the paper says.
+# scenario and the three experiments in simulation with 20 seeds each, and prints a table. Exit status 0: each claim taken from
+# the paper was true of every run of its experiment.
 # Needs Rust (https://rustup.rs, the toolchain of rust-toolchain.toml is fetched by itself) and a C linker.
-# Usage: scenarios/reproduce.sh [--seeds N] [--out DIR]
+# Usage: scenarios/reproduce.sh [--seeds N] [--map FILE] [--start X,Y,DEG] [--tree whole|nodes] [--out DIR]
 set -euo pipefail
 cd "$(dirname "$0")/.."
 command -v cargo > /dev/null || { echo "cargo is missing: install Rust from https://rustup.rs" >&2; exit 3; }

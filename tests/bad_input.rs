@@ -88,6 +88,38 @@ fn an_unknown_key_on_the_command_line_is_refused() {
 }
 
 #[test]
+fn a_base_is_a_file_or_a_name_and_can_be_set() {
+    let folder = tempdir().unwrap();
+    let mine = folder.path().join("mine.toml");
+    let out = folder.path().join("out");
+    let of = |text: &str, set: &[&str]| {
+        std::fs::write(&mine, text).unwrap();
+        let arguments =
+            ["--scenario", mine.to_str().unwrap(), "--no-snapshots", "--json", "--out", out.to_str().unwrap()];
+        let short = ["--set", "execution.max_time_s=2", "--set", "expect={}", "--set", "expect.max_collisions=0"];
+        steward(&[&arguments[..], &short, set].concat())
+    };
+    let hash = |text: &str, set: &[&str]| {
+        let output = of(text, set);
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout)
+            .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+        report["trace_hash"].clone()
+    };
+    let errand = hash("base = \"errand\"\n", &[]);
+    assert_eq!(errand, hash("base = \"scenarios/errand.toml\"\n", &[]));
+    let corridor = hash("base = \"corridor\"\n", &[]);
+    assert_ne!(errand, corridor);
+    assert_eq!(corridor, hash("base = \"errand\"\n", &["--set", "base=corridor"]));
+    for (text, set) in
+        [("base = \"errand\"\n", "base=nope"), ("base = 3\n", "seed=1"), ("base = \"errand\"\n", "base=3")]
+    {
+        let output = of(text, &["--set", set]);
+        assert_eq!(output.status.code(), Some(2), "{text} {set}");
+        says(&String::from_utf8_lossy(&output.stderr), &["base"]);
+    }
+}
+
+#[test]
 fn a_missing_file_of_each_kind_is_named() {
     for file in ["maps/house.yaml", "maps/house.places.toml", "trees/recharge.xml"] {
         let own = file.rsplit('/').next().unwrap();
@@ -134,6 +166,28 @@ fn a_leaf_without_a_skill_is_refused() {
     says(&said, &["recharge.xml", "BatteryLvl"]);
 }
 
+/// A copy of another leaf's machine drives where that one does, whatever its file is called.
+#[test]
+fn a_machine_that_calls_itself_otherwise_is_meant_to_be() {
+    let folder = tempdir().unwrap();
+    let scenario = copy_of_battery_fault(folder.path());
+    let beside = scenario.parent().unwrap();
+    let tree = beside.join("trees/recharge.xml");
+    let text = std::fs::read_to_string(&tree).unwrap();
+    std::fs::write(&tree, text.replace("GoToDestination", "GoToLobby")).unwrap();
+    std::fs::copy(beside.join("skills/GoToDestination.scxml"), beside.join("skills/GoToLobby.scxml")).unwrap();
+    let text = std::fs::read_to_string(&scenario).unwrap() + "\n[execution]\nmax_time_s = 2\n";
+    std::fs::write(&scenario, text.replace("properties = [", "properties = [] # [").replace("phi", "# phi")).unwrap();
+    let said = refusal(&["check", scenario.to_str().unwrap()]);
+    says(&said, &["skills/GoToLobby.scxml, calls itself `GoToDestination`", "[leaves.GoToLobby] machine ="]);
+    let meant = ["--set", "leaves.GoToLobby.machine=GoToLobby.scxml", "--no-snapshots", "--out"];
+    let output = steward(
+        &[&["--scenario", scenario.to_str().unwrap()], &meant[..], &[folder.path().join("out").to_str().unwrap()]]
+            .concat(),
+    );
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 #[test]
 fn a_broken_skill_is_refused_with_its_place() {
     let said = refusal_of("skills/BatteryLevel.scxml", "<onentry>", "<onenter>");
@@ -165,7 +219,7 @@ fn all_that_does_not_fit_between_tree_skills_and_components_is_said_once_and_at_
     spoil("skills/AtRechargingStation.scxml", "event=\"Localization.", "event=\"Location.");
     let said = refusal(&["--scenario", scenario.to_str().unwrap()]);
     let complaints = [
-        ("no skill for this leaf", "recharge.xml:25:9"),
+        ("no machine for this leaf", "recharge.xml:25:9"),
         ("there is no process BateryReader", "BatteryLevel.scxml:24:38"),
         ("carries no <get_charge>", "BatteryNotCharging.scxml:22:60"),
         ("WaitForUser never answers BT", "WaitForUser.scxml:5:2"),
@@ -203,7 +257,7 @@ fn a_start_inside_a_wall_is_refused() {
     // The wall between the kitchen and the bedroom.
     std::fs::write(&places, text.replacen(at_start, "[start]\nposition_m = [-9.2, 14.0]", 1)).unwrap();
     let said = refusal(&["--scenario", scenario.to_str().unwrap()]);
-    says(&said, &["the start (-9.2, 14)", "wall"]);
+    says(&said, &["the start (-9.20, 14.00)", "wall", "house.places.toml:4:14"]);
 }
 
 #[test]
@@ -221,23 +275,14 @@ fn a_folder_that_cannot_be_written_to_is_exit_status_three() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_is_exit_status_three() {
-    let folder = tempdir().unwrap();
-    std::os::unix::fs::symlink("/dev/full", folder.path().join("report.json")).unwrap();
-    let out = folder.path().to_str().unwrap();
-    for arguments in [
-        vec!["--scenario", "battery_fault", "--no-snapshots", "--out", out],
-        vec!["--scenario", "battery_fault", "--no-snapshots", "--record", "/dev/full"],
-        vec!["--scenario", "battery_fault", "--no-snapshots", "--gif", "/dev/full"],
-    ] {
-        let mut all = arguments.clone();
-        let elsewhere = tempdir().unwrap();
-        if !arguments.contains(&"--out") {
-            all.extend(["--out", elsewhere.path().to_str().unwrap()]);
-        }
-        let output = steward(&all);
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert_eq!(output.status.code(), Some(3), "{arguments:?}: {said}");
-        assert!(!said.contains("panicked"), "{said}");
+    for output in ["--record", "--gif", "--junit"] {
+        let out = tempdir().unwrap();
+        let out = out.path().to_str().unwrap();
+        let all = ["--scenario", "battery_fault", "--no-snapshots", "--out", out, output, "/dev/full"];
+        let done = steward(&all);
+        let said = String::from_utf8_lossy(&done.stderr);
+        assert_eq!(done.status.code(), Some(3), "{output}: {said}");
+        assert!(said.contains("No space left") && !said.contains("panicked"), "{said}");
     }
 }
 
@@ -246,4 +291,53 @@ fn init_overwrites_nothing() {
     let folder = tempdir().unwrap();
     std::fs::write(folder.path().join("precious.txt"), "mine").unwrap();
     says(&refusal(&["init", folder.path().to_str().unwrap()]), &["is not empty"]);
+}
+
+/// A device that never ends, a pipe that nobody writes to, and a file that is too long.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_might_never_end_is_not_read() {
+    let folder = tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (pipe, long) = (at("pipe"), at("long.xml"));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    std::fs::File::create(&long).unwrap().set_len(1 << 31).unwrap();
+    let image = at("map.yaml");
+    let skill = at("skill.scxml");
+    for (endless, why) in [("/dev/zero", "device"), (&pipe, "device"), (&long, "MiB")] {
+        let yaml = "resolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
+        std::fs::write(&image, format!("image: {endless}\n{yaml}")).unwrap();
+        let script = format!("<script src=\"{endless}\"/><state id=\"a\"/></scxml>");
+        let head = "<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" datamodel=\"ecmascript\">";
+        std::fs::write(&skill, format!("{head}{script}")).unwrap();
+        let set = |key: &str| format!("{key}={endless}");
+        for arguments in [
+            vec!["--scenario", endless],
+            vec!["--scenario", "nominal", "--set", &set("map")],
+            vec!["--scenario", "nominal", "--set", &set("places")],
+            vec!["--scenario", "nominal", "--set", &set("tree")],
+            vec!["campaign", endless],
+            vec!["tree", "check", endless],
+            vec!["skill", "check", endless],
+            vec!["skill", "check", &skill],
+            vec!["monitor", "check", endless],
+            vec!["navigate", "--map", endless],
+            vec!["navigate", "--map", &image],
+        ] {
+            says(&refusal(&arguments), &[why]);
+        }
+    }
+}
+
+/// Each shown problem costs a look through its file: of very many, the first are shown.
+#[test]
+fn of_five_thousand_bad_properties_a_hundred_are_shown() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("bad.scope");
+    let text: String =
+        (0..5000).map(|n| format!("property p{n} := once (BatteryReader, BatteryLevel, true)\n")).collect();
+    std::fs::write(&file, text).unwrap();
+    let said = refusal(&["monitor", "check", file.to_str().unwrap()]);
+    assert_eq!(said.matches("found `once`").count(), 100);
+    says(&said, &["and 4,900 more"]);
 }

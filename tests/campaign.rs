@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use tempfile::{TempDir, tempdir};
 
+#[cfg(feature = "ecmascript")]
+use crate::skill_errors::campaign_of_failing_scripts;
 use crate::steward::{refusal, steward};
 
 const SOME: &str = r#"
@@ -43,18 +45,28 @@ fn results(file: &Path, name: &str, arguments: &[&str]) -> PathBuf {
     out
 }
 
+/// Repeats a run that is not as expected, which the exit status says; the folder of its report.
+fn repeated(file: &Path, k: &str, arguments: &[&str]) -> PathBuf {
+    let out = file.with_file_name("alone");
+    let all = ["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--only", k];
+    let output = steward(&[&all, arguments].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("NOT as expected"));
+    out.join(format!("run-{k}"))
+}
+
 /// What the binary says when it refuses its input, in one line: the graphical report breaks lines between words.
 fn refused(arguments: &[&str]) -> String {
     refusal(arguments).split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
 }
 
 /// Everything but wall times.
-fn bytes(folder: &Path) -> [Vec<u8>; 4] {
+pub(crate) fn bytes(folder: &Path) -> [Vec<u8>; 4] {
     ["dataset.parquet", "summary.json", "journal.jsonl", "report.html"].map(|name| fs::read(folder.join(name)).unwrap())
 }
 
 /// Runs a campaign on so many threads; the folder of its results.
-fn results_on(threads: u32, file: &Path) -> PathBuf {
+pub(crate) fn results_on(threads: u32, file: &Path) -> PathBuf {
     let out = file.with_file_name(format!("on{threads}"));
     let output = Command::new(env!("CARGO_BIN_EXE_steward"))
         .args(["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()])
@@ -107,14 +119,26 @@ fn begun(file: &Path, name: &str) -> Child {
 #[test]
 fn what_was_killed_goes_on_without_a_run_lost_repeated_or_different() {
     let (_folder, file) = campaign(SOME);
+    survives(&file, 24, 50);
+}
+
+#[cfg(feature = "ecmascript")]
+#[test]
+fn scripts_that_fail_come_to_the_same_after_a_kill() {
+    let folder = tempdir().unwrap();
+    survives(&campaign_of_failing_scripts(folder.path(), 6), 6, 10);
+}
+
+/// Kills a campaign so often, and compares what comes out with that of one that was left alone.
+fn survives(file: &Path, runs: u64, wanted_kills: u32) {
     let began = now();
-    let whole = bytes(&results(&file, "whole", &[]));
+    let whole = bytes(&results(file, "whole", &[]));
     let life = began.elapsed();
     let (mut kills, mut campaigns, mut random) = (0, 0, 12_345_u64);
-    while kills < 50 {
+    while kills < wanted_kills {
         let name = format!("killed{campaigns}");
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let mut child = begun(&file, &name);
+        let mut child = begun(file, &name);
         wait(life.mul_f64((random >> 40) as f64 / (1 << 24) as f64));
         if let Some(status) = child.try_wait().unwrap() {
             assert!(status.success());
@@ -127,9 +151,9 @@ fn what_was_killed_goes_on_without_a_run_lost_repeated_or_different() {
             kills += 1;
         }
     }
-    let out = results(&file, &format!("killed{campaigns}"), &[]);
+    let out = results(file, &format!("killed{campaigns}"), &[]);
     assert_eq!(bytes(&out), whole);
-    assert_eq!(timed_runs(&out), (0..24).collect::<Vec<u64>>());
+    assert_eq!(timed_runs(&out), (0..runs).collect::<Vec<u64>>());
 }
 
 /// The runs whose wall times are known.
@@ -219,7 +243,8 @@ fn a_run_is_repeated_alone() {
         journal.lines().skip(1).map(|line| serde_json::from_str(line).unwrap()).collect();
     let ended = runs.iter().find(|run| run["failure"].is_null()).unwrap();
     let k = ended["k"].to_string();
-    let alone = results(&file, "alone", &["--only", &k]).join(format!("run-{k}"));
+    assert_eq!(ended["outcome"], "not_as_expected");
+    let alone = repeated(&file, &k, &[]);
     let report: serde_json::Value = serde_json::from_slice(&fs::read(alone.join("report.json")).unwrap()).unwrap();
     assert_eq!(report["trace_hash"], ended["facts"]["trace_hash"]);
     assert!(alone.join("report.html").exists());
@@ -240,14 +265,14 @@ fn the_command_that_the_summary_gives_repeats_the_run() {
     assert_eq!(words[..2], ["steward", "campaign"]);
     assert_eq!(words[3..], ["--runs", "7", "--only", "5"]);
     let hash = |arguments: &[&str]| {
-        let alone = results(&file, "alone", arguments).join("run-5/report.json");
-        let report: serde_json::Value = serde_json::from_slice(&fs::read(alone).unwrap()).unwrap();
+        let report = repeated(&file, "5", arguments).join("report.json");
+        let report: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
         report["trace_hash"].clone()
     };
     let journal = String::from_utf8(bytes(&out)[2].clone()).unwrap();
     let fifth: serde_json::Value = serde_json::from_str(journal.lines().nth(6).unwrap()).unwrap();
-    assert_eq!(hash(&words[3..]), fifth["facts"]["trace_hash"]);
-    assert_ne!(hash(&words[5..]), fifth["facts"]["trace_hash"], "with the file's number of runs it is another");
+    assert_eq!(hash(&words[3..5]), fifth["facts"]["trace_hash"]);
+    assert_ne!(hash(&[]), fifth["facts"]["trace_hash"], "with the file's number of runs it is another");
 }
 
 /// A run that talks without end, if never for long, is given up, by count and not by the clock.
@@ -291,6 +316,54 @@ fn a_campaign_whose_files_were_edited_does_not_go_on() {
         fs::write(&path, text).unwrap();
     }
     assert_eq!(bytes(&results(&file, "out", &[])), before, "as it was");
+}
+
+/// `--fresh` removes what a campaign wrote, and only that.
+#[test]
+fn a_campaign_can_start_over_where_another_has_been() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
+    let out = results(&file, "out", &[]);
+    fs::write(out.join("notes.txt"), "mine").unwrap();
+    let again = ["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap(), "--runs", "3"];
+    let said = refused(&again);
+    assert!(said.contains("another campaign") && said.contains("start over with `--fresh`"), "{said}");
+    let other = results(&file, "other", &["--runs", "3"]);
+    let _ = results(&file, "out", &["--runs", "3", "--fresh"]);
+    assert_eq!(bytes(&out), bytes(&other));
+    assert_eq!(timed_runs(&out), [0, 1, 2]);
+    assert_eq!(fs::read_to_string(out.join("notes.txt")).unwrap(), "mine");
+    // What no campaign wrote is not removed.
+    fs::write(out.join("journal.jsonl"), "{\"mine\": 1}\n").unwrap();
+    assert!(refused(&[&again[..], &["--fresh"]].concat()).contains("is not the journal of a campaign"));
+    assert_eq!(fs::read_to_string(out.join("journal.jsonl")).unwrap(), "{\"mine\": 1}\n");
+    assert_eq!(bytes(&out)[..2], bytes(&other)[..2]);
+}
+
+#[test]
+fn a_shard_that_is_refused_does_not_start_over() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
+    let out = results(&file, "out", &["--shard", "0/2"]);
+    let journal = || fs::read_to_string(out.join("shard-0-of-2/journal.jsonl")).unwrap();
+    let before = journal();
+    fs::write(&file, format!("{SOME}[goal]\nestimate = \"expectation\"\nhalf_width = 0.25\nconfidence = 0.8\n"))
+        .unwrap();
+    let arguments = ["campaign", file.to_str().unwrap(), "--shard", "0/2", "--out", out.to_str().unwrap(), "--fresh"];
+    assert!(refused(&arguments).contains("a campaign that stops at a goal cannot be sharded"));
+    assert_eq!(journal(), before);
+}
+
+#[test]
+fn shards_are_merged_by_the_folder_that_has_them() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
+    let whole = results(&file, "whole", &[]);
+    for (name, shard) in [("one", "0/3"), ("one", "2/3"), ("two", "1/3")] {
+        let _ = results(&file, name, &["--shard", shard]);
+    }
+    let path = |name: &str| file.with_file_name(name).to_str().unwrap().to_owned();
+    let merge = ["campaign", "merge", &path("one"), &path("two/shard-1-of-3"), "--out", &path("merged")];
+    let output = steward(&merge);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(bytes(&file.with_file_name("merged")), bytes(&whole));
 }
 
 /// Each is refused with one message before anything is run or written.
@@ -349,6 +422,12 @@ fn what_does_not_belong_together_is_refused_and_left_untouched() {
     let old = String::from_utf8(before[2].clone()).unwrap().replacen("\"version\":\"", "\"version\":\"0.0.", 1);
     fs::write(out.join("journal.jsonl"), &old).unwrap();
     assert!(refused(&again[..4]).contains("results of version 0.0."));
+    let other_format = old.replacen("\"format\":2", "\"format\":1", 1).replacen("\"layout\"", "\"columns\"", 1);
+    fs::write(out.join("journal.jsonl"), other_format).unwrap();
+    let said = refused(&again[..4]);
+    let parts = [" in format 1; this program is version ", " and writes format 2"];
+    assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+    fs::write(out.join("journal.jsonl"), &old).unwrap();
     assert_eq!(fs::read_to_string(out.join("journal.jsonl")).unwrap(), old);
     assert_eq!(bytes(&out)[..2], before[..2]);
     fs::remove_file(out.join("journal.jsonl")).unwrap();
@@ -358,7 +437,7 @@ fn what_does_not_belong_together_is_refused_and_left_untouched() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_said_and_leaves_results_as_they_were() {
+fn a_full_disk_is_said() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
     let out = file.with_file_name("full");
     fs::create_dir(&out).unwrap();
@@ -367,12 +446,71 @@ fn a_full_disk_is_said_and_leaves_results_as_they_were() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(3), "{said}");
     assert!(said.contains("No space left") && said.contains("journal.jsonl"), "{said}");
-    let whole = results(&file, "whole", &[]);
-    let before = bytes(&whole);
-    std::os::unix::fs::symlink("/dev/full", whole.join("dataset.parquet.part")).unwrap();
-    let output = steward(&["campaign", file.to_str().unwrap(), "--out", whole.to_str().unwrap()]);
-    let said = String::from_utf8_lossy(&output.stderr);
-    assert_eq!(output.status.code(), Some(3), "{said}");
-    assert!(said.contains("No space left"), "{said}");
-    assert_eq!(bytes(&whole), before);
+}
+
+#[test]
+fn a_merge_that_was_killed_half_way_goes_on() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 5"));
+    let path = |name: &str| file.with_file_name(name).to_str().unwrap().to_owned();
+    for shard in ["0/2", "1/2"] {
+        let _ = results(&file, "shards", &["--shard", shard]);
+    }
+    let [even, odd, merged] = ["shards/shard-0-of-2", "shards/shard-1-of-2", "merged"].map(path);
+    let merge = || assert_eq!(steward(&["campaign", "merge", &even, &odd, "--out", &merged]).status.code(), Some(0));
+    merge();
+    let whole = bytes(Path::new(&merged));
+    let len = whole[2].len();
+    for end in [0, len / 3, len / 2, len] {
+        fs::write(format!("{merged}/journal.jsonl"), &whole[2][..end]).unwrap();
+        fs::remove_file(format!("{merged}/dataset.parquet")).unwrap();
+        merge();
+        assert_eq!(bytes(Path::new(&merged)), whole, "cut off at {end} of {len}");
+        assert_eq!(timed_runs(Path::new(&merged)), (0..5).collect::<Vec<u64>>());
+    }
+}
+
+#[test]
+fn a_campaign_of_which_no_run_came_to_its_end_fails() {
+    let (_folder, file) = campaign("scenario = \"errand\"\nruns = 2\nset = [\"execution.step_budget=2\"]\n");
+    let output = steward(&["campaign", file.to_str().unwrap(), "--out", file.with_file_name("out").to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("2 failed"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_is_removed_meanwhile_cannot_be_written_to() {
+    let (_folder, file) = campaign(&SOME.replace("max_time_s=3", "max_time_s=60"));
+    for arguments in [&[][..], &["--shard", "0/2"]] {
+        let out = file.with_file_name("out");
+        let all = [&["campaign", file.to_str().unwrap(), "--out", out.to_str().unwrap()], arguments].concat();
+        let child = Command::new(env!("CARGO_BIN_EXE_steward")).args(all).stderr(Stdio::piped()).spawn().unwrap();
+        let journal = if arguments.is_empty() { out.clone() } else { out.join("shard-0-of-2") }.join("journal.jsonl");
+        while fs::read_to_string(&journal).map_or(0, |text| text.lines().count()) < 2 {
+            wait(Duration::from_millis(5));
+        }
+        fs::remove_dir_all(&out).unwrap();
+        let ended = child.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert_eq!(ended.status.code(), Some(3), "{said}");
+        assert!(said.contains("cannot write") && said.contains("No such file"), "{said}");
+    }
+}
+
+#[test]
+fn shards_are_no_more_than_make_sense() {
+    let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
+    for shard in ["0/18446744073709551615", "0/1000000000000"] {
+        let said = refusal(&["campaign", file.to_str().unwrap(), "--shard", shard]);
+        assert!(said.contains("N at most 1000000"), "{said}");
+    }
+    // Nor does a journal make the program believe it.
+    let out = results(&file, "out", &[]);
+    let journal = fs::read_to_string(out.join("journal.jsonl")).unwrap();
+    for (old, new) in [("\"of\":1", "\"of\":18446744073709551615"), ("\"runs\":2", "\"runs\":18446744073709551615")] {
+        fs::write(out.join("journal.jsonl"), journal.replacen(old, new, 1)).unwrap();
+        let all = file.with_file_name("all");
+        let merge = ["campaign", "merge", out.to_str().unwrap(), "--out", all.to_str().unwrap()];
+        assert!(refused(&merge).contains("is damaged"));
+    }
 }

@@ -74,9 +74,10 @@ fn the_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
     let again = tempdir().unwrap();
     let mut arguments: Vec<&str> = command.split(' ').collect();
     arguments.extend(["--out", again.path().to_str().unwrap(), "--quiet"]);
-    assert_eq!(steward(&arguments).status.code(), Some(0));
-    let report = json(&again.path().join(format!("run-{k}")).join("report.json"));
-    assert_eq!(report["trace_hash"], records(&out)[k]["facts"]["trace_hash"]);
+    let status = steward(&arguments).status.code();
+    let (report, record) = (json(&again.path().join(format!("run-{k}")).join("report.json")), &records(&out)[k]);
+    assert_eq!(report["trace_hash"], record["facts"]["trace_hash"]);
+    assert_eq!(status, Some(i32::from(record["outcome"] == "not_as_expected")), "{record}");
 }
 
 #[test]
@@ -121,14 +122,14 @@ from = 31
 to = 80
 "#;
 
-/// Campaigns in one folder: a name and a text each; the folders of their results.
-fn campaigns(texts: &[(&str, &str)]) -> (TempDir, Vec<PathBuf>) {
+/// Campaigns in one folder: a name, a text and the exit status of each; the folders of their results.
+fn campaigns(texts: &[(&str, &str, i32)]) -> (TempDir, Vec<PathBuf>) {
     let folder = tempdir().unwrap();
-    let one = |(name, text): &(&str, &str)| {
+    let one = |(name, text, status): &(&str, &str, i32)| {
         let (file, out) = (folder.path().join(format!("{name}.toml")), folder.path().join(name));
         fs::write(&file, text).unwrap();
         let output = steward(&["campaign", file.to_str().unwrap(), "--quiet", "--out", out.to_str().unwrap()]);
-        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(output.status.code(), Some(*status), "{}", String::from_utf8_lossy(&output.stderr));
         out
     };
     let outs = texts.iter().map(one).collect();
@@ -140,7 +141,7 @@ fn a_campaign_is_compared_with_what_it_became() {
     // In the second, no run comes to an end.
     let broken = SOME.replace("\"expect={}\"", "\"expect={}\", \"execution.step_budget=2\"");
     let unexpected = SOME.replace("\"expect={}\"", "\"expect={reached=[\\\"Destination\\\"]}\"");
-    let (_folder, outs) = campaigns(&[("old", SOME), ("broken", &broken), ("unexpected", &unexpected)]);
+    let (_folder, outs) = campaigns(&[("old", SOME, 0), ("broken", &broken, 1), ("unexpected", &unexpected, 0)]);
     let path = |place: usize| outs[place].to_str().unwrap();
     let compare = |a: usize, b: usize, more: &[&str]| {
         let output = steward(&[&["campaign", "compare", path(a), path(b)], more].concat());
@@ -187,7 +188,7 @@ fn what_cannot_be_compared_is_refused() {
     let foreign =
         SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi2_variant.scope\\\"]\"");
     let all = [("some", SOME), ("wider", &wider), ("other", &other), ("unwatched", &unwatched), ("foreign", &foreign)];
-    let (folder, outs) = campaigns(&all);
+    let (folder, outs) = campaigns(&all.map(|(name, text)| (name, text, 0)));
     let path = |place: usize| outs[place].to_str().unwrap().to_owned();
     let refused = |a: &str, b: &str| {
         let said = refusal(&["campaign", "compare", a, b]);

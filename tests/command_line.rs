@@ -85,6 +85,49 @@ fn quiet_says_nothing() {
 }
 
 #[test]
+fn a_failure_is_told_even_where_little_is_wanted() {
+    let out = tempdir().unwrap();
+    let arguments = ["--scenario", "battery_fault", "--no-snapshots", "-q", "--set", "expect.phi1=satisfied", "--out"];
+    let output = steward(&[&arguments[..], &[out.path().to_str().unwrap()]].concat());
+    assert_eq!((output.status.code(), output.stdout.len()), (Some(1), 0));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("battery_fault, seed 1: NOT as expected"), "{said}");
+    assert!(said.contains("phi1 was expected to be satisfied and is violated"), "{said}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_interrupted_says_how_far_it_came_and_leaves_no_half_files() {
+    let folder = tempdir().unwrap();
+    let (out, log) = (folder.path().join("out"), folder.path().join("log.jsonl"));
+    let child = Command::new(env!("CARGO_BIN_EXE_steward"))
+        .args(["--scenario", "nominal", "--set", "stop.at=[]", "--set", "execution.max_time_s=1e8"])
+        .args(["--out", out.to_str().unwrap(), "--record", log.to_str().unwrap()])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // From then on it listens.
+    while !out.exists() {
+        std::thread::yield_now();
+    }
+    let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(signalled.success());
+    let ended = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!((ended.status.code(), ended.stdout.len()), (Some(130), 0), "{said}");
+    assert!(
+        said.contains("note: interrupted after ") && said.contains("report and pictures were not written"),
+        "{said}"
+    );
+    assert!(said.contains("phi1 undecided") && said.contains(log.to_str().unwrap()), "{said}");
+    assert!(!out.join("report.json").exists() && !out.join("report.html").exists());
+    let log = std::fs::read_to_string(log).unwrap();
+    assert!(log.ends_with('\n'));
+    assert!(log.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()), "{log}");
+}
+
+#[test]
 fn list_names_the_scenarios() {
     let said = String::from_utf8(steward(&["list"]).stdout).unwrap();
     assert!(said.contains("nominal") && said.contains("battery_fault"), "{said}");
@@ -124,6 +167,34 @@ fn an_initialised_copy_runs_like_the_original() {
     assert_eq!(original, copied);
 }
 
+/// A scenario of one's own, with what it names beside it.
+#[test]
+fn a_scenario_in_a_file_can_be_copied_too() {
+    let folder = tempdir().unwrap();
+    let original = crate::bad_input::copy_of_battery_fault(folder.path());
+    let (beside, copy) = (original.parent().unwrap(), folder.path().join("copy"));
+    std::fs::rename(beside.join("maps/house.places.toml"), beside.join("maps/mine.toml")).unwrap();
+    let text = "base = \"battery_fault.toml\"\nplaces = \"maps/mine.toml\"\nabout = \"mine\"\n";
+    std::fs::write(beside.join("mine.toml"), text).unwrap();
+    let mine = beside.join("mine.toml");
+    let output = steward(&["init", copy.to_str().unwrap(), "--scenario", mine.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    for file in ["mine.toml", "battery_fault.toml", "maps/mine.toml", "trees/recharge.xml"] {
+        assert!(copy.join(file).is_file(), "{file}");
+    }
+    std::fs::remove_dir_all(beside).unwrap();
+    let copied = copy.join("mine.toml");
+    let output = steward(&[
+        "--scenario",
+        copied.to_str().unwrap(),
+        "-q",
+        "--no-snapshots",
+        "--out",
+        folder.path().to_str().unwrap(),
+    ]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
 #[test]
 fn an_event_log_has_a_communication_a_line() {
     let out = tempdir().unwrap();
@@ -148,4 +219,33 @@ fn an_animation_is_a_gif_of_more_than_one_picture() {
     let bytes = std::io::Cursor::new(std::fs::read(gif).unwrap());
     let frames = image::codecs::gif::GifDecoder::new(bytes).unwrap().into_frames();
     assert!(frames.take(3).filter(Result::is_ok).count() == 3);
+}
+
+#[test]
+fn exit_statuses_are_as_the_readme_says() {
+    let folder = tempdir().unwrap();
+    let out = folder.path().join("out");
+    let occupied = folder.path().join("occupied");
+    std::fs::write(&occupied, "").unwrap();
+    let log = folder.path().join("log.jsonl");
+    let [out, log, below] = [out, log, occupied.join("out")].map(|path| path.to_str().unwrap().to_owned());
+    let run = ["--scenario", "battery_fault", "--no-snapshots", "--quiet"];
+    let statuses: [(i32, Vec<&str>); 12] = [
+        (0, [&run[..], &["--out", &out, "--record", &log]].concat()),
+        (1, [&run[..], &["--out", &out, "--set", "expect.phi1=satisfied"]].concat()),
+        (2, [&run[..], &["--out", &out, "--set", "execution.step_budget=2"]].concat()),
+        (2, [&run[..], &["--out", &out, "--set", "batery=1"]].concat()),
+        (3, [&run[..], &["--out", &below]].concat()),
+        (3, [&run[..], &["--out", &out, "--record", &below]].concat()),
+        (0, vec!["verify", &log, "--property", "phi2"]),
+        (1, vec!["verify", &log, "--property", "phi1"]),
+        (2, vec!["verify", &below, "--property", "phi1"]),
+        (2, vec!["--no-such-argument"]),
+        (0, vec!["--version"]),
+        (3, vec!["monitor", "export", "phi1", "--out", &below]),
+    ];
+    for (status, arguments) in statuses {
+        let output = steward(&arguments);
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    }
 }

@@ -71,7 +71,9 @@ fn verdicts_do_not_depend_on_the_scheduler() {
         &["execution.tree=nodes"],
         &["execution.tree=nodes", "execution.starve=BT"],
     ];
-    for scenario in ["battery_fault", "skill_bug", "joypad", "never_arrives", "already_there", "stop_overtakes_start"] {
+    let scenarios =
+        ["battery_fault", "skill_bug", "joypad", "never_arrives", "already_there", "late_halt", "early_release"];
+    for scenario in scenarios {
         for variant in variants {
             let report = changed(scenario, variant);
             assert_eq!(report["outcome"], "as_expected", "{scenario} {variant:?}: {}", report["differences"]);
@@ -132,18 +134,32 @@ fn phi2_blames_a_robot_that_is_already_there_and_its_variant_does_not() {
 }
 
 #[test]
-fn a_stop_overtaken_by_a_start_loses_the_trip_with_the_original_protocol_only() {
-    let run = changed("stop_overtakes_start", &[]);
-    assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
-    let shipped = changed("stop_overtakes_start", &["components.navigation=shipped", "skills=skills"]);
-    for name in ["phi2", "phi3"] {
-        assert_eq!(monitor(&shipped, name)["verdict"], "satisfied", "{name}");
+fn the_undisturbed_run_is_the_same_story_by_the_published_protocol() {
+    for variant in ["seed=1", "seed=2", "execution.policy=round-robin", "execution.tree=nodes"] {
+        let run = changed("nominal", &["skills=skills/original", "components.navigation=original", variant]);
+        assert_eq!(run["outcome"], "as_expected", "{variant}: {}", run["differences"]);
+        assert_eq!(run["overruns"], 0, "{variant}");
     }
-    assert!(reached(&shipped, "RechargingStation").is_some());
-    // Some schedules lose nothing, and phi2 is violated all the same.
+}
+
+#[test]
+fn the_halt_of_a_trip_that_has_ended_loses_the_next_if_it_ends_every_trip() {
+    for seed in 1..=5 {
+        let run = changed("late_halt", &[&format!("seed={seed}")]);
+        assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
+    }
+    let own_trips = changed("late_halt", &["components.navigation=shipped"]);
+    assert_eq!(monitor(&own_trips, "phi3")["verdict"], "satisfied");
+    assert!(reached(&own_trips, "RechargingStation").is_some());
+}
+
+#[test]
+fn navigation_that_is_given_free_before_it_is_halted_loses_the_trip_in_some_orders() {
+    let published = changed("early_release", &["faults=[]"]);
+    assert_eq!(monitor(&published, "phi3")["verdict"], "satisfied", "the same order, without the mistake");
+    assert!(reached(&published, "RechargingStation").is_some());
     let reaches = |seed: u64| {
-        let run = changed("stop_overtakes_start", &["execution.order=[]", &format!("seed={seed}")]);
-        assert_eq!(monitor(&run, "phi2")["verdict"], "violated");
+        let run = changed("early_release", &["execution.order=[]", &format!("seed={seed}")]);
         reached(&run, "RechargingStation").is_some()
     };
     assert!((1..=4).any(reaches), "the station is reached with some seed");
@@ -168,6 +184,11 @@ fn a_destination_that_cannot_be_reached_is_a_run_in_which_the_action_fails() {
     let far =
         text.replace("[Destination]", "[Elsewhere]") + "\n[Destination]\ncorners_m = [[90, 90], [91, 90], [91, 91]]\n";
     std::fs::write(&places, far).unwrap();
+    // A place that may change: a scenario whose skills always drive to such a place would not be loaded.
+    let skill = out.path().join("scenario/skills/GoToDestination.scxml");
+    let text = std::fs::read_to_string(&skill).unwrap();
+    let idle = "<state id=\"idle\"><onexit><assign location=\"place\" expr=\"place\"/></onexit></state>";
+    std::fs::write(&skill, text.replace("<state id=\"idle\"/>", idle)).unwrap();
     let log = out.path().join("log.jsonl");
     let arguments = [
         "--no-snapshots",
@@ -181,6 +202,9 @@ fn a_destination_that_cannot_be_reached_is_a_run_in_which_the_action_fails() {
         "stop={}",
         "--set",
         "expect={}",
+        // Nor one that itself names it.
+        "--set",
+        "sites.destination=Elsewhere",
     ];
     let report = report(scenario.to_str().unwrap(), &out.path().join("run"), &arguments);
     assert_eq!(report["outcome"], "as_expected", "{report}");

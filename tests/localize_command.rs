@@ -12,8 +12,8 @@ use nav::{Atlas, LocalizationParameters};
 use robot::recorded::LogWriter;
 use robot::{LaserSpec, Reading, RobotModel, Streams};
 use sim::{LaserConfig, SimConfig};
-use steward::replay::drive::{Drive, route};
 use tempfile::{TempDir, tempdir};
+use trials::replay::drive::{Drive, route};
 
 use crate::steward::{refusal, steward};
 

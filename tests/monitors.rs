@@ -1,26 +1,27 @@
 //! The monitors that are made from text: against those built by hand, on recorded runs, and against themselves as SCXML.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Write as _};
 use std::path::Path;
+use std::process::{Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
 use ::monitors::{Channels, EventLog, Format, Method, PhiTwo, SHIPPED, ScopeMonitor, load, phi1, phi2, scope_monitor};
 use ::steward::live::Live;
 use ::steward::scenario::{Scenario, find};
-use channels::{Event, EventKind, Monitor, Topology, Value, Verdict};
+use channels::{Event, EventKind, Monitor, Topology, Verdict};
 use serde_json::json;
 use skills::{Chart, Cues, Machine, Transcript};
 use tempfile::tempdir;
 
-use crate::steward::report;
+use crate::steward::{refusal, report, steward};
 
 /// The channels of a scenario that comes with the program.
 fn topology(scenario: &str) -> Arc<Topology> {
     let found = find::find(scenario).unwrap();
     let live = Live::new(Arc::new(Scenario::load(&found, &[]).unwrap()), 1, false).unwrap();
-    Arc::clone(live.system().topology())
+    live.header().topology
 }
 
 /// The event at which a monitor finds the recorded run to violate its property.
@@ -92,14 +93,7 @@ fn cue(event: &Event, topology: &Topology) -> String {
         EventKind::Tick => ("tick".to_owned(), json!(event.tick)),
         EventKind::Received { channel, message } => {
             let (from, to) = topology.ends(*channel);
-            let value = |value: &Value| match value {
-                Value::Symbol(symbol) => json!({ "sym": symbol.name() }),
-                Value::Bool(truth) => json!(truth),
-                Value::Int(number) => json!(number),
-                Value::Real(number) => json!(number),
-                Value::Text(text) => json!(text),
-            };
-            (format!("message.{from}.{to}"), message.fields().iter().map(value).collect())
+            (format!("message.{from}.{to}"), recording::message_json(message))
         }
     };
     json!({ "event": name, "data": data }).to_string() + "\n"
@@ -146,4 +140,81 @@ fn exported_scxml_gives_the_same_verdicts_in_the_engine_of_the_skills() {
         assert!(violated > 5, "{}: only {violated} runs are violated", property.name);
     }
     assert!(automata >= 3 && properties.len() - automata as usize >= 4);
+}
+
+const LOG: &str = r#"{"scenario":"nominal","version":"0.1.0","tick_s":1.0}
+{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}
+{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}
+{"step":2,"tick":1,"time_s":1.0,"generated":"tick"}
+"#;
+
+/// What `steward verify` says of a log that it gets on standard input.
+fn verified(log: &str, property: &str) -> (Option<i32>, String) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_steward"))
+        .args(["verify", "-", "--property", property])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(log.as_bytes()).unwrap();
+    let output = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
+    // The graphical report may break lines anywhere between words.
+    let flat = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    (output.status.code(), flat)
+}
+
+#[test]
+fn a_log_may_come_from_a_pipe() {
+    let (status, said) = verified(LOG, "phi1");
+    assert!(status == Some(1) && said.contains("1 messages, 2 ticks phi1 violated"), "{status:?}: {said}");
+}
+
+#[test]
+fn a_log_that_cannot_be_judged_is_refused_and_not_guessed_at() {
+    for (old, new, expected) in [
+        ("nominal", "patrol", "of the scenario `patrol`, which does not come with the program"),
+        ("0.1.0", "99.0.0", "written by version 99.0.0 of steward"),
+        (r#""to":"BatteryLevel","#, "", "line 3 of the log, byte 1: this message has no `to`"),
+    ] {
+        let (status, said) = verified(&LOG.replace(old, new), "phi1");
+        assert!(status == Some(2) && said.contains(expected), "{status:?}: {said}");
+    }
+    let (status, said) = verified(LOG.split_once('\n').unwrap().1, "phi1");
+    assert!(status == Some(1) && said.contains("does not say which scenario it is of"), "{status:?}: {said}");
+}
+
+#[test]
+fn a_recurrence_is_open_when_the_run_ends_and_a_contradiction_names_both_halves() {
+    let folder = tempdir().unwrap();
+    let property = folder.path().join("p.scope");
+    let q = "(BatteryReader, BatteryLevel, m[2] > 3)";
+    let there = "(Localization, AtRechargingStation, m[2] = true)";
+    let judged = |text: &str| {
+        std::fs::write(&property, format!("property r := {text}")).unwrap();
+        verified(LOG, property.to_str().unwrap())
+    };
+    for text in [format!("always ({q} implies time_until {q} > 0)"), "always next true".to_owned()] {
+        let (status, said) = judged(&text);
+        assert!(status == Some(0) && said.contains("r inconclusive still owed"), "{status:?}: {said}");
+    }
+    let (status, said) = judged(&format!("always ({q} implies time_until {there} < 3) and always (not {there})"));
+    assert!(status == Some(1) && said.contains(&format!("and not {there} seen:")), "{status:?}: {said}");
+    let (status, said) = judged("eventually false");
+    assert!(status == Some(1) && said.contains("violated at step 0, tick 0, 0.00 s: eventually false"), "{said}");
+}
+
+#[test]
+fn a_name_longer_than_any_line_is_explained_like_any_other() {
+    let folder = tempdir().unwrap();
+    let property = folder.path().join("long.scope");
+    let name = "p".repeat(70_000);
+    let text = format!("// Never below 20 %.\nproperty {name} := always (BatteryReader, BatteryLevel, m[2] >= 20)");
+    std::fs::write(&property, text).unwrap();
+    let output = steward(&["monitor", "explain", property.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let file = folder.path().join("model.jani");
+    std::fs::write(&file, "{ \"jani-version\": 1, \"automata\": [] }").unwrap();
+    assert!(refusal(&["monitor", "check", file.to_str().unwrap()]).contains("this is a JANI model"));
 }

@@ -1,5 +1,6 @@
-//! The protocol between tree, skills and components stands any single fault of any channel: whichever message is lost,
-//! duplicated or late, the system becomes quiet, the tree takes ticks again, and in the end all is as if nothing had been.
+//! The shipped protocol between tree, skills and components stands any single fault of any channel: whichever message is
+//! lost, duplicated or late, the system becomes quiet, the tree takes ticks again, and in the end all is as if nothing had
+//! been.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

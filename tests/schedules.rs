@@ -1,67 +1,116 @@
 //! All schedules of the tick of the halt: whether a stop can cancel a trip that has just begun.
 //!
-//! The system is the shipped one without a robot: tree, skills and components are the real processes, and the driver of
-//! Navigation is a program graph, which may report at any moment that the robot has arrived or will not. From the state
-//! before the tick at which the level is below 30 % for the first time, every transition that some scheduler could take is
-//! taken.
+//! The system is a real one without a robot: tree, skills and components are the real processes, and the driver of
+//! Navigation is a program graph, which may report at any moment that the robot has arrived or will not. From the start to
+//! the tick at which the level is below 30 % for the first time, and for a second after it, every transition that some
+//! scheduler could take is taken; and then for another second, with a level that is high again.
 
 mod exploration;
 mod model;
 
-use exploration::{States, reachable};
-use model::{Model, Protocol, TreeForm};
+use channels::ChannelSystem;
+use exploration::States;
+use model::{Model, Protocol, TreeForm, Trips};
 
-/// The states in which only the driver can still move, after the tick of the halt.
-fn after_the_halt(model: &Model) -> States {
-    let mut under_way = States::default();
-    for quiet in reachable(model.tick(model.start(), 80.0)).iter().filter(|state| model.is_quiet(state)) {
-        under_way.insert(quiet.fork());
-    }
+const FORMS: [TreeForm; 2] = [TreeForm::Whole, TreeForm::Nodes];
+const STATION: &str = "RechargingStation";
+
+/// The states a second after the tick of the halt, with those in which the trip to the station is lost apart.
+fn after_the_halt(model: &Model) -> (States, States) {
+    let under_way = model.first_second();
     assert!(under_way.iter().any(|state| model.drives_to(state, "Destination")), "the robot is on its way");
-    let mut ends = States::default();
-    for before in under_way.iter() {
-        for end in reachable(model.tick(before.fork(), 29.0)).iter().filter(|state| model.is_quiet(state)) {
-            ends.insert(end.fork());
-        }
-    }
-    ends
+    split(&model.second(1, &under_way, 29.0), |end| model.is_on_trip_to(end, STATION))
+}
+
+/// Those of which something is so, and the others.
+fn split(states: &States, is_so: impl Fn(&ChannelSystem) -> bool) -> (States, States) {
+    let (so, not): (Vec<_>, Vec<_>) = states.iter().partition(|state| is_so(state));
+    [so, not].map(|states| states.into_iter().map(ChannelSystem::fork).collect()).into()
+}
+
+/// Whether some schedules lose the trip, and others do not.
+fn depends_on_the_schedule(protocol: Protocol, trips: Trips) -> [(bool, bool); 2] {
+    FORMS.map(|form| {
+        let (kept, lost) = after_the_halt(&Model::new(protocol, form, trips));
+        (kept.len() > 0, lost.len() > 0)
+    })
 }
 
 #[test]
-fn no_schedule_of_the_shipped_components_loses_the_trip_to_the_station() {
-    for tree in [TreeForm::Whole, TreeForm::Nodes] {
-        let model = Model::new(Protocol::Shipped, tree);
-        let ends = after_the_halt(&model);
-        assert!(ends.len() > 1, "the driver's reports make a difference");
-        for end in ends.iter() {
-            assert!(model.is_on_trip_to(end, "RechargingStation"), "{tree:?}: lost: {}", model.describe(end));
+fn no_schedule_of_the_shipped_skills_loses_the_trip_to_the_station() {
+    for form in FORMS {
+        let model = Model::new(Protocol::Shipped, form, Trips::Ending);
+        let (kept, lost) = after_the_halt(&model);
+        assert!(kept.len() > 1, "the driver's reports make a difference");
+        assert_eq!(lost.len(), 0, "{form:?}: {:?}", lost.iter().map(|state| model.describe(state)).next());
+        for end in kept.iter() {
             assert!(!model.location(end, "GoToDestination").contains("running"), "{}", model.describe(end));
         }
     }
 }
 
 #[test]
-fn some_schedules_of_the_original_protocol_lose_the_trip_and_others_do_not() {
-    for tree in [TreeForm::Whole, TreeForm::Nodes] {
-        let model = Model::new(Protocol::Original, tree);
-        let ends = after_the_halt(&model);
-        let lost: Vec<_> = ends.iter().filter(|end| !model.is_on_trip_to(end, "RechargingStation")).collect();
-        assert!(!lost.is_empty(), "the stop overtakes the start");
-        assert!(lost.len() < ends.len(), "and sometimes it does not");
-        for end in lost {
-            assert_eq!(model.location(end, "GotoRechargingStation"), "sendrequest", "{}", model.describe(end));
-            assert_eq!(model.location(end, "Navigation"), "idle", "{}", model.describe(end));
-            assert_eq!(model.location(end, "Driver"), "standing", "{}", model.describe(end));
+fn no_schedule_of_the_published_protocol_loses_the_trip_while_the_robot_is_on_its_way() {
+    for form in FORMS {
+        let model = Model::new(Protocol::Original, form, Trips::Endless);
+        let (kept, lost) = after_the_halt(&model);
+        assert_eq!(lost.len(), 0, "{form:?}: {:?}", lost.iter().map(|state| model.describe(state)).next());
+        for end in kept.iter() {
+            assert_eq!(model.location(end, "Blackboard"), "navigation: 0", "the station's trip has the resource");
+            assert_eq!(model.location(end, "GoToDestination"), "idle", "{}", model.describe(end));
         }
     }
 }
 
-/// What the enumeration above would not see if its start were wrong: the lock is held by the trip that is halted.
+/// The halt of a trip that has ended ends the one that has just begun, and no skill recovers from a failure.
 #[test]
-fn the_original_protocol_takes_the_lock_before_it_starts() {
-    let model = Model::new(Protocol::Original, TreeForm::Whole);
-    let states = reachable(model.tick(model.start(), 80.0));
-    for state in states.iter().filter(|state| model.location(state, "Navigation").starts_with("Destination")) {
-        assert_eq!(model.location(state, "NavigationLock"), "held for Destination", "{}", model.describe(state));
+fn some_schedules_of_the_published_protocol_lose_the_trip_for_ever_when_the_one_before_has_just_ended() {
+    for form in FORMS {
+        let model = Model::new(Protocol::Original, form, Trips::Ending);
+        let (kept, mut lost) = after_the_halt(&model);
+        assert!(kept.len() > 0 && lost.len() > 0, "{} kept, {} lost", kept.len(), lost.len());
+        for second in 2..5 {
+            for end in lost.iter() {
+                assert!(!model.is_on_trip_to(end, STATION), "{}", model.describe(end));
+                assert_eq!(model.location(end, "GotoRechargingStation"), "failure", "{}", model.describe(end));
+                assert_eq!(model.location(end, "Navigation"), "idle", "{}", model.describe(end));
+                assert_eq!(model.location(end, "Driver"), "standing", "{}", model.describe(end));
+                assert_eq!(model.location(end, "Blackboard"), "navigation: 1", "{}", model.describe(end));
+            }
+            lost = model.second(second, &lost, 29.0);
+        }
     }
+}
+
+/// The tree stops only what it holds to be running, and only an idle skill is started.
+#[test]
+fn an_action_whose_end_the_tree_has_seen_is_not_begun_again_by_the_published_protocol() {
+    for form in FORMS {
+        for (protocol, some_end) in [(Protocol::Shipped, false), (Protocol::Original, true)] {
+            let model = Model::new(protocol, form, Trips::Ending);
+            let has_ended = |state: &ChannelSystem| {
+                protocol == Protocol::Original
+                    && ["success", "failure"].contains(&model.location(state, "GoToDestination").as_str())
+            };
+            let (ended, idle) = split(&after_the_halt(&model).0, has_ended);
+            assert!(idle.len() > 0 && (ended.len() > 0) == some_end, "{} ended, {} idle", ended.len(), idle.len());
+            for (states, resumes) in [(ended, false), (idle, true)] {
+                for end in model.second(2, &states, 80.0).iter() {
+                    assert_eq!(model.is_on_trip_to(end, "Destination"), resumes, "{}", model.describe(end));
+                }
+            }
+        }
+    }
+}
+
+/// The cause of the loss of the trip: the published component does not look whose trip it ends.
+#[test]
+fn no_schedule_loses_the_trip_if_a_stop_ends_its_own_trip_only() {
+    assert_eq!(depends_on_the_schedule(Protocol::OwnTrips, Trips::Ending), [(true, false); 2]);
+}
+
+/// That the enumeration would have found a loss on the way: it finds the one that comes of a single wrong order.
+#[test]
+fn some_schedules_lose_the_trip_if_the_resource_is_given_back_before_navigation_is_halted() {
+    assert_eq!(depends_on_the_schedule(Protocol::EarlyRelease, Trips::Endless), [(true, true); 2]);
 }

@@ -49,10 +49,7 @@ fn text(path: &Path) -> &str {
 #[test]
 fn a_tree_that_is_right_is_said_to_be() {
     let (_folder, tree, _) = files(TREE, "");
-    assert_eq!(
-        said(&["tree", "check", text(&tree)], 0),
-        "Door: 5 nodes, 3 of them leaves; nothing to complain about\n"
-    );
+    assert_eq!(said(&["tree", "check", text(&tree)], 0), "Door: 5 nodes, 3 of them leaves; no problems found\n");
 }
 
 #[test]
@@ -60,9 +57,12 @@ fn a_tree_that_is_wrong_is_refused_with_all_its_mistakes() {
     let (_folder, tree, _) =
         files(&TREE.replace("ReactiveSequence>", "ReactiveSequenz>").replace("<Push", "<Pull"), "");
     let said = refusal(&["tree", "check", text(&tree)]);
-    for part in
-        ["<ReactiveSequenz> is no node", "did you mean <ReactiveSequence>?", "<Pull> is no node", "door.xml:3:5"]
-    {
+    for part in [
+        "unknown node type <ReactiveSequenz>",
+        "did you mean <ReactiveSequence>?",
+        "unknown node type <Pull>",
+        "door.xml:3:5",
+    ] {
         assert!(said.contains(part), "does not say {part}: {said}");
     }
 }
@@ -71,7 +71,7 @@ fn a_tree_that_is_wrong_is_refused_with_all_its_mistakes() {
 fn a_tree_is_shown_in_four_ways() {
     let (_folder, tree, _) = files(TREE, "");
     let show = |format: &str| said(&["tree", "show", text(&tree), "--format", format], 0);
-    assert_eq!(said(&["tree", "show", text(&tree)], 0), "→\n  Safe\n  ?*\n    IsOpen\n    push it\n");
+    assert_eq!(said(&["tree", "show", text(&tree)], 0), "→\n  Safe\n  ?*\n    IsOpen\n    push it (Push)\n");
     assert!(show("dot").starts_with("digraph \"Door\" {"));
     assert!(show("svg").starts_with("<svg ") && show("svg").contains("push it"));
     assert!(show("xml").contains("<Push name=\"push it\" strength=\"{strength}\"/>"));
@@ -87,7 +87,7 @@ fn every_nodes_status_is_printed_at_every_tick() {
         "  Safe          S    S    F    S    S    ·",
         "  ?*            R    S    ·    R    R    H",
         "    IsOpen      F    ·    ·    F    ·    ·",
-        "    push it     R    S    ·    R    R    H",
+        "    push it (Push)  R    S    ·    R    R    H",
     ];
     let letters = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let found: Vec<Vec<String>> = table.lines().map(letters).collect();
@@ -100,12 +100,67 @@ fn json_has_calls_times_and_statuses() {
     let arguments = ["tree", "run", text(&tree), "--leaves", text(&leaves), "--ticks", "2", "--json"];
     let report: Value = serde_json::from_str(&said(&arguments, 0)).unwrap();
     assert_eq!(report["tree"], "Door");
-    assert_eq!(report["nodes"][4], json!({"node": 4, "parent": 2, "kind": "Action", "id": "Push", "label": "push it"}));
+    let push = json!({
+        "node": 4, "parent": 2, "kind": "Action", "id": "Push", "label": "push it", "process": "push it"
+    });
+    assert_eq!(report["nodes"][4], push);
     assert_eq!(report["ticks"].as_array().unwrap().len(), 2);
     let second = &report["ticks"][1];
     assert_eq!((&second["tick"], &second["time_s"], &second["status"]), (&json!(2), &json!(1.0), &json!("success")));
     assert_eq!(second["nodes"], json!(["success", "success", "success", null, "success"]));
-    assert_eq!(second["calls"], json!([{"node": 1, "request": "tick"}, {"node": 4, "request": "tick"}]));
+    let calls = json!([
+        {"node": 1, "request": "tick", "inputs": {}},
+        {"node": 4, "request": "tick", "inputs": {"strength": 1.0}},
+    ]);
+    assert_eq!(second["calls"], calls);
+    assert_eq!(second["blackboard"], json!([{"subtree": null, "key": "strength", "value": 2.5}]));
+}
+
+#[test]
+fn json_has_the_entries_of_subtrees_and_ports_without_a_value() {
+    let tree = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
+        <BehaviorTree ID="Main"> <Sequence> <AlwaysSuccess/> <SubTree ID="Open" door="front"/> </Sequence> </BehaviorTree>
+        <BehaviorTree ID="Open"> <Push door="{door}" speed="{speed}" tries="3" done="{done}"/> </BehaviorTree>
+        <TreeNodesModel> <Action ID="Push">
+            <input_port name="door"/> <input_port name="speed"/> <input_port name="tries" type="int"/> <output_port name="done"/>
+        </Action> </TreeNodesModel> </root>"#;
+    let leaves = "[leaves]\nPush = [{ answer = \"running\", outputs = { done = \"a little\" } }]\n";
+    let (_folder, tree, leaves) = files(tree, leaves);
+    let arguments = ["tree", "run", text(&tree), "--leaves", text(&leaves), "--json"];
+    let report: Value = serde_json::from_str(&said(&arguments, 0)).unwrap();
+    let tick = &report["ticks"][0];
+    let inputs = json!({"door": "front", "speed": null, "tries": 3});
+    assert_eq!(tick["calls"], json!([{"node": 3, "request": "tick", "inputs": inputs}]));
+    let entries = json!([
+        {"subtree": 2, "key": "door", "value": "front"},
+        {"subtree": 2, "key": "done", "value": "a little"},
+    ]);
+    assert_eq!(tick["blackboard"], entries);
+}
+
+#[test]
+fn a_name_with_a_line_break_is_one_line_wherever_it_is_printed() {
+    let tree = r#"<root BTCPP_format="4"><BehaviorTree ID="T"> <Sequence>
+        <AlwaysSuccess name="a&#10;b"/> <ScriptCondition name="c&#9;d" code="missing == 1"/> </Sequence> </BehaviorTree></root>"#;
+    let (_folder, tree, leaves) = files(tree, "[leaves]\n");
+    let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves)], 1);
+    assert!(table.lines().any(|line| line.starts_with("  AlwaysSuccess a\\nb ") && line.ends_with('S')), "{table}");
+    assert!(table.contains("\ntick 1: c\\td (node 2): "), "{table}");
+    assert!(said(&["tree", "show", text(&tree)], 0).contains("  AlwaysSuccess a\\nb\n"));
+    for format in ["dot", "svg"] {
+        let shown = said(&["tree", "show", text(&tree), "--format", format], 0);
+        assert!(!shown.contains("a\nb") && shown.contains("b"), "{shown}");
+    }
+}
+
+#[test]
+fn a_name_of_any_length_is_printed() {
+    let long = "n".repeat(100_000);
+    let (_folder, tree, leaves) = files(&TREE.replace("push it", &long), &LEAVES.replace("push it", &long));
+    let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves)], 0);
+    assert!(table.lines().all(|line| line.chars().count() < 200), "{table}");
+    assert!(said(&["tree", "show", text(&tree)], 0).contains(&long));
+    assert!(said(&["tree", "show", text(&tree), "--format", "svg"], 0).contains("nnn…"));
 }
 
 #[test]

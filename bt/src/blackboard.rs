@@ -194,14 +194,15 @@ impl Declared {
         &mut self.entries[slot.0 as usize]
     }
 
-    /// A port of that type uses the entry. The type that it has already, if they don't go together.
+    /// A port of that type uses the entry: the first one says of which type it is. The type that it has already, if they
+    /// don't go together.
     pub(crate) fn port(&mut self, slot: Slot, of: &Type) -> Result<(), Type> {
         let entry = self.entry(slot);
-        entry.exists = true;
-        if !entry.of.is_strong() && entry.value.is_none() {
-            entry.of = of.clone();
+        if !entry.exists {
+            (entry.exists, entry.of) = (true, of.clone());
         }
-        if entry.of.agrees_with(of) { Ok(()) } else { Err(entry.of.clone()) }
+        let agrees = if entry.value.is_some() { entry.of.is_read_as(of) } else { entry.of.agrees_with(of) };
+        if agrees { Ok(()) } else { Err(entry.of.clone()) }
     }
 
     /// A value that a subtree is given.

@@ -32,7 +32,8 @@ pub enum Kind {
     /// child that is skipped is reset at once.
     ///
     /// The paper's sequence is this one. BehaviorTree.CPP can be told to throw an error when a second child runs; 4.10
-    /// does not by default, and neither do we.
+    /// does not by default, and neither do we. As there, only one child may be an
+    /// [`AsyncSequence`](Kind::AsyncSequence): two would halt each other for ever.
     ReactiveSequence,
     /// Like [`Sequence`](Kind::Sequence), but children that have succeeded are not ticked again, even after a later
     /// child has failed or the node has been halted: only its own success starts it over. After a failure, that child

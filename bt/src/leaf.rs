@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use crate::blackboard::{Blackboard, Value};
+use crate::program::LeafPort;
 use crate::settings::ReadError;
 use crate::{Node, NodeId, Status, Tree};
 
@@ -54,7 +55,7 @@ pub struct Leaf<'a> {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PortError {
-    /// The leaf has no such port: neither the file nor its model says anything of it.
+    /// The leaf has no such port: neither the file nor its model says what it is.
     #[error("`{leaf}` has no port `{port}`")]
     Missing {
         /// The leaf's ID.
@@ -108,8 +109,16 @@ impl<'a> Leaf<'a> {
     /// of the port's type.
     pub fn input(&self, port: &str) -> Result<Value, PortError> {
         let missing = || PortError::Missing { leaf: self.node().type_id().to_owned(), port: port.to_owned() };
-        let found = self.tree.program.leaf_port(self.id, port).ok_or_else(missing)?;
-        found.input.read(self.board, &found.of).map_err(|error: ReadError| self.value_error(port, &error))
+        let found = self.tree.program.leaf_ports(self.id).get(port);
+        let (of, input) = found.and_then(|port| Some((&port.of, port.input.as_ref()?))).ok_or_else(missing)?;
+        input.read(self.board, of).map_err(|error: ReadError| self.value_error(port, &error))
+    }
+
+    /// Reads all ports but those that are only written, in alphabetical order.
+    pub fn inputs(&self) -> impl Iterator<Item = (&'a str, Result<Value, PortError>)> {
+        let ports = self.tree.program.leaf_ports(self.id).iter();
+        let is_input = |port: &LeafPort| port.direction != Direction::Output && port.input.is_some();
+        ports.filter(move |(_, port)| is_input(port)).map(|(name, _)| (name.as_str(), self.input(name)))
     }
 
     /// Writes a port.
@@ -119,12 +128,9 @@ impl<'a> Leaf<'a> {
     /// [`PortError::Value`] if the entry is of another type.
     pub fn output(&mut self, port: &str, value: impl Into<Value>) -> Result<(), PortError> {
         let (leaf, port) = (self.node().type_id().to_owned(), port.to_owned());
-        if self.tree.program.leaf_port(self.id, &port).is_none() {
-            return Err(PortError::Missing { leaf, port });
-        }
-        let Some(slot) = self.tree.program.leaf_entry(self.id, &port) else {
-            return Err(PortError::NoEntry { leaf, port });
-        };
+        let found = self.tree.program.leaf_ports(self.id).get(&port).filter(|port| port.input.is_some());
+        let Some(found) = found else { return Err(PortError::Missing { leaf, port }) };
+        let Some(slot) = found.entry() else { return Err(PortError::NoEntry { leaf, port }) };
         self.board.write(slot, value.into()).map_err(|error| self.value_error(&port, &error))
     }
 

@@ -55,6 +55,7 @@ mod execution;
 mod hooks;
 mod kind;
 mod leaf;
+mod ports;
 mod process;
 mod program;
 mod rehearsal;
@@ -67,17 +68,18 @@ mod tree;
 mod xml;
 
 pub use blackboard::{Blackboard, Type, Value, ValueError};
-pub use error::{Problem, TreeError};
+pub use error::TreeError;
 pub use execution::{Call, Execution, Fault, Reply, Request, Step};
 pub use kind::{Category, Item, Kind};
 pub use leaf::{Direction, Leaf, Leaves, PortError};
+pub use ports::{Port, Source};
 pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
     declare_channels, faults_in, node_processes, reply_domain, request_domain, states_in, tick_domain,
 };
-pub use rehearsal::{Cue, Moment, Part, Rehearsal, table};
+pub use rehearsal::{Cue, Inputs, Moment, Part, Rehearsal, table};
 pub use status::{NodeState, Outcome, Status};
-pub use tree::{Node, NodeId, Tree};
+pub use tree::{Node, NodeId, Tree, one_line};
 pub use xml::Loader;
 
 /// The paper's tree: drive to the destination, break off to recharge when the battery is low, and resume. It is the

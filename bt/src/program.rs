@@ -46,7 +46,20 @@ impl Flags {
 pub(crate) struct LeafPort {
     pub(crate) direction: Direction,
     pub(crate) of: Type,
-    pub(crate) input: Input,
+    /// None if the file does not say.
+    pub(crate) input: Option<Input>,
+    /// By a model.
+    pub(crate) is_declared: bool,
+}
+
+impl LeafPort {
+    /// The entry that it stands for.
+    pub(crate) fn entry(&self) -> Option<Slot> {
+        match self.input {
+            Some(Input::Entry(slot, _)) => Some(slot),
+            Some(Input::Constant(_)) | None => None,
+        }
+    }
 }
 
 /// A tree as the engine runs it.
@@ -88,20 +101,13 @@ impl Program {
         std::iter::successors(first, move |child| Some(self.ops[*child as usize].end).filter(|next| *next < end))
     }
 
-    /// Whether any node reads from the blackboard or has scripts.
+    /// Whether any node reads from the blackboard or has scripts, or a leaf has ports that stand for entries.
     pub(crate) fn uses_blackboard(&self) -> bool {
-        self.ops.iter().any(|op| op.flags != Flags::default())
+        let mut ports = self.leaves.iter().flat_map(BTreeMap::values);
+        self.ops.iter().any(|op| op.flags != Flags::default()) || ports.any(|port| port.entry().is_some())
     }
 
-    pub(crate) fn leaf_port(&self, leaf: NodeId, port: &str) -> Option<&LeafPort> {
-        self.leaves[self.ops[leaf.index()].place as usize].get(port)
-    }
-
-    /// The entry that a port of a leaf stands for.
-    pub(crate) fn leaf_entry(&self, leaf: NodeId, port: &str) -> Option<Slot> {
-        match self.leaf_port(leaf, port)?.input {
-            Input::Entry(slot, _) => Some(slot),
-            Input::Constant(_) => None,
-        }
+    pub(crate) fn leaf_ports(&self, leaf: NodeId) -> &BTreeMap<String, LeafPort> {
+        &self.leaves[self.ops[leaf.index()].place as usize]
     }
 }

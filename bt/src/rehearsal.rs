@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::{Call, Execution, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Request, Status, Tree, Value};
+use crate::{Call, Execution, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Request, Status, Tree, Value, one_line};
 
 /// What a leaf does at one of its ticks.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -95,8 +95,12 @@ struct Cast {
     /// By node, the place of its part.
     places: Vec<usize>,
     calls: Vec<Call>,
+    inputs: Vec<Inputs>,
     faults: Vec<Fault>,
 }
+
+/// What a leaf read, by the names of its ports.
+pub type Inputs = Vec<(String, Option<Value>)>;
 
 /// A tick of a rehearsal, or a halt of the tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -111,6 +115,8 @@ pub struct Moment {
     pub nodes: Vec<NodeState>,
     /// The leaf calls that it made, in their order.
     pub calls: Vec<Call>,
+    /// What the leaf of each call read from its ports: none of a port without a value, and nothing when it was halted.
+    pub inputs: Vec<Inputs>,
     /// What went wrong.
     pub faults: Vec<Fault>,
 }
@@ -129,7 +135,7 @@ impl Rehearsal {
             places[leaf.id().index()] = place;
         }
         let ticked = vec![0; parts.len()];
-        let cast = Cast { parts, ticked, places, calls: Vec::new(), faults: Vec::new() };
+        let cast = Cast { parts, ticked, places, calls: Vec::new(), inputs: Vec::new(), faults: Vec::new() };
         Self { execution: Execution::new(tree), cast, ticks: 0 }
     }
 
@@ -164,16 +170,17 @@ impl Rehearsal {
     }
 
     fn moment(&mut self, time: Duration, status: Option<Status>, old_faults: usize) -> Moment {
-        let calls = std::mem::take(&mut self.cast.calls);
+        let (calls, inputs) = (std::mem::take(&mut self.cast.calls), std::mem::take(&mut self.cast.inputs));
         let mut faults = self.execution.faults()[old_faults..].to_vec();
         faults.append(&mut self.cast.faults);
-        Moment { tick: self.ticks, time, status, nodes: self.execution.states(), calls, faults }
+        Moment { tick: self.ticks, time, status, nodes: self.execution.states(), calls, inputs, faults }
     }
 }
 
 impl Leaves for Cast {
     fn tick(&mut self, mut leaf: Leaf<'_>) -> Status {
         self.calls.push(Call { leaf: leaf.id(), request: Request::Tick });
+        self.inputs.push(leaf.inputs().map(|(port, value)| (port.to_owned(), value.ok())).collect());
         let place = self.places[leaf.id().index()];
         let cue = self.parts[place].cue(self.ticked[place]);
         self.ticked[place] += 1;
@@ -187,18 +194,18 @@ impl Leaves for Cast {
 
     fn halt(&mut self, leaf: Leaf<'_>) {
         self.calls.push(Call { leaf: leaf.id(), request: Request::Halt });
+        self.inputs.push(Inputs::new());
     }
 }
 
 /// How many ticks stand beside one another.
 const COLUMNS: usize = 25;
 
-/// The statuses of all nodes as a text: a line a node, a column a tick. `S`, `F`, `R` and `K` are success, failure,
+/// The statuses of all nodes as a text: one line per node, one column per tick; long names are cut. `S`, `F`, `R` and `K` are success, failure,
 /// running and skipped, `H` is halted, and `·` is a node that the tick did not reach. What went wrong follows.
 #[must_use]
 pub fn table(tree: &Tree, moments: &[Moment]) -> String {
-    let outline = tree.to_string();
-    let labels: Vec<&str> = outline.lines().collect();
+    let labels: Vec<String> = tree.nodes().iter().map(|node| shortened(node.outline())).collect();
     let label_width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0).max(8) + 2;
     let mut text = String::new();
     for (number, block) in moments.chunks(COLUMNS).enumerate() {
@@ -218,11 +225,21 @@ pub fn table(tree: &Tree, moments: &[Moment]) -> String {
     }
     for moment in moments {
         for Fault { node, message } in &moment.faults {
-            let label = tree.node(*node).label();
-            push_line(&mut text, &format!("tick {}: {label} (node {node}): {message}", moment.tick));
+            let line = format!("tick {}: {} (node {node}): {message}", moment.tick, tree.node(*node).process());
+            push_line(&mut text, &one_line(&line));
         }
     }
     text
+}
+
+/// How wide a node's name may be beside its statuses.
+const LABEL_WIDTH: usize = 100;
+
+fn shortened(label: String) -> String {
+    match label.char_indices().nth(LABEL_WIDTH) {
+        Some((end, _)) => format!("{}…", &label[..end]),
+        None => label,
+    }
 }
 
 fn push_line(text: &mut String, line: &str) {
@@ -248,7 +265,7 @@ impl Tree {
     /// The tree in Graphviz's language, each node with its number and, if they are given, coloured by how it stands.
     ///
     /// ```
-    /// let tree = bt::Tree::from_xml("wave.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Wave">
+    /// let tree = bt::Tree::from_xml("wave.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
     ///     <Inverter> <Action ID="Wave"/> </Inverter>
     /// </BehaviorTree> </root>"#)?;
     /// assert!(tree.to_dot(None).contains("n0 -> n1;"));
@@ -256,7 +273,7 @@ impl Tree {
     /// ```
     #[must_use]
     pub fn to_dot(&self, states: Option<&[NodeState]>) -> String {
-        let quoted = |label: &str| label.replace('\\', "\\\\").replace('"', "\\\"");
+        let quoted = |label: &str| one_line(label).replace('\\', "\\\\").replace('"', "\\\"");
         let mut dot =
             format!("digraph \"{}\" {{\n  ordering=out;\n  node [fontname=\"sans-serif\"];\n", quoted(self.name()));
         for node in self.nodes() {
@@ -265,7 +282,7 @@ impl Tree {
                 (Some(symbol), Some(name)) => format!("{symbol} {name}"),
                 (Some(symbol), None) if node.kind() == crate::Kind::SubTree => format!("{symbol} {}", node.type_id()),
                 (Some(symbol), None) => symbol.to_owned(),
-                (None, _) => node.label().to_owned(),
+                (None, _) => node.process().to_owned(),
             };
             let shape = if node.kind().is_leaf() { "ellipse" } else { "box" };
             let outcome = states.and_then(|states| states.get(id.index())?.outcome);

@@ -1,14 +1,17 @@
 //! Trees: nodes in a flat array, in the order in which they stand in the file.
 
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::{NamedSource, SourceSpan};
+use diagnostics::{Problem, Source};
+use miette::SourceSpan;
 
 use crate::program::Program;
 use crate::xml::{Library, Loader};
-use crate::{Kind, Problem, TreeError};
+use crate::{Kind, TreeError};
 
 /// A node of a tree: its place in document order (depth first, the root is 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -43,6 +46,8 @@ pub struct Node {
     pub(crate) parent: Option<NodeId>,
     pub(crate) depth: usize,
     pub(crate) subtree_end: u32,
+    /// Of a leaf; empty for the others.
+    pub(crate) process: String,
 }
 
 impl Node {
@@ -58,7 +63,7 @@ impl Node {
         self.kind
     }
 
-    /// BehaviorTree.CPP's ID: of a leaf, the name under which it is registered and which its process has; of a
+    /// BehaviorTree.CPP's ID: of a leaf, the name under which it is registered, which says what it does; of a
     /// [`Kind::SubTree`], the tree that it stands for; of all others, the kind's name. Several nodes may have the same.
     #[must_use]
     pub fn type_id(&self) -> &str {
@@ -75,6 +80,15 @@ impl Node {
     #[must_use]
     pub fn label(&self) -> &str {
         self.name().filter(|name| !name.is_empty()).unwrap_or(&self.type_id)
+    }
+
+    /// The name of the process that carries a leaf out, which is no other leaf's: the leaf's [label](Self::label). Where
+    /// several leaves have the same label, the first in document order is called so, and the others get a number behind
+    /// it: `GoTo`, `GoTo_2`, `GoTo_3`; a number that makes the label of some other leaf is left out. Of nodes that are no
+    /// leaves, the label.
+    #[must_use]
+    pub fn process(&self) -> &str {
+        if self.process.is_empty() { self.label() } else { &self.process }
     }
 
     /// All attributes in the order of the file, with those that mean nothing here.
@@ -114,6 +128,25 @@ impl Node {
     }
 }
 
+/// Gives every leaf the name of its process.
+pub(crate) fn name_processes(nodes: &mut [Node]) {
+    let leaves = || nodes.iter().filter(|node| node.kind.is_leaf());
+    let labels: BTreeSet<&str> = leaves().map(Node::label).collect();
+    let mut last: BTreeMap<&str, usize> = BTreeMap::new();
+    let name = |leaf| {
+        let label = Node::label(leaf);
+        let number = last.entry(label).and_modify(|number| *number += 1).or_insert(1);
+        while *number > 1 && labels.contains(format!("{label}_{number}").as_str()) {
+            *number += 1;
+        }
+        if *number == 1 { label.to_owned() } else { format!("{label}_{number}") }
+    };
+    let names: Vec<String> = leaves().map(name).collect();
+    for (leaf, name) in nodes.iter_mut().filter(|node| node.kind.is_leaf()).zip(names) {
+        leaf.process = name;
+    }
+}
+
 /// A behavior tree, checked and ready to run: the main tree of a file with its subtrees in their places.
 ///
 /// ```
@@ -135,7 +168,7 @@ pub struct Tree {
     pub(crate) nodes: Vec<Node>,
     pub(crate) program: Program,
     /// The main file, and those that it includes.
-    pub(crate) sources: Vec<NamedSource<Arc<str>>>,
+    pub(crate) sources: Vec<Source>,
     /// All that the files say, to be written back.
     pub(crate) library: Arc<Library>,
     /// The place of the main tree among the definitions.
@@ -199,13 +232,13 @@ impl Tree {
 
     /// The main file that the tree was loaded from, whole.
     #[must_use]
-    pub fn source(&self) -> &NamedSource<Arc<str>> {
+    pub fn source(&self) -> &Source {
         &self.sources[0]
     }
 
     /// All files that the tree was loaded from: the main file, and those that it includes.
     #[must_use]
-    pub fn sources(&self) -> &[NamedSource<Arc<str>>] {
+    pub fn sources(&self) -> &[Source] {
         &self.sources
     }
 
@@ -226,18 +259,14 @@ impl Tree {
         help: impl Into<String>,
     ) -> Problem {
         let &Node { span, file, .. } = self.node(node);
-        Problem::Surroundings { message: message.into(), label: label.into(), span, help: Some(help.into()), file }
+        Problem::new(message).of(&self.sources[file]).at(span, label).with_help(help)
     }
 
     /// The diagnostic of these problems, with the files that they are in.
     #[must_use]
-    pub fn error(&self, problems: Vec<Problem>) -> TreeError {
-        let mut by_file: Vec<Vec<Problem>> = self.sources.iter().map(|_| Vec::new()).collect();
-        for problem in problems {
-            let file = if let Problem::Surroundings { file, .. } = problem { file } else { 0 };
-            by_file[file].push(problem);
-        }
-        let mut errors = self.sources.iter().zip(by_file).map(|(source, own)| TreeError::new(source.clone(), own));
+    pub fn error(&self, problems: &[Problem]) -> TreeError {
+        let of = |source| problems.iter().filter(move |problem| problem.is_of(source)).cloned().collect();
+        let mut errors = self.sources.iter().map(|source| TreeError::new(source.clone(), of(source)));
         let main = errors.next().expect("the main file is there");
         main.with_included(errors.filter(|error| !error.problems().is_empty()).collect())
     }
@@ -252,24 +281,39 @@ impl PartialEq for Tree {
 
 impl Eq for Tree {}
 
-/// The tree as an indented outline with a node a line.
+/// The tree as an indented outline, one node per line: leaves by the names of their processes, and in parentheses their
+/// IDs where those differ.
 impl fmt::Display for Tree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for node in &self.nodes {
-            write!(f, "{:indent$}", "", indent = 2 * node.depth)?;
-            match (node.kind.symbol(), node.kind) {
-                (Some(symbol), Kind::SubTree) => writeln!(f, "{symbol} {}", node.label())?,
-                (Some(symbol), _) => match node.name() {
-                    Some(name) => writeln!(f, "{symbol} {name}")?,
-                    None => writeln!(f, "{symbol}")?,
-                },
-                (None, Kind::Condition | Kind::Action) => writeln!(f, "{}", node.label())?,
-                (None, kind) => match node.name() {
-                    Some(name) => writeln!(f, "{kind} {name}")?,
-                    None => writeln!(f, "{kind}")?,
-                },
-            }
-        }
-        Ok(())
+        self.nodes.iter().try_for_each(|node| writeln!(f, "{}", node.outline()))
     }
+}
+
+impl Node {
+    /// The node's line in the tree's outline.
+    pub(crate) fn outline(&self) -> String {
+        let text = match (self.kind.symbol(), self.kind) {
+            (Some(symbol), Kind::SubTree) => format!("{symbol} {}", self.label()),
+            (None, Kind::Condition | Kind::Action) if self.process() == self.type_id => self.type_id.clone(),
+            (None, Kind::Condition | Kind::Action) => format!("{} ({})", self.process(), self.type_id),
+            (symbol, kind) => {
+                let symbol = symbol.unwrap_or_else(|| kind.name());
+                self.name().map_or(symbol.to_owned(), |name| format!("{symbol} {name}"))
+            }
+        };
+        " ".repeat(2 * self.depth) + &one_line(&text)
+    }
+}
+
+/// A text as it can stand on a line: control characters are escaped, `\n`.
+#[must_use]
+pub fn one_line(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let mut line = String::with_capacity(text.len());
+    for c in text.chars() {
+        if c.is_control() { line.extend(c.escape_default()) } else { line.push(c) }
+    }
+    Cow::Owned(line)
 }

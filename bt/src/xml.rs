@@ -10,6 +10,7 @@ mod document;
 mod kept;
 mod model;
 mod ports;
+mod problems;
 mod scan;
 mod unknown;
 mod vocabulary;
@@ -20,19 +21,22 @@ use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
+use diagnostics::{MAX_HINTS, Problem, nearest, text_from_disk};
 use miette::SourceSpan;
 
 pub(crate) use document::Library;
 
 use crate::settings::Constants;
-use crate::{Problem, Tree, TreeError};
+use crate::{Tree, TreeError};
 
 /// Reads tree files.
 ///
 /// Both spellings of nodes are read: `<Action ID="GoTo"/>` and `<GoTo/>`, `<Control ID="Sequence">` and `<Sequence>`.
 /// The short spelling of a leaf needs to be told what the leaf is: by the file's `<TreeNodesModel>`, or by
-/// [`leaves`](Self::leaves). What means nothing here (a description, what Groot notes down) is kept. As in
-/// BehaviorTree.CPP, its own nodes have no other ports than theirs; of scripts that nobody knows there is a warning
+/// [`leaves`](Self::leaves). What means nothing here (a description, what Groot notes down) is kept. What
+/// BehaviorTree.CPP 4 refuses when it loads a tree is refused: IDs with a space or another forbidden character, two subtrees
+/// of one name in a tree, ports that no model declares, ports of two types that name one entry. In files of version 3, whose
+/// models are notes of Groot's, a port that they do not declare is a warning, as is an attribute that is no script
 /// ([`Tree::concerns`]).
 ///
 /// All trees of a file are checked, also those that the main tree does not use.
@@ -123,8 +127,8 @@ impl Loader {
     /// be read.
     pub fn load_file(&self, file: impl AsRef<Path>) -> Result<Tree, TreeError> {
         let file = file.as_ref();
-        match std::fs::read_to_string(file) {
-            Ok(text) => self.load_with(file, &text, |path| std::fs::read_to_string(path)),
+        match text_from_disk(file) {
+            Ok(text) => self.load_with(file, &text, text_from_disk),
             Err(error) => Err(document::unreadable(file, &error)),
         }
     }
@@ -140,9 +144,9 @@ fn required_id(element: roxmltree::Node<'_, '_>, meaning: &str, problems: &mut P
     match element.attribute("ID").map(str::trim) {
         Some(id) if !id.is_empty() => Some(id.to_owned()),
         _ => {
-            let help = Some(format!("the ID says {meaning}"));
-            let element_name = element.tag_name().name().to_owned();
-            problems.push(Problem::MissingId { element: element_name, span: tag_span(element), help });
+            let problem = Problem::new(format!("<{}> has no ID", element.tag_name().name()));
+            let problem = problem.at(tag_span(element), "needs ID=\"…\"");
+            problems.push(problem.with_help(format!("the ID says {meaning}")));
             None
         }
     }
@@ -163,21 +167,15 @@ fn span(range: std::ops::Range<usize>) -> SourceSpan {
 /// The name that one was probably meant to be, or else all there are, as help. Nothing after very many problems: a
 /// hostile file must not keep us searching.
 fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str> + Clone, problems: usize) -> Option<String> {
-    if let Some(near) = nearest(unknown, known.clone(), problems) {
+    if let Some(near) = near(unknown, known.clone(), problems) {
         return Some(format!("did you mean `{near}`?"));
     }
     (problems < MAX_HINTS && known.clone().next().is_some()).then(|| format!("there is {}", listed(known)))
 }
 
 /// The name that one was probably meant to be.
-fn nearest<'a>(unknown: &str, known: impl Iterator<Item = &'a str>, problems: usize) -> Option<&'a str> {
-    if problems >= MAX_HINTS {
-        return None;
-    }
-    let unknown = unknown.to_lowercase();
-    let rated = known.take(MAX_NAMES).map(|name| (strsim::jaro_winkler(&unknown, &name.to_lowercase()), name));
-    let (likeness, name) = rated.max_by(|a, b| a.0.total_cmp(&b.0))?;
-    (likeness > 0.85).then_some(name)
+fn near<'a>(unknown: &str, known: impl Iterator<Item = &'a str>, problems: usize) -> Option<&'a str> {
+    if problems < MAX_HINTS { nearest(unknown, known) } else { None }
 }
 
 /// The names in a sentence; of very many, the first.
@@ -187,11 +185,12 @@ fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     quoted.join(", ")
 }
 
-/// How many problems of a file get a hint.
-const MAX_HINTS: usize = 200;
+/// After so many problems, a file is not read on.
+const MAX_PROBLEMS: usize = 100_000;
 
-/// How many names a hint is chosen from.
-const MAX_NAMES: usize = 1000;
+/// So many attributes an element may have, and so many ports a node.
+const MAX_ATTRIBUTES: usize = 1000;
+const MAX_PORTS: usize = MAX_ATTRIBUTES;
 
 /// The problems found so far.
 type Problems = Vec<Problem>;

@@ -6,7 +6,7 @@ use std::fmt::Write;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use bt::{Category, Kind, Leaf, Leaves, Loader, Request, Status, Tree};
+use bt::{Category, Kind, Leaf, Leaves, Loader, Node, Request, Status, Tree};
 use proptest::prelude::*;
 
 /// A tree as it is written down, before anything of the crate has seen it.
@@ -34,7 +34,12 @@ pub(crate) enum Guard {
 pub(crate) const KEY: &str = "k";
 
 impl Spec {
-    fn new(kind: Kind, children: Vec<Spec>) -> Self {
+    fn new(kind: Kind, mut children: Vec<Spec>) -> Self {
+        if kind == Kind::ReactiveSequence {
+            // It may have one such child only.
+            let others = children.iter_mut().filter(|child| child.kind == Kind::AsyncSequence).skip(1);
+            others.for_each(|child| child.kind = Kind::Sequence);
+        }
         Self { kind, id: None, numbers: [0; 2], guard: None, children }
     }
 
@@ -166,7 +171,7 @@ pub(crate) fn tree_of(body: &str, subtrees: &[String]) -> Arc<Tree> {
 pub(crate) fn wild_tree() -> impl Strategy<Value = Arc<Tree>> {
     let subtrees = prop::collection::vec(wild_body(2, false), 2);
     (wild_body(4, true), subtrees).prop_map(|(body, subtrees)| {
-        let start = "k0 := 0; k1 := 1.5; k2 := '1'; k3 := 3";
+        let start = "k0 := 0; k1 := 1.5; k2 := '1'; k3 := 3; k4 := 1; k5 := 3";
         let body = format!("<Sequence><RunOnce><Script code=\"{start}\"/></RunOnce>{body}</Sequence>");
         tree_of(&body, &subtrees)
     })
@@ -182,7 +187,7 @@ const CONDITIONS: [&str; 8] = [
     "true",
     "@k0 &lt; 2",
 ];
-const DEEDS: [&str; 9] = [
+const DEEDS: [&str; 10] = [
     "k0 := k0 + 1",
     "k0 = 0",
     "k1 *= 2",
@@ -192,6 +197,7 @@ const DEEDS: [&str; 9] = [
     "k0 := (k0 > 3 ? 0 : k0 + 1)",
     "q := '1;2;3'",
     "k0 := k0 / 2",
+    "k4 := 1 - k4",
 ];
 
 /// Scripts among the attributes: mostly none.
@@ -260,10 +266,10 @@ const CONTROLS: [(&str, usize, usize); 17] = [
     ("ParallelAll max_failures=\"-1\"", 1, 4),
     ("IfThenElse", 2, 3),
     ("WhileDoElse", 2, 3),
-    ("Switch2 variable=\"{k0}\" case_1=\"0\" case_2=\"{k3}\"", 3, 3),
+    ("Switch2 variable=\"{k2}\" case_1=\"1\" case_2=\"{k6}\"", 3, 3),
     ("TryCatch", 2, 3),
     ("TryCatch catch_on_halt=\"true\"", 2, 3),
-    ("TryCatch catch_on_halt=\"{k0}\"", 2, 3),
+    ("TryCatch catch_on_halt=\"{k4}\"", 2, 3),
 ];
 
 const DECORATORS: [&str; 23] = [
@@ -281,28 +287,42 @@ const DECORATORS: [&str; 23] = [
     "RunOnce",
     "RunOnce then_skip=\"false\"",
     "LoopInt queue=\"1;2\" value=\"{l}\"",
-    "LoopString queue=\"{q}\" value=\"{l}\" if_empty=\"SKIPPED\"",
+    "LoopString queue=\"{q}\" value=\"{k6}\" if_empty=\"SKIPPED\"",
     "Precondition if=\"k0 &lt; 2\"",
     "Precondition if=\"k2 == 1\" else=\"SKIPPED\"",
     "Precondition if=\"k0 == 1\" else=\"RUNNING\"",
     "SkipUnlessUpdated entry=\"{k0}\"",
     "WaitValueUpdate entry=\"k0\"",
     "WaitValueUpdate entry=\"{l}\"",
-    "Delay delay_msec=\"{k3}\"",
+    "Delay delay_msec=\"{k5}\"",
     "Timeout msec=\"100\"",
 ];
 
 fn wild_body(depth: u32, subtrees: bool) -> impl Strategy<Value = String> {
     wild_leaf(subtrees).prop_recursive(depth, 40, 4, |inner| {
         let control = (prop::sample::select(CONTROLS.to_vec()), prop::collection::vec(inner.clone(), 4), 0..4_usize);
-        let control = control
-            .prop_map(|((tag, least, most), children, extra)| (tag, children[..(least + extra).min(most)].concat()));
+        let control = control.prop_map(|((tag, least, most), children, extra)| {
+            let children = &children[..(least + extra).min(most)];
+            (tag, if tag == "ReactiveSequence" { with_one_async(children) } else { children.concat() })
+        });
         let decorator = (prop::sample::select(DECORATORS.to_vec()), inner);
         (prop_oneof![3 => control, 2 => decorator], hooks()).prop_map(|((tag, inside), hooks)| {
             let name = tag.split(' ').next().unwrap();
             format!("<{tag}{hooks}>{inside}</{name}>")
         })
     })
+}
+
+/// The children of a reactive sequence, which may have one <AsyncSequence> only.
+fn with_one_async(children: &[String]) -> String {
+    let mut found = false;
+    let other = |child: &String| match child.strip_prefix("<AsyncSequence") {
+        Some(rest) if std::mem::replace(&mut found, true) => {
+            format!("<Sequence{}</Sequence>", rest.strip_suffix("</AsyncSequence>").unwrap())
+        }
+        _ => child.clone(),
+    };
+    children.iter().map(other).collect()
 }
 
 /// What the leaves of each ID answer, tick by tick, over and over.
@@ -327,7 +347,12 @@ fn script_of(statuses: Vec<Status>) -> impl Strategy<Value = Script> {
     })
 }
 
-/// A leaf call: the leaf's ID, and what it was asked.
+/// The same answers, by the names of the leaves' processes.
+pub(crate) fn by_process(tree: &Tree, script: &Script) -> Script {
+    tree.leaves().map(|leaf| (leaf.process().to_owned(), script[leaf.type_id()].clone())).collect()
+}
+
+/// A leaf call: whose, and what was asked.
 pub(crate) type Called = (String, Request);
 
 /// Leaves that answer by a script and remember their calls.
@@ -362,16 +387,23 @@ impl Actors {
 pub(crate) struct Cast {
     pub(crate) tree: Arc<Tree>,
     pub(crate) actors: Rc<RefCell<Actors>>,
+    /// Who acts for a leaf.
+    actor: fn(&Node) -> &str,
 }
 
 impl Cast {
     pub(crate) fn new(tree: &Arc<Tree>, script: &Script) -> Self {
-        Self { tree: tree.clone(), actors: Rc::new(RefCell::new(Actors::new(script))) }
+        Self { tree: tree.clone(), actors: Rc::new(RefCell::new(Actors::new(script))), actor: Node::type_id }
+    }
+
+    /// An actor for every leaf, as in a channel system.
+    pub(crate) fn of_processes(tree: &Arc<Tree>, script: &Script) -> Self {
+        Self { actor: Node::process, ..Self::new(tree, &by_process(tree, script)) }
     }
 
     /// Other actors, who have got as far as these.
     pub(crate) fn understudy(&self) -> Self {
-        Self { tree: self.tree.clone(), actors: Rc::new(RefCell::new(self.actors.borrow().clone())) }
+        Self { actors: Rc::new(RefCell::new(self.actors.borrow().clone())), tree: self.tree.clone(), ..*self }
     }
 
     pub(crate) fn calls(&self) -> Vec<Called> {
@@ -381,10 +413,10 @@ impl Cast {
 
 impl Leaves for Cast {
     fn tick(&mut self, leaf: Leaf<'_>) -> Status {
-        self.actors.borrow_mut().tick(leaf.node().type_id())
+        self.actors.borrow_mut().tick((self.actor)(leaf.node()))
     }
 
     fn halt(&mut self, leaf: Leaf<'_>) {
-        self.actors.borrow_mut().halt(leaf.node().type_id());
+        self.actors.borrow_mut().halt((self.actor)(leaf.node()));
     }
 }

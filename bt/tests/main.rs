@@ -5,10 +5,13 @@
 mod broken;
 mod forest;
 mod kinds;
+mod leaves;
 mod loading;
 mod nodes;
 mod oracle;
 mod processes;
+mod refusals;
+mod scaling;
 mod stage;
 mod timeouts;
 

@@ -8,15 +8,15 @@ use bt::{
     declare_channels, node_processes, states_in,
 };
 use channels::{
-    Action, ChannelId, ChannelSystem, Envelope, EventKind, Message, Offer, Pattern, Process, ProcessId, Random,
-    RequestNumber, Scheduler, TickGenerator, Topology, TransitionId, Use,
+    Action, ChannelId, ChannelSystem, Envelope, EventKind, FieldKind, Message, Offer, Pattern, Process, ProcessId,
+    Random, RequestNumber, Scheduler, TickGenerator, Topology, TransitionId, Use, Value,
 };
 use proptest::prelude::*;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 
 use crate::NOW;
-use crate::forest::{Called, Cast, Script, script, spec, wild_tree};
+use crate::forest::{Called, Cast, Script, by_process, script, spec, wild_tree};
 
 /// A skill that answers by a script. `echoes` says how many wrong replies it sends before each right one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -25,6 +25,8 @@ pub(crate) struct Skill {
     requests: ChannelId,
     replies: ChannelId,
     answers: Vec<Status>,
+    /// What comes behind each answer.
+    outputs: Vec<Value>,
     tick: usize,
     echoes: u64,
     outbox: Vec<Envelope>,
@@ -51,7 +53,8 @@ impl Process for Skill {
             self.tick += 1;
             self.answers[(self.tick - 1) % self.answers.len()].name()
         };
-        let reply = |name, request| Envelope { message: Message::symbols([name]), request: RequestNumber(request) };
+        let message = |name| Message::new(std::iter::once(Value::symbol(name)).chain(self.outputs.iter().cloned()));
+        let reply = |name, request| Envelope { message: message(name), request: RequestNumber(request) };
         let number = envelope.request.0;
         let no_answer = if answer == "halted" { "success" } else { "halted" };
         let wrong = (0..self.echoes).map(|echo| match echo {
@@ -95,10 +98,9 @@ impl Stage {
         let bt = topology.process("BT").unwrap();
         let mut skills: Vec<(ProcessId, String)> = Vec::new();
         for leaf in tree.leaves() {
-            if topology.find_process(leaf.type_id()).is_none() {
-                skills.push((topology.process(leaf.type_id()).unwrap(), leaf.type_id().to_owned()));
-            }
+            skills.push((topology.process(leaf.process()).unwrap(), leaf.process().to_owned()));
         }
+        let script = by_process(tree, script);
         declare_channels(tree, &mut topology, bt, generator).unwrap();
         let mut processes = match form {
             Form::Whole => {
@@ -113,14 +115,22 @@ impl Stage {
             let requests = topology.find_channel("BT", name).unwrap();
             let replies = topology.find_channel(name, "BT").unwrap();
             let answers = script[name].clone();
+            let fields = topology.get(replies).domain.shapes()[0].fields().len();
+            let outputs = vec![Value::symbol(FieldKind::NONE); fields - 1];
             let (name, outbox, asked) = (name.clone(), vec![], vec![]);
-            let skill = Skill { name, requests, replies, answers, tick: 0, echoes, outbox, asked };
+            let skill = Skill { name, requests, replies, answers, outputs, tick: 0, echoes, outbox, asked };
             processes.push((*id, Box::new(skill)));
         }
         let system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
         let scheduler = Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed)));
         let skills = skills.into_iter().map(|(id, _)| id).collect();
         Self { tree: tree.clone(), system, bt, generator, skills, scheduler }
+    }
+
+    /// Lets a skill write these to its ports with each answer.
+    pub(crate) fn writes(&mut self, skill: &str, outputs: &[Value]) {
+        let id = self.system.topology().find_process(skill).unwrap();
+        self.system.process_mut::<Skill>(id).unwrap().outputs = outputs.to_vec();
     }
 
     /// Generates a tick and runs the system until it is quiet: the messages received, as (from, to, message).
@@ -170,7 +180,7 @@ proptest! {
         spec in spec(), script in script(), seeds in any::<(u64, u64)>(), ticks in 1..12_usize,
     ) {
         let tree = spec.tree();
-        let mut cast = Cast::new(&tree, &script);
+        let mut cast = Cast::of_processes(&tree, &script);
         let mut execution = Execution::new(tree.clone());
         let mut whole = Stage::new(&tree, Form::Whole, &script, 0, seeds.0);
         let mut nodes = Stage::new(&tree, Form::Nodes, &script, 0, seeds.1);
@@ -192,7 +202,7 @@ proptest! {
     fn whole_tree_and_node_processes_agree_on_all_kinds_of_nodes(
         tree in wild_tree(), script in script(), seeds in any::<(u64, u64)>(), ticks in 1..12_u64,
     ) {
-        let mut cast = Cast::new(&tree, &script);
+        let mut cast = Cast::of_processes(&tree, &script);
         let mut execution = Execution::new(tree.clone());
         let mut whole = Stage::new(&tree, Form::Whole, &script, 0, seeds.0);
         let mut nodes = Stage::new(&tree, Form::Nodes, &script, 0, seeds.1);

@@ -3,6 +3,8 @@
 use std::cmp::Ordering;
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Message, Value};
 
 /// A variable of a program graph: its place among the graph's variables.
@@ -171,7 +173,7 @@ fn tuple(terms: &[Term], evaluation: &Evaluation) -> Content {
 }
 
 /// A relational operator.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Relation {
     /// `=`
     Equal,

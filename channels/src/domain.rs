@@ -2,10 +2,12 @@
 
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Message, Symbol, Value};
 
 /// What a field of a message may hold.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FieldKind {
     /// One of these symbols.
     Symbol(Vec<Symbol>),
@@ -17,9 +19,14 @@ pub enum FieldKind {
     Real,
     /// Text.
     Text,
+    /// A value of that kind, or [`NONE`](Self::NONE).
+    Optional(Box<Self>),
 }
 
 impl FieldKind {
+    /// The name of the symbol in an optional field without a value: `<none>`.
+    pub const NONE: &str = "none";
+
     /// One of the symbols of these names.
     #[must_use]
     pub fn symbols<const N: usize>(names: [&str; N]) -> Self {
@@ -33,7 +40,18 @@ impl FieldKind {
             (Self::Symbol(symbols), Value::Symbol(symbol)) => symbols.contains(symbol),
             (Self::Real, Value::Real(number)) => !number.is_nan(),
             (Self::Bool, Value::Bool(_)) | (Self::Int, Value::Int(_)) | (Self::Text, Value::Text(_)) => true,
+            (Self::Optional(kind), value) => value.is_symbol(Self::NONE) || kind.contains(value),
             _ => false,
+        }
+    }
+
+    /// Whether a field of this kind can be equal to that value, or ordered against it: numbers can, of either type.
+    #[must_use]
+    pub fn is_comparable_to(&self, value: &Value) -> bool {
+        match self {
+            Self::Int | Self::Real => value.as_number().is_some(),
+            Self::Optional(kind) => value.is_symbol(Self::NONE) || kind.is_comparable_to(value),
+            Self::Symbol(_) | Self::Bool | Self::Text => self.contains(value),
         }
     }
 }
@@ -49,12 +67,13 @@ impl fmt::Display for FieldKind {
             Self::Int => f.write_str("int"),
             Self::Real => f.write_str("real"),
             Self::Text => f.write_str("text"),
+            Self::Optional(kind) => write!(f, "{kind} | <{}>", Self::NONE),
         }
     }
 }
 
 /// One form that messages of a channel take: named fields with their kinds.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     fields: Vec<(String, FieldKind)>,
 }
@@ -62,8 +81,8 @@ pub struct Shape {
 impl Shape {
     /// The shape with these fields, in the order `m[1]`, `m[2]`, …
     #[must_use]
-    pub fn new<const N: usize>(fields: [(&str, FieldKind); N]) -> Self {
-        Self { fields: fields.map(|(name, kind)| (name.to_owned(), kind)).to_vec() }
+    pub fn new(fields: impl IntoIterator<Item = (impl Into<String>, FieldKind)>) -> Self {
+        Self { fields: fields.into_iter().map(|(name, kind)| (name.into(), kind)).collect() }
     }
 
     /// The fields' names and kinds, in the order `m[1]`, `m[2]`, …
@@ -89,7 +108,7 @@ impl fmt::Display for Shape {
 }
 
 /// The messages that a channel may carry, dom((p, q)): the union of some shapes.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Domain {
     shapes: Vec<Shape>,
 }

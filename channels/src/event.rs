@@ -2,10 +2,12 @@
 
 use std::time::Duration;
 
+use serde::{Deserialize, Serialize};
+
 use crate::{ChannelId, Message};
 
 /// One state of the timed state sequence.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Event {
     /// How many communications there have been, this one included.
     pub step: u64,
@@ -18,7 +20,7 @@ pub struct Event {
 }
 
 /// What happened at a state of the timed state sequence.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum EventKind {
     /// A tick was generated, taken or not.
     Tick,

@@ -3,12 +3,14 @@
 use std::fmt;
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::Value;
 
 /// A message: a tuple of values `m[1]`, `m[2]`, …
 ///
 /// Copies share their values, so passing a message on is cheap.
-#[derive(Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Message(Arc<[Value]>);
 
 impl Message {

@@ -1,5 +1,7 @@
 //! Which processes there are and which channels join them.
 
+use serde::{Deserialize, Serialize};
+
 use crate::{Domain, Message, WiringError};
 
 /// A process of a system: its place in the [`Topology`].
@@ -15,7 +17,7 @@ impl ProcessId {
 }
 
 /// A channel of a system: its place in the [`Topology`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ChannelId(pub(crate) usize);
 
 impl ChannelId {

@@ -4,8 +4,10 @@ use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 /// A name that stands for itself, written `<ok>`.
-#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Symbol(Arc<str>);
 
 impl Symbol {
@@ -39,7 +41,7 @@ impl fmt::Debug for Symbol {
 /// Values are compared exactly and can be hashed, so that states of a system can be. Integers and reals are different
 /// types and never equal. A real is never NaN in a channel (domains refuse it); as a value, NaN equals itself, and
 /// `-0.0` equals `0.0`.
-#[derive(Clone)]
+#[derive(Clone, Serialize, Deserialize)]
 pub enum Value {
     /// A symbol such as `<ok>`.
     Symbol(Symbol),

@@ -24,8 +24,8 @@ pub enum StopRule {
     /// It ends the trip to the place that it names and no other, and is answered `[<ok>, <stopped>]` when it is taken.
     #[default]
     OwnTrip,
-    /// It ends whatever trip there is, whichever place it names, and is never answered: the protocol of the system that
-    /// the paper ran, kept to show what is wrong with it.
+    /// It ends whatever trip there is, whichever place it names, as in the paper's published system (`halt` in
+    /// `GoToComponent.cpp`, where the comparison of the places is commented out). It is answered all the same.
     AnyTrip,
 }
 
@@ -62,7 +62,7 @@ pub enum Order {
 ///   last trip was to another place or was stopped.
 /// - `[<stop_navigation>, <Place>]` ends the trip to that place and no other, and is answered `[<ok>, <stopped>]` when
 ///   it is taken, not at standstill. So once a new trip has started, no `<running>` of the old one arrives. Under
-///   [`StopRule::AnyTrip`] it ends every trip and is not answered.
+///   [`StopRule::AnyTrip`] it ends every trip.
 ///
 /// The driver carries out its [orders](Self::next_order) and [tells](Self::set_trip_status) how the trip stands, between
 /// steps; [`Software`](crate::Software) has one.
@@ -167,9 +167,6 @@ impl Process for Navigation {
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         if let Some(request) = self.service.take(transition, received).cloned() {
             self.begin(&request);
-            if self.stops == StopRule::AnyTrip && request.head() == Some("stop_navigation") {
-                self.service.dismiss(transition);
-            }
         }
     }
 

@@ -10,7 +10,7 @@ pub const LOCALIZATION: &str = "Localization";
 /// The name of the process that drives to places.
 pub const NAVIGATION: &str = "Navigation";
 /// The name of the process that lets one skill navigate at a time, in systems that have it.
-pub const NAVIGATION_LOCK: &str = "NavigationLock";
+pub const BLACKBOARD: &str = "Blackboard";
 
 /// A request that a component understands, with its replies.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,7 +34,15 @@ pub fn operations(places: &Places) -> Vec<Operation> {
         |name| Shape::new([("request", FieldKind::symbols([name])), ("place", FieldKind::Symbol(places.clone()))]);
     let ok = |field, kind| Shape::new([("status", FieldKind::symbols(["ok"])), (field, kind)]);
     let error = || Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
-    let granted = || ok("lock", FieldKind::symbols(["granted"]));
+    let on_board = |name| {
+        [
+            ("request", FieldKind::symbols([name])),
+            ("skill", FieldKind::Text),
+            ("key", FieldKind::symbols(["navigation"])),
+        ]
+    };
+    let write = |[request, skill, key]: [_; 3]| Shape::new([request, skill, key, ("value", FieldKind::Int)]);
+    let done = || ok("done", FieldKind::Bool);
     let state = || FieldKind::symbols(["running", "success", "failure", "stopped", "idle"]);
 
     let operation =
@@ -46,7 +54,9 @@ pub fn operations(places: &Places) -> Vec<Operation> {
         operation(NAVIGATION, "start_navigation", at_place("start_navigation"), ok("state", state())),
         operation(NAVIGATION, "get_status", at_place("get_status"), ok("state", state())),
         operation(NAVIGATION, "stop_navigation", at_place("stop_navigation"), ok("state", state())),
-        operation(NAVIGATION_LOCK, "take_lock", at_place("take_lock"), granted()),
-        operation(NAVIGATION_LOCK, "give_back", at_place("give_back"), granted()),
+        operation(BLACKBOARD, "lock", Shape::new(on_board("lock")), done()),
+        operation(BLACKBOARD, "unlock", Shape::new(on_board("unlock")), done()),
+        operation(BLACKBOARD, "read_data", Shape::new(on_board("read_data")), ok("value", FieldKind::Int)),
+        operation(BLACKBOARD, "write_data", write(on_board("write_data")), done()),
     ]
 }

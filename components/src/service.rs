@@ -63,14 +63,9 @@ impl Service {
         client.pending.as_ref().map(|request| &request.message)
     }
 
-    /// The request that was received with a transition and waits for its answer, or that the transition answers.
+    /// The request that a transition answers.
     pub(crate) fn pending(&self, transition: TransitionId) -> Option<&Message> {
         self.clients[transition.0 as usize / 2].pending.as_ref().map(|request| &request.message)
-    }
-
-    /// Leaves the request that was received with that transition without an answer.
-    pub(crate) fn dismiss(&mut self, transition: TransitionId) {
-        self.clients[transition.0 as usize / 2].pending = None;
     }
 
     /// Forgets who waits for an answer: nobody will get it.

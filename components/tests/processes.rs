@@ -8,8 +8,8 @@ use channels::{
     Action, Capacity, Domain, Envelope, Message, Offer, Process, ProcessId, RequestNumber, Symbol, Topology, Value,
 };
 use components::{
-    BatteryReader, LOCALIZATION, Localization, NAVIGATION, NAVIGATION_LOCK, Navigation, NavigationLock, Order,
-    StopRule, operations,
+    BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation, Order, StopRule,
+    operations,
 };
 use maps::{Place, Places, Point};
 
@@ -141,42 +141,91 @@ fn every_operation_has_an_answer_and_an_error() {
     }
 }
 
-/// Hands the component a request that it never answers.
-fn tell(process: &mut dyn Process, topology: &Topology, client: &str, request: Message) {
-    ask(process, topology, client, request, 0);
-    assert_eq!(answer(process, topology, client), None, "{client} is not answered");
-}
-
 #[test]
-fn under_the_original_rule_a_stop_ends_every_trip_and_is_not_acknowledged() {
+fn under_the_original_rule_a_stop_ends_every_trip() {
     let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
     let mut navigation = Navigation::new(&topology, id).unwrap().with_stops(StopRule::AnyTrip);
     ask(&mut navigation, &topology, "GotoRechargingStation", go("start_navigation", "RechargingStation"), 1);
     assert!(answer(&mut navigation, &topology, "GotoRechargingStation").is_some());
-    tell(&mut navigation, &topology, "GoToDestination", go("stop_navigation", "Destination"));
+    ask(&mut navigation, &topology, "GoToDestination", go("stop_navigation", "Destination"), 2);
+    let reply = answer(&mut navigation, &topology, "GoToDestination").unwrap();
+    assert_eq!(reply.message, Message::symbols(["ok", "stopped"]));
     assert_eq!(navigation.trip_place(), None);
     let orders: Vec<_> = std::iter::from_fn(|| navigation.next_order()).collect();
     assert_eq!(orders, [Order::Start(Symbol::new("RechargingStation")), Order::Stop]);
-    // The client that was not answered is heard again.
-    ask(&mut navigation, &topology, "GoToDestination", go("get_status", "Destination"), 2);
-    let reply = answer(&mut navigation, &topology, "GoToDestination").unwrap();
-    assert_eq!(reply.message, Message::symbols(["ok", "idle"]));
+}
+
+/// A blackboard and two skills, which are answered what an assertion says.
+struct Board {
+    topology: Topology,
+    blackboard: Blackboard,
+}
+
+impl Board {
+    fn new() -> Self {
+        let (topology, id) = wire(BLACKBOARD, &["one", "other"]);
+        let blackboard = Blackboard::new(&topology, id).unwrap();
+        Self { topology, blackboard }
+    }
+
+    fn ask(&mut self, skill: &str, what: &str, value: Option<i64>) {
+        let fields = [Value::symbol(what), skill.into(), Value::symbol("navigation")];
+        let request = Message::new(fields.into_iter().chain(value.map(Value::Int)));
+        ask(&mut self.blackboard, &self.topology, skill, request, 1);
+    }
+
+    fn answer(&mut self, skill: &str) -> Option<Message> {
+        answer(&mut self.blackboard, &self.topology, skill).map(|reply| reply.message)
+    }
+
+    fn call(&mut self, skill: &str, what: &str, value: Option<i64>) -> Option<Message> {
+        self.ask(skill, what, value);
+        self.answer(skill)
+    }
+}
+
+fn ok(value: impl Into<Value>) -> Option<Message> {
+    Some(Message::new([Value::symbol("ok"), value.into()]))
 }
 
 #[test]
-fn the_lock_is_granted_to_one_and_waits_for_the_other_to_give_it_back() {
-    let (topology, id) = wire(NAVIGATION_LOCK, &["GotoRechargingStation", "GoToDestination"]);
-    let mut lock = NavigationLock::new(&topology, id).unwrap();
-    let granted = Some(Message::symbols(["ok", "granted"]));
-    let taken = |lock: &mut NavigationLock, client| answer(lock, &topology, client).map(|reply| reply.message);
-    ask(&mut lock, &topology, "GoToDestination", go("take_lock", "Destination"), 1);
-    ask(&mut lock, &topology, "GotoRechargingStation", go("take_lock", "RechargingStation"), 1);
-    assert_eq!(taken(&mut lock, "GoToDestination"), granted);
-    assert_eq!(taken(&mut lock, "GotoRechargingStation"), None);
-    tell(&mut lock, &topology, "GoToDestination", go("give_back", "Destination"));
-    assert_eq!(taken(&mut lock, "GotoRechargingStation"), granted);
-    assert_eq!(lock.location(), "held for RechargingStation");
-    // Who does not have it cannot give it back.
-    tell(&mut lock, &topology, "GoToDestination", go("give_back", "Destination"));
-    assert_eq!(lock.location(), "held for RechargingStation");
+fn a_lock_is_granted_to_one_and_waits_for_the_other_to_unlock() {
+    let mut board = Board::new();
+    assert_eq!(board.call("one", "lock", None), ok(true));
+    assert_eq!(board.call("one", "lock", None), ok(true), "who has it may ask again");
+    assert_eq!(board.call("other", "lock", None), None);
+    assert_eq!(board.blackboard.location(), "navigation: 1, one");
+    assert_eq!(board.call("one", "unlock", None), ok(true));
+    assert_eq!(board.answer("other"), ok(true));
+}
+
+#[test]
+fn only_the_holder_writes_and_nobody_reads_what_another_has_locked() {
+    let mut board = Board::new();
+    let refused = Some(Message::new([Value::symbol("error"), "unauthorized client".into()]));
+    assert_eq!(board.call("one", "write_data", Some(0)), refused, "it is not locked");
+    assert_eq!(board.call("one", "read_data", None), ok(1));
+    assert_eq!(board.call("one", "lock", None), ok(true));
+    assert_eq!(board.call("one", "write_data", Some(0)), ok(true));
+    for (what, value) in [("read_data", None), ("write_data", Some(1)), ("unlock", None)] {
+        assert_eq!(board.call("other", what, value), refused, "{what}");
+    }
+    assert_eq!(board.blackboard.location(), "navigation: 0, one");
+}
+
+#[test]
+fn who_has_found_zero_gets_the_lock_when_something_has_been_written() {
+    let mut board = Board::new();
+    for (what, value) in [("lock", None), ("write_data", Some(0)), ("unlock", None)] {
+        assert_eq!(board.call("one", what, value), ok(true));
+    }
+    assert_eq!(board.call("other", "lock", None), ok(true), "it has not read yet");
+    assert_eq!(board.call("other", "read_data", None), ok(0));
+    assert_eq!(board.call("other", "unlock", None), ok(true));
+    assert_eq!(board.call("other", "lock", None), None);
+    assert_eq!(board.call("one", "lock", None), ok(true));
+    assert_eq!(board.call("one", "write_data", Some(1)), ok(true));
+    assert_eq!(board.answer("other"), None, "it is locked");
+    assert_eq!(board.call("one", "unlock", None), ok(true));
+    assert_eq!(board.answer("other"), ok(true));
 }

@@ -1,4 +1,4 @@
-//! Draws the project's own map into the crate's folder: `cargo run -p maps --example draw_house`.
+//! Draws the project's own map into the crate's folder: `cargo run -p steward-maps --example draw_house`.
 
 use std::path::Path;
 

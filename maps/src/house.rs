@@ -19,15 +19,17 @@
 //! nearer than 2 m and never nearer than 1 m, so that passing by is not docking. The rooms differ in shape, size and
 //! furniture, so that a laser scan tells where it was taken.
 //!
-//! `cargo run -p maps --example draw_house` draws the map's files; a test holds that they are up to date.
+//! `cargo run -p steward-maps --example draw_house` draws the map's files; a test holds that they are up to date.
 
 mod pen;
 mod plan;
 
-use std::io;
-use std::path::Path;
+#[cfg(feature = "files")]
+use std::{io, path::Path};
 
-use crate::{Cell, OccupancyGrid, Places, PlacesFile};
+use crate::{Cell, OccupancyGrid};
+#[cfg(feature = "files")]
+use crate::{Places, PlacesFile};
 use pen::{Pen, Rect};
 
 /// File name of the map.
@@ -40,16 +42,18 @@ pub const FILES: [(&str, &[u8]); 3] = [
     ("house.places.toml", include_bytes!("../house.places.toml")),
 ];
 
-/// Reads one of [`FILES`] by the last part of its path; a [`ReadFile`](crate::ReadFile).
+/// Reads one of [`FILES`] by the last part of its path; a [`ReadFile`](diagnostics::ReadFile).
 ///
 /// # Errors
 /// [`io::ErrorKind::NotFound`] for another name.
+#[cfg(feature = "files")]
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let file = FILES.iter().find(|(name, _)| path.file_name().is_some_and(|last| last == *name));
     file.map(|(_, content)| content.to_vec()).ok_or_else(|| io::ErrorKind::NotFound.into())
 }
 
 /// The places of the house: `start`, `RechargingStation` and `Destination`.
+#[cfg(feature = "files")]
 #[must_use]
 pub fn places() -> Places {
     let places = PlacesFile::load(Path::new("house.places.toml"), &read);

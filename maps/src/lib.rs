@@ -12,40 +12,46 @@
 //! down in a [`PlacesFile`] beside the map.
 //!
 //! ```
-//! use maps::{Place, house};
+//! use maps::{Place, house, pose};
 //!
 //! let map = house::draw();
-//! let places = house::places();
-//! let station = places.get("RechargingStation").expect("the house has a charging station");
+//! let (pose_of_station, position_tolerance_m, heading_tolerance_rad) = (pose(-7.5, 9.0, 3.14), 0.3, 0.1);
+//! let station = Place::Point { pose: pose_of_station, position_tolerance_m, heading_tolerance_rad };
 //! assert!(map.has_room(&station.goal_position(), 0.30));
-//! assert!(matches!(places.get("Destination"), Some(Place::Area { .. })));
+//! assert!(station.contains(&pose(-7.4, 9.1, 3.10)));
 //! ```
 //!
-//! People write these files by hand, and so a reader never stops at the first mistake: it collects [`FileProblems`],
-//! each at its place and with what would have been right. The [`document`] module that makes this easy is public,
-//! because a scenario's TOML deserves the same care.
+//! People write these files by hand, and so a reader never stops at the first mistake: it collects
+//! [`diagnostics::FileProblems`], each at its place and with what would have been right.
 //!
-//! [`house`] is the project's own map. Read [`load_map`] for what pixels mean, [`document`] for how to read a file.
+//! [`house`] is the project's own map. Read [`load_map`] for what pixels mean.
+//!
+//! Files are read and written with the feature `files`, which is on by default. Without it the crate is geometry and
+//! cells, and depends on nalgebra alone.
 
-mod diagnostics;
-pub mod document;
+#[cfg(feature = "files")]
 mod error;
-mod files;
 mod grid;
 pub mod house;
+#[cfg(feature = "files")]
 mod map_file;
 mod places;
+#[cfg(feature = "files")]
 mod places_file;
+#[cfg(feature = "files")]
 mod polygon;
 mod pose;
+#[cfg(feature = "files")]
 mod raster;
 
-pub use diagnostics::{FileProblems, Problem, Source, Span, Spanned, nearest};
+#[cfg(feature = "files")]
 pub use error::Error;
-pub use files::{ReadFile, from_disk};
 pub use grid::{Cell, CellIndex, OccupancyGrid};
+#[cfg(feature = "files")]
 pub use map_file::{ImageFormat, MapFiles, load_map, map_files, save_map};
 pub use places::{Place, Places};
+#[cfg(feature = "files")]
 pub use places_file::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M, PlacesFile};
 pub use pose::{Point, Pose, heading, pose, wrap_angle};
+#[cfg(feature = "files")]
 pub use raster::MAX_CELLS;

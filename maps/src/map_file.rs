@@ -5,19 +5,19 @@ mod save;
 
 use std::path::Path;
 
+use diagnostics::document::{Document, Item, Table};
+use diagnostics::{Problem, ReadFile, Span, read_text};
 use meaning::{Meaning, Mode};
 pub use save::{ImageFormat, MapFiles, map_files, save_map};
 
-use crate::document::{Document, Item, Table};
-use crate::files::{ReadFile, read_text};
 use crate::raster::{Raster, RasterError};
-use crate::{Error, OccupancyGrid, Pose, Problem, Span, pose};
+use crate::{OccupancyGrid, Pose, pose};
 
 /// Coordinates beyond this many metres are a slip of the pen.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 
 /// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
-/// `read` reads the YAML and the picture, from disk ([`from_disk`](crate::from_disk)) or from wherever files are kept.
+/// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from wherever files are kept.
 ///
 /// ```yaml
 /// image: house.pgm            # PGM or PNG, relative to this file
@@ -49,7 +49,8 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// The yaw of the origin turns the whole map. Maps of more than [`MAX_CELLS`](crate::MAX_CELLS) cells are refused.
 ///
 /// # Errors
-/// [`Error::Read`] if the YAML file cannot be read; [`Error::Problems`] with everything that is wrong with the YAML
+/// [`Error::Read`](diagnostics::Error::Read) if the YAML file cannot be read;
+/// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with the YAML
 /// and its picture. A picture that cannot be used is a problem of the line that names it.
 ///
 /// # Example
@@ -66,9 +67,9 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// };
 /// let map = load_map(Path::new("maps/tiny.yaml"), &files)?;
 /// assert_eq!(map.cells(), [Cell::Occupied, Cell::Unknown, Cell::Free]);
-/// # Ok::<(), maps::Error>(())
+/// # Ok::<(), diagnostics::Error>(())
 /// ```
-pub fn load_map(path: &Path, read: ReadFile<'_>) -> Result<OccupancyGrid, Error> {
+pub fn load_map(path: &Path, read: ReadFile<'_>) -> Result<OccupancyGrid, diagnostics::Error> {
     let text = read_text(path, read)?;
     let document = Document::parse_yaml(&path.display().to_string(), &text)?;
     let folder = path.parent().unwrap_or(Path::new(""));

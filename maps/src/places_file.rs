@@ -1,12 +1,15 @@
-//! Places files: the named points and areas of a map, in TOML beside it.
+//! Places files: the named points and areas of a map, in TOML beside it, or in the format of YARP's Map2D.
+
+mod map2d;
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::document::{Document, Table};
-use crate::files::{ReadFile, read_text};
+use diagnostics::document::{Document, Table};
+use diagnostics::{FileProblems, Problem, ReadFile, Span, Spanned, read_text};
+
 use crate::map_file::MAX_COORDINATE_M;
-use crate::{Error, FileProblems, Place, Places, Point, Span, Spanned, polygon, pose};
+use crate::{Place, Places, Point, polygon, pose};
 
 /// How far from a point still counts as there unless the file says otherwise, in metres. Less than the 0.5 m within
 /// which the robot docks, so that a robot that believes to be at its station can charge.
@@ -33,6 +36,9 @@ pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
 ///
 /// An area is the inside of the outline through its corners, in either direction. As a goal it means its centroid,
 /// which therefore has to lie inside.
+///
+/// A file whose name ends in `.ini` is one of YARP's Map2D, where a line `name map x y degrees` is a point and
+/// `name map count x y x y …` an area; all its places have to be of one map.
 #[derive(Clone, Debug)]
 pub struct PlacesFile {
     places: Places,
@@ -43,8 +49,9 @@ impl PlacesFile {
     /// Loads the places file at `path` through `read`.
     ///
     /// # Errors
-    /// [`Error::Read`] if it cannot be read; [`Error::Problems`] with everything that is wrong with it.
-    pub fn load(path: &Path, read: ReadFile<'_>) -> Result<Self, Error> {
+    /// [`Error::Read`](diagnostics::Error::Read) if it cannot be read;
+    /// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with it.
+    pub fn load(path: &Path, read: ReadFile<'_>) -> Result<Self, diagnostics::Error> {
         Ok(Self::parse(&path.display().to_string(), &read_text(path, read)?)?)
     }
 
@@ -57,9 +64,12 @@ impl PlacesFile {
     /// ```
     /// let file = maps::PlacesFile::parse("house.places.toml", "[start]\nposition_m = [0, 0]\nheading_deg = 90\n")?;
     /// assert_eq!(file.places().get("start").and_then(|start| start.goal_heading()), Some(std::f64::consts::FRAC_PI_2));
-    /// # Ok::<(), maps::FileProblems>(())
+    /// # Ok::<(), diagnostics::FileProblems>(())
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        if Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ini")) {
+            return map2d::parse(name, text);
+        }
         Document::parse_toml(name, text)?.read(|root| {
             let read: Vec<_> = root.keys().map(|(name, _)| (name, read_place(root, name))).collect();
             let mut file = Self { places: Places::default(), spans: BTreeMap::new() };
@@ -118,28 +128,38 @@ fn read_point(table: Table<'_>) -> Option<Spanned<Place>> {
 fn read_area(table: Table<'_>) -> Option<Spanned<Place>> {
     let corners = table.get::<Vec<Spanned<[f64; 2]>>>("corners_m");
     let Spanned { value: corners, span } = corners.spanned().required()?;
-    let mut problems = Vec::new();
-    for corner in &corners {
-        if !near_enough(&corner.value) {
-            problems.push(corner.span.problem(format!("a corner must {}", near_enough_text())));
-        }
-    }
+    let far = corners.iter().filter(|corner| !near_enough(&corner.value));
+    let problems: Vec<Problem> =
+        far.map(|corner| corner.span.problem(format!("a corner must {}", near_enough_text()))).collect();
     let point = |corner: Spanned<[f64; 2]>| Spanned { value: Point::from(corner.value), span: corner.span };
     let corners: Vec<_> = corners.into_iter().map(point).collect();
-    if problems.is_empty() {
-        problems = polygon::problems(&corners, &span);
+    let read = if problems.is_empty() { area(corners, &span) } else { Err(problems) };
+    let value = read.map_err(|problems| problems.into_iter().for_each(|problem| table.report(problem))).ok()?;
+    Some(Spanned { value, span })
+}
+
+/// The area with these corners, which stand at `span` all together.
+fn area(corners: Vec<Spanned<Point>>, span: &Span) -> Result<Place, Vec<Problem>> {
+    let problems = polygon::problems(&corners, span);
+    if !problems.is_empty() {
+        return Err(problems);
     }
     let area = Place::Area { corners: corners.into_iter().map(|corner| corner.value).collect() };
-    if problems.is_empty() {
-        let goal = area.goal_position();
-        if !area.contains(&pose(goal.x, goal.y, 0.0)) {
-            let problem = span.problem("the area's centroid lies outside it, so that nobody sent there would arrive");
-            problems.push(problem.with_label(format!("the centroid is ({:.2}, {:.2})", goal.x, goal.y)));
-        }
+    let goal = area.goal_position();
+    if area.contains(&pose(goal.x, goal.y, 0.0)) {
+        return Ok(area);
     }
-    let fine = problems.is_empty();
-    problems.into_iter().for_each(|problem| table.report(problem));
-    fine.then_some(Spanned { value: area, span })
+    let problem = span.problem("the area's centroid lies outside it, so that nobody sent there would arrive");
+    Err(vec![problem.with_label(format!("the centroid is ({:.2}, {:.2})", goal.x, goal.y))])
+}
+
+/// The point at a position that faces so, with the tolerances of a file that says nothing of them.
+fn point_at([x_m, y_m]: [f64; 2], heading_deg: f64) -> Place {
+    Place::Point {
+        pose: pose(x_m, y_m, heading_deg.to_radians()),
+        position_tolerance_m: DEFAULT_POSITION_TOLERANCE_M,
+        heading_tolerance_rad: DEFAULT_HEADING_TOLERANCE_DEG.to_radians(),
+    }
 }
 
 fn near_enough(position: &[f64; 2]) -> bool {

@@ -1,6 +1,8 @@
 //! Polygons that a user draws by their corners: what can be wrong with them.
 
-use crate::{Point, Problem, Span, Spanned};
+use diagnostics::{Problem, Span, Spanned};
+
+use crate::Point;
 
 /// More corners than this are refused: edges are compared each with each.
 const MAX_CORNERS: usize = 1000;
@@ -98,7 +100,7 @@ fn edges(corners: &[Spanned<Point>]) -> impl Iterator<Item = (&Spanned<Point>, &
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Source;
+    use diagnostics::Source;
 
     fn messages(corners: &[(f64, f64)]) -> Vec<String> {
         let source = Source::new("polygon", "0123456789");

@@ -1,4 +1,5 @@
-//! Holds the monitors of random formulas against the oracle: `cargo run --release -p monitors --example agree -- 1000000`.
+//! Holds the monitors of random formulas against the oracle:
+//! `cargo run --release -p steward-monitors --example agree -- 1000000`.
 //!
 //! A second argument is the first seed.
 

@@ -1,4 +1,4 @@
-//! Feeds the parser broken property files: `cargo run --release -p monitors --example fuzz_parser -- 10000000`.
+//! Feeds the parser broken property files: `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`.
 //!
 //! Inputs are the shipped files and others, cut up, mixed, repeated and sprinkled with signs and bytes. The parser must
 //! come to an end on each, its problems must lie inside the text, and what it accepts must print and read back as the
@@ -129,7 +129,7 @@ fn check(text: &str) -> Result<bool, String> {
             return Err(format!("a problem outside of the text: {problem}"));
         }
     }
-    if parsed.problems.iter().any(monitors::Problem::is_error) {
+    if parsed.problems.iter().any(diagnostics::Problem::is_error) {
         return Ok(false);
     }
     let again = parse_file(&parsed.file.to_string());

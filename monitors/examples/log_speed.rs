@@ -1,4 +1,5 @@
-//! How fast a log is read, and verified: `cargo run --release -p monitors --example log_speed -- 10000000 /tmp/log.jsonl`.
+//! How fast a log is read, and verified:
+//! `cargo run --release -p steward-monitors --example log_speed -- 10000000 /tmp/log.jsonl`.
 //!
 //! Writes a log of that many events of a made-up run to the file if it is not there, reads it without monitors and then
 //! with φ1, φ2 and its variant, and prints times and (on Linux) the most memory that was used.

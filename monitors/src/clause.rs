@@ -5,7 +5,7 @@
 //! an `and` of literals, one of which must hold). A part that another part contains is subsumed and dropped. Formulas
 //! that differ by the laws of a distributive lattice and by De Morgan's have the same form.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashSet};
 
 use channels::{ChannelId, Relation};
 
@@ -24,9 +24,9 @@ pub(crate) struct Vocabulary {
 impl Vocabulary {
     /// The events of a formula.
     pub(crate) fn of(formula: &Formula) -> Self {
-        let mut events: Vec<Event> = Vec::new();
+        let (mut known, mut events) = (HashSet::new(), Vec::new());
         formula.events(&mut |event| {
-            if !events.contains(event) {
+            if known.insert(event) {
                 events.push(event.clone());
             }
         });
@@ -66,27 +66,43 @@ impl Vocabulary {
     }
 }
 
-/// The ticks from now that a `time_until` speaks of, both ends included.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+/// Ticks from now, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     pub(crate) first: u64,
     /// `u64::MAX` where there is no end.
     pub(crate) last: u64,
 }
 
-impl Window {
-    /// The windows of `⋈ ticks`, an event in one of which makes it true: none, one, or two for `!=`.
-    pub(crate) fn of(relation: Relation, ticks: u64) -> Vec<Self> {
-        let before = ticks.checked_sub(1).map(|last| Self { first: 0, last });
-        let after = ticks.checked_add(1).map(|first| Self { first, last: u64::MAX });
-        match relation {
-            Relation::Less => before.into_iter().collect(),
-            Relation::LessOrEqual => vec![Self { first: 0, last: ticks }],
-            Relation::Equal => vec![Self { first: ticks, last: ticks }],
-            Relation::GreaterOrEqual => vec![Self { first: ticks, last: u64::MAX }],
-            Relation::Greater => after.into_iter().collect(),
-            Relation::NotEqual => before.into_iter().chain(after).collect(),
-        }
+/// The bound of a `time_until`, as the formula has it: `⋈ ticks`.
+///
+/// A bound that no number of ticks can meet, `< 0`, is one like any other: what it stands in is asked all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) struct Bound {
+    pub(crate) relation: Relation,
+    pub(crate) ticks: u64,
+}
+
+impl Bound {
+    /// The windows an event in one of which makes it true, in order: none, one, or two for `!=`.
+    pub(crate) fn windows(self) -> impl DoubleEndedIterator<Item = Window> {
+        let Self { relation, ticks } = self;
+        let before = ticks.checked_sub(1).map(|last| Window { first: 0, last });
+        let after = ticks.checked_add(1).map(|first| Window { first, last: u64::MAX });
+        let windows = match relation {
+            Relation::Less => [before, None],
+            Relation::LessOrEqual => [Some(Window { first: 0, last: ticks }), None],
+            Relation::Equal => [Some(Window { first: ticks, last: ticks }), None],
+            Relation::GreaterOrEqual => [Some(Window { first: ticks, last: u64::MAX }), None],
+            Relation::Greater => [None, after],
+            Relation::NotEqual => [before, after],
+        };
+        windows.into_iter().flatten()
+    }
+
+    /// The last tick from now at which an event makes it true; `u64::MAX` where there is no end.
+    pub(crate) fn end(self) -> Option<u64> {
+        self.windows().next_back().map(|window| window.last)
     }
 }
 
@@ -95,8 +111,8 @@ impl Window {
 pub(crate) enum Literal {
     /// The event's last message satisfies it (or does not).
     Event { event: EventId, holds: bool },
-    /// The event passes in the window (or does not).
-    Time { event: EventId, window: Window, holds: bool },
+    /// The event passes in time (or does not).
+    Time { event: EventId, bound: Bound, holds: bool },
     /// At the next state at which one of its own channels speaks, the clauses hold; `strong` says that there is one.
     Next { clauses: Form, strong: bool },
     /// A product of `goal` holds some time, and all clauses of `hold` whenever they are asked before.
@@ -138,9 +154,8 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
         Formula::False => Ok(constant(!holds, shape)),
         Formula::Event(event) => Ok(single(Literal::Event { event: words.id(event), holds })),
         Formula::TimeUntil { event, relation, ticks } => {
-            let windows = Window::of(*relation, *ticks).into_iter();
-            let literals = windows.map(|window| Ok(single(Literal::Time { event: words.id(event), window, holds })));
-            combine(literals, !holds, shape)
+            let bound = Bound { relation: *relation, ticks: *ticks };
+            Ok(single(Literal::Time { event: words.id(event), bound, holds }))
         }
         Formula::Not(part) => of(part, !holds, shape),
         Formula::And(parts) => combine(parts.iter().map(|part| of(part, holds, shape)), holds, shape),
@@ -180,33 +195,34 @@ fn combine(
     and: bool,
     shape: Shape,
 ) -> Result<Form, TooManyParts> {
-    let start = constant(and, shape);
+    let start: Vec<Part> = constant(and, shape).into_iter().collect();
     let unite = and == (shape == Shape::Clauses);
-    forms.try_fold(start, |all, form| {
+    let parts = forms.try_fold(start, |mut all, form| {
         let form = form?;
         let count = if unite { all.len() + form.len() } else { all.len() * form.len() };
         if count > MAX_PARTS {
             return Err(TooManyParts);
         }
-        let combined: Vec<Part> = if unite {
-            all.into_iter().chain(form).collect()
-        } else {
-            all.iter().flat_map(|a| form.iter().map(move |b| a.union(b).cloned().collect())).collect()
-        };
-        Ok(without_subsumed(combined))
-    })
+        if unite {
+            form.into_iter().for_each(|part| add(&mut all, part));
+            return Ok(all);
+        }
+        let mut combined = Vec::new();
+        for part in &all {
+            form.iter().for_each(|other| add(&mut combined, part.union(other).cloned().collect()));
+        }
+        Ok(combined)
+    })?;
+    Ok(parts.into_iter().collect())
 }
 
-/// The parts that contain no other part.
-fn without_subsumed(mut parts: Vec<Part>) -> Form {
-    parts.sort_by_key(Part::len);
-    let mut kept: Vec<Part> = Vec::new();
-    for part in parts {
-        if !kept.iter().any(|smaller| smaller.is_subset(&part)) {
-            kept.push(part);
-        }
+/// Adds a part, so that no part contains another.
+fn add(parts: &mut Vec<Part>, part: Part) {
+    if parts.iter().any(|smaller| smaller.is_subset(&part)) {
+        return;
     }
-    kept.into_iter().collect()
+    parts.retain(|larger| !part.is_subset(larger));
+    parts.push(part);
 }
 
 /// The channels of a part's own atoms: at a message on one of them the part is asked. None: at every tick.
@@ -221,6 +237,23 @@ pub(crate) fn own_channels(part: &Part, vocabulary: &Vocabulary) -> BTreeSet<Cha
 /// The channels of the own atoms of all parts together, which say when the operand of a `next` is asked.
 pub(crate) fn own_channels_of_all(form: &Form, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
     form.iter().flat_map(|part| own_channels(part, vocabulary)).collect()
+}
+
+/// The bounds with which the `time_until`s of a form wait for an event.
+pub(crate) fn bounds(form: &Form, of: EventId) -> BTreeSet<Bound> {
+    let mut bounds = BTreeSet::new();
+    for literal in form.iter().flatten() {
+        match literal {
+            Literal::Event { .. } => {}
+            Literal::Time { event, bound, .. } => bounds.extend(Some(*bound).filter(|_| *event == of)),
+            Literal::Next { clauses, .. } => bounds.extend(self::bounds(clauses, of)),
+            Literal::Until { hold: one, goal: other } | Literal::Release { escape: one, hold: other } => {
+                bounds.extend(self::bounds(one, of));
+                bounds.extend(self::bounds(other, of));
+            }
+        }
+    }
+    bounds
 }
 
 #[cfg(test)]
@@ -255,16 +288,17 @@ mod tests {
 
     #[test]
     fn windows_are_what_relations_say() {
-        let windows = |relation| -> Vec<(u64, u64)> {
-            Window::of(relation, 3).into_iter().map(|window| (window.first, window.last)).collect()
+        let of = |relation, ticks| -> Vec<(u64, u64)> {
+            Bound { relation, ticks }.windows().map(|window| (window.first, window.last)).collect()
         };
+        let windows = |relation| of(relation, 3);
         assert_eq!(windows(Relation::Less), [(0, 2)]);
         assert_eq!(windows(Relation::LessOrEqual), [(0, 3)]);
         assert_eq!(windows(Relation::Equal), [(3, 3)]);
         assert_eq!(windows(Relation::NotEqual), [(0, 2), (4, u64::MAX)]);
         assert_eq!(windows(Relation::GreaterOrEqual), [(3, u64::MAX)]);
         assert_eq!(windows(Relation::Greater), [(4, u64::MAX)]);
-        assert!(Window::of(Relation::Less, 0).is_empty() && Window::of(Relation::Greater, u64::MAX).is_empty());
+        assert!(of(Relation::Less, 0).is_empty() && of(Relation::Greater, u64::MAX).is_empty());
     }
 
     #[test]

@@ -1,45 +1,47 @@
-//! Formulas in the words of the language, and clauses of them.
+//! Clauses as formulas and in the words of the language, and conditions in few words.
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::clause::{EventId, Form, Literal, Part, Vocabulary};
-use crate::formula::{Event, MessageCondition};
-use crate::syntax::print::ascii;
+use crate::clause::{Bound, EventId, Form, Literal, Part, Vocabulary, Window, bounds};
+use crate::formula::{Event, Formula, MessageCondition};
 
 /// An event as the language writes it.
 pub(crate) fn event(event: &Event, topology: &Topology) -> String {
-    let (source, target) = topology.ends(event.channel);
-    format!("({source}, {target}, {})", condition(&event.condition))
+    Formula::Event(event.clone()).text(topology)
 }
 
-/// A condition as the language writes it.
-pub(crate) fn condition(condition: &MessageCondition) -> String {
-    match condition {
-        MessageCondition::True => "true".to_owned(),
-        MessageCondition::False => "false".to_owned(),
-        MessageCondition::Compare { field, relation, value } => {
-            format!("m[{field}] {} {value}", ascii(*relation))
-        }
-        MessageCondition::Not(part) => format!("not {}", inside(part)),
-        MessageCondition::And(parts) => parts.iter().map(inside).collect::<Vec<_>>().join(" and "),
-        MessageCondition::Or(parts) => parts.iter().map(inside).collect::<Vec<_>>().join(" or "),
-        MessageCondition::Implies(a, b) => format!("{} implies {}", inside(a), inside(b)),
+/// A formula from its clauses.
+pub(crate) fn form(form: &Form, words: &Vocabulary, topology: &Topology) -> String {
+    clauses(form, true, words).text(topology)
+}
+
+/// An operator with its operands.
+pub(crate) fn operator(operator: &Literal, words: &Vocabulary) -> Formula {
+    literal(operator, true, words)
+}
+
+/// That an event passes in a window of ticks from now: as the formula asks for it, if it does so in one way only.
+pub(crate) fn awaited(event: EventId, window: Window, form: &Form, words: &Vocabulary) -> Formula {
+    let bounds: Vec<Bound> = bounds(form, event).into_iter().collect();
+    let event = words.get(event).clone();
+    let timed = |relation, ticks| Formula::TimeUntil { event: event.clone(), relation, ticks };
+    match (window, &bounds[..]) {
+        (Window { first: 0, last: u64::MAX }, _) => Formula::Eventually(Box::new(Formula::Event(event))),
+        (_, [Bound { relation, ticks }]) => timed(*relation, *ticks),
+        (Window { first, last: u64::MAX }, _) => timed(Relation::GreaterOrEqual, first),
+        (Window { first, last }, _) if first == last => timed(Relation::Equal, first),
+        (Window { last, .. }, _) => timed(Relation::LessOrEqual, last),
     }
 }
 
-fn inside(part: &MessageCondition) -> String {
-    match part {
-        MessageCondition::And(_) | MessageCondition::Or(_) | MessageCondition::Implies(..) => {
-            format!("({})", condition(part))
-        }
-        _ => condition(part),
-    }
+/// A clause as the language writes it: an implication where it denies something and wants something.
+pub(crate) fn clause(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
+    any(clause, true, words).text(topology)
 }
 
 /// The antecedent of a clause: what it denies, all of which must hold before it asks for anything.
-pub(crate) fn antecedent(clause: &Part, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    let denied = denied(clause).map(|id| event(vocabulary.get(id), topology));
-    denied.collect::<Vec<_>>().join(" and ")
+pub(crate) fn antecedent(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
+    and(denied(clause).map(|id| Formula::Event(words.get(id).clone())).collect()).text(topology)
 }
 
 /// The events that a clause denies.
@@ -58,68 +60,86 @@ pub(crate) fn answers(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
     })
 }
 
-/// A formula from its clauses.
-pub(crate) fn form(form: &Form, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    let clauses: Vec<String> = form.iter().map(|part| clause(part, vocabulary, topology)).collect();
-    if clauses.is_empty() { "true".to_owned() } else { clauses.join(" and ") }
-}
-
-/// An operator with its operands.
-pub(crate) fn operator(operator: &Literal, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    literal(operator, vocabulary, topology)
-}
-
-/// A clause as the language writes it: an implication where it denies something and wants something.
-pub(crate) fn clause(clause: &Part, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    let is_denied = |literal: &&Literal| matches!(literal, Literal::Event { holds: false, .. });
-    let wanted: Vec<String> =
-        clause.iter().filter(|literal| !is_denied(literal)).map(|part| literal(part, vocabulary, topology)).collect();
-    match (antecedent(clause, vocabulary, topology), denied(clause).count()) {
-        (_, 0) if wanted.is_empty() => "false".to_owned(),
-        (_, 0) => wanted.join(" or "),
-        (antecedent, 1) if wanted.is_empty() => format!("not {antecedent}"),
-        (antecedent, _) if wanted.is_empty() => format!("not ({antecedent})"),
-        (antecedent, _) => format!("{antecedent} implies {}", wanted.join(" or ")),
+/// Clauses, or not those clauses.
+fn clauses(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
+    match holds {
+        true => and(form.iter().map(|clause| any(clause, true, words)).collect()),
+        false => or(form.iter().map(|clause| all(clause, false, words)).collect()),
     }
 }
 
-/// A product as the language writes it.
-fn product(product: &Part, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    let literals: Vec<String> = product.iter().map(|part| literal(part, vocabulary, topology)).collect();
-    if literals.is_empty() { "true".to_owned() } else { literals.join(" and ") }
-}
-
-/// The parts of a form, as an operand: in parentheses where there is more than one literal.
-fn operand(form: &Form, word: &str, write: impl Fn(&Part) -> String) -> String {
-    let inside = |part: &Part| if part.len() > 1 { format!("({})", write(part)) } else { write(part) };
-    match form.iter().collect::<Vec<_>>()[..] {
-        [] => if word == " and " { "true" } else { "false" }.to_owned(),
-        [part] => inside(part),
-        _ => format!("({})", form.iter().map(inside).collect::<Vec<_>>().join(word)),
+/// Products, or not those products.
+fn products(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
+    match holds {
+        true => or(form.iter().map(|product| all(product, true, words)).collect()),
+        false => and(form.iter().map(|product| any(product, false, words)).collect()),
     }
 }
 
-fn literal(literal: &Literal, vocabulary: &Vocabulary, topology: &Topology) -> String {
-    let clauses = |form: &Form| operand(form, " and ", |part| clause(part, vocabulary, topology));
-    let products = |form: &Form| operand(form, " or ", |part| product(part, vocabulary, topology));
-    let not = |holds: bool| if holds { "" } else { "not " };
+/// All literals of a part, or the negations of all.
+fn all(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
+    and(part.iter().map(|part| literal(part, holds, words)).collect())
+}
+
+/// One literal of a part, or one of their negations: an implication from the events that it denies to the rest.
+fn any(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
+    let is_denied = |literal: &&Literal| matches!(literal, Literal::Event { holds: said, .. } if *said != holds);
+    let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = part.iter().partition(is_denied);
+    let wanted: Vec<Formula> = wanted.into_iter().map(|part| literal(part, holds, words)).collect();
+    let denied: Vec<Formula> = denied.into_iter().map(|part| literal(part, !holds, words)).collect();
+    match (denied.is_empty(), wanted.is_empty()) {
+        (true, _) => or(wanted),
+        (false, true) => and(denied).negated(),
+        (false, false) => and(denied).implies(or(wanted)),
+    }
+}
+
+/// A literal, or its negation.
+fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
+    let boxed = |formula: Formula| Box::new(formula);
+    let unless = |negated: bool, formula: Formula| if negated { formula.negated() } else { formula };
     match literal {
-        Literal::Event { event: id, holds } => format!("{}{}", not(*holds), event(vocabulary.get(*id), topology)),
-        Literal::Time { event: id, window, holds } => {
-            let bound = match (window.first, window.last) {
-                (first, u64::MAX) => format!(">= {first}"),
-                (first, last) if first == last && first > 0 => format!("= {first}"),
-                (_, last) => format!("< {}", last + 1),
-            };
-            format!("{}time_until {} {bound}", not(*holds), event(vocabulary.get(*id), topology))
+        Literal::Event { event, holds: said } => unless(*said != holds, Formula::Event(words.get(*event).clone())),
+        Literal::Time { event, bound: Bound { relation, ticks }, holds: said } => {
+            let event = words.get(*event).clone();
+            unless(*said != holds, Formula::TimeUntil { event, relation: *relation, ticks: *ticks })
         }
-        Literal::Next { clauses: inside, .. } => format!("next {}", clauses(inside)),
-        Literal::Until { hold, goal } if hold.is_empty() => format!("eventually {}", products(goal)),
-        Literal::Until { hold, goal } => format!("{} until {}", clauses(hold), products(goal)),
-        Literal::Release { escape, hold } if escape.is_empty() => format!("always {}", clauses(hold)),
+        // A `next` that may also never come is the negation of one that must.
+        Literal::Next { clauses: inside, strong } => {
+            unless(*strong != holds, Formula::Next(boxed(clauses(inside, *strong, words))))
+        }
+        Literal::Until { hold, goal } if hold.is_empty() => match holds {
+            true => Formula::Eventually(boxed(products(goal, true, words))),
+            false => products(goal, false, words).always(),
+        },
+        Literal::Until { hold, goal } => {
+            let until = Formula::Until(boxed(clauses(hold, true, words)), boxed(products(goal, true, words)));
+            unless(!holds, until)
+        }
+        Literal::Release { escape, hold } if escape.is_empty() => match holds {
+            true => clauses(hold, true, words).always(),
+            false => Formula::Eventually(boxed(clauses(hold, false, words))),
+        },
         Literal::Release { escape, hold } => {
-            format!("not (not {} until not {})", products(escape), clauses(hold))
+            let until = Formula::Until(boxed(products(escape, false, words)), boxed(clauses(hold, false, words)));
+            unless(holds, until)
         }
+    }
+}
+
+fn and(mut parts: Vec<Formula>) -> Formula {
+    match (parts.pop(), parts.is_empty()) {
+        (None, _) => Formula::True,
+        (Some(one), true) => one,
+        (Some(last), false) => Formula::And(parts.into_iter().chain([last]).collect()),
+    }
+}
+
+fn or(mut parts: Vec<Formula>) -> Formula {
+    match (parts.pop(), parts.is_empty()) {
+        (None, _) => Formula::False,
+        (Some(one), true) => one,
+        (Some(last), false) => Formula::Or(parts.into_iter().chain([last]).collect()),
     }
 }
 
@@ -198,4 +218,122 @@ pub(crate) fn brief_clause(part: &Part, vocabulary: &Vocabulary) -> String {
 pub(crate) fn ends(channel: ChannelId, topology: &Topology) -> (String, String) {
     let (source, target) = topology.ends(channel);
     (source.to_owned(), target.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use channels::{Capacity, Domain, FieldKind, Shape};
+
+    use super::*;
+    use crate::clause;
+
+    const BOUNDS: [(Relation, u64); 6] = [
+        (Relation::Less, 3),
+        (Relation::LessOrEqual, 2),
+        (Relation::NotEqual, 2),
+        (Relation::GreaterOrEqual, 1),
+        (Relation::Less, 0),
+        (Relation::Equal, 4),
+    ];
+
+    fn topology() -> Topology {
+        let mut topology = Topology::default();
+        let target = topology.process("T").unwrap();
+        for name in ["P", "Q", "R"] {
+            let source = topology.process(name).unwrap();
+            let domain = Domain::new([Shape::new([("on", FieldKind::Bool)])]);
+            topology.channel(source, target, Capacity::One, domain).unwrap();
+        }
+        topology
+    }
+
+    /// A formula for each seed.
+    fn formula(seed: &mut u64, topology: &Topology, depth: u32) -> Formula {
+        let mut roll = |sides: u64| {
+            *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (*seed >> 33) % sides
+        };
+        let channel = topology.channels().nth(roll(3) as usize).unwrap();
+        let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: true.into() };
+        let event = Event { channel, condition };
+        let (relation, ticks) = BOUNDS[roll(6) as usize];
+        let kind = if depth == 0 { roll(3) } else { 2 + roll(8) };
+        let mut part = || formula(seed, topology, depth.saturating_sub(1));
+        match kind {
+            0 | 1 => Formula::Event(event),
+            2 => Formula::TimeUntil { event, relation, ticks },
+            3 => part().negated(),
+            4 => Formula::And(vec![part(), part()]),
+            5 => Formula::Or(vec![part(), part()]),
+            6 => Formula::Next(Box::new(part())),
+            7 => part().always(),
+            8 => Formula::Eventually(Box::new(part())),
+            _ => Formula::Until(Box::new(part()), Box::new(part())),
+        }
+    }
+
+    fn read(text: &str, topology: &Topology) -> Formula {
+        let read = crate::load::formulas("p", &format!("property p := {text}"), topology, Duration::from_secs(1));
+        read.unwrap_or_else(|error| panic!("{text}: {:?}", error.problems())).remove(0).1
+    }
+
+    /// All operators of a form, the inner ones too.
+    fn operators<'a>(form: &'a Form, found: &mut Vec<&'a Literal>) {
+        for literal in form.iter().flatten() {
+            match literal {
+                Literal::Event { .. } | Literal::Time { .. } => continue,
+                Literal::Next { clauses, .. } => operators(clauses, found),
+                Literal::Until { hold: one, goal: other } | Literal::Release { escape: one, hold: other } => {
+                    operators(one, found);
+                    operators(other, found);
+                }
+            }
+            found.push(literal);
+        }
+    }
+
+    #[test]
+    fn clauses_and_what_is_owed_read_back_as_what_they_are() {
+        let topology = topology();
+        let mut seen = 0;
+        for start in 0..3_000 {
+            let mut seed = start;
+            let formula = formula(&mut seed, &topology, 1 + start as u32 % 4).always();
+            let words = Vocabulary::of(&formula);
+            let Ok(all) = clause::clauses(&formula, &words) else { continue };
+            let printed = form(&all, &words, &topology);
+            let again = clause::clauses(&read(&printed, &topology), &words);
+            assert_eq!(again.as_ref(), Ok(&all), "{}\n{printed}", formula.text(&topology));
+            let mut owed = Vec::new();
+            operators(&all, &mut owed);
+            for literal in owed {
+                let printed = operator(literal, &words).text(&topology);
+                let again = clause::clauses(&read(&printed, &topology), &words);
+                assert_eq!(again, Ok(Form::from([Part::from([literal.clone()])])), "{printed}");
+                seen += 1;
+            }
+        }
+        assert!(seen > 5_000, "{seen}");
+    }
+
+    #[test]
+    fn what_is_printed_has_the_words_of_the_one_who_wrote_it() {
+        let topology = topology();
+        let [p, q, r] = ["(P, T, m[1] = true)", "(Q, T, m[1] = true)", "(R, T, m[1] = true)"];
+        for text in [
+            format!("always (not {p} until {q})"),
+            format!("eventually ({p} until {q})"),
+            format!("({p} until {q}) until {r}"),
+            format!("not ({q} until {p})"),
+            format!("not next {p}"),
+            format!("always ({p} implies time_until {q} <= 2)"),
+            format!("always ({p} implies time_until {q} != 2)"),
+        ] {
+            let formula = read(&text, &topology);
+            let words = Vocabulary::of(&formula);
+            assert_eq!(form(&clause::clauses(&formula, &words).unwrap(), &words, &topology), text);
+        }
+    }
 }

@@ -3,7 +3,7 @@
 //! No two formulas of different meaning read alike: what stands inside something else, and could be read as reaching
 //! further or less far than it does, stands in parentheses.
 
-use channels::{ChannelId, FieldKind, Relation, Topology, Value};
+use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::formula::{Event, Formula, MessageCondition};
 
@@ -72,7 +72,7 @@ impl Explainer<'_> {
             }
             Formula::Not(inside) => match &**inside {
                 Formula::TimeUntil { event, relation, ticks } => {
-                    format!("{}, it does not happen that {}", time(*relation, *ticks), self.event(event))
+                    format!("it does not happen {} that {}", time(*relation, *ticks), self.event(event))
                 }
                 inside => format!("it is not so that {}", self.rest(inside)),
             },
@@ -174,14 +174,9 @@ impl Explainer<'_> {
 
     /// A field by its name in the shapes whose field could have that value, or by its number.
     fn field(&self, field: usize, value: &Value, channel: ChannelId) -> String {
-        let fits = |kind: &FieldKind| match kind {
-            FieldKind::Symbol(symbols) => matches!(value, Value::Symbol(symbol) if symbols.contains(symbol)),
-            FieldKind::Bool => matches!(value, Value::Bool(_)),
-            FieldKind::Int | FieldKind::Real => value.as_number().is_some(),
-            FieldKind::Text => matches!(value, Value::Text(_)),
-        };
         let shapes = self.topology.get(channel).domain.shapes().iter();
-        let fields = shapes.filter_map(|shape| shape.fields().get(field - 1)).filter(|(_, kind)| fits(kind));
+        let fields =
+            shapes.filter_map(|shape| shape.fields().get(field - 1)).filter(|(_, kind)| kind.is_comparable_to(value));
         let mut names: Vec<&str> = fields.map(|(name, _)| name.as_str()).collect();
         names.dedup();
         match names[..] {
@@ -224,11 +219,11 @@ fn plain(value: &Value) -> String {
 fn time(relation: Relation, ticks: u64) -> String {
     let count = if ticks == 1 { "1 tick".to_owned() } else { format!("{ticks} ticks") };
     match relation {
-        Relation::Less => format!("within {count}"),
-        Relation::LessOrEqual => format!("after {count} at the latest"),
-        Relation::Equal => format!("exactly {count} later"),
-        Relation::NotEqual => format!("at another time than {count} later"),
-        Relation::Greater => format!("some time after more than {count}"),
-        Relation::GreaterOrEqual => format!("some time after {count} or more"),
+        Relation::Less => format!("in less than {count}"),
+        Relation::LessOrEqual => format!("in at most {count}"),
+        Relation::Equal => format!("in exactly {count}"),
+        Relation::NotEqual => format!("in more or less than {count}"),
+        Relation::Greater => format!("eventually, in more than {count}"),
+        Relation::GreaterOrEqual => format!("eventually, in at least {count}"),
     }
 }

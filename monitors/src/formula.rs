@@ -1,9 +1,10 @@
 //! Formulas whose names have been looked up: what the semantics speaks of.
 
 use channels::{ChannelId, Message, Relation, Value};
+use serde::{Deserialize, Serialize};
 
 /// A SCOPE constraint over the channels of a topology.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Formula {
     /// Always holds.
     True,
@@ -39,7 +40,7 @@ pub enum Formula {
 }
 
 /// An event atom: a channel and a condition on its messages.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Event {
     /// The channel.
     pub channel: ChannelId,
@@ -48,7 +49,7 @@ pub struct Event {
 }
 
 /// A condition on one message.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum MessageCondition {
     /// Any message.
     True,

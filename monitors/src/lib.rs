@@ -18,11 +18,7 @@
 //! The grammar is the one of the paper's figure, in full in the comment on top of `syntax/parse.rs`:
 //!
 //! ```text
-//! constraint = atom | not constraint | constraint or constraint | constraint and constraint
-//!            | next constraint | constraint until constraint | ( constraint )
-//! atom       = true | event | time_until ( event ) relop const
-//! event      = ( source , dest , condition )
-//! condition  = message relop const | not condition | condition or condition | condition and condition
+#![doc = include_str!("grammar.txt")]
 //! ```
 //!
 //! with the abbreviations `false`, `implies`, `eventually α` (`true until α`) and `always α` (`not eventually not α`).
@@ -40,14 +36,16 @@
 //!
 //! *States.* There is one state for each message received between processes, and one for each tick *generated*, taken
 //! or not. τi is the number of the last tick generated at state i; the tick's own state already has it. A formula sees
-//! the ticks and the messages on the channels that it mentions; i = 0 is the first of those states.
+//! the ticks and the messages on the channels that it mentions; i = 0 is the first of those states. So a message on
+//! another channel before the first tick is no state: the sequence has not begun.
 //!
 //! *Atoms.* An event (p, q, c) holds at i if the **last** message that q received from p, up to and including i,
 //! satisfies c. Before the first message it is false, whatever c. In c, a field that is absent or of another type makes
 //! `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers.
 //!
 //! *Timed events.* `time_until (e) ⋈ θ` holds at i if a message that satisfies e **passes** at some j ≥ i with
-//! τj − τi ⋈ θ. It speaks of some e, not of the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in TPTL.
+//! τj − τi ⋈ θ. It speaks of some e, not of the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in TPTL. It is an atom
+//! whatever its bound: `time_until (e) < 0` is never true, but what it stands in is asked as with any other bound.
 //!
 //! *Clause form.* `not` is pushed to the atoms. The operand of `always` and the left of `until` are written as clauses
 //! (an `and` of `or`s), the operand of `eventually` and the right of `until` as products (an `or` of `and`s); a part
@@ -77,18 +75,29 @@
 //! `until` or `eventually` not reached and a `time_until` whose message has not passed are false, their negations true.
 //! [`holds`] is this definition, written out; it is slow, plain, and the oracle for everything else here.
 //!
-//! *Verdicts.* After a prefix of a run a monitor says *false* if the formula is false on the prefix and on every
-//! continuation of it as they stand, *true* if it is true on all of them, and else that it depends. At the end of the
-//! run the property is *violated* if the verdict is false, else *satisfied* if it holds on the run as it stands, else
-//! *inconclusive*: something is still owed ([`ScopeMonitor::open_obligations`]).
+//! *Endless runs.* While a run goes on, it is taken to go on for ever. An endless continuation is any infinite sequence
+//! of ticks and of messages on all channels, within their domains. Time goes on with ticks alone: each raises τ by one
+//! (only the first tick that is seen may leave it where it is), no message does. Nothing has to come again, not even a
+//! tick. What a property sees of an endless run may therefore end: this is silence, and the formula is then judged as at
+//! the end of a run. [`holds_endlessly`] is the definition on sequences that repeat themselves.
+//!
+//! *Verdicts.* A monitor is three-valued, as in LTL3. After a prefix of a run it says *false* if the formula is false on
+//! every endless continuation, *true* if it is true on all of them, and else that it depends. `always (Q implies
+//! time_until Q > 0)` and every other recurrence is open as long as the run goes on: Q may come again and again, or not.
+//! At the end of the run the property is *violated* if the verdict is false, else *satisfied* if it holds on the run as
+//! it stands, else *inconclusive*: something is still owed ([`ScopeMonitor::open_obligations`]).
+//!
+//! Verdicts suppose what endless runs are. After a message outside its channel's domain, or if ticks are missing in a
+//! log, a formula that is still open is judged as it stands; a verdict that had fallen before stays.
 //!
 //! # The monitors
 //!
 //! Formulas that are `always` of clauses of the present, or of one clause with a deadline, become program graphs of the
 //! shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become
 //! automata over the letters that messages can be, as far as a formula can tell them apart, with at most
-//! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as it can be given. What is
-//! too large is said so at load, and carried along as a formula ([`Method::Progression`]) or, if it is several clauses
+//! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as it can be given: from
+//! each state of an automaton it is worked out whether an endless word leads to either outcome. What is too large is
+//! said so at load, and carried along as a formula ([`Method::Progression`]) or, if it is several clauses
 //! with deadlines, as their graphs side by side ([`Method::Graphs`]): never wrong, but late where it takes two
 //! obligations to see that they contradict each other.
 //!
@@ -103,26 +112,33 @@
 //! # Why a property is violated
 //!
 //! A [`Witness`] names the clause, the messages that made its antecedent hold or that must not have come, the deadline
-//! and what was missing. Where clauses cannot be told apart (`until`, `next`, nested operators) it names the whole
+//! and what was missing. Where a verdict falls early, since clauses contradict each other, it names those without any
+//! one of which the others could still be kept. Where clauses cannot be told apart (`until`, `next`, nested operators) it names the whole
 //! formula, the messages when something began to be owed and the last ones, and a deadline if one has passed. Messages
 //! are remembered one a channel and clause, so memory does not grow with the run: of overlapping obligations with
 //! windows that do not begin now, only the antecedent of the first is at hand.
 //!
 //! # What is tried
 //!
-//! - `cargo test -p monitors`: ten thousand random pairs of a formula and a sequence, on which the oracle, automaton,
+//! - `cargo test -p steward-monitors`: ten thousand random pairs of a formula and a sequence, on which the oracle, automaton,
 //!   progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix; wherever an automaton gives no
-//!   verdict it names a continuation for either outcome, and the oracle confirms both. The definition by examples, the
+//!   verdict it names an endless word for either outcome, and the oracle confirms both; what has a verdict has it on
+//!   random endless words, too. Every formula that is printed reads back as the same formula. The definition by examples, the
 //!   laws of logic, the paper's monitors against the synthesised ones, and snapshots of everything that is said.
-//! - `cargo run --release -p monitors --example agree -- 1000000`: a million such pairs.
-//! - `cargo run --release -p monitors --example fuzz_parser -- 10000000`: ten million broken files.
-//! - `cargo run --release -p monitors --example scxml_traces -- 300`: exported machines with runs and verdicts, for an
+//! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million such pairs.
+//! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: a hundred thousand formulas, each verdict on
+//!   hundreds of random endless words: none too early, none wrong, and how many are late.
+//! - `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`: ten million broken files.
+//! - `cargo run --release -p steward-monitors --example scxml_traces -- 300`: exported machines with runs and verdicts, for an
 //!   ECMAScript SCXML engine (`examples/scxml_traces.mjs` runs them in SCION).
-//! - `cargo run --release -p monitors --example log_speed -- 10000000 log.jsonl`: a log of ten million events.
+//! - `cargo run --release -p steward-monitors --example log_speed -- 10000000 log.jsonl`: a log of ten million events.
 //! - `tests/monitors.rs` of the workspace: exported machines in the SCXML engine of the skills, on random runs.
-//! - `FEWER_CASES=20 cargo mutants -p monitors`: semantics and synthesis, broken in hundreds of places;
+//! - `FEWER_CASES=20 cargo mutants -p steward-monitors`: semantics and synthesis, broken in hundreds of places;
 //!   MUTANTS.md lists what survives and why.
-//! - `cargo bench -p monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
+//! - `cargo bench -p steward-monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
+
+/// The grammar of the SCOPE language, as the paper's Figure 3 has it.
+pub const GRAMMAR: &str = include_str!("grammar.txt");
 
 mod clause;
 mod describe;
@@ -140,9 +156,9 @@ mod paper;
 mod problem;
 mod resolve;
 mod shipped;
-mod suggest;
 pub mod syntax;
 mod synthesis;
+mod wording;
 
 pub use engine::Symbol;
 pub use explain::explain;
@@ -150,11 +166,13 @@ pub use export::Format;
 pub use formula::{Event, Formula, MessageCondition};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
-pub use monitor::{MAX_AUTOMATON_STATES, Moment, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness};
+pub use monitor::{
+    Continuation, MAX_AUTOMATON_STATES, Moment, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness,
+};
 pub use occurrence::occurrences;
-pub use oracle::{FormulaTooLarge, holds};
+pub use oracle::{FormulaTooLarge, holds, holds_endlessly};
 pub use outcome::Outcome;
 pub use paper::{PhiTwo, phi1, phi2};
-pub use problem::{Problem, ScopeError, Warnings};
+pub use problem::{ScopeError, Warnings};
 pub use shipped::SHIPPED;
 pub use synthesis::{Choice, Method};

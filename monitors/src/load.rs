@@ -4,11 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Monitor, Topology, Verdict};
+use diagnostics::{Problem, Source};
 
 use crate::explain::explain;
 use crate::formula::Formula;
 use crate::monitor::{MAX_AUTOMATON_STATES, ScopeMonitor};
-use crate::problem::{Problem, ScopeError, Warnings};
+use crate::problem::{ScopeError, Warnings};
 use crate::resolve::{Definition, resolve};
 use crate::syntax::{Constraint, ConstraintKind, Span, parse_file};
 
@@ -97,9 +98,9 @@ pub fn load(
     }
     problems.sort_by_key(Problem::offset);
     if problems.iter().any(Problem::is_error) {
-        return Err(ScopeError::new(name, text, problems));
+        return Err(ScopeError::new(Source::new(name, text), problems));
     }
-    Ok(PropertyFile { properties, warnings: Warnings::new(name, text, problems) })
+    Ok(PropertyFile { properties, warnings: Warnings::new(Source::new(name, text), problems) })
 }
 
 /// The first sentence of the comment that ends on the line above the one with that byte, without its full stop.
@@ -116,7 +117,7 @@ fn summary_above(text: &str, at: usize) -> Option<String> {
 fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<Problem>) {
     let name = &definition.name;
     let mut warn = |message: String, span: Span, label: &str, help: &str| {
-        problems.push(Problem::new(message).at(span, label).help(help).warning());
+        problems.push(Problem::new(message).at(span, label).with_help(help).as_warning());
     };
     let mut spans = Vec::new();
     events(&definition.constraint, &mut spans);
@@ -179,7 +180,7 @@ pub fn formulas(
     problems.extend(unresolved);
     if problems.iter().any(Problem::is_error) {
         problems.sort_by_key(Problem::offset);
-        return Err(ScopeError::new(name, text, problems));
+        return Err(ScopeError::new(Source::new(name, text), problems));
     }
     Ok(definitions.into_iter().map(|definition| (definition.name.text, definition.formula)).collect())
 }

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use channels::Topology;
+use diagnostics::{Problem, Source};
 
 use crate::formula::{Event, Formula};
 use crate::load::formulas;
-use crate::problem::{Problem, ScopeError};
+use crate::problem::ScopeError;
 
 /// Reads events in the SCOPE language, several of them joined by `or`: a message is one that is waited for if it
 /// satisfies one of them.
@@ -29,7 +30,7 @@ use crate::problem::{Problem, ScopeError};
 pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Event>, ScopeError> {
     let before = "property event := eventually (";
     let read = formulas(name, &format!("{before}{text})"), topology, Duration::from_secs(1));
-    let read = read.map_err(|error| error.of_part(name, text, before.len()))?;
+    let read = read.map_err(|error| of_part(&error, name, text, before.len()))?;
     let events = match read.into_iter().next() {
         Some((_, Formula::Eventually(waited_for))) => match *waited_for {
             Formula::Event(event) => Some(vec![event]),
@@ -40,9 +41,16 @@ pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Ev
     };
     events.ok_or_else(|| {
         let problem = Problem::new("this is no event").at(0..text.len(), "here");
-        let problem = problem.help("`(sender, receiver, condition)`, or several of them joined by `or`");
-        ScopeError::new(name, text, vec![problem])
+        let problem = problem.with_help("`(sender, receiver, condition)`, or several of them joined by `or`");
+        ScopeError::new(Source::new(name, text), vec![problem])
     })
+}
+
+/// The error of a text as that of a part of it, which begins at byte `start`.
+fn of_part(error: &ScopeError, name: &str, part: &str, start: usize) -> ScopeError {
+    let inside = |offset: usize| offset.saturating_sub(start).min(part.len());
+    let moved = |problem: &Problem| problem.clone().moved(|place| inside(place.start)..inside(place.end));
+    ScopeError::new(Source::new(name, part), error.problems().iter().map(moved).collect())
 }
 
 fn event(formula: Formula) -> Option<Event> {

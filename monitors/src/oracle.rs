@@ -1,11 +1,11 @@
-//! The meaning of a formula on a finite sequence, written out: the slow and plain definition that everything else is
-//! held against.
+//! The meaning of a formula on finite and on endless sequences, written out: the slow and plain definition that
+//! everything else is held against.
 
-use channels::{Event, EventKind};
+use std::collections::BTreeSet;
 
-use crate::clause::{
-    Form, Literal, Part, TooManyParts, Vocabulary, Window, clauses, own_channels, own_channels_of_all,
-};
+use channels::{ChannelId, Event, EventKind};
+
+use crate::clause::{Bound, Form, Literal, Part, TooManyParts, Vocabulary, clauses, own_channels, own_channels_of_all};
 use crate::formula::{self, Formula};
 
 /// Whether a formula holds on a recorded sequence as it stands, by the definition in the [crate documentation](crate).
@@ -15,14 +15,41 @@ use crate::formula::{self, Formula};
 /// # Errors
 /// [`FormulaTooLarge`] if the formula's clause form has more than two thousand parts.
 pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaTooLarge> {
+    holds_endlessly(formula, sequence, &[])
+}
+
+/// Whether a formula holds on the endless sequence that begins with `stem` and goes on with `cycle` over and over.
+///
+/// Each tick of the cycle raises τ by one. A cycle without ticks and without messages that the formula can see is
+/// silence: from the end of the stem on, nothing comes any more.
+///
+/// # Errors
+/// [`FormulaTooLarge`] if the formula's clause form has more than two thousand parts.
+pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -> Result<bool, FormulaTooLarge> {
     let words = Vocabulary::of(formula);
     let channels = words.channels();
-    let seen = sequence.iter().filter(|event| match &event.kind {
+    let is_seen = |kind: &EventKind| match kind {
         EventKind::Tick => true,
         EventKind::Received { channel, .. } => channels.contains(channel),
-    });
+    };
+    let mut states: Vec<State<'_>> = stem.iter().map(|event| State { kind: &event.kind, tick: event.tick }).collect();
+    let mut tick = states.last().map_or(0, |last| last.tick);
+    states.retain(|state| is_seen(state.kind));
+    let mut turn = || {
+        let kinds = cycle.iter().filter(|kind| is_seen(kind));
+        let turn = kinds.map(|kind| {
+            tick += u64::from(*kind == EventKind::Tick);
+            State { kind, tick }
+        });
+        turn.collect::<Vec<_>>()
+    };
+    // From its second turn on the cycle is the same at every turn: the last messages are its own, too.
+    states.extend(turn());
+    let repeated = turn();
+    let lap = Lap { start: states.len(), ticks: cycle.iter().filter(|kind| **kind == EventKind::Tick).count() as u64 };
+    states.extend(repeated);
     let form = clauses(formula, &words)?;
-    let oracle = Oracle { words, sequence: seen.collect() };
+    let oracle = Oracle { words, states, lap };
     Ok(form.iter().all(|clause| oracle.clause(clause, 0)))
 }
 
@@ -37,10 +64,26 @@ impl From<TooManyParts> for FormulaTooLarge {
     }
 }
 
+/// A tick, or a message on a channel that the formula mentions.
+struct State<'a> {
+    kind: &'a EventKind,
+    /// τ
+    tick: u64,
+}
+
+/// What comes over and over at the end of a sequence; nothing if the sequence is finite.
+#[derive(Clone, Copy)]
+struct Lap {
+    /// Its first state; behind its last one it begins again.
+    start: usize,
+    /// By how many ticks τ has grown from one turn to the next.
+    ticks: u64,
+}
+
 struct Oracle<'a> {
     words: Vocabulary,
-    /// The ticks, and the messages on channels that the formula mentions.
-    sequence: Vec<&'a Event>,
+    states: Vec<State<'a>>,
+    lap: Lap,
 }
 
 impl Oracle<'_> {
@@ -52,27 +95,46 @@ impl Oracle<'_> {
         product.iter().all(|literal| self.literal(literal, i))
     }
 
+    /// The states from i on, in order, until all that is to come has been seen from each of its places.
+    fn onwards(&self, i: usize) -> impl Iterator<Item = usize> + Clone {
+        (i..self.states.len()).chain(self.lap.start..self.states.len())
+    }
+
     /// Whether a literal holds at state i, which need not be there: then nothing comes any more.
     fn literal(&self, literal: &Literal, i: usize) -> bool {
-        let n = self.sequence.len();
         match literal {
             Literal::Event { event, holds } => self.last_satisfies(self.words.get(*event), i) == *holds,
-            Literal::Time { event, window, holds } => {
-                (i..n).any(|j| self.passes(self.words.get(*event), j) && self.within(*window, i, j)) == *holds
+            Literal::Time { event, bound, holds } => {
+                let event = self.words.get(*event);
+                (0..self.states.len()).any(|j| self.passes(event, j) && self.in_time(*bound, i, j)) == *holds
             }
             Literal::Next { clauses, strong } => {
                 let own = own_channels_of_all(clauses, &self.words);
-                let next = (i + 1..n).find(|j| self.speaks(&own, *j));
+                let next = self.onwards(i).skip(1).find(|j| self.speaks(&own, *j));
                 next.map_or(!strong, |j| clauses.iter().all(|clause| self.clause(clause, j)))
             }
-            Literal::Until { hold, goal } => (i..n).any(|j| {
-                let reached = goal.iter().any(|product| self.asked(product, j) && self.product(product, j));
-                reached && (i..j).all(|k| self.all_asked_hold(hold, k))
-            }),
-            Literal::Release { escape, hold } => (i..n).all(|j| {
-                let escaped = |k| escape.iter().any(|product| self.asked(product, k) && self.product(product, k));
-                self.all_asked_hold(hold, j) || (i..j).any(escaped)
-            }),
+            Literal::Until { hold, goal } => {
+                for j in self.onwards(i) {
+                    if self.some_asked_holds(goal, j) {
+                        return true;
+                    }
+                    if !self.all_asked_hold(hold, j) {
+                        return false;
+                    }
+                }
+                false
+            }
+            Literal::Release { escape, hold } => {
+                for j in self.onwards(i) {
+                    if !self.all_asked_hold(hold, j) {
+                        return false;
+                    }
+                    if self.some_asked_holds(escape, j) {
+                        return true;
+                    }
+                }
+                true
+            }
         }
     }
 
@@ -80,13 +142,17 @@ impl Oracle<'_> {
         clauses.iter().all(|clause| !self.asked(clause, k) || self.clause(clause, k))
     }
 
+    fn some_asked_holds(&self, products: &Form, k: usize) -> bool {
+        products.iter().any(|product| self.asked(product, k) && self.product(product, k))
+    }
+
     /// Whether a part is asked at state j: one of its own channels speaks, or it has none and there is a tick.
     fn asked(&self, part: &Part, j: usize) -> bool {
         self.speaks(&own_channels(part, &self.words), j)
     }
 
-    fn speaks(&self, own: &std::collections::BTreeSet<channels::ChannelId>, j: usize) -> bool {
-        match &self.sequence[j].kind {
+    fn speaks(&self, own: &BTreeSet<ChannelId>, j: usize) -> bool {
+        match self.states[j].kind {
             EventKind::Tick => own.is_empty(),
             EventKind::Received { channel, .. } => own.contains(channel),
         }
@@ -94,7 +160,7 @@ impl Oracle<'_> {
 
     /// Whether the message that passes at state j, if any, satisfies the event.
     fn passes(&self, event: &formula::Event, j: usize) -> bool {
-        match &self.sequence[j].kind {
+        match self.states[j].kind {
             EventKind::Received { channel, message } => *channel == event.channel && event.condition.holds(message),
             EventKind::Tick => false,
         }
@@ -102,13 +168,23 @@ impl Oracle<'_> {
 
     /// Whether there was a message on the event's channel up to state i, and the last one satisfies the event.
     fn last_satisfies(&self, event: &formula::Event, i: usize) -> bool {
-        let on_channel = |j: &usize| matches!(&self.sequence[*j].kind, EventKind::Received { channel, .. } if *channel == event.channel);
-        let states = 0..(i + 1).min(self.sequence.len());
+        let on_channel = |j: &usize| matches!(self.states[*j].kind, EventKind::Received { channel, .. } if *channel == event.channel);
+        let states = 0..(i + 1).min(self.states.len());
         states.rev().find(on_channel).is_some_and(|j| self.passes(event, j))
     }
 
-    fn within(&self, window: Window, i: usize, j: usize) -> bool {
-        let elapsed = self.sequence[j].tick - self.sequence[i].tick;
-        (window.first..=window.last).contains(&elapsed)
+    /// Whether state j, at one of the turns at which it comes from state i on, is as many ticks away as the bound says.
+    fn in_time(&self, bound: Bound, i: usize, j: usize) -> bool {
+        let Some(here) = self.states.get(i) else { return false };
+        let Lap { start, ticks } = self.lap;
+        if j < i && j < start {
+            return false;
+        }
+        // Before i, j has its first turn after i when the cycle has begun again.
+        let first = self.states[j].tick + if j < i { ticks } else { 0 } - here.tick;
+        bound.windows().any(|window| {
+            let turns = if j < start || ticks == 0 { 0 } else { window.first.saturating_sub(first).div_ceil(ticks) };
+            (window.first..=window.last).contains(&first.saturating_add(turns.saturating_mul(ticks)))
+        })
     }
 }

@@ -3,9 +3,11 @@
 use std::fmt;
 
 use channels::{Monitor, Verdict};
+use serde::{Deserialize, Serialize};
 
 /// What a run that has ended says of a property.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Outcome {
     /// The property holds on the run as it stands.
     Satisfied,
@@ -42,6 +44,16 @@ impl Outcome {
 
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        f.pad(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_outcome_fills_the_width_of_its_column() {
+        assert_eq!(format!("{:<12}|", Outcome::Violated), "violated    |");
     }
 }

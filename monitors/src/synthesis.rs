@@ -168,6 +168,15 @@ impl Run {
         }
     }
 
+    /// Whether time has gone on past a deadline that was to be met.
+    pub(crate) fn is_too_late(&self) -> bool {
+        match self {
+            Self::Compact(run) => run.broken().is_some(),
+            Self::Automaton(run) => run.is_broken(),
+            Self::Progression(run) => run.verdict() == channels::Verdict::False,
+        }
+    }
+
     pub(crate) fn verdict(&self) -> channels::Verdict {
         match self {
             Self::Compact(run) => run.verdict(),

@@ -1,6 +1,6 @@
 //! Every monitor agrees with the oracle on every prefix of random sequences.
 
-use channels::{EventKind, Message, Monitor, Relation, Value, Verdict};
+use channels::{Event, EventKind, Message, Monitor, Relation, Value, Verdict};
 use monitors::{Choice, Formula, MessageCondition, Method, ScopeMonitor, holds};
 
 use crate::cases::cases;
@@ -25,6 +25,33 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     }
     let enough = [(tally.graphs, 50), (tally.automata, 2), (tally.settled, 10)];
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
+}
+
+/// The sequence with ticks missing now and then: time goes on all the same.
+fn with_gaps(dice: &mut Dice, sequence: &[Event]) -> Vec<Event> {
+    let mut missing = 0;
+    let events = sequence.iter().map(|known| {
+        missing += u64::from(dice.roll(8) == 0);
+        support::event(known.step, known.tick + missing, known.kind.clone())
+    });
+    events.collect()
+}
+
+/// Time that goes on without ticks is no run, but a log may have lost some: what has been seen is judged all the same.
+#[test]
+fn ticks_that_are_missing_are_followed_too() {
+    let topology = topology();
+    for seed in 0..cases(2_000) {
+        let mut dice = Dice(seed + 9_000_000);
+        let formula = random_formula(&mut dice, &topology, 1 + seed as u32 % 3);
+        let sequence = random_sequence(&mut dice, &topology, 12);
+        let sequence = with_gaps(&mut dice, &sequence);
+        let monitor = |choice| ScopeMonitor::with("p", formula.clone(), &topology, choice).expect("small");
+        check_letters(&monitor(Choice::Automaton), &sequence).unwrap_or_else(|what| panic!("{what}, seed {seed}"));
+        let mut monitor = monitor(Choice::Progression);
+        sequence.iter().for_each(|event| monitor.observe(event));
+        assert_eq!(monitor.holds_so_far(), holds(&formula, &sequence).expect("small"), "seed {seed}\n{formula:#?}");
+    }
 }
 
 /// A message that its channel's domain does not have leaves the automaton, and the rest of the run is judged all the same.
@@ -60,6 +87,10 @@ fn messages_outside_the_domains_are_followed_too() {
                 };
                 let truth = holds(&formula, prefix).expect("small");
                 assert_eq!(says, truth, "{choice:?}, seed {seed}, after {length}\n{formula:#?}\n{sequence:#?}");
+                if monitor.verdict() != Verdict::Inconclusive {
+                    // A verdict is about messages within the domains.
+                    break;
+                }
             }
             left += u64::from(monitor.verdict() == Verdict::Inconclusive && monitor.continuation(true).is_none());
         }

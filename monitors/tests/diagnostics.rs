@@ -61,6 +61,47 @@ property x := time_until (BatteryReader, BatteryLevel, m[1] = <ok>)
 }
 
 #[test]
+fn a_file_in_another_language_is_one_mistake_that_says_which() {
+    let files = [
+        ("{\n  \"jani-version\": 1, \"name\": \"m\", \"properties\": [{\"name\": \"p\"}]\n}\n", "a JANI model"),
+        ("[1, 2]", "JSON"),
+        ("\n<?xml version=\"1.0\"?>\n<scxml initial=\"a\"><state id=\"a\"/></scxml>", "an SCXML machine"),
+        ("<root/>", "XML"),
+    ];
+    for (text, language) in files {
+        let (errors, said) = said_of(text);
+        assert_eq!(errors, 1, "{said}");
+        assert!(said.contains(&format!("this is {language}, not a file of SCOPE properties")), "{said}");
+        assert!(said.contains("property NAME := always"), "{said}");
+    }
+}
+
+#[test]
+fn words_of_other_logics_are_refused_with_those_of_this_one() {
+    let q = "(BatteryReader, BatteryLevel, true)";
+    let said = |formula: &str| said_of(&format!("property p := {formula}")).1;
+    assert!(said(&format!("once {q}")).contains("not, next, always, eventually, true, false, time_until"));
+    assert!(said(&format!("always (once {q})")).contains("not, next, always, eventually, true, false, time_until"));
+    assert!(
+        said(&format!("always {q} since {q}")).contains("the operators between two operands: and, or, implies, until")
+    );
+    assert!(said(&format!("always ({q} implise {q})")).contains("did you mean `implies`?"));
+    assert!(said(&format!("alwys {q}")).contains("did you mean `always`?"));
+}
+
+/// What is wrong five thousand times is noted five thousand times, and no more.
+#[test]
+fn many_mistakes_are_noted_once_each() {
+    let wrong = |n: u32| format!("property p{n} := once (BatteryReader, BatteryLevel, true) and (a, b");
+    let text: String = (0..5_000).map(|n| wrong(n) + "\n").collect();
+    let error = monitors::load("wrong.scope", &text, &topology(), Duration::from_secs(1)).expect_err("it is wrong");
+    assert_eq!(error.problems().len(), 5_000);
+    let all = vec!["(BatteryReader, BatteryLevel, m[2] > 3)"; 20_000].join(" and ");
+    let error = monitors::load("wrong.scope", &format!("property p := {all}"), &topology(), Duration::from_secs(1));
+    assert_eq!(error.expect_err("no operator").problems().len(), 20_000);
+}
+
+#[test]
 fn conditions_are_checked_against_the_channel() {
     let text = r#"const time := 30 s
 property a := always (BatteryReader, BatteryLevel, m[3] = 5)

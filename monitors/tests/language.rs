@@ -10,7 +10,9 @@ use monitors::syntax::{
 use monitors::{Formula, MessageCondition};
 use proptest::prelude::*;
 
+use crate::cases::cases;
 use crate::robot::topology;
+use crate::support::{self, Dice, random_formula};
 
 fn name() -> impl Strategy<Value = Name> {
     let text = prop_oneof![4 => "[A-Za-zθ_][A-Za-z0-9_é]{0,6}", 1 => "[ -~]{0,6}", 1 => Just("always".to_owned())];
@@ -176,6 +178,20 @@ fn phi2_reads_as_the_paper_prints_it_even_without_its_last_parenthesis() {
     assert_eq!(file.warnings.problems().len(), 1);
     let Formula::Always(body) = formula(&closed) else { panic!("always") };
     assert!(matches!(*body, Formula::Implies(..)), "antecedent and consequence are both inside");
+}
+
+#[test]
+fn a_formula_that_is_printed_reads_back_as_the_same_formula() {
+    let topology = support::topology();
+    for seed in 0..cases(4_000) {
+        let mut dice = Dice(seed + 5_000_000);
+        // Events stand inside temporal operators only.
+        let formula = random_formula(&mut dice, &topology, 1 + seed as u32 % 4).always();
+        let text = format!("property p := {}", formula.text(&topology));
+        let read = monitors::formulas("p", &text, &topology, Duration::from_secs(1));
+        let read = read.unwrap_or_else(|error| panic!("{text}\n{:?}", error.problems()));
+        assert_eq!(read[0].1, formula, "{text}");
+    }
 }
 
 #[test]

@@ -76,6 +76,12 @@ fn a_line_that_is_none_is_named_with_its_place() {
     assert_eq!(read("{\"step\":1.5}"), "1:12 expected a whole number");
     assert_eq!(read("{\"step\":1 \"tick\":2}"), "1:11 expected `,` or `}`");
     assert_eq!(read("{\"step\":1} x"), "1:12 expected the end of the line");
+    let event = |rest: &str| read(&format!("{{\"step\":1,\"tick\":0,\"time_s\":0{rest}}}"));
+    assert_eq!(event(",\"from\":\"a\",\"message\":[1]"), "1:1 this message has no `to`");
+    assert_eq!(event(",\"to\":\"a\",\"message\":[1]"), "1:1 this message has no `from`");
+    assert_eq!(event(",\"from\":\"a\",\"to\":\"b\""), "1:1 this message has no `message`");
+    assert_eq!(read("{\"step\":1,\"time_s\":0,\"generated\":\"tick\"}"), "1:1 this event has no `tick`");
+    assert_eq!(event(",\"tree\":[]"), "Ok(None)");
     assert_eq!(read("{\"message\":[{\"symbol\":1}]}"), "1:22 a value is a number, a text, true, false or {\"sym\": …}");
     assert_eq!(
         read(&format!("{{\"a\":\"{}\"}}", "x".repeat(1 << 20))),

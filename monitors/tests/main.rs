@@ -3,6 +3,7 @@
 mod agreement;
 mod cases;
 mod diagnostics;
+mod endless;
 mod language;
 mod laws;
 mod logs;

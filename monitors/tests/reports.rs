@@ -213,6 +213,52 @@ fn obligations_that_contradict_each_other_are_named_together() {
     insta::assert_snapshot!(witness);
 }
 
+/// The other half of the reason is a clause that asks for nothing now. What has nothing to do with it is not named.
+#[test]
+fn a_ban_that_stands_all_the_time_is_named_beside_what_it_forbids() {
+    let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
+    let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
+    let there = "(Localization, AtRechargingStation, m[2] = true)";
+    let mut watch = Watch::new(&format!(
+        "always ({low} implies time_until {start} < 3) and always (not {start}) and always {there}"
+    ));
+    watch.tick();
+    assert_eq!(watch.level(10.0), Verdict::False);
+    let witness = watch.monitor().witness().unwrap();
+    assert_eq!(witness.clause, format!("({low} implies time_until {start} < 3) and not {start}"));
+    assert_eq!((witness.messages.len(), witness.deadline_tick), (1, Some(3)));
+}
+
+#[test]
+fn what_no_run_can_satisfy_is_violated_at_the_first_state_and_says_so() {
+    for formula in ["eventually false", "always (Navigation, GoToDestination, true) until false", "always false"] {
+        let mut watch = Watch::new(formula);
+        assert_eq!(watch.tick(), Verdict::False, "{formula}");
+        let witness = watch.monitor().witness().unwrap();
+        assert_eq!((witness.clause.as_str(), witness.settled.tick), (formula, 1));
+    }
+}
+
+#[test]
+fn what_is_owed_after_some_time_is_owed_eventually() {
+    let level = "(BatteryReader, BatteryLevel, m[2] < 20)";
+    let running = "(Navigation, GoToDestination, m[2] = <running>)";
+    let mut watch = Watch::new(&format!("always ({running} implies time_until {level} >= 2)"));
+    let owed = |watch: &Watch| watch.monitor().open_obligations()[0].what.clone();
+    watch.tick();
+    watch.running();
+    assert_eq!(owed(&watch), format!("time_until {level} >= 2"));
+    watch.tick();
+    watch.tick();
+    assert_eq!(owed(&watch), format!("eventually {level}"));
+    let mut watch = Watch::new(&format!("always ({running} implies next {level} and time_until {level} <= 2)"));
+    watch.tick();
+    watch.running();
+    let open = watch.monitor().open_obligations();
+    let open: Vec<&str> = open.iter().map(|open| open.what.as_str()).collect();
+    assert_eq!(open, [format!("next {level}"), format!("time_until {level} <= 2")]);
+}
+
 #[test]
 fn a_missed_moment_is_named_whatever_the_monitor() {
     let answer = "time_until (BatteryReader, BatteryLevel, m[2] > 50) =";

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use channels::{Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Relation, Shape, Topology, Value};
-use monitors::{Formula, MessageCondition, holds};
+use monitors::{Formula, MessageCondition, holds, holds_endlessly};
 
 use crate::support::event;
 
@@ -161,6 +161,63 @@ fn time_until_is_about_some_message_that_passes() {
     // The last message is not one that passes.
     says(&is("b").implies(at_first(Relation::Less, 1)).always(), &["b+ a+", "b-"], &["a+ b+", "b+ t t a+"]);
     says(&at_first(Relation::Less, 1).negated(), &["", "t", "t t a+"], &["a+", "t a+"]);
+}
+
+/// What a bound stands in is asked at the same states whatever the bound: `< 0` never comes true, and is no constant.
+#[test]
+fn a_bound_that_nothing_can_meet_is_a_bound_like_any_other() {
+    let never = soon("a", Relation::Less, 0).implies(is("a"));
+    says(&next(never), &["t a+", "t a-"], &["t", "t t"]);
+    says(&soon("a", Relation::Less, 0).negated().always(), &["", "t", "t a+"], &[]);
+    says(&eventually(or(soon("a", Relation::Greater, u64::MAX), is("b"))), &["b+"], &["a+ t", "b-"]);
+    // `!=` is one atom: what it stands beside is asked when it speaks.
+    let other = and(soon("a", Relation::Less, 3), or(soon("a", Relation::NotEqual, 3), is("b")));
+    says(&other.always(), &["", "t a+", "t a+ b- a+", "t b+ a+"], &["t a+ b-"]);
+}
+
+/// What a formula says of endless runs: first a stem, then a cycle over and over.
+#[track_caller]
+fn says_endlessly(formula: &Formula, yes: &[[&str; 2]], no: &[[&str; 2]]) {
+    let judged = |[stem, cycle]: &[&str; 2]| {
+        let cycle: Vec<EventKind> = run(cycle).into_iter().map(|event| event.kind).collect();
+        holds_endlessly(formula, &run(stem), &cycle).expect("small")
+    };
+    yes.iter().for_each(|words| assert!(judged(words), "should hold on {words:?}"));
+    no.iter().for_each(|words| assert!(!judged(words), "should not hold on {words:?}"));
+}
+
+#[test]
+fn endless_runs_are_judged_by_all_that_comes() {
+    let again = eventually(is("a")).always();
+    says_endlessly(&again, &[["t", "t a+"], ["a-", "a- a+"], ["t a+", ""]], &[["t a+", "t"], ["t", ""], ["", "t a-"]]);
+    says_endlessly(&is("a").implies(next(is("a"))).always(), &[["t", "a+"], ["a+", "t b- a+"]], &[["t a+", "t"]]);
+    // The last message of one turn is still the last one in the next.
+    let both = and(is("a"), is("b"));
+    says_endlessly(&eventually(both), &[["", "b+ a+ b-"], ["a+", "b+ t"]], &[["", "a+ a- b+ b-"]]);
+    says_endlessly(&until(is("a"), is("b")), &[["", "t a+ b+ a-"]], &[["", "a+ t b-"], ["", "a+ b- a- b+"]]);
+}
+
+#[test]
+fn in_endless_runs_time_goes_on_with_each_turn() {
+    let later = |relation, ticks| soon("a", relation, ticks);
+    says_endlessly(
+        &later(Relation::GreaterOrEqual, 7),
+        &[["t", "t t a+"], ["t", "a+ t"]],
+        &[["t", "a+"], ["t a+", "t"]],
+    );
+    says_endlessly(
+        &later(Relation::Equal, 7),
+        &[["t", "t a+"], ["t", "t t t a+ t"]],
+        &[["t", "t t a+"], ["t", "t t a+ t t"]],
+    );
+    // `a` comes at each third tick: after one, two or three, whoever asks.
+    let asked = |relation, ticks| is("b").implies(later(relation, ticks)).always();
+    let third = ["t", "t b+ t b+ t b+ a+"];
+    says_endlessly(&asked(Relation::LessOrEqual, 2), &[third], &[]);
+    says_endlessly(&asked(Relation::LessOrEqual, 1), &[], &[third]);
+    says_endlessly(&later(Relation::Greater, 0).always(), &[["t", "t a+"]], &[["t", "a+"], ["t a+", "t"]]);
+    // A run that ends in silence is judged as it stands.
+    says_endlessly(&next(Formula::True).always(), &[["", "t"]], &[["t", ""], ["t", "a+"]]);
 }
 
 #[test]

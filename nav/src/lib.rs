@@ -78,4 +78,4 @@ pub use localization::{
     Hypothesis, InitialPose, LaserModel, Localization, LocalizationParameters, PoseEstimate, SensorModel,
 };
 pub use navigation::{GiveUpReason, Goal, NavigationParameters, NavigationStatus, Navigator, Recovery};
-pub use planning::{PlanError, largest_part, plan, plan_into};
+pub use planning::{PlanError, Reach, largest_part, plan, plan_into};

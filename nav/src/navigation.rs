@@ -30,6 +30,8 @@ use crate::following::{Surroundings, VelocitySmoother};
 use crate::{Atlas, Costmap, Error, PoseEstimate};
 use trip::Trip;
 
+pub(crate) use machine::SHARE_OF_PLAN;
+
 pub use goal::Goal;
 pub use parameters::NavigationParameters;
 pub use recovery::Recovery;

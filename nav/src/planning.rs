@@ -4,6 +4,7 @@
 //! points, 0.1 m or less apart, in the `map` frame.
 
 mod astar;
+mod reach;
 mod reachability;
 mod smoothing;
 mod standing;
@@ -13,6 +14,7 @@ use maps::{Place, Point};
 use crate::Costmap;
 use standing::{Ground, nearest_cell};
 
+pub use reach::Reach;
 pub use reachability::largest_part;
 
 /// From how far away a robot that stands too near to an obstacle looks for a way out, in metres.
@@ -63,20 +65,10 @@ pub enum PlanError {
 /// # Errors
 /// Says why there is no path.
 pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) -> Result<Vec<Point>, PlanError> {
-    let (ground, frame) = (Ground::new(costmap), &costmap.frame);
-    let offset = frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
-    if ground.can_stand(offset) {
-        return plan_between(costmap, start, offset, goal);
-    }
-    let fits = costmap.cost_at(offset) < crate::INSCRIBED_COST;
-    let within_m = if fits { tolerance_m.max(BESIDE_CELLS * frame.resolution_m) } else { tolerance_m };
-    let near = |cell| ground.can_stand(cell) && (frame.center(cell) - goal).norm() <= within_m;
-    let searched_m = within_m + frame.resolution_m;
-    let cell = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(costmap, offset))?;
-    let beside = frame.center(cell);
-    let mut path = plan_between(costmap, start, cell, &beside)?;
-    if fits {
-        path.extend(&smoothing::straight(&beside, goal)[1..]);
+    let end = end_at(&Ground::new(costmap), goal, tolerance_m)?;
+    let mut path = plan_between(costmap, start, end.cell, &end.point)?;
+    if end.leads_on {
+        path.extend(&smoothing::straight(&end.point, goal)[1..]);
     }
     Ok(path)
 }
@@ -87,26 +79,61 @@ pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) ->
 /// # Errors
 /// As [`plan`].
 pub fn plan_into(costmap: &Costmap, start: &Point, area: &Place) -> Result<Vec<Point>, PlanError> {
-    let center = area.goal_position();
-    let offset = costmap.frame.offset_at(&center).ok_or(PlanError::GoalOutside)?;
-    let ground = Ground::new(costmap);
-    let inside = |cell| {
-        let at = costmap.frame.center(cell);
-        ground.can_stand(cell) && area.contains(&maps::pose(at.x, at.y, 0.0))
-    };
-    let goal_cell = nearest_cell(costmap, offset, WITHIN_AREA_M, inside).ok_or_else(|| bad_goal(costmap, offset))?;
-    let end = if offset == goal_cell { center } else { costmap.frame.center(goal_cell) };
-    plan_between(costmap, start, goal_cell, &end)
+    let end = end_inside(&Ground::new(costmap), area)?;
+    plan_between(costmap, start, end.cell, &end.point)
 }
 
-fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point) -> Result<Vec<Point>, PlanError> {
-    let ground = Ground::new(costmap);
+/// Where paths to a goal end.
+struct End {
+    cell: usize,
+    point: Point,
+    /// Whether the robot goes on from there, straight to the goal, where it just fits.
+    leads_on: bool,
+}
+
+/// Where paths to `goal` end, at most `tolerance_m` away.
+fn end_at(ground: &Ground<'_>, goal: &Point, tolerance_m: f64) -> Result<End, PlanError> {
+    let (costmap, frame) = (ground.costmap, &ground.costmap.frame);
+    let offset = frame.offset_at(goal).ok_or(PlanError::GoalOutside)?;
+    if ground.can_stand(offset) {
+        return Ok(End { cell: offset, point: *goal, leads_on: false });
+    }
+    let fits = costmap.cost_at(offset) < crate::INSCRIBED_COST;
+    let within_m = if fits { tolerance_m.max(BESIDE_CELLS * frame.resolution_m) } else { tolerance_m };
+    let near = |cell| ground.can_stand(cell) && (frame.center(cell) - goal).norm() <= within_m;
+    let searched_m = within_m + frame.resolution_m;
+    let cell = nearest_cell(costmap, offset, searched_m, near).ok_or_else(|| bad_goal(costmap, offset))?;
+    Ok(End { cell, point: frame.center(cell), leads_on: fits })
+}
+
+/// Where paths into an area end.
+fn end_inside(ground: &Ground<'_>, area: &Place) -> Result<End, PlanError> {
+    let (costmap, frame) = (ground.costmap, &ground.costmap.frame);
+    let center = area.goal_position();
+    let offset = frame.offset_at(&center).ok_or(PlanError::GoalOutside)?;
+    let inside = |cell| {
+        let at = frame.center(cell);
+        ground.can_stand(cell) && area.contains(&maps::pose(at.x, at.y, 0.0))
+    };
+    let cell = nearest_cell(costmap, offset, WITHIN_AREA_M, inside).ok_or_else(|| bad_goal(costmap, offset))?;
+    Ok(End { cell, point: if offset == cell { center } else { frame.center(cell) }, leads_on: false })
+}
+
+/// The cell in which paths from `start` begin, and the one that `start` lies in.
+fn beginning(ground: &Ground<'_>, start: &Point) -> Result<[usize; 2], PlanError> {
+    let costmap = ground.costmap;
     let start_cell = costmap.frame.offset_at(start).ok_or(PlanError::StartOutside)?;
     if costmap.is_on_map(start_cell) {
         return Err(PlanError::StartInObstacle);
     }
     let escape = |cell| ground.can_stand(cell) && !costmap.line_meets_obstacle(start, &costmap.frame.center(cell));
     let first = nearest_cell(costmap, start_cell, ESCAPE_M, escape).ok_or(PlanError::StartInObstacle)?;
+    Ok([first, start_cell])
+}
+
+fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point) -> Result<Vec<Point>, PlanError> {
+    let ground = Ground::new(costmap);
+    let [first, start_cell] = beginning(&ground, start)?;
     // Something seen by the lasers may have closed the way; on the map alone there nearly always is one.
     if costmap.marked().len() > 0 && !reachability::is_reachable(&ground, first, goal_cell) {
         return Err(PlanError::NoPath);
@@ -190,7 +217,7 @@ mod tests {
                 for step in 0..10 {
                     let point = pair[0] + (pair[1] - pair[0]) * (f64::from(step) / 10.0);
                     // A start that is too near is left.
-                    if (point - start).norm() > 0.8 {
+                    if (point - start).norm() > ESCAPE_M {
                         let distance_m = distance_m(&map, &point);
                         // Half a cell's diagonal from a cell's centre, less what a line cuts off between two looks.
                         prop_assert!(distance_m > 0.28, "{distance_m} m from an obstacle at {point}");

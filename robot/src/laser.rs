@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use maps::Pose;
+use maps::{Point, Pose};
 
 /// A planar laser scanner and its place on the body.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +43,18 @@ pub struct LaserScan {
     pub time: Duration,
     /// Which scanner of [`RobotModel::lasers`](crate::RobotModel::lasers) took it.
     pub laser: usize,
-    /// One range a beam, in the order of the beams.
+    /// One range per beam, in the order of the beams.
     pub ranges_m: Vec<f32>,
+}
+
+impl LaserScan {
+    /// Where beams of `laser`, which took the scan, ended on something, in the frame in which `robot` is the pose of the robot.
+    pub fn hits<'a>(&'a self, laser: &'a LaserSpec, robot: &Pose) -> impl Iterator<Item = Point> + use<'a> {
+        let at = robot * laser.mount;
+        let ranges = self.ranges_m.iter().enumerate().filter(|(_, range)| range.is_finite());
+        ranges.map(move |(beam, &range)| {
+            let (sin, cos) = libm::sincos(laser.beam_angle_rad(beam));
+            at * Point::new(f64::from(range) * cos, f64::from(range) * sin)
+        })
+    }
 }

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use divan::Bencher;
 use divan::counter::ItemsCount;
-use steward::live::{Live, News};
+use recording::{Detail, Happening, RunView};
+use steward::live::Live;
 use steward::scenario::{Scenario, find};
 
 fn main() {
@@ -26,14 +27,18 @@ fn start(scenario: &Arc<Scenario>) -> Live {
 
 /// Runs until the robot has come to rest at that place or the time is over; returns the time.
 fn run(mut live: Live, place: &str, limit: Duration) -> Duration {
-    let arrived = |news: &News| matches!(news, News::Arrival(at) if at == place);
-    while live.time() < limit {
-        let news = live.step(None).expect("the processes go on");
-        if news.iter().any(arrived) {
+    let start = live.record(Detail::Verdicts);
+    let mut view = RunView::new(live.header(), start).expect("the records fit");
+    let place = view.header().places.iter().position(|known| known.name == place);
+    let arrived = |happening: &Happening| matches!(happening, Happening::Arrival { place: at } if Some(*at) == place);
+    while view.time() < limit {
+        live.step().expect("the processes go on");
+        view.apply(live.record(Detail::Verdicts)).expect("the records fit");
+        if view.happenings().iter().any(arrived) {
             break;
         }
     }
-    live.time()
+    view.time()
 }
 
 const HOUR: Duration = Duration::from_secs(3600);

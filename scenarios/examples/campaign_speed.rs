@@ -95,10 +95,9 @@ fn processor_s() -> f64 {
 /// Runs a campaign on so many cores, dataset and summary included.
 fn run(plan: &Plan, cores: usize) {
     let folder = tempfile::tempdir().unwrap();
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(cores).build().unwrap();
     let interrupted = AtomicBool::new(false);
-    let ran = pool.install(|| campaign::run(plan, Shard::ALL, folder.path(), &interrupted, |_| {})).unwrap();
-    black_box(campaign::finish(folder.path(), ran.goal).unwrap());
+    let ran = campaign::run(plan, Shard::ALL, folder.path(), cores, &interrupted, |_| {}).unwrap();
+    black_box(ran.finish().unwrap());
 }
 
 /// Runs each run of a campaign to its end, and nothing else.
@@ -109,7 +108,7 @@ fn run_bare(plan: &Plan) {
         let limit = scenario.file.execution.max_time;
         let mut live = Live::new(scenario, run.seed, true).unwrap();
         while live.time() < limit {
-            black_box(live.step(None).unwrap());
+            black_box(live.step()).unwrap();
         }
     }
 }

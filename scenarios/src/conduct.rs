@@ -1,308 +1,200 @@
-//! Conducts a run from its start to its end: pictures at the named moments, the event log, and the report.
+//! Conducts a run from its start to its end, or goes through a recorded one, for what is to be left of it.
 
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
-use serde_json::json;
+use channels::Verdict;
+use diagnostics::Unfinished;
+use recording::{Detail, EventLogWriter, Header, Record, Recording, RecordingError, RunView, Step, Writer};
 
-use crate::Error;
-use crate::draw::{GifWriter, Renderer};
 use crate::ending::Ending;
-use crate::live::{Live, News, StepError};
-use crate::pictures::Camera;
-use crate::report::{Report, SnapshotReport};
-use crate::scenario::{Moment, Scenario};
-use crate::timeline::Timeline;
-use crate::trace::Recorder;
-use crate::{draw, html, reporting};
+use crate::live::Live;
+use crate::presentation::{Outputs, Presentation};
+use crate::report::Report;
+use crate::scenario::Scenario;
+use crate::{Error, campaign};
 
-/// What a run is to leave behind.
-#[derive(Clone, Debug, Default)]
-pub struct Outputs {
-    /// The folder for the report and the pictures; nothing is written without one.
-    pub folder: Option<PathBuf>,
-    /// Whether pictures are taken.
-    pub snapshots: bool,
-    /// Where an animation goes.
-    pub gif: Option<PathBuf>,
-    /// Where the event log goes.
-    pub record: Option<PathBuf>,
-}
-
-/// How long a picture of an animation stays.
-const GIF_FRAME: Duration = Duration::from_millis(100);
-/// Time between the pictures of an animation while the robot is under way, and while it is charged.
-const GIF_PERIODS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
-
-/// Runs a scenario to its end. `watch` says whether with monitors; `progress` is called at the start and then after every
-/// simulated second.
+/// Runs a scenario to its end, with monitors, and leaves nothing behind but the report.
 ///
 /// # Errors
-/// What is wrong with the scenario; what could not be written.
+/// What is wrong with the scenario.
+pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
+    let live = Live::new(scenario, seed, true)?;
+    conduct(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
+}
+
+/// Runs a scenario to its end. `follow` is called at the start and then after every step, and may break the run off; it
+/// sees as much as `detail` says, or more. All that can be told of the run goes to `record`, if there is one: a file that
+/// ends in `.jsonl` is the event log, any other a recording.
+///
+/// # Errors
+/// What could not be written; why the run cannot go on; [`Error::Interrupted`] if `follow` broke it off.
 pub fn conduct(
-    scenario: Arc<Scenario>,
-    seed: u64,
-    watch: bool,
+    mut live: Live,
+    detail: Detail,
     outputs: &Outputs,
-    mut progress: impl FnMut(&Live),
+    record: Option<&Path>,
+    mut follow: impl FnMut(&RunView) -> ControlFlow<()>,
 ) -> Result<Report, Error> {
-    #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of the run")]
-    let began = Instant::now();
-    let mut live = Live::new(Arc::clone(&scenario), seed, watch)?;
-    let mut log = outputs.record.as_deref().map(|path| Log::begin(path, &scenario, seed)).transpose()?;
-    let mut album = Album::begin(&live, seed, outputs)?;
+    refuse_campaign(outputs)?;
+    let shown = record.is_some() || !outputs.is_nothing();
+    let detail = if shown { detail.max(Detail::Full) } else { detail };
+    let scenario = Arc::clone(live.scenario());
+    let (header, start) = (live.header(), live.record(detail));
+    let mut archive = record.map(|path| Archive::begin(path, &header, &start)).transpose()?;
+    let mut view = RunView::new(header, start).expect(FITS);
+    let mut presentation = Presentation::begin(&view, outputs)?;
     let mut ending = Ending::default();
-    let mut timeline = outputs.folder.is_some().then(|| Timeline::new(&live));
-    progress(&live);
-    let mut next_progress = Duration::from_secs(1);
-    let because = loop {
-        let news = match live.step(log.as_mut().map(|log| &mut log.recorder)) {
-            Ok(news) => news,
-            Err(StepError::Run(error)) => {
-                log.map_or(Ok(()), Log::finish)?;
-                return Err(error.into());
-            }
-            Err(StepError::Budget(limit)) => {
-                log.map_or(Ok(()), Log::finish)?;
-                return Err(Error::Budget(limit));
-            }
-            Err(StepError::Record(source)) => {
-                return Err(log.map_or(Error::Draw(source.to_string()), |log| log.failed(source)));
-            }
-        };
-        let over = ending.reached(&live, &news);
-        album.take(&live, &news, over.is_some())?;
-        if let Some(timeline) = &mut timeline {
-            timeline.follow(&live, &news);
+    let mut go_on = follow(&view);
+    while view.end().is_none() {
+        if go_on.is_break() {
+            archive.map_or(Ok(()), Archive::finish)?;
+            presentation.break_off()?;
+            return Err(interrupted(&view, outputs, record));
         }
-        if live.time() >= next_progress {
-            progress(&live);
-            next_progress += Duration::from_secs(1);
+        let failure = live.step().err();
+        let step = live.record(detail);
+        // A step that failed is told, too: it may say why.
+        if let Some(archive) = &mut archive {
+            archive.record(|| Record::Step(step.clone()))?;
         }
-        if let Some(because) = over {
-            break because;
+        view.apply(step).expect(FITS);
+        if let Some(archive) = &mut archive {
+            archive.follow(&view)?;
         }
+        if let Some(failure) = failure {
+            archive.map_or(Ok(()), Archive::finish)?;
+            return Err(failure.into());
+        }
+        if let Some(why) = ending.reached(&scenario.file, &view) {
+            let end = live.end(why, detail);
+            if let Some(archive) = &mut archive {
+                archive.record(|| Record::End(Box::new(end.clone())))?;
+            }
+            view.finish(end).expect(FITS);
+        }
+        presentation.follow(&view)?;
+        go_on = follow(&view);
+    }
+    archive.map_or(Ok(()), Archive::finish)?;
+    presentation.finish(&view)
+}
+
+/// What holds of the records of a run that is going on.
+pub(crate) const FITS: &str = "a run tells of nothing that its header does not have";
+
+/// Makes the report of a recorded run, with its page and pictures, as the run itself did.
+///
+/// # Errors
+/// What is wrong with the recording; what could not be written.
+pub fn report_recording(path: &Path, outputs: &Outputs) -> Result<Report, Error> {
+    refuse_campaign(outputs)?;
+    let mut recording = Recording::open(path).map_err(unreadable)?;
+    let mut view = recording.begin().map_err(unreadable)?;
+    let mut presentation = Presentation::begin(&view, outputs)?;
+    while view.end().is_none() {
+        recording.advance(&mut view).map_err(unreadable)?;
+        presentation.follow(&view)?;
+    }
+    presentation.finish(&view)
+}
+
+fn unreadable(error: RecordingError) -> Error {
+    let help = match &error {
+        RecordingError::Foreign(_) => "a recording is what `steward --scenario … --record FILE.rec` writes",
+        RecordingError::Version { .. } => {
+            "run the scenario again with this version, or report with that of the recording"
+        }
+        RecordingError::Truncated { .. } => "a run that was broken off has no report: run it again to its end",
+        _ => "record the run again",
     };
-    if let Some(log) = log {
-        log.finish()?;
-    }
-    let snapshots = album.finish()?;
-    let report = reporting::report(&live, seed, &because, snapshots, began.elapsed());
-    if let (Some(folder), Some(timeline)) = (&outputs.folder, &timeline) {
-        write_report(folder, &report)?;
-        html::write(folder, &live, timeline, &report)?;
-    }
-    Ok(report)
+    Error::refused(error.to_string(), help)
 }
 
-fn write_report(folder: &Path, report: &Report) -> Result<(), Error> {
-    let path = folder.join("report.json");
-    let text = serde_json::to_string_pretty(report).expect("a report is always JSON") + "\n";
-    std::fs::write(&path, text).map_err(|source| Error::Write { path, source })
+fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
+    match outputs.folder.as_deref().filter(|folder| campaign::has_journal(folder)) {
+        Some(folder) => {
+            let message = format!("{} has the results of a campaign", folder.display());
+            Err(Error::refused(message, "a run does not write over them: name another folder with `--out`"))
+        }
+        None => Ok(()),
+    }
 }
 
-/// The event log on its way to a file.
-struct Log {
+/// That a run was broken off, and what there is of it.
+fn interrupted(view: &RunView, outputs: &Outputs, record: Option<&Path>) -> Error {
+    let mut text = format!("interrupted after {:.1} s of simulated time", view.time().as_secs_f64());
+    let verdicts = view.monitors().map(|monitor| {
+        let verdict = match monitor.state.verdict {
+            Verdict::True => "satisfied",
+            Verdict::False => "violated",
+            Verdict::Inconclusive => "undecided",
+        };
+        format!("{} {verdict}", monitor.name())
+    });
+    let verdicts: Vec<String> = verdicts.collect();
+    if !verdicts.is_empty() {
+        text += &format!(" ({})", verdicts.join(", "));
+    }
+    text += "; report and pictures were not written";
+    let what = if record.is_some_and(is_log) { "event log" } else { "recording" };
+    for (what, path) in [(what, record), ("animation", outputs.gif.as_deref())] {
+        if let Some(path) = path {
+            text += &format!(", the {what} until then is {}", path.display());
+        }
+    }
+    Error::Interrupted(text)
+}
+
+/// Whether a file of that name is to be an event log.
+fn is_log(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("jsonl"))
+}
+
+/// What is told of a run on its way to a file.
+struct Archive {
     path: PathBuf,
-    recorder: Recorder,
+    form: Form,
 }
 
-impl Log {
-    fn begin(path: &Path, scenario: &Scenario, seed: u64) -> Result<Self, Error> {
-        let failed = |source| Error::Write { path: path.to_owned(), source };
-        let description = json!({
-            "scenario": scenario.name,
-            "seed": seed,
-            "version": env!("CARGO_PKG_VERSION"),
-            "tick_s": scenario.file.execution.tick.as_secs_f64(),
-        });
-        let file = BufWriter::new(create(path)?);
-        let recorder = Recorder::new(file, &description).map_err(failed)?;
-        Ok(Self { path: path.to_owned(), recorder })
+enum Form {
+    Log(EventLogWriter<Unfinished>),
+    Recording(Writer<Unfinished>),
+}
+
+impl Archive {
+    fn begin(path: &Path, header: &Header, start: &Step) -> Result<Self, Error> {
+        let output = Unfinished::create(path)?;
+        let form = match is_log(path) {
+            true => EventLogWriter::begin(output, header).map(Form::Log),
+            false => Writer::begin(output).map(Form::Recording),
+        };
+        let form = form.map_err(|source| Error::Write { path: path.to_owned(), source })?;
+        let mut archive = Self { path: path.to_owned(), form };
+        archive.record(|| Record::Header(Box::new(header.clone())))?;
+        archive.record(|| Record::Step(start.clone()))?;
+        Ok(archive)
     }
 
-    fn failed(self, source: io::Error) -> Error {
-        Error::Write { path: self.path, source }
+    /// Adds a record, if that is what it is made of.
+    fn record(&mut self, record: impl FnOnce() -> Record) -> Result<(), Error> {
+        let Form::Recording(writer) = &mut self.form else { return Ok(()) };
+        writer.write(&record()).map_err(|source| Error::Write { path: self.path.clone(), source })
+    }
+
+    /// Adds what the last step says, if it is the event log.
+    fn follow(&mut self, view: &RunView) -> Result<(), Error> {
+        let Form::Log(log) = &mut self.form else { return Ok(()) };
+        log.follow(view).map_err(|source| Error::Write { path: self.path.clone(), source })
     }
 
     fn finish(self) -> Result<(), Error> {
-        let Self { path, recorder } = self;
-        recorder.finish().map_err(|source| Error::Write { path, source })
+        let output = match self.form {
+            Form::Log(log) => log.finish(),
+            Form::Recording(writer) => writer.finish(),
+        };
+        Ok(output.map_err(|source: io::Error| Error::Write { path: self.path, source })?.finish()?)
     }
-}
-
-/// Creates a file, with the folders on the way.
-fn create(path: &Path) -> Result<File, Error> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder
-        .map_or(Ok(()), std::fs::create_dir_all)
-        .and_then(|()| File::create(path))
-        .map_err(|source| Error::Write { path: path.to_owned(), source })
-}
-
-/// The pictures of a run.
-struct Album {
-    seed: u64,
-    /// None where no pictures are wanted.
-    camera: Option<Camera>,
-    renderer: Renderer,
-    folder: Option<PathBuf>,
-    taken: Vec<SnapshotReport>,
-    next_regular: Option<Duration>,
-    times: Vec<Duration>,
-    animation: Option<Animation>,
-}
-
-/// An animation on its way to a file.
-struct Animation {
-    path: PathBuf,
-    writer: GifWriter<File>,
-    next: Duration,
-}
-
-impl Album {
-    fn begin(live: &Live, seed: u64, outputs: &Outputs) -> Result<Self, Error> {
-        if let Some(folder) = &outputs.folder {
-            std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.clone(), source })?;
-        }
-        let folder = outputs.folder.clone().filter(|_| outputs.snapshots);
-        let animation = outputs.gif.as_deref().map(Animation::begin).transpose()?;
-        let moments = &live.scenario().file.snapshots;
-        let mut times = moments.at_times.clone();
-        times.sort_unstable_by(|a, b| b.cmp(a));
-        Ok(Self {
-            seed,
-            camera: (folder.is_some() || animation.is_some()).then(|| Camera::new(live)),
-            renderer: Renderer::new(),
-            folder,
-            taken: Vec::new(),
-            next_regular: moments.every.map(|_| Duration::ZERO),
-            times,
-            animation,
-        })
-    }
-
-    /// Takes the pictures that the step asks for.
-    fn take(&mut self, live: &Live, news: &[News], over: bool) -> Result<(), Error> {
-        let Some(mut camera) = self.camera.take() else { return Ok(()) };
-        camera.follow(live);
-        for (why, caption) in self.occasions(live, news, over) {
-            self.shoot(&camera, live, &why, &caption, over)?;
-        }
-        if let Some(animation) = &mut self.animation
-            && (live.time() >= animation.next || over)
-        {
-            animation.add(&self.renderer, &camera.frame(live, self.seed, &doing(live), over), live)?;
-        }
-        self.camera = Some(camera);
-        Ok(())
-    }
-
-    /// The occasions for a picture that this step offers: a word for the file's name and a sentence for the picture.
-    fn occasions(&mut self, live: &Live, news: &[News], over: bool) -> Vec<(String, String)> {
-        let moments = &live.scenario().file.snapshots;
-        let wanted = |moment| moments.at.contains(&moment);
-        let mut occasions = Vec::new();
-        let first = live.time() <= live.scenario().file.sim.dt;
-        if first && wanted(Moment::Start) {
-            occasions.push(("start".to_owned(), live.scenario().file.about.clone()));
-        }
-        for news in news {
-            match news {
-                News::Fault(index) if wanted(Moment::Fault) && live.is_first_time(*index) => {
-                    let fault = &live.faults()[*index].fault;
-                    occasions.push((format!("fault-{}", fault.kind().name), format!("Fault: {}", fault.words())));
-                }
-                News::Verdict(index) if wanted(Moment::Verdict) => {
-                    occasions.push(verdict_occasion(live, *index));
-                }
-                News::Arrival(place) if wanted(Moment::Arrival) && !first => {
-                    occasions.push((format!("arrival-{place}"), format!("The robot has come to rest at {place}")));
-                }
-                _ => {}
-            }
-        }
-        if self.times.pop_if(|time| *time <= live.time()).is_some() {
-            occasions.push(("moment".to_owned(), doing(live)));
-        }
-        if let (Some(next), Some(every)) = (&mut self.next_regular, moments.every)
-            && live.time() >= *next
-        {
-            *next += every;
-            occasions.push(("regular".to_owned(), doing(live)));
-        }
-        if over && wanted(Moment::End) {
-            occasions.push(("end".to_owned(), "The run has ended".to_owned()));
-        }
-        occasions
-    }
-
-    fn shoot(&mut self, camera: &Camera, live: &Live, why: &str, caption: &str, over: bool) -> Result<(), Error> {
-        let Some(folder) = &self.folder else { return Ok(()) };
-        let name: String = why.chars().map(|c| if c.is_alphanumeric() || "-_".contains(c) { c } else { '-' }).collect();
-        let file = format!("{:02}-{name}.png", self.taken.len() + 1);
-        let svg = draw::svg(&camera.frame(live, self.seed, caption, over));
-        let png = self.renderer.png(&svg).map_err(|error| Error::Draw(error.to_string()))?;
-        let path = folder.join(&file);
-        std::fs::write(&path, png).map_err(|source| Error::Write { path, source })?;
-        self.taken.push(SnapshotReport { file, time_s: live.time().as_secs_f64(), why: caption.to_owned() });
-        Ok(())
-    }
-
-    fn finish(self) -> Result<Vec<SnapshotReport>, Error> {
-        if let Some(animation) = self.animation {
-            animation.finish()?;
-        }
-        Ok(self.taken)
-    }
-}
-
-impl Animation {
-    fn begin(path: &Path) -> Result<Self, Error> {
-        let writer = GifWriter::new(create(path)?, GIF_FRAME).map_err(|error| failed(path, error))?;
-        Ok(Self { path: path.to_owned(), writer, next: Duration::ZERO })
-    }
-
-    fn add(&mut self, renderer: &Renderer, frame: &draw::Frame, live: &Live) -> Result<(), Error> {
-        let stands = live.truth().battery().charging;
-        self.next = live.time() + GIF_PERIODS[usize::from(stands)];
-        self.writer.push(renderer, frame).map_err(|error| failed(&self.path, error))
-    }
-
-    fn finish(self) -> Result<(), Error> {
-        let Self { path, writer, .. } = self;
-        writer.finish().map(drop).map_err(|error| failed(&path, error))
-    }
-}
-
-fn failed(path: &Path, error: draw::DrawError) -> Error {
-    match error {
-        draw::DrawError::Write(source) => Error::Write { path: path.to_owned(), source },
-        error => Error::Draw(error.to_string()),
-    }
-}
-
-fn verdict_occasion(live: &Live, index: usize) -> (String, String) {
-    let watched = &live.watched()[index];
-    let monitor = live.system().monitors()[index].monitor.as_ref();
-    let outcome = monitors::Outcome::of(monitor);
-    let tick = watched.decided.as_ref().map_or(0, |event| event.tick);
-    (
-        format!("{}-{outcome}", watched.name),
-        format!("At tick {tick}, {} is {outcome}. It asks: {}", watched.name, watched.summary),
-    )
-}
-
-/// What the tree is doing, in words: the leaf that is running.
-pub(crate) fn doing(live: &Live) -> String {
-    let states = live.tree_states();
-    let running =
-        live.scenario().tree.leaves().filter(|leaf| {
-            matches!(states[leaf.id().index()].outcome, Some(bt::Outcome::Answered(bt::Status::Running)))
-        });
-    let names: Vec<&str> = running.map(bt::Node::label).collect();
-    if names.is_empty() { "no leaf is running".to_owned() } else { format!("{} is running", names.join(", ")) }
 }

@@ -1,48 +1,11 @@
 //! When a run is over, and why.
 
-use std::fmt;
 use std::time::Duration;
 
 use channels::Verdict;
+use recording::{Ended, Happening, RunView};
 
-use crate::live::{Live, News};
-
-/// Why a run ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Ended {
-    /// The robot came to rest at this place, where the scenario stops.
-    Arrival(String),
-    /// This property was violated, and the scenario stops at that.
-    Violation(String),
-    /// Every property had its verdict, and the scenario stops at that.
-    Settled,
-    /// The scenario's limit of simulated time was reached.
-    TimeLimit(Duration),
-}
-
-impl Ended {
-    /// The reason's name in results.
-    #[must_use]
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Arrival(_) => "arrival",
-            Self::Violation(_) => "violation",
-            Self::Settled => "settled",
-            Self::TimeLimit(_) => "time_limit",
-        }
-    }
-}
-
-impl fmt::Display for Ended {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Arrival(place) => write!(f, "the robot came to rest at {place}"),
-            Self::Violation(property) => write!(f, "{property} was violated"),
-            Self::Settled => f.write_str("every property had its verdict"),
-            Self::TimeLimit(limit) => write!(f, "the limit of {} s was reached", limit.as_secs_f64()),
-        }
-    }
-}
+use crate::scenario::{ScenarioFile, Stop};
 
 /// Watches for the end of a run.
 #[derive(Debug, Default)]
@@ -53,37 +16,39 @@ pub(crate) struct Ending {
 
 impl Ending {
     /// Why the run ends now, if it does.
-    pub(crate) fn reached(&mut self, live: &Live, news: &[News]) -> Option<Ended> {
-        let file = &live.scenario().file;
+    pub(crate) fn reached(&mut self, file: &ScenarioFile, view: &RunView) -> Option<Ended> {
         if self.met.is_none() {
-            self.met = reason(live, news).map(|why| (why, live.time() + file.stop.after));
+            self.met = reason(&file.stop, view).map(|why| (why, view.time() + file.stop.after));
         }
         let limit = file.execution.max_time;
-        let over = self.met.take_if(|(_, at)| live.time() >= *at).map(|(why, _)| why);
-        over.or_else(|| (live.time() >= limit).then_some(Ended::TimeLimit(limit)))
+        let over = self.met.take_if(|(_, at)| view.time() >= *at).map(|(why, _)| why);
+        over.or_else(|| (view.time() >= limit).then_some(Ended::TimeLimit(limit)))
     }
 }
 
 /// What has happened in this step that the scenario stops at: a violation before an arrival.
-fn reason(live: &Live, news: &[News]) -> Option<Ended> {
-    let stop = &live.scenario().file.stop;
-    let verdict = |place: usize| live.system().monitors()[place].monitor.verdict();
-    let violation = news.iter().find_map(|news| match news {
-        News::Verdict(place) if verdict(*place) == Verdict::False => {
-            let name = &live.watched()[*place].name;
-            stop.on_violation.concerns(name).then(|| Ended::Violation(name.clone()))
+fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
+    let violation = view.happenings().iter().find_map(|happening| match happening {
+        Happening::Verdict { monitor, decision } if decision.verdict == Verdict::False => {
+            let name = view.monitor(*monitor).name();
+            stop.on_violation.concerns(name).then(|| Ended::Violation(name.to_owned()))
         }
         _ => None,
     });
     let arrival = || {
-        news.iter().find_map(|news| match news {
-            News::Arrival(place) if stop.at.iter().any(|at| at.value == *place) => Some(Ended::Arrival(place.clone())),
+        view.happenings().iter().find_map(|happening| match happening {
+            Happening::Arrival { place } => {
+                let name = &view.header().places[*place].name;
+                stop.at.iter().any(|at| at.value == *name).then(|| Ended::Arrival(name.clone()))
+            }
             _ => None,
         })
     };
     let settled = || {
-        let count = live.watched().len();
-        let all = stop.when_settled && count > 0 && (0..count).all(|place| verdict(place) != Verdict::Inconclusive);
+        let mut monitors = view.monitors();
+        let all = stop.when_settled
+            && monitors.len() > 0
+            && monitors.all(|monitor| monitor.state.verdict != Verdict::Inconclusive);
         all.then_some(Ended::Settled)
     };
     violation.or_else(arrival).or_else(settled)

@@ -5,6 +5,11 @@ use std::path::PathBuf;
 
 use miette::Diagnostic;
 
+use crate::live::StepError;
+
+/// The exit status of a command that was interrupted: what a shell calls such a program.
+pub(crate) const INTERRUPTED: u8 = 130;
+
 /// Why a command could not be carried out.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -26,6 +31,9 @@ pub enum Error {
         /// What the system said.
         source: io::Error,
     },
+    /// A run was interrupted: how far it came, and what there is of it.
+    #[error("{0}")]
+    Interrupted(String),
     /// A picture could not be made.
     #[error("cannot draw: {0}")]
     Draw(String),
@@ -44,12 +52,41 @@ impl Error {
         Self::bad_input(Refusal { message: message.into(), help: help.into() })
     }
 
-    /// The exit status: 2 for bad input (what the files describe included), 3 when the work could not be done.
+    /// The exit status: 2 for bad input (what the files describe included), 3 when the work could not be done, 130 when it
+    /// was interrupted.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::BadInput(_) | Self::Run(_) | Self::Budget(_) => 2,
             Self::Write { .. } | Self::Draw(_) => 3,
+            Self::Interrupted(_) => INTERRUPTED,
+        }
+    }
+}
+
+impl From<StepError> for Error {
+    fn from(error: StepError) -> Self {
+        match error {
+            StepError::Run(error) => error.into(),
+            StepError::Budget(limit) => Self::Budget(limit),
+        }
+    }
+}
+
+impl From<diagnostics::Error> for Error {
+    fn from(error: diagnostics::Error) -> Self {
+        match error {
+            diagnostics::Error::Write { path, source } => Self::Write { path, source },
+            wrong => Self::bad_input(wrong),
+        }
+    }
+}
+
+impl From<maps::Error> for Error {
+    fn from(error: maps::Error) -> Self {
+        match error {
+            maps::Error::File(error) => error.into(),
+            wrong => Self::bad_input(wrong),
         }
     }
 }

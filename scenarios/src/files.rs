@@ -13,10 +13,12 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("scenarios/joypad.toml", include_bytes!("../joypad.toml")),
     ("scenarios/never_arrives.toml", include_bytes!("../never_arrives.toml")),
     ("scenarios/already_there.toml", include_bytes!("../already_there.toml")),
-    ("scenarios/stop_overtakes_start.toml", include_bytes!("../stop_overtakes_start.toml")),
+    ("scenarios/late_halt.toml", include_bytes!("../late_halt.toml")),
+    ("scenarios/early_release.toml", include_bytes!("../early_release.toml")),
     ("scenarios/errand.toml", include_bytes!("../errand.toml")),
     ("scenarios/corridor.toml", include_bytes!("../corridor.toml")),
     ("scenarios/populated.toml", include_bytes!("../populated.toml")),
+    ("scenarios/published.toml", include_bytes!("../published.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
     ("maps/house_corridor.yaml", include_bytes!("../../maps/house_corridor.yaml")),
@@ -26,6 +28,7 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("properties/phi1.scope", include_bytes!("../../monitors/properties/phi1.scope")),
     ("properties/phi2.scope", include_bytes!("../../monitors/properties/phi2.scope")),
     ("properties/phi3.scope", include_bytes!("../../monitors/properties/phi3.scope")),
+    ("properties/published.scope", include_bytes!("../../monitors/properties/published.scope")),
     ("properties/phi2_variant.scope", include_bytes!("../../monitors/properties/phi2_variant.scope")),
     ("trees/recharge.xml", include_bytes!("../../bt/trees/recharge.xml")),
     ("skills/AtDestination.scxml", include_bytes!("../../skills/machines/AtDestination.scxml")),
@@ -35,17 +38,23 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("skills/GoToDestination.scxml", include_bytes!("../../skills/machines/GoToDestination.scxml")),
     ("skills/GotoRechargingStation.scxml", include_bytes!("../../skills/machines/GotoRechargingStation.scxml")),
     ("skills/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
-    // The skills of the system that the paper ran: two of them differ.
-    ("skills/original/AtDestination.scxml", include_bytes!("../../skills/machines/AtDestination.scxml")),
-    ("skills/original/AtRechargingStation.scxml", include_bytes!("../../skills/machines/AtRechargingStation.scxml")),
-    ("skills/original/BatteryLevel.scxml", include_bytes!("../../skills/machines/BatteryLevel.scxml")),
-    ("skills/original/BatteryNotCharging.scxml", include_bytes!("../../skills/machines/BatteryNotCharging.scxml")),
-    ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
+    // Those of the paper's published system; WaitForUser is no skill there.
+    ("skills/original/AtDestination.scxml", include_bytes!("../../skills/machines/original/AtDestination.scxml")),
+    (
+        "skills/original/AtRechargingStation.scxml",
+        include_bytes!("../../skills/machines/original/AtRechargingStation.scxml"),
+    ),
+    ("skills/original/BatteryLevel.scxml", include_bytes!("../../skills/machines/original/BatteryLevel.scxml")),
+    (
+        "skills/original/BatteryNotCharging.scxml",
+        include_bytes!("../../skills/machines/original/BatteryNotCharging.scxml"),
+    ),
     ("skills/original/GoToDestination.scxml", include_bytes!("../../skills/machines/original/GoToDestination.scxml")),
     (
         "skills/original/GotoRechargingStation.scxml",
         include_bytes!("../../skills/machines/original/GotoRechargingStation.scxml"),
     ),
+    ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
 ];
 
 /// The campaigns that come with the program, by the paths that they have in its sources.
@@ -170,6 +179,23 @@ impl Files {
         hash.finalize().to_hex().to_string()
     }
 
+    /// The files on disk that were read, by the paths that they were asked for by.
+    #[must_use]
+    pub fn remembered(&self) -> Vec<PathBuf> {
+        let memory = self.memory.iter().flat_map(|memory| {
+            memory.lock().unwrap_or_else(PoisonError::into_inner).keys().cloned().collect::<Vec<_>>()
+        });
+        memory.collect()
+    }
+
+    /// The same files, but those on disk are looked for in that folder: one beside these, or, where these are only the
+    /// shipped ones, one of the current folder.
+    #[must_use]
+    pub fn in_folder(&self, folder: &Path) -> Self {
+        let beside = self.beside.as_deref().unwrap_or(Path::new("")).join(folder);
+        Self { beside: Some(beside), ..self.clone() }
+    }
+
     /// Where the file would be on disk, if it is there.
     #[must_use]
     pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
@@ -190,7 +216,7 @@ impl Files {
         let Some(found) = self.on_disk(path) else {
             return shipped(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into());
         };
-        let bytes = std::fs::read(found)?;
+        let bytes = diagnostics::from_disk(&found)?;
         // Whoever was first to read it settles what it holds.
         let first =
             memory().map(|mut memory| Arc::clone(memory.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
@@ -202,10 +228,40 @@ impl Files {
     /// # Errors
     /// As [`read`](Self::read); `InvalidData` if it is not UTF-8.
     pub fn read_text(&self, path: &Path) -> io::Result<String> {
-        String::from_utf8(self.read(path)?)
-            .map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text"))
+        diagnostics::text(self.read(path)?)
     }
 }
+
+/// A name of the user's as the name of a file: as it is, if every system takes it and it cannot lead out of a folder. What
+/// else there is in it is left out, very long names are cut, and both are then told apart by a hash of the whole name.
+#[must_use]
+pub(crate) fn file_name(name: &str) -> String {
+    /// Longer names are cut.
+    const MAX_BYTES: usize = 100;
+    /// So much is kept of them.
+    const KEPT: usize = 80;
+    let is_plain = |c: &char| !(c.is_control() || INVISIBLE.contains(c) || r#"/\:*?"<>|"#.contains(*c));
+    let plain: String = name.chars().filter(is_plain).collect();
+    let end = if plain.len() > MAX_BYTES { plain.floor_char_boundary(KEPT) } else { plain.len() };
+    let cut = plain[..end].trim_matches([' ', '.']).trim_start_matches('-');
+    let device = cut.split('.').next().unwrap_or_default().trim_end().to_ascii_uppercase();
+    let is_device = DEVICES.contains(&device.trim_end_matches(|c: char| c.is_ascii_digit()));
+    if cut == name && !cut.is_empty() && !is_device {
+        return name.to_owned();
+    }
+    let hash = blake3::hash(name.as_bytes()).to_hex();
+    let before = if is_device { "_" } else { "" };
+    format!("{before}{cut}-{}", &hash[..8]).trim_start_matches('-').to_owned()
+}
+
+/// Names of devices on Windows, without a number.
+const DEVICES: &[&str] = &["CON", "PRN", "AUX", "NUL", "COM", "LPT"];
+
+/// Characters that change how a text is read and cannot be seen themselves.
+const INVISIBLE: &[char] = &[
+    '\u{200b}', '\u{200c}', '\u{200d}', '\u{200e}', '\u{200f}', '\u{2028}', '\u{2029}', '\u{202a}', '\u{202b}',
+    '\u{202c}', '\u{202d}', '\u{202e}', '\u{2060}', '\u{2066}', '\u{2067}', '\u{2068}', '\u{2069}', '\u{feff}',
+];
 
 /// A file that comes with the program.
 fn shipped(path: &Path) -> Option<&'static [u8]> {
@@ -241,6 +297,38 @@ pub(crate) fn shipped_scenarios() -> Vec<&'static str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_name_becomes_the_name_of_a_file_that_no_other_has() {
+        for plain in ["phi1", "arrival-RechargingStation", "my run.v2", "über", "充电站", "console", "a-b"] {
+            assert_eq!(file_name(plain), plain);
+        }
+        let long = "p".repeat(245);
+        let strange = [
+            "",
+            ".",
+            "..",
+            "...",
+            "../../up",
+            "a/b",
+            "a\\b",
+            ".hidden",
+            "-rf",
+            "end.",
+            " ",
+            "a\nb",
+            "nul",
+            "COM1.x",
+            "a\u{202e}b",
+        ];
+        let strange = strange.into_iter().map(str::to_owned).chain([long.clone(), long + "q", "充电站".repeat(30)]);
+        let names: Vec<String> = strange.map(|name| file_name(&name)).collect();
+        for (place, name) in names.iter().enumerate() {
+            assert!((8..=100).contains(&name.len()) && !names[..place].contains(name), "{name}");
+            assert!(!name.starts_with(['.', '-']) && !name.contains(['/', '\\', '\n']), "{name}");
+            assert_eq!(&file_name(name), name, "what is safe stays as it is");
+        }
+    }
 
     #[test]
     fn what_was_read_is_remembered_and_told_apart() {

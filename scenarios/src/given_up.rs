@@ -1,38 +1,21 @@
-//! Trips that navigation gave up.
-
-use std::time::Duration;
+//! Trips that navigation gives up.
 
 use components::Software;
 use nav::{GiveUpReason, NavigationStatus};
 
-/// A trip that navigation gave up.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GivenUp {
-    /// Since the start of the run.
-    pub time: Duration,
-    /// Why.
-    pub reason: GiveUpReason,
-}
-
-/// All trips that navigation gave up.
+/// Watches for trips that navigation gives up.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GivenUps {
-    all: Vec<GivenUp>,
     /// Whether navigation had given up in the step before, and has done nothing else since.
     before: bool,
 }
 
 impl GivenUps {
-    /// Notes whether navigation has just given up.
-    pub(crate) fn note(&mut self, software: &Software, time: Duration) {
+    /// Why navigation has just given up, if it has.
+    pub(crate) fn note(&mut self, software: &Software) -> Option<GiveUpReason> {
         let gave_up = matches!(software.navigation_status(), NavigationStatus::Aborted | NavigationStatus::Error);
-        if let Some(reason) = software.navigation_reason().filter(|_| gave_up && !self.before) {
-            self.all.push(GivenUp { time, reason });
-        }
+        let is_new = gave_up && !self.before;
         self.before = gave_up;
-    }
-
-    pub(crate) fn all(&self) -> &[GivenUp] {
-        &self.all
+        software.navigation_reason().filter(|_| is_new)
     }
 }

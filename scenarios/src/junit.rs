@@ -7,27 +7,25 @@
 
 use std::path::Path;
 
+use monitors::Outcome;
+use recording::Expected;
+
 use crate::Error;
-use crate::draw::canvas::escape;
 use crate::report::{ExpectationReport, MonitorReport, Report};
-use crate::scenario::Scenario;
+use drawing::canvas::escape;
 
 /// Writes the results of a run to a file, with the folders on the way.
 ///
 /// # Errors
 /// [`Error::Write`] if that is not possible.
-pub fn write(path: &Path, scenario: &Scenario, report: &Report) -> Result<(), Error> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-    folder
-        .map_or(Ok(()), std::fs::create_dir_all)
-        .and_then(|()| std::fs::write(path, document(scenario, report)))
-        .map_err(|source| Error::Write { path: path.to_owned(), source })
+pub fn write(path: &Path, expected: &Expected, report: &Report) -> Result<(), Error> {
+    Ok(diagnostics::write_whole(path, document(expected, report))?)
 }
 
 /// The results of a run as JUnit XML.
 #[must_use]
-pub fn document(scenario: &Scenario, report: &Report) -> String {
-    let properties = report.monitors.iter().map(|monitor| of_property(monitor, scenario));
+pub fn document(expected: &Expected, report: &Report) -> String {
+    let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
     let cases: Vec<Case> = properties.chain(report.expectations.iter().map(of_expectation)).collect();
     let count = |wanted: fn(&CaseResult) -> bool| cases.iter().filter(|case| wanted(&case.result)).count();
     let failures = count(|result| matches!(result, CaseResult::Failed { .. }));
@@ -86,16 +84,14 @@ impl Case {
     }
 }
 
-fn of_property(monitor: &MonitorReport, scenario: &Scenario) -> Case {
-    let expected = scenario.file.expect.outcomes.iter().find(|(name, _)| name.value == monitor.name);
-    let expected = expected.map(|(_, outcome)| outcome.name());
+fn of_property(monitor: &MonitorReport, expected: &Expected) -> Case {
     let failed = |message: String| CaseResult::Failed { message, details: details(monitor) };
-    let result = match (expected, monitor.verdict) {
+    let result = match (expected.of(&monitor.name), monitor.verdict) {
         (Some(expected), found) if expected == found => CaseResult::Passed,
         (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
-        (None, "violated") => failed(format!("{} is violated", monitor.name)),
-        (None, "inconclusive") => CaseResult::Skipped("something was still owed when the run ended".to_owned()),
-        (None, _) => CaseResult::Passed,
+        (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
+        (None, Outcome::Inconclusive) => CaseResult::Skipped("something was still owed when the run ended".to_owned()),
+        (None, Outcome::Satisfied) => CaseResult::Passed,
     };
     Case { group: "properties", name: monitor.name.clone(), result }
 }

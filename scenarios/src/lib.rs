@@ -2,14 +2,12 @@
 //!
 //! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a map with places, a behavior tree, a
 //! skill for each of its leaves, properties, faults, and what the run must come to. [`Live`](live::Live) is a scenario at
-//! work, step by step; [`conduct`](conduct::conduct) runs one from start to end, takes pictures ([`draw`]), records
-//! the event log and gives the [`Report`](report::Report). The command line is in [`cli`].
+//! work, step by step; [`conduct`](conduct::conduct) runs one from start to end, takes pictures ([`drawing`]), records
+//! it and gives the [`Report`](report::Report). The command line is in [`cli`].
 
-mod batch;
 pub mod campaign;
 pub mod cli;
 pub mod conduct;
-pub mod draw;
 mod ending;
 mod error;
 pub mod faults;
@@ -20,19 +18,17 @@ pub mod junit;
 pub mod live;
 pub mod matrix;
 mod monitoring;
-pub mod navigate;
 mod occurrences;
 pub mod pictures;
-pub mod replay;
+pub mod presentation;
 pub mod report;
 mod reporting;
 pub mod reproduce;
 pub mod scenario;
+mod skill_errors;
 mod tick_clock;
 pub mod timeline;
-pub mod trace;
 mod tree_errors;
 mod wiring;
 
-pub use ending::Ended;
 pub use error::Error;

@@ -3,146 +3,44 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelSystem, Event, Scheduler};
-use components::{Processes, Software};
-use monitors::Warnings;
+use channels::{ChannelSystem, Event, GraphMonitor, Monitor, Scheduler, Verdict};
+use components::{BATTERY_READER, LOCALIZATION, NAVIGATION, Processes, Software};
+use maps::Place;
+use monitors::{ScopeMonitor, Warnings, scope_monitor};
 use nav::InitialPose;
+use recording::{
+    Body, BodyShape, Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation,
+    RobotState, Scene, SceneClock, Step, TraceHash, event_line,
+};
 use robot::{Reading, Streams};
 use sim::Simulation;
 
+#[cfg(test)]
+use recording::RunView;
+
 use crate::Error;
 use crate::error::Complaints;
-use crate::faults::{Fault, Happening, Injector, Run};
-use crate::given_up::{GivenUp, GivenUps};
-use crate::monitoring::Monitoring;
-use crate::scenario::{Scenario, unknown};
+use crate::faults::{self, Injector, Run};
+use crate::given_up::GivenUps;
+use crate::monitoring::{MachineMonitor, Monitoring};
+use crate::scenario::{Scenario, settings, unknown};
+use crate::skill_errors::SkillErrors;
 use crate::tick_clock::TickClock;
-use crate::trace::{Recorder, TraceHash, event_line};
-use crate::tree_errors::{TreeError, TreeErrors};
+use crate::tree_errors::TreeErrors;
 use crate::wiring::{Ids, wire};
 
 /// A robot slower than this is at rest, in m/s and rad/s.
 const AT_REST: f64 = 1e-3;
 
-/// What a step of a run brought, besides the passing of time.
-#[derive(Clone, Debug)]
-pub enum News {
-    /// A fault took hold: its place in [`Live::faults`].
-    Fault(usize),
-    /// A fault let go: its place in [`Live::faults`].
-    FaultOver(usize),
-    /// A monitor gave its verdict: the property of this position.
-    Verdict(usize),
-    /// The robot came to rest at this place for the first time.
-    Arrival(String),
-}
-
-/// A fault that took hold, and where.
-#[derive(Clone, Debug)]
-pub struct FaultRecord {
-    /// When.
-    pub time: Duration,
-    /// When it let go; none if it still holds, or happened at one instant.
-    pub until: Option<Duration>,
-    /// The last tick that had been generated; none if none had.
-    pub tick: Option<u64>,
-    /// What.
-    pub fault: Arc<Fault>,
-    /// Its place in the scenario.
-    pub index: usize,
-    /// Where the robot was, in the `map` frame.
-    pub position: maps::Point,
-}
-
-/// A fault that was due and could not be done.
-#[derive(Clone, Debug)]
-pub struct UndoneFault {
-    /// When.
-    pub time: Duration,
-    /// What.
-    pub fault: Arc<Fault>,
-    /// Why it could not be done, in words.
-    pub reason: String,
-}
-
-/// A fault of the scenario with every time that it took hold.
-#[derive(Clone, Debug)]
-pub struct FaultCourse<'a> {
-    /// What.
-    pub fault: &'a Fault,
-    /// Each time, in order; at least one.
-    pub records: Vec<&'a FaultRecord>,
-}
-
-impl FaultCourse<'_> {
-    /// The first time.
-    #[must_use]
-    pub fn first(&self) -> &FaultRecord {
-        self.records[0]
-    }
-
-    /// What the fault did, in words, and how often if more than once.
-    #[must_use]
-    pub fn words(&self) -> String {
-        let words = self.fault.words();
-        match self.records.len() {
-            1 => words,
-            times => format!("{words} ({times} times)"),
-        }
-    }
-}
-
-/// A property that is being watched, with what its monitor has said.
-#[derive(Clone, Debug)]
-pub struct Watched {
-    /// The property's name.
-    pub name: String,
-    /// Its formula.
-    pub formula: String,
-    /// What it asks for, in a few words.
-    pub summary: String,
-    /// The event at which the verdict fell.
-    pub decided: Option<Event>,
-}
-
-/// A place and when the robot first came to rest there.
-#[derive(Clone, Debug)]
-pub struct Visit {
-    /// The place's name.
-    pub place: String,
-    /// When.
-    pub at: Option<Duration>,
-}
-
-/// Sums over the steps of a run.
-#[derive(Clone, Debug, Default)]
-pub struct Tally {
-    /// The least charge there was, in percent.
-    pub minimum_pct: f64,
-    /// Ticks that could not be delivered.
-    pub overruns: u64,
-    steps: u64,
-    squared_m2: f64,
-    max_m: f64,
-    squared_rad2: f64,
-}
-
-impl Tally {
-    /// Root mean square and maximum of localization's error of position, in metres, and root mean square of its error
-    /// of heading, in radians.
-    #[must_use]
-    pub fn localization_error(&self) -> (f64, f64, f64) {
-        let steps = self.steps.max(1) as f64;
-        ((self.squared_m2 / steps).sqrt(), self.max_m, (self.squared_rad2 / steps).sqrt())
-    }
-}
-
 /// A scenario at work.
 ///
 /// A [`step`](Self::step) does, in this order: faults that are due, physics and sensors, drivers, timers that are due,
-/// the tick if it is time for one, and then the channel system until it is quiet.
+/// the tick if it is time for one, and then the channel system until it is quiet. What can be told of a run is in its
+/// records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
+/// [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
+    seed: u64,
     sim: Simulation,
     software: Software,
     system: ChannelSystem,
@@ -150,18 +48,35 @@ pub struct Live {
     ids: Ids,
     /// The events of the last step.
     events: Vec<Event>,
-    watched: Vec<Watched>,
     /// None in a run without monitors.
     monitoring: Option<Arc<Monitoring>>,
     injector: Injector,
-    faults: Vec<FaultRecord>,
-    undone: Vec<UndoneFault>,
+    /// What the last step brought.
+    happenings: Vec<Happening>,
     tree_errors: TreeErrors,
+    skill_errors: SkillErrors,
     given_up: GivenUps,
-    visits: Vec<Visit>,
+    /// Whether each monitor has given its verdict.
+    decided: Vec<bool>,
+    /// Whether the robot has been at each place.
+    reached: Vec<bool>,
+    overruns: u64,
     tick_clock: TickClock,
-    tally: Tally,
     hash: TraceHash,
+    scene_clock: SceneClock,
+    told: Told,
+}
+
+/// What records have told: only what is new has to be told again.
+#[derive(Debug, Default)]
+struct Told {
+    outcomes: Vec<Option<bt::Outcome>>,
+    /// Where skills and components are, in the order of their names in the header.
+    locations: Vec<Option<String>>,
+    monitors: Vec<MonitorState>,
+    navigation: Navigation,
+    /// Whether the last step had a scene.
+    scene: bool,
 }
 
 impl Live {
@@ -180,79 +95,68 @@ impl Live {
         };
         let software = software(&scenario, &sim, processes, &streams)?;
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
-        let watched = monitoring.iter().flat_map(|monitoring| monitoring.properties());
-        let watched = watched.map(|(watched, _)| watched.clone()).collect();
         let mut complaints = Complaints::default();
         let injector = Injector::new(&scenario, &sim, &wired.system, wired.ids, &streams, &mut complaints);
         complaints.check()?;
-        let visits = scenario.places.iter().map(|(name, _)| Visit { place: name.to_owned(), at: None }).collect();
         Ok(Self {
-            tally: Tally { minimum_pct: sim.truth().battery().charge_pct, ..Tally::default() },
+            decided: vec![false; wired.system.monitors().len()],
+            reached: vec![false; scenario.places.iter().count()],
+            skill_errors: SkillErrors::of(&wired.system),
             tick_clock: TickClock::new(scenario.file.execution.tick),
+            scene_clock: SceneClock::new(&scenario.file.snapshots),
             scenario,
+            seed,
             sim,
             software,
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
             events: Vec::new(),
-            watched,
             monitoring,
             injector,
-            faults: Vec::new(),
-            undone: Vec::new(),
+            happenings: Vec::new(),
             tree_errors: TreeErrors::default(),
             given_up: GivenUps::default(),
-            visits,
+            overruns: 0,
             hash: TraceHash::default(),
+            told: Told::default(),
         })
     }
 
-    /// Lets one step pass. Events go to `recorder` as well, if there is one.
+    /// Lets one step pass. What happened in a step that fails can still be told.
     ///
     /// # Errors
-    /// [`StepError::Run`] if the processes cannot go on, [`StepError::Record`] if the recorder cannot.
-    pub fn step(&mut self, recorder: Option<&mut Recorder>) -> Result<Vec<News>, StepError> {
-        let mut news = Vec::new();
-        self.apply_faults(&mut news);
+    /// [`StepError`] if the processes cannot go on.
+    pub fn step(&mut self) -> Result<(), StepError> {
+        self.happenings.clear();
+        self.apply_faults();
         self.sim.step();
         let now = self.sim.time();
         self.software.step(&mut self.sim, &mut self.system, now);
         self.enter_step_into_trace();
         self.system.advance(now);
-        self.communicate(now, recorder)?;
-        self.note_tree_errors(now);
-        self.given_up.note(&self.software, now);
-        self.note_verdicts(&mut news);
-        self.note_arrivals(now, &mut news);
-        self.add_to_tally();
-        Ok(news)
+        self.communicate(now)?;
+        self.note_tree_errors();
+        self.skill_errors.note(&self.system, now);
+        let given_up = self.given_up.note(&self.software);
+        self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
+        self.note_verdicts();
+        self.note_arrivals();
+        Ok(())
     }
 
-    fn apply_faults(&mut self, news: &mut Vec<News>) {
+    fn apply_faults(&mut self) {
         let Self { sim, software, system, events, injector, .. } = self;
-        let happenings = injector.act(&mut Run { sim, software, system, events });
+        let changes = injector.act(&mut Run { sim, software, system, events });
         let (time, tick) = (self.sim.time(), self.system.ticks().checked_sub(1));
-        for happening in happenings {
-            match happening {
-                Happening::Begun(index) => {
-                    let position = self.sim.truth().pose().translation.vector.into();
-                    let fault = Arc::clone(self.injector.fault(index));
-                    news.push(News::Fault(self.faults.len()));
-                    self.faults.push(FaultRecord { time, until: None, tick, fault, index, position });
-                }
-                Happening::LeftUndone(index, error) => {
-                    let fault = Arc::clone(self.injector.fault(index));
-                    self.undone.push(UndoneFault { time, fault, reason: error.to_string() });
-                }
-                Happening::Ended(index) => {
-                    let latest = self.faults.iter().rposition(|record| record.index == index);
-                    let latest = latest.expect("a fault that ends has begun");
-                    self.faults[latest].until = Some(time);
-                    news.push(News::FaultOver(latest));
-                }
+        let position = self.sim.truth().pose().translation.vector.into();
+        self.happenings.extend(changes.into_iter().map(|change| match change {
+            faults::Happening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
+            faults::Happening::Ended(fault) => Happening::FaultEnded { fault, time },
+            faults::Happening::LeftUndone(fault, error) => {
+                Happening::FaultLeftUndone { fault, time, reason: error.to_string() }
             }
-        }
+        }));
     }
 
     fn enter_step_into_trace(&mut self) {
@@ -267,33 +171,27 @@ impl Live {
         }
     }
 
-    /// Generates a tick if it is time for one and runs the channel system until it is quiet. What happens is recorded as it
-    /// does, so that a run that cannot go on leaves behind all that led to that.
-    fn communicate(&mut self, now: Duration, mut recorder: Option<&mut Recorder>) -> Result<(), StepError> {
+    /// Generates a tick if it is time for one and runs the channel system until it is quiet.
+    fn communicate(&mut self, now: Duration) -> Result<(), StepError> {
         let topology = Arc::clone(self.system.topology());
         let Self { system, scheduler, events, hash, .. } = self;
         events.clear();
-        let mut enter = |event: Event| -> std::io::Result<()> {
-            let line = event_line(&event, &topology);
-            hash.line(&line);
+        let mut enter = |event: Event| {
+            hash.line(&event_line(&event, &topology));
             events.push(event);
-            recorder.as_deref_mut().map_or(Ok(()), |recorder| recorder.line(&line))
         };
         if self.tick_clock.is_due(now, || self.injector.delay_of_tick()) {
             let (event, delivered) = system.generate_tick(self.ids.tick_generator);
-            self.tally.overruns += u64::from(!delivered);
-            enter(event)?;
+            self.overruns += u64::from(!delivered);
+            enter(event);
         }
         let budget = self.scenario.file.execution.step_budget;
         let mut failure = None;
         for event in system.run(scheduler.as_mut(), budget) {
             match event {
-                Ok(event) => enter(event)?,
+                Ok(event) => enter(event),
                 Err(error) => failure = Some(error),
             }
-        }
-        if let Some(recorder) = recorder.filter(|_| !self.events.is_empty()) {
-            recorder.statuses(self.system.ticks().saturating_sub(1), now, self.statuses_json())?;
         }
         let limit = self.scenario.file.execution.run_budget;
         match failure {
@@ -303,62 +201,43 @@ impl Live {
         }
     }
 
-    /// The tree's statuses as the event log writes them: by the node's number and label.
-    fn statuses_json(&self) -> serde_json::Value {
-        let states = self.tree_states();
-        let named = self.scenario.tree.nodes().iter().zip(&states).map(|(node, state)| {
-            let name = format!("{} {}", node.id(), node.label());
-            (name, state.outcome.map_or(serde_json::Value::Null, |outcome| outcome.name().into()))
-        });
-        serde_json::Value::Object(named.collect())
-    }
-
-    fn note_tree_errors(&mut self, now: Duration) {
+    fn note_tree_errors(&mut self) {
         if !self.events.is_empty() {
             let tick = self.system.ticks().saturating_sub(1);
-            self.tree_errors.note(bt::faults_in(&self.system, self.ids.tree), tick, now);
+            let new = self.tree_errors.note(bt::faults_in(&self.system, self.ids.tree));
+            self.happenings.extend(new.into_iter().map(|error| Happening::TreeError {
+                node: error.node.index(),
+                message: error.message,
+                tick,
+            }));
         }
     }
 
-    fn note_verdicts(&mut self, news: &mut Vec<News>) {
-        for (index, (watched, attached)) in self.watched.iter_mut().zip(self.system.monitors()).enumerate() {
-            if watched.decided.is_none() && attached.decided.is_some() {
-                watched.decided.clone_from(&attached.decided);
-                news.push(News::Verdict(index));
+    fn note_verdicts(&mut self) {
+        for (monitor, (decided, attached)) in self.decided.iter_mut().zip(self.system.monitors()).enumerate() {
+            if let Some(event) = attached.decided.as_ref().filter(|_| !*decided) {
+                let verdict = attached.monitor.verdict();
+                let witness = scope_monitor(attached.monitor.as_ref()).and_then(ScopeMonitor::witness);
+                let witness = witness.filter(|_| verdict == Verdict::False).cloned();
+                let decision = Decision { verdict, event: event.clone(), witness };
+                self.happenings.push(Happening::Verdict { monitor, decision });
+                *decided = true;
             }
         }
     }
 
-    fn note_arrivals(&mut self, now: Duration, news: &mut Vec<News>) {
+    fn note_arrivals(&mut self) {
         let truth = self.sim.truth();
         if truth.linear_mps().abs() > AT_REST || truth.angular_radps().abs() > AT_REST {
             return;
         }
         let pose = truth.pose();
-        for visit in self.visits.iter_mut().filter(|visit| visit.at.is_none()) {
-            if self.scenario.places.get(&visit.place).is_some_and(|place| place.contains(&pose)) {
-                visit.at = Some(now);
-                news.push(News::Arrival(visit.place.clone()));
+        for (place, ((_, there), reached)) in self.scenario.places.iter().zip(&mut self.reached).enumerate() {
+            if !*reached && there.contains(&pose) {
+                *reached = true;
+                self.happenings.push(Happening::Arrival { place });
             }
         }
-    }
-
-    fn add_to_tally(&mut self) {
-        let (truth, tally) = (self.sim.truth(), &mut self.tally);
-        tally.minimum_pct = tally.minimum_pct.min(truth.battery().charge_pct);
-        let (really, believed) = (truth.pose(), self.software.estimate().pose);
-        let squared_m2 = (really.translation.vector - believed.translation.vector).norm_squared();
-        let turn_rad = maps::wrap_angle(maps::heading(&really) - maps::heading(&believed));
-        tally.steps += 1;
-        tally.squared_m2 += squared_m2;
-        tally.squared_rad2 += turn_rad * turn_rad;
-        tally.max_m = tally.max_m.max(squared_m2.sqrt());
-    }
-
-    /// The scenario.
-    #[must_use]
-    pub fn scenario(&self) -> &Arc<Scenario> {
-        &self.scenario
     }
 
     /// Time since the start of the run.
@@ -367,40 +246,16 @@ impl Live {
         self.sim.time()
     }
 
-    /// The simulated world as it really is.
+    /// The scenario.
     #[must_use]
-    pub fn truth(&self) -> sim::Truth<'_> {
-        self.sim.truth()
+    pub fn scenario(&self) -> &Arc<Scenario> {
+        &self.scenario
     }
 
-    /// The software that drives the robot.
-    #[must_use]
-    pub fn software(&self) -> &Software {
-        &self.software
-    }
-
-    /// The channel system.
-    #[must_use]
-    pub fn system(&self) -> &ChannelSystem {
-        &self.system
-    }
-
-    /// The events of the last step, in order.
-    #[must_use]
-    pub fn events(&self) -> &[Event] {
-        &self.events
-    }
-
-    /// How the nodes of the tree stand, in document order.
-    #[must_use]
-    pub fn tree_states(&self) -> Vec<bt::NodeState> {
-        bt::states_in(&self.scenario.tree, &self.system, self.ids.tree)
-    }
-
-    /// The properties that are watched, in the order of the scenario.
-    #[must_use]
-    pub fn watched(&self) -> &[Watched] {
-        &self.watched
+    /// The names of the properties that are watched, in the order of the scenario.
+    pub fn properties(&self) -> impl Iterator<Item = &str> {
+        let monitors = self.monitoring.iter().flat_map(|monitoring| monitoring.monitors());
+        monitors.map(|(watched, _)| watched.name.as_str())
     }
 
     /// What looks wrong with the property files, though they are accepted.
@@ -408,79 +263,208 @@ impl Live {
     pub fn warnings(&self) -> &[Warnings] {
         self.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
     }
+}
 
-    /// The faults that have taken hold so far.
-    #[must_use]
-    pub fn faults(&self) -> &[FaultRecord] {
-        &self.faults
-    }
-
-    /// The faults that were due so far and could not be done.
-    #[must_use]
-    pub fn undone_faults(&self) -> &[UndoneFault] {
-        &self.undone
-    }
-
-    /// The trips that navigation has given up so far.
-    #[must_use]
-    pub fn given_up(&self) -> &[GivenUp] {
-        self.given_up.all()
-    }
-
-    /// What has gone wrong in the tree so far.
-    #[must_use]
-    pub fn tree_errors(&self) -> &[TreeError] {
-        self.tree_errors.all()
-    }
-
-    /// Whether the fault of this position in [`faults`](Self::faults) took hold then for the first time.
-    #[must_use]
-    pub fn is_first_time(&self, position: usize) -> bool {
-        let index = self.faults[position].index;
-        self.faults[..position].iter().all(|record| record.index != index)
-    }
-
-    /// The faults that have taken hold so far, each with all its times, in the order of the first.
-    #[must_use]
-    pub fn fault_courses(&self) -> Vec<FaultCourse<'_>> {
-        courses(&self.faults)
-    }
-
-    /// How many messages a fault of the scenario has damaged so far; nothing for a fault that damages none.
-    #[must_use]
-    pub fn messages_hit(&self, record: &FaultRecord) -> Option<u64> {
-        self.injector.messages_hit(record.index, &self.system)
-    }
-
-    /// The places, with when each was reached.
-    #[must_use]
-    pub fn visits(&self) -> &[Visit] {
-        &self.visits
-    }
-
-    /// Sums over the steps so far.
-    #[must_use]
-    pub fn tally(&self) -> &Tally {
-        &self.tally
-    }
-
-    /// The hash of the trace so far.
-    #[must_use]
-    pub fn trace_hash(&self) -> String {
-        self.hash.finish()
+#[cfg(test)]
+impl Live {
+    /// Runs for so long; `follow` is called at the start and after every step.
+    pub(crate) fn run_until(mut self, detail: Detail, until: Duration, mut follow: impl FnMut(&RunView)) -> RunView {
+        let mut view = RunView::new(self.header(), self.record(detail)).unwrap();
+        follow(&view);
+        while self.time() < until {
+            self.step().unwrap();
+            view.apply(self.record(detail)).unwrap();
+            follow(&view);
+        }
+        view
     }
 }
 
-/// Groups what faults did by fault.
-pub(crate) fn courses(records: &[FaultRecord]) -> Vec<FaultCourse<'_>> {
-    let mut courses: Vec<FaultCourse<'_>> = Vec::new();
-    for record in records {
-        match courses.iter_mut().find(|course| course.first().index == record.index) {
-            Some(course) => course.records.push(record),
-            None => courses.push(FaultCourse { fault: &record.fault, records: vec![record] }),
+/// What is told of a run.
+impl Live {
+    /// What does not change while the run goes on.
+    #[must_use]
+    pub fn header(&self) -> Header {
+        let Scenario { name, file, origin, map, places, tree, start, station, .. } = &*self.scenario;
+        let model = self.software.model();
+        Header {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: name.clone(),
+            about: file.about.clone(),
+            origin: origin.clone(),
+            settings: settings::in_effect(&file.sim, &file.execution),
+            seed: self.seed,
+            tick: file.execution.tick,
+            dt: file.sim.dt,
+            unwatched: self.decided.is_empty() && !file.properties.is_empty(),
+            topology: Arc::clone(self.system.topology()),
+            tree: tree.nodes().iter().map(recording::Node::from).collect(),
+            skills: self.scenario.skills.keys().cloned().collect(),
+            components: COMPONENTS.map(str::to_owned).to_vec(),
+            monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.told()),
+            faults: file.faults.iter().map(|fault| Arc::new(fault.told())).collect(),
+            map: Arc::clone(map),
+            places: places.iter().map(place_record).collect(),
+            start: *start,
+            station: *station,
+            destination: file.sites.destination.as_ref().map(|name| name.value.clone()),
+            robot_radius_m: model.radius_m,
+            lasers: model.lasers.clone(),
+            snapshots: file.snapshots.clone(),
+            expected: file.expect.told(),
         }
     }
-    courses
+
+    /// What there is to tell of the last step, or of the state in which the run begins, with so much detail. Call it once
+    /// before the first step and once after each.
+    pub fn record(&mut self, detail: Detail) -> Step {
+        let truth = self.sim.truth();
+        let battery = truth.battery();
+        let robot = RobotState {
+            pose: truth.pose(),
+            estimate: self.software.estimate().pose,
+            charge_pct: battery.charge_pct,
+            charging: battery.charging,
+            distance_m: truth.distance_m(),
+            collisions: truth.collisions(),
+        };
+        let (time, happenings) = (self.time(), std::mem::take(&mut self.happenings));
+        let is_start = time.is_zero();
+        let wants_scene = match detail {
+            Detail::Verdicts => false,
+            // The clock goes on even where a scene is wanted anyway.
+            Detail::Full => (!is_start && self.scene_clock.is_any(time, battery.charging)) || !happenings.is_empty(),
+            Detail::Scenes => true,
+        };
+        let details = (detail > Detail::Verdicts || is_start).then(|| Box::new(self.details(wants_scene)));
+        self.told.scene = wants_scene;
+        Step {
+            time,
+            ticks: self.system.ticks(),
+            overruns: self.overruns,
+            communications: self.system.steps(),
+            robot,
+            happenings,
+            details,
+        }
+    }
+
+    /// What has changed since it was last told.
+    fn details(&mut self, with_scene: bool) -> Details {
+        let mut details = Details {
+            events: self.events.clone(),
+            navigation: self.new_navigation(),
+            scene: with_scene.then(|| self.scene()),
+            ..Details::default()
+        };
+        let states = bt::states_in(&self.scenario.tree, &self.system, self.ids.tree);
+        let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
+        if self.told.outcomes != outcomes {
+            self.told.outcomes.clone_from(&outcomes);
+            details.outcomes = Some(outcomes);
+        }
+        // The rest only changes where a message is received or a tick is generated.
+        if self.events.is_empty() && !self.time().is_zero() {
+            return details;
+        }
+        let names = self.scenario.skills.keys().map(String::as_str).chain(COMPONENTS);
+        self.told.locations.resize(self.scenario.skills.len() + COMPONENTS.len(), None);
+        for (name, told) in names.zip(&mut self.told.locations) {
+            let Some(process) = self.system.topology().find_process(name) else { continue };
+            let Some(location) = self.system.location(process) else { continue };
+            if told.as_ref() != Some(&location) {
+                details.locations.push((process.index(), location.clone()));
+                *told = Some(location);
+            }
+        }
+        let is_start = self.told.monitors.is_empty();
+        self.told.monitors.resize(self.decided.len(), MonitorState::default());
+        for (index, (attached, told)) in self.system.monitors().iter().zip(&mut self.told.monitors).enumerate() {
+            let state = MonitorState::of(attached.monitor.as_ref());
+            if is_start || *told != state {
+                details.monitors.push((index, state.clone()));
+                *told = state;
+            }
+        }
+        details
+    }
+
+    fn new_navigation(&mut self) -> Option<Navigation> {
+        let software = &self.software;
+        let (status, reason, recovery) =
+            (software.navigation_status().name(), software.navigation_reason(), software.recovery());
+        let told = &self.told.navigation;
+        let same = told.status == status
+            && told.recovery.as_deref() == recovery.map(nav::Recovery::name)
+            && told.reason == reason.map(|reason| reason.to_string());
+        (!same).then(|| {
+            let recovery = recovery.map(|recovery| recovery.name().to_owned());
+            let reason = reason.map(|reason| reason.to_string());
+            self.told.navigation = Navigation { status: status.to_owned(), reason, recovery };
+            self.told.navigation.clone()
+        })
+    }
+
+    fn scene(&self) -> Scene {
+        let (truth, software) = (self.sim.truth(), &self.software);
+        let stride = software.particle_count().div_ceil(Scene::MAX_PARTICLES).max(1);
+        Scene {
+            scans: truth.scans().cloned().collect(),
+            particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
+            path: software.path().to_vec(),
+            bodies: truth.obstacles().map(|obstacle| body_record(&obstacle)).collect(),
+        }
+    }
+
+    /// What is known of the run if it ends here, told in so much detail.
+    #[must_use]
+    pub fn end(&self, ended: Ended, detail: Detail) -> End {
+        let faults = 0..self.scenario.file.faults.len();
+        End {
+            ended,
+            trace_hash: self.hash.finish(),
+            monitors: self.system.monitors().iter().map(|attached| monitor_end(attached.monitor.as_ref())).collect(),
+            skill_errors: self.skill_errors.all(&self.system),
+            messages_hit: faults.map(|fault| self.injector.messages_hit(fault, &self.system)).collect(),
+            scene: (detail > Detail::Verdicts && !self.told.scene).then(|| self.scene()),
+        }
+    }
+}
+
+/// The components that are told of, by name.
+const COMPONENTS: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
+
+fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
+    let scope = scope_monitor(monitor);
+    let graph = (monitor as &dyn std::any::Any).downcast_ref::<GraphMonitor>();
+    let visits = |graph: &GraphMonitor| {
+        let locations = monitor.graph().map_or(&[][..], |(graph, _)| graph.locations());
+        locations.iter().map(|location| graph.visits(location)).collect()
+    };
+    MonitorEnd {
+        state: MonitorState::of(monitor),
+        open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
+        vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),
+        errors: MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec()),
+        visits: graph.map(visits).unwrap_or_default(),
+    }
+}
+
+fn place_record((name, place): (&str, &Place)) -> recording::Place {
+    let corners = match place {
+        Place::Area { corners } => corners.clone(),
+        Place::Point { .. } => vec![place.goal_position()],
+    };
+    recording::Place { name: name.to_owned(), corners }
+}
+
+/// A body as records tell of it.
+fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
+    let shape = match obstacle.shape {
+        sim::Shape::Disc { radius_m } => BodyShape::Disc { radius_m },
+        sim::Shape::Box { length_m, width_m } => BodyShape::Box { length_m, width_m },
+    };
+    Body { name: obstacle.name.to_owned(), shape, pose: obstacle.pose }
 }
 
 /// Why a run cannot go on.
@@ -493,9 +477,6 @@ pub enum StepError {
     /// There have been more communications than this, as many as the scenario allows.
     #[error("there have been more than {0} communications")]
     Budget(u64),
-    /// The event log cannot be written.
-    #[error(transparent)]
-    Record(#[from] std::io::Error),
 }
 
 fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error> {
@@ -527,15 +508,17 @@ fn software(scenario: &Scenario, sim: &Simulation, processes: Processes, streams
 fn attach(scenario: &Scenario, system: &mut ChannelSystem) -> Result<Arc<Monitoring>, Error> {
     let monitoring = scenario.monitoring(system.topology())?;
     let mut complaints = Complaints::default();
-    let known = || monitoring.properties().iter().map(|(watched, _)| watched.name.as_str());
+    let known = || monitoring.monitors().iter().map(|(watched, _)| watched.name.as_str());
     let expected = scenario.file.expect.outcomes.iter().map(|(name, _)| name);
     let named = expected.chain(scenario.file.stop.on_violation.names());
-    for name in named.filter(|name| !known().any(|other| other == name.value)) {
+    let is_missing =
+        |name: &&diagnostics::Spanned<String>| !known().any(|other| other == name.value) && scenario.file.means(name);
+    for name in named.filter(is_missing) {
         complaints.push(unknown("property", name, known()));
     }
     complaints.check()?;
-    for (_, monitor) in monitoring.properties() {
-        system.attach(Box::new(monitor.clone()));
+    for (_, monitor) in monitoring.monitors() {
+        system.attach(monitor.clone());
     }
     Ok(monitoring)
 }

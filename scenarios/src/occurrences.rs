@@ -1,8 +1,9 @@
 //! Events in the SCOPE language that a scenario names: what is wrong with them is wrong at their place in its file.
 
+use std::ops::Range;
+
 use channels::{ChannelId, Topology};
-use maps::{Problem, Spanned};
-use miette::Diagnostic;
+use diagnostics::{Problem, Spanned};
 use monitors::{Event, ScopeError};
 
 use crate::error::Complaints;
@@ -40,29 +41,22 @@ fn read(
 
 /// What is wrong, at its place in the scenario. The scenario's text begins at byte `start` of what was read.
 fn located<'e>(error: &'e ScopeError, start: usize, text: &'e Spanned<String>) -> impl Iterator<Item = Problem> + 'e {
-    error.problems().iter().filter(|problem| problem.is_error()).map(move |problem| {
-        let label = problem.labels().and_then(|mut labels| labels.next());
-        let place = label.as_ref().and_then(|label| {
-            let from = label.offset().checked_sub(start)?;
-            let to = from + label.len();
-            // Inside of its quotes, unless it is written with escapes or stands nowhere in the file.
-            let written = text.span.range().start + text.span.text().find(&text.value)?;
-            (to <= text.value.len()).then(|| text.span.source().span(written + from..written + to))
-        });
-        let located = place.unwrap_or_else(|| text.span.clone()).problem(problem.to_string());
-        let words = label.as_ref().and_then(|label| label.label()).unwrap_or("here");
-        let help = problem.help().map(|help| help.to_string());
-        let located = located.with_label(words);
-        match help {
-            Some(help) => located.with_help(help),
-            None => located,
-        }
-    })
+    let place = move |place: Range<usize>| {
+        let (from, to) = (place.start.checked_sub(start)?, place.end.checked_sub(start)?);
+        // Inside of its quotes, unless it is written with escapes or stands nowhere in the file.
+        let written = text.span.range().start + text.span.text().find(&text.value)?;
+        (to <= text.value.len()).then(|| written + from..written + to)
+    };
+    let moved = move |problem: &Problem| {
+        let problem = problem.clone().of(text.span.source());
+        problem.moved(|stretch| place(stretch).unwrap_or_else(|| text.span.range()))
+    };
+    error.problems().iter().filter(|problem| problem.is_error()).map(moved)
 }
 
 #[cfg(test)]
 mod tests {
-    use maps::document::Document;
+    use diagnostics::document::Document;
 
     use super::*;
 
@@ -76,7 +70,7 @@ mod tests {
         let domain = channels::Domain::new([level]);
         topology.channel(reader, skill, channels::Capacity::One, domain).expect("a new channel");
         let error = monitors::occurrences("event", &format!("{before}{}", text.value), &topology).expect_err(file);
-        located(&error, before.len(), &text).map(|problem| problem.span().text().to_owned()).collect()
+        located(&error, before.len(), &text).filter_map(|problem| Some(problem.span()?.text().to_owned())).collect()
     }
 
     #[test]

@@ -3,19 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelId, GraphTransition, Label, LocationId, Monitor, ProgramGraph, Topology, Verdict};
-use maps::{Place, Point, Pose};
-use robot::RobotModel;
+use channels::Verdict;
+use maps::Point;
+use recording::{BodyShape, FaultCourse, Graph, Header, MonitorState, MonitorView, Node, RunView};
 
-use crate::draw::{self, Frame, MapPicture, Scene};
-use crate::live::Live;
+use drawing::{self, Frame, MapPicture, Scene};
 
 /// The trail has a point this often, in metres.
 const TRAIL_STEP_M: f64 = 0.10;
 /// The battery's course has a point this often.
 const BATTERY_PERIOD: Duration = Duration::from_secs(1);
-/// More particles than this tell no more in a picture.
-const MAX_PARTICLES: usize = 600;
 
 /// Keeps what a picture needs of the past, and makes frames of the present.
 #[derive(Clone, Debug)]
@@ -30,22 +27,21 @@ pub struct Camera {
 impl Camera {
     /// The camera for a run.
     #[must_use]
-    pub fn new(live: &Live) -> Self {
-        let map = Arc::new(MapPicture::new(&live.scenario().map));
-        let level_before = (live.time(), live.truth().battery().charge_pct);
+    pub fn new(view: &RunView) -> Self {
+        let map = Arc::new(MapPicture::new(&view.header().map));
+        let level_before = (view.time(), view.robot().charge_pct);
         let mut camera = Self { map, trail: Vec::new(), battery: Vec::new(), level_before };
-        camera.follow(live);
+        camera.follow(view);
         camera
     }
 
     /// Keeps in mind where the run is now. Call it after every step.
-    pub fn follow(&mut self, live: &Live) {
-        let truth = live.truth();
-        let position: Point = truth.pose().translation.vector.into();
+    pub fn follow(&mut self, view: &RunView) {
+        let position = view.position();
         if self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M) {
             self.trail.push(position);
         }
-        let now = (live.time(), truth.battery().charge_pct);
+        let now = (view.time(), view.robot().charge_pct);
         let jumped = (now.1 - self.level_before.1).abs() > 1.0;
         if jumped {
             // A step, not a slope.
@@ -59,196 +55,145 @@ impl Camera {
 
     /// The present moment of the run, with a sentence that says what is happening.
     #[must_use]
-    pub fn frame(&self, live: &Live, seed: u64, caption: &str, over: bool) -> Frame {
+    pub fn frame(&self, view: &RunView, caption: &str) -> Frame {
         Frame {
-            scenario: live.scenario().name.clone(),
-            seed,
+            scenario: view.header().scenario.clone(),
+            seed: view.header().seed,
             caption: caption.to_owned(),
-            time: live.time(),
-            tick: live.system().ticks().saturating_sub(1),
-            scene: self.scene(live),
-            battery: self.battery(live),
-            tree: tree(live),
-            monitors: monitors(live, over),
+            time: view.time(),
+            tick: view.ticks().saturating_sub(1),
+            scene: self.scene(view),
+            battery: self.battery(view),
+            tree: tree_nodes(&view.header().tree, view.outcomes()),
+            monitors: view.monitors().map(|said| monitor(said, view.end().is_some())).collect(),
         }
     }
 
-    fn scene(&self, live: &Live) -> Scene {
-        let (truth, scenario, software) = (live.truth(), live.scenario(), live.software());
+    fn scene(&self, view: &RunView) -> Scene {
+        let (header, seen, pose) = (view.header(), view.scene(), view.pose());
         let mut trail = self.trail.clone();
-        trail.push(truth.pose().translation.vector.into());
-        let stride = software.particle_count().div_ceil(MAX_PARTICLES).max(1);
+        trail.push(view.position());
         Scene {
             map: Arc::clone(&self.map),
-            robot: truth.pose(),
-            robot_radius_m: software.model().radius_m,
-            estimate: Some(software.estimate().pose),
-            path: software.path().to_vec(),
-            laser_hits: truth.scans().flat_map(|scan| hits(scan, &truth.pose(), software.model())).collect(),
-            particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
+            robot: pose,
+            robot_radius_m: header.robot_radius_m,
+            estimate: Some(view.robot().estimate),
+            path: seen.path.clone(),
+            laser_hits: seen.scans.iter().flat_map(|scan| scan.hits(&header.lasers[scan.laser], &pose)).collect(),
+            particles: seen.particles.clone(),
             trail,
-            start: Some(scenario.start),
-            station: Some(scenario.station),
-            destination: scenario.places.get(&scenario.file.sites.destination.value).map(destination),
-            faults: live.fault_courses().iter().flat_map(fault_marks).collect(),
-            bodies: truth.obstacles().map(|obstacle| body(&obstacle)).collect(),
+            start: Some(header.start),
+            station: header.station,
+            destination: destination_of(header),
+            faults: view.fault_courses().iter().flat_map(fault_marks).collect(),
+            bodies: seen.bodies.iter().map(body).collect(),
         }
     }
 
-    fn battery(&self, live: &Live) -> draw::Battery {
-        let state = live.truth().battery();
+    fn battery(&self, view: &RunView) -> drawing::Battery {
+        let robot = view.robot();
         let mut history = self.battery.clone();
-        history.push((live.time(), state.charge_pct));
-        draw::Battery {
+        history.push((view.time(), robot.charge_pct));
+        drawing::Battery {
             history,
-            level_pct: state.charge_pct,
-            charging: state.charging,
+            level_pct: robot.charge_pct,
+            charging: robot.charging,
             thresholds: thresholds(),
-            faults: live.fault_courses().iter().map(|course| (course.first().time, "fault".to_owned())).collect(),
+            faults: view.fault_courses().iter().map(|course| (course.first().time, "fault".to_owned())).collect(),
         }
     }
 }
 
 /// The battery levels that mean something.
-pub(crate) fn thresholds() -> Vec<draw::Threshold> {
-    let threshold = |level_pct, label: &str, critical| draw::Threshold { level_pct, label: label.to_owned(), critical };
+pub(crate) fn thresholds() -> Vec<drawing::Threshold> {
+    let threshold =
+        |level_pct, label: &str, critical| drawing::Threshold { level_pct, label: label.to_owned(), critical };
     vec![threshold(30.0, "recharge", false), threshold(20.0, "unsafe", true)]
 }
 
-/// Where the beams of a scan ended on something, in the `map` frame.
-pub(crate) fn hits<'a>(
-    scan: &'a robot::LaserScan,
-    pose: &Pose,
-    model: &'a RobotModel,
-) -> impl Iterator<Item = Point> + use<'a> {
-    let laser = &model.lasers[scan.laser];
-    let at = pose * laser.mount;
-    let ranges = scan.ranges_m.iter().enumerate().filter(|(_, range)| range.is_finite());
-    ranges.map(move |(beam, &range)| {
-        let (sin, cos) = libm::sincos(laser.beam_angle_rad(beam));
-        at * Point::new(f64::from(range) * cos, f64::from(range) * sin)
-    })
-}
-
-fn destination(place: &Place) -> draw::Destination {
-    let corners = match place {
-        Place::Area { corners } => corners.clone(),
-        Place::Point { .. } => vec![place.goal_position()],
-    };
-    draw::Destination { label: "destination".to_owned(), corners }
+fn destination_of(header: &Header) -> Option<drawing::Destination> {
+    let name = header.destination.as_ref()?;
+    let place = header.places.iter().find(|place| place.name == *name)?;
+    Some(drawing::Destination { label: "destination".to_owned(), corners: place.corners.clone() })
 }
 
 /// A mark for each time that a fault took hold; the first says what it did.
-fn fault_marks(course: &crate::live::FaultCourse<'_>) -> Vec<draw::FaultMark> {
+fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
     let label = |index| if index == 0 { course.words() } else { String::new() };
     let records = course.records.iter().enumerate();
-    records.map(|(index, record)| draw::FaultMark { position: record.position, label: label(index) }).collect()
+    records.map(|(index, record)| drawing::FaultMark { position: record.position, label: label(index) }).collect()
 }
 
-pub(crate) fn body(obstacle: &sim::ObstacleTruth<'_>) -> draw::Body {
-    let pose = obstacle.pose;
-    let shape = match obstacle.shape {
-        sim::Shape::Disc { radius_m } => draw::BodyShape::Disc { center: pose.translation.vector.into(), radius_m },
-        sim::Shape::Box { length_m, width_m } => draw::BodyShape::Rectangle { pose, length_m, width_m },
+fn body(body: &recording::Body) -> drawing::Body {
+    let pose = body.pose;
+    let shape = match body.shape {
+        BodyShape::Disc { radius_m } => drawing::BodyShape::Disc { center: pose.translation.vector.into(), radius_m },
+        BodyShape::Box { length_m, width_m } => drawing::BodyShape::Rectangle { pose, length_m, width_m },
     };
-    draw::Body { shape, label: obstacle.name.to_owned() }
-}
-
-fn tree(live: &Live) -> Vec<draw::TreeNode> {
-    tree_nodes(&live.scenario().tree, &live.tree_states())
+    drawing::Body { shape, label: body.name.clone() }
 }
 
 /// A tree as it is drawn, its nodes standing so; those of which nothing is known have not been ticked.
-pub(crate) fn tree_nodes(tree: &bt::Tree, states: &[bt::NodeState]) -> Vec<draw::TreeNode> {
-    let states = states.iter().copied().chain(std::iter::repeat(bt::NodeState::default()));
-    let nodes = tree.nodes().iter().zip(states);
+pub(crate) fn tree_nodes(tree: &[Node], outcomes: &[Option<bt::Outcome>]) -> Vec<drawing::TreeNode> {
+    let outcomes = outcomes.iter().copied().chain(std::iter::repeat(None));
+    let nodes = tree.iter().zip(outcomes);
     nodes
-        .map(|(node, state)| draw::TreeNode {
-            parent: node.parent().map(bt::NodeId::index),
-            label: node.kind().symbol().map_or_else(|| node.label().to_owned(), str::to_owned),
-            status: node_status(&state),
+        .map(|(node, outcome)| drawing::TreeNode {
+            parent: node.parent,
+            label: node.symbol.as_ref().unwrap_or(&node.process).clone(),
+            status: node_status(outcome),
         })
         .collect()
 }
 
 /// What a node did in the last tick, as pictures show it.
-pub(crate) fn node_status(state: &bt::NodeState) -> draw::NodeStatus {
-    match state.outcome {
-        Some(bt::Outcome::Answered(bt::Status::Success)) => draw::NodeStatus::Success,
-        Some(bt::Outcome::Answered(bt::Status::Failure)) => draw::NodeStatus::Failure,
-        Some(bt::Outcome::Answered(bt::Status::Running)) => draw::NodeStatus::Running,
-        Some(bt::Outcome::Halted | bt::Outcome::Answered(bt::Status::Skipped)) | None => draw::NodeStatus::NotTicked,
+pub(crate) fn node_status(outcome: Option<bt::Outcome>) -> drawing::NodeStatus {
+    match outcome {
+        Some(bt::Outcome::Answered(bt::Status::Success)) => drawing::NodeStatus::Success,
+        Some(bt::Outcome::Answered(bt::Status::Failure)) => drawing::NodeStatus::Failure,
+        Some(bt::Outcome::Answered(bt::Status::Running)) => drawing::NodeStatus::Running,
+        Some(bt::Outcome::Halted | bt::Outcome::Answered(bt::Status::Skipped)) | None => drawing::NodeStatus::NotTicked,
     }
 }
 
-fn monitors(live: &Live, over: bool) -> Vec<draw::Monitor> {
-    let attached = live.watched().iter().zip(live.system().monitors());
-    attached
-        .map(|(watched, attached)| {
-            let monitor = attached.monitor.as_ref();
-            let decided = watched.decided.as_ref();
-            draw::Monitor {
-                name: watched.name.clone(),
-                description: watched.summary.clone(),
-                verdict: verdict(monitor, over),
-                note: decided.map_or_else(String::new, |event| format!("at tick {}", event.tick)),
-                diagram: diagram(monitor, live),
-            }
-        })
-        .collect()
+fn monitor(monitor: MonitorView<'_>, over: bool) -> drawing::Monitor {
+    drawing::Monitor {
+        name: monitor.name().to_owned(),
+        description: monitor.about.summary.clone(),
+        verdict: verdict(monitor.state, over),
+        note: monitor.decision.map_or_else(String::new, |decision| format!("at tick {}", decision.event.tick)),
+        diagram: match (&monitor.about.graph, monitor.state.active) {
+            (Some(graph), Some(active)) => diagram(graph, active),
+            _ => drawing::Diagram::default(),
+        },
+    }
 }
 
 /// What can be said of a property now; `over` says whether the run has ended.
-pub(crate) fn verdict(monitor: &dyn Monitor, over: bool) -> draw::Verdict {
-    match (monitor.verdict(), over) {
-        (Verdict::False, _) => draw::Verdict::Violated,
-        (Verdict::Inconclusive, false) => draw::Verdict::HoldsSoFar,
-        (Verdict::Inconclusive, true) if monitor.is_open() => draw::Verdict::Inconclusive,
-        (Verdict::True | Verdict::Inconclusive, _) => draw::Verdict::Satisfied,
+pub(crate) fn verdict(state: &MonitorState, over: bool) -> drawing::Verdict {
+    match (state.verdict, over) {
+        (Verdict::False, _) => drawing::Verdict::Violated,
+        (Verdict::Inconclusive, false) => drawing::Verdict::HoldsSoFar,
+        (Verdict::Inconclusive, true) if state.is_open => drawing::Verdict::Inconclusive,
+        (Verdict::True | Verdict::Inconclusive, _) => drawing::Verdict::Satisfied,
     }
 }
 
-fn diagram(monitor: &dyn Monitor, live: &Live) -> draw::Diagram {
-    let Some((graph, active)) = monitor.graph() else { return draw::Diagram::default() };
-    let is_failure = |index: usize| monitor.failures().iter().any(|failure| failure.index() == index);
-    let locations = graph.locations().iter().enumerate();
-    draw::Diagram {
+fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
+    let locations = graph.locations.iter();
+    let transitions = graph.transitions.iter();
+    drawing::Diagram {
         locations: locations
-            .map(|(index, name)| draw::Location { name: name.clone(), error: is_failure(index) })
+            .map(|location| drawing::Location { name: location.name.clone(), error: location.is_failure })
             .collect(),
-        initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
-        active: LocationId::index(active),
-        transitions: transitions(graph, live.system().topology()),
+        initial: graph.initial,
+        active,
+        transitions: transitions
+            .map(|transition| drawing::Transition {
+                from: transition.from,
+                to: transition.to,
+                label: transition.label.clone(),
+            })
+            .collect(),
     }
-}
-
-/// The transitions as a picture shows them. Loops are left out: a monitor without a matching transition stays where it
-/// is. A receive action is named by what the message tells, and the negation of another transition's label is "else".
-fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<draw::Transition> {
-    let shown = || graph.transitions().iter().filter(|transition| transition.from != transition.to);
-    let label = |transition: &GraphTransition| {
-        let caption = graph.caption(transition, topology);
-        match &transition.label {
-            Label::Receive(channel, _) if caption == topology.describe(*channel) => what_passes(topology, *channel),
-            _ => caption,
-        }
-    };
-    shown()
-        .map(|transition| {
-            let own = label(transition);
-            let is_else = shown()
-                .filter(|other| other.from == transition.from && other.to != transition.to)
-                .any(|other| own == format!("not ({})", label(other)));
-            let label = if is_else { "else".to_owned() } else { own };
-            draw::Transition { from: transition.from.index(), to: transition.to.index(), label }
-        })
-        .collect()
-}
-
-/// What a channel's messages tell, in a word: `request`, or the last field of a reply, such as `level`.
-fn what_passes(topology: &Topology, channel: ChannelId) -> String {
-    let fields = topology.get(channel).domain.shapes().first().map_or(&[][..], |shape| shape.fields());
-    let request = fields.first().filter(|(name, _)| name == "request");
-    let told = request.or(fields.last()).map(|(name, _)| name.clone());
-    told.unwrap_or_else(|| topology.ends(channel).0.to_owned())
 }

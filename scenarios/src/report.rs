@@ -1,5 +1,6 @@
 //! What is written down of a run: `report.json`.
 
+use monitors::Outcome;
 use serde::Serialize;
 
 /// The report of a run. Keys are stable; absent values are null. Only [`timing`](Self::timing) may differ between two
@@ -40,6 +41,8 @@ pub struct Report {
     pub undone_faults: Vec<UndoneFaultReport>,
     /// What went wrong in nodes of the tree, each thing once, in the order of its first time.
     pub tree_errors: Vec<TreeErrorReport>,
+    /// What went wrong in the skills' machines, each thing once, in the order of its first time.
+    pub skill_errors: Vec<SkillErrorReport>,
     /// The battery's charge.
     pub battery: BatteryReport,
     /// How the robot fared.
@@ -79,7 +82,7 @@ pub struct MonitorReport {
     /// Its formula.
     pub property: String,
     /// `satisfied`, `violated` or `inconclusive`.
-    pub verdict: &'static str,
+    pub verdict: Outcome,
     /// Where the monitor stands.
     pub state: String,
     /// The tick of the violation.
@@ -92,6 +95,8 @@ pub struct MonitorReport {
     pub open: Vec<String>,
     /// The clauses whose antecedent never held, so that they said nothing about this run.
     pub vacuous: Vec<String>,
+    /// What went wrong in the scripts of a monitor that is a machine, each thing once.
+    pub errors: Vec<String>,
 }
 
 /// A fault that took hold.
@@ -139,6 +144,36 @@ pub struct TreeErrorReport {
     pub tick: u64,
     /// The time of that, in seconds.
     pub time_s: f64,
+}
+
+/// Something that went wrong in a skill's machine: an expression or a script that failed.
+#[derive(Clone, Debug, Serialize)]
+pub struct SkillErrorReport {
+    /// The skill's name.
+    pub skill: String,
+    /// The state in which the machine's file has what failed; null for what stands outside of states.
+    pub state: Option<String>,
+    /// What went wrong, in words.
+    pub message: String,
+    /// When it did for the first time, in seconds.
+    pub time_s: f64,
+    /// How often it did.
+    pub times: u64,
+}
+
+impl SkillErrorReport {
+    /// The skill, and the state of its machine: `BatteryLevel, state get`.
+    pub(crate) fn place(&self) -> String {
+        self.state.as_ref().map_or_else(|| self.skill.clone(), |state| format!("{}, state {state}", self.skill))
+    }
+
+    /// What went wrong, and how often if more than once.
+    pub(crate) fn words(&self) -> String {
+        match self.times {
+            1 => self.message.clone(),
+            times => format!("{} ({times} times)", self.message),
+        }
+    }
 }
 
 impl Report {

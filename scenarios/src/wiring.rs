@@ -3,28 +3,35 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use bt::{Node, Tree, TreeProcess};
+use bt::{Tree, TreeProcess};
 use channels::{
     Capacity, ChannelSystem, Delivery, Domain, Ordered, Precedence, Process, ProcessId, Random, RoundRobin, Scheduler,
-    Shape, Starving, TickGenerator, Topology, WiringError,
+    Shape, Starving, TickGenerator, Topology, Use, Value, WiringError,
 };
 use components::{
-    BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, NAVIGATION_LOCK, Navigation, NavigationLock,
+    BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
     Operation, operations,
 };
-use maps::{Places, Spanned};
+use diagnostics::Spanned;
+use maps::Places;
 use robot::Streams;
-use skills::{Chart, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
+use skills::{Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
 use crate::error::{Complaints, Refusal};
 use crate::occurrences::occurrences;
-use crate::scenario::{Order, Policy, Scenario, TreeForm, unknown};
+use crate::scenario::{Order, Policy, Scenario, Skill, TreeForm, unknown};
 
 /// The name of the process that supplies ticks.
 const TICK_GENERATOR: &str = "TickGenerator";
 /// The name of the tree's process.
 const TREE: &str = "BT";
+
+/// The names of the processes that are not leaves.
+pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
+
+/// The processes that a skill may send to.
+pub(crate) const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
 /// A process with its place in the topology.
 type Player = (ProcessId, Box<dyn Process>);
@@ -55,7 +62,7 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
     let mut complaints = Complaints::default();
     let mut topology = Topology::default();
     let says = |name| scenario.machines_of(name).flat_map(|chart| chart.channel_messages()).collect();
-    let messages = scenario.charts.keys().map(|name| (&**name, says(name))).collect();
+    let messages = scenario.skills.keys().map(|name| (&**name, says(name))).collect();
     let ids = declare(&scenario.tree, &messages, &operations(&scenario.places), &mut topology).map_err(refused)?;
     let tree_processes = tree_processes(scenario, &mut topology, ids.tree).map_err(refused)?;
     let topology = Arc::new(topology);
@@ -63,9 +70,10 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
     let mut processes = tree_processes;
     let ticks = topology.find_channel(TICK_GENERATOR, TREE).expect("the tree's channels have just been declared");
     processes.push((ids.tick_generator, Box::new(TickGenerator::new(ticks))));
-    for (name, chart) in &scenario.charts {
+    for (name, skill) in &scenario.skills {
         let id = topology.find_process(name).expect("every skill has just been declared");
-        let skill = complaints.note(SkillProcess::new(name, chart, &topology, []));
+        let data = skill.data_of(&skill.machine);
+        let skill = complaints.note(SkillProcess::new(name, &skill.machine, &topology, data));
         processes.extend(skill.map(|skill| (id, Box::new(skill) as Box<dyn Process>)));
     }
     processes.extend(components(scenario, &topology, &ids).map_err(refused)?);
@@ -88,27 +96,44 @@ fn misfit(error: WiringError) -> Refusal {
 /// What each skill says over channels: to whom, and what the message begins with.
 type Messages<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a str)>>;
 
-/// The machine of each leaf, by the leaf's ID.
-type Charts = BTreeMap<String, Arc<Chart>>;
-
 /// Notes everything about the skills that does not fit the tree and the components; leaves whose machines could not be
-/// loaded are somebody else's to complain about.
-pub(crate) fn check_skills(tree: &Tree, charts: &Charts, places: &Places, complaints: &mut Complaints) {
+/// loaded are somebody else's to complain about. Returns the places that skills always drive to, each with such a skill.
+pub(crate) fn check_skills(
+    tree: &Tree,
+    skills: &BTreeMap<String, Skill>,
+    places: &Places,
+    complaints: &mut Complaints,
+) -> BTreeMap<String, String> {
     let mut topology = Topology::default();
-    let messages = charts.iter().map(|(name, chart)| (&**name, chart.channel_messages())).collect();
+    let messages = skills.iter().map(|(name, skill)| (&**name, skill.machine.channel_messages())).collect();
     if let Err(error) = declare(tree, &messages, &operations(places), &mut topology) {
-        return complaints.push(misfit(error));
+        complaints.push(misfit(error));
+        return BTreeMap::new();
     }
-    let leaves: BTreeMap<&str, LeafOfSystem<'_>> = tree.leaves().map(as_skill_sees_it).collect();
-    let leaves: Vec<LeafOfSystem<'_>> = leaves.into_values().filter(|leaf| charts.contains_key(leaf.name)).collect();
-    let skills: Vec<SkillOfSystem<'_>> = charts.iter().map(|(name, chart)| (&**name, chart, &[][..])).collect();
+    let leaves = tree.leaves().filter(|leaf| skills.contains_key(leaf.process()));
+    let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });
+    let leaves: Vec<LeafOfSystem<'_>> = leaves.collect();
+    let data: Vec<Vec<(&str, Datum)>> = skills.values().map(|skill| skill.data_of(&skill.machine).collect()).collect();
+    let skills: Vec<SkillOfSystem<'_>> =
+        skills.iter().zip(&data).map(|((name, skill), data)| (&**name, &skill.machine, &data[..])).collect();
     for error in check_system(&leaves, &skills, &topology) {
         complaints.push(error);
     }
-}
-
-fn as_skill_sees_it(leaf: &Node) -> (&str, LeafOfSystem<'_>) {
-    (leaf.type_id(), LeafOfSystem { name: leaf.type_id(), is_halted: leaf.kind() == bt::Kind::Action })
+    let mut driven_to = BTreeMap::new();
+    for (name, machine, data) in skills {
+        let Ok(skill) = SkillProcess::new(name, machine, &topology, data.iter().cloned()) else { continue };
+        let navigation = topology.find_channel(name, NAVIGATION);
+        for used in skill.uses() {
+            if let Use::Sends(channel, Some(message)) = used
+                && Some(channel) == navigation
+                && let [Value::Symbol(request), Value::Symbol(place)] = message.fields()
+                && request.name() == "start_navigation"
+            {
+                driven_to.entry(place.name().to_owned()).or_insert_with(|| name.to_owned());
+            }
+        }
+    }
+    driven_to
 }
 
 /// Declares all processes but the tree's nodes, and all channels but those between nodes.
@@ -120,17 +145,17 @@ fn declare(
 ) -> Result<Ids, WiringError> {
     let tick_generator = topology.process(TICK_GENERATOR)?;
     let bt = topology.process(TREE)?;
-    for name in tree.leaves().map(|leaf| leaf.type_id()).collect::<BTreeSet<_>>() {
+    for name in tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
         topology.process(name)?;
     }
     let battery_reader = topology.process(BATTERY_READER)?;
     let localization = topology.process(LOCALIZATION)?;
     let navigation = topology.process(NAVIGATION)?;
-    // Only the skills of the system that the paper ran take turns at navigating.
-    let take_turns = messages.values().flatten().any(|(to, _)| *to == NAVIGATION_LOCK);
-    let lock = take_turns.then(|| topology.process(NAVIGATION_LOCK)).transpose()?;
+    // Only the skills of the paper's published system take turns at navigating.
+    let take_turns = messages.values().flatten().any(|(to, _)| *to == BLACKBOARD);
+    let blackboard = take_turns.then(|| topology.process(BLACKBOARD)).transpose()?;
     bt::declare_channels(tree, topology, bt, tick_generator)?;
-    for component in [battery_reader, localization, navigation].into_iter().chain(lock) {
+    for component in [battery_reader, localization, navigation].into_iter().chain(blackboard) {
         declare_services(messages, operations, topology, component)?;
     }
     Ok(Ids { tick_generator, tree: bt, battery_reader, localization, navigation })
@@ -193,8 +218,8 @@ fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec
         (ids.localization, Box::new(Localization::new(topology, ids.localization)?)),
         (ids.navigation, Box::new(navigation)),
     ];
-    if let Some(lock) = topology.find_process(NAVIGATION_LOCK) {
-        players.push((lock, Box::new(NavigationLock::new(topology, lock)?)));
+    if let Some(blackboard) = topology.find_process(BLACKBOARD) {
+        players.push((blackboard, Box::new(Blackboard::new(topology, blackboard)?)));
     }
     Ok(players)
 }

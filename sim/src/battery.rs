@@ -99,8 +99,10 @@ pub(crate) fn update_battery(
     robot: Single<(&RobotPose, &Motion, &Drive, &mut Dock, &mut Battery)>,
 ) {
     let (pose, motion, drive, mut dock, mut battery) = robot.into_inner();
-    let station = faults.station.as_ref().unwrap_or(&station.0);
-    dock.update(&pose.0, station, motion.at_rest, clock.dt);
+    match faults.station.as_ref().or(station.0.as_ref()) {
+        Some(station) => dock.update(&pose.0, station, motion.at_rest, clock.dt),
+        None => dock.leave(),
+    }
     battery.update(dock.is_docked(), drive.is_powered(), &faults.battery, clock.dt_s());
 }
 

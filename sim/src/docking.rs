@@ -7,9 +7,10 @@ use maps::Pose;
 
 use crate::config::DockingConfig;
 
-/// The charging station: where a docked robot stands, in the `map` frame, unless a fault has moved it. It is not solid.
+/// The charging station: where a docked robot stands, in the `map` frame, unless a fault has moved it; nowhere if there is
+/// none. It is not solid.
 #[derive(Component, Clone, Copy, Debug)]
-pub(crate) struct Station(pub(crate) Pose);
+pub(crate) struct Station(pub(crate) Option<Pose>);
 
 /// Knows whether the robot is docked.
 #[derive(Component, Clone, Debug)]

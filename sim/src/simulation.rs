@@ -63,7 +63,7 @@ pub struct Simulation {
 
 impl Simulation {
     /// A robot at rest at `start` on the floor whose walls are the occupied cells of `grid`, with a charging station to
-    /// dock at `station`; both poses in the `map` frame. All randomness of the run comes from `streams`.
+    /// dock at `station`, if there is one; both poses in the `map` frame. All randomness of the run comes from `streams`.
     ///
     /// # Errors
     /// If a setting has a value that it cannot have, if start or station lie outside the map, or if the robot's body
@@ -72,7 +72,7 @@ impl Simulation {
         config: &SimConfig,
         grid: &OccupancyGrid,
         start: Pose,
-        station: Pose,
+        station: impl Into<Option<Pose>>,
         streams: &Streams,
     ) -> Result<Self, SimError> {
         Self::within(&Building::new(grid), config, start, station, streams)
@@ -86,14 +86,15 @@ impl Simulation {
         building: &Building,
         config: &SimConfig,
         start: Pose,
-        station: Pose,
+        station: impl Into<Option<Pose>>,
         streams: &Streams,
     ) -> Result<Self, SimError> {
         let bad_settings = config.bad_settings();
         if !bad_settings.is_empty() {
             return Err(SimError::Settings(bad_settings));
         }
-        check_places(config, building.walls(), &start, &station)?;
+        let station = station.into();
+        check_places(config, building.walls(), &start, station.as_ref())?;
         let mut world = world_of(config, building);
         let robot = spawn_robot(&mut world, config, start, streams);
         let lasers = spawn_lasers(&mut world, config, streams);
@@ -186,13 +187,13 @@ impl Robot for Simulation {
 }
 
 /// Fails if the robot has no room at the start, or the station is not on the map.
-fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: &Pose) -> Result<(), SimError> {
+fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: Option<&Pose>) -> Result<(), SimError> {
     let poses: Vec<Pose> = config.obstacles.iter().map(first_pose).collect();
     let obstacles = config.obstacles.iter().zip(&poses);
     let obstacles = obstacles.map(|(obstacle, pose)| (obstacle.name.as_str(), &obstacle.shape, pose));
     let at = |pose: &Pose| pose.translation.vector.into();
     check_room(walls.rays(), obstacles, config.model.radius_m, Placement::Start, &at(start))?;
-    check_on_map(walls.rays(), Placement::Station, &at(station))
+    station.map_or(Ok(()), |station| check_on_map(walls.rays(), Placement::Station, &at(station)))
 }
 
 fn world_of(config: &SimConfig, building: &Building) -> World {

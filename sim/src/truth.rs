@@ -109,10 +109,10 @@ impl<'a> Truth<'a> {
         self.of::<Dock>(self.robot).is_docked()
     }
 
-    /// Pose of the charging station in the `map` frame; if a fault has moved it, where it is now.
+    /// Pose of the charging station in the `map` frame, if there is one; if a fault has moved it, where it is now.
     #[must_use]
-    pub fn station(&self) -> Pose {
-        self.world.resource::<Faults>().station.unwrap_or(self.of::<Station>(self.station).0)
+    pub fn station(&self) -> Option<Pose> {
+        self.world.resource::<Faults>().station.or(self.of::<Station>(self.station).0)
     }
 
     /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`]: as it was read, with its faults. None

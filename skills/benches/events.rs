@@ -1,4 +1,4 @@
-//! What an event costs: `cargo bench -p skills`.
+//! What an event costs: `cargo bench -p steward-skills`.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! Runs a machine alone and prints what it does: `cargo run -p skills --example rehearse -- MACHINE.scxml [EVENTS.jsonl]`.
+//! Runs a machine alone and prints what it does: `cargo run -p steward-skills --example rehearse -- MACHINE.scxml [EVENTS.jsonl]`.
 //!
 //! Files that stand behind each other are run one after the other, if their names end in `.scxml`.
 

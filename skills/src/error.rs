@@ -1,10 +1,7 @@
 //! Why a skill cannot be run.
 
-use std::sync::Arc;
-
-use miette::{Diagnostic, NamedSource};
-
-use crate::problem::Problem;
+use diagnostics::{Problem, Source};
+use miette::Diagnostic;
 
 /// Why a machine cannot be loaded or put to work.
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
@@ -12,19 +9,17 @@ use crate::problem::Problem;
 pub enum SkillError {
     /// The file cannot be read.
     #[error("{reason}")]
-    #[diagnostic(code(skills::read))]
     Read {
         /// Which file, and why not.
         reason: String,
     },
     /// The file is not a machine that can run, or one that would run into errors, where that is not accepted
     /// ([`Strictness::Strict`](crate::Strictness::Strict)).
-    #[error("the skill {} {}: {}", .text.name(), verdict(.problems), count(.problems))]
-    #[diagnostic(code(skills::load))]
+    #[error("the skill {} {}: {}", .text.name(), verdict(.help.is_some()), count(.problems))]
     Load {
         /// The file with its text.
         #[source_code]
-        text: NamedSource<Arc<str>>,
+        text: Source,
         /// Everything that is wrong with it, in the order of the file.
         #[related]
         problems: Vec<Problem>,
@@ -34,46 +29,42 @@ pub enum SkillError {
     },
     /// The events that a machine is to be given cannot be read.
     #[error("the events in {file} cannot be read: {}", count(.problems))]
-    #[diagnostic(code(skills::events))]
     Events {
         /// The file's name.
         file: String,
         /// The file with its text.
         #[source_code]
-        text: NamedSource<Arc<str>>,
+        text: Source,
         /// Every line that is wrong.
         #[related]
         problems: Vec<Problem>,
     },
     /// The machine does not fit the processes and channels around it.
     #[error("the skill {process} does not fit the system it is part of: {}", count(.problems))]
-    #[diagnostic(code(skills::wiring))]
     Wiring {
         /// The process that would run the machine.
         process: String,
         /// The machine's file with its text.
         #[source_code]
-        text: NamedSource<Arc<str>>,
+        text: Source,
         /// Everything that does not fit, in the order of the file.
         #[related]
         problems: Vec<Problem>,
     },
     /// A machine does not have what a mutation is to change.
     #[error("the skill {} cannot be changed so that {mutation}: {}", .text.name(), count(.problems))]
-    #[diagnostic(code(skills::mutation))]
     Mutation {
         /// The mutation in words.
         mutation: String,
         /// The machine's file with its text.
         #[source_code]
-        text: NamedSource<Arc<str>>,
+        text: Source,
         /// What is missing.
         #[related]
         problems: Vec<Problem>,
     },
     /// The system has no process of the skill's name.
     #[error("there is no process named {name} to run the skill {file}")]
-    #[diagnostic(code(skills::process))]
     UnknownProcess {
         /// The name.
         name: String,
@@ -85,7 +76,6 @@ pub enum SkillError {
     },
     /// A leaf of the tree has nobody to carry it out.
     #[error("there is no skill for the leaf {leaf}")]
-    #[diagnostic(code(skills::leaf))]
     NoSkill {
         /// The leaf.
         leaf: String,
@@ -95,7 +85,6 @@ pub enum SkillError {
     },
     /// A value is given for a datum that the machine does not have.
     #[error("the skill {file} has no parameter named {name}")]
-    #[diagnostic(code(skills::parameter))]
     UnknownParameter {
         /// The name.
         name: String,
@@ -110,37 +99,34 @@ pub enum SkillError {
 /// What looks odd in a machine that can run nevertheless: something to render, not an error.
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
 #[error("the skill {file} can run, but: {}", count(.problems))]
-#[diagnostic(code(skills::load), severity(Warning))]
+#[diagnostic(severity(Warning))]
 pub struct Concerns {
     file: String,
     #[source_code]
-    text: NamedSource<Arc<str>>,
+    text: Source,
     #[related]
     problems: Vec<Problem>,
 }
 
 impl Concerns {
-    pub(crate) fn new(text: NamedSource<Arc<str>>, problems: Vec<Problem>) -> Self {
+    pub(crate) fn new(text: Source, problems: Vec<Problem>) -> Self {
         Self { file: text.name().to_owned(), text, problems }
     }
 }
 
 impl SkillError {
-    /// The error of a machine's file with these problems.
-    pub(crate) fn load(text: NamedSource<Arc<str>>, problems: Vec<Problem>) -> Self {
-        let help = (!problems.iter().any(Problem::is_fatal)).then_some(
+    /// The error of a machine's file with these problems; SCXML itself would forgive `forgivable` of them.
+    pub(crate) fn load(text: Source, problems: Vec<Problem>, forgivable: usize) -> Self {
+        let errors = problems.iter().filter(|problem| problem.is_error()).count();
+        let help = (errors == forgivable).then_some(
             "where this is an error, SCXML makes it the event `error.execution` when the machine gets there",
         );
         Self::Load { text, problems, help }
     }
 }
 
-fn verdict(problems: &[Problem]) -> &'static str {
-    if problems.iter().any(Problem::is_fatal) {
-        "cannot be loaded"
-    } else {
-        "is refused, though SCXML would have it run"
-    }
+fn verdict(could_run: bool) -> &'static str {
+    if could_run { "is refused, though SCXML would have it run" } else { "cannot be loaded" }
 }
 
 fn count(problems: &[Problem]) -> String {

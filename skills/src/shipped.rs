@@ -11,10 +11,14 @@ pub const SHIPPED: [(&str, &str); 7] = [
     ("GoToDestination", include_str!("../machines/GoToDestination.scxml")),
 ];
 
-/// The machines of the two actions by the protocol of the system that the paper ran, which does not wait for a stop to be
-/// acknowledged: the name of the leaf, and the text of its file `original/<name>.scxml`.
-pub const ORIGINAL: [(&str, &str); 2] = [
+/// The machines that follow the protocol of the paper's published system: the name of the leaf, and the text of its file
+/// `original/<name>.scxml`. The seventh leaf has no skill there.
+pub const ORIGINAL: [(&str, &str); 6] = [
+    ("BatteryLevel", include_str!("../machines/original/BatteryLevel.scxml")),
+    ("BatteryNotCharging", include_str!("../machines/original/BatteryNotCharging.scxml")),
+    ("AtRechargingStation", include_str!("../machines/original/AtRechargingStation.scxml")),
     ("GotoRechargingStation", include_str!("../machines/original/GotoRechargingStation.scxml")),
+    ("AtDestination", include_str!("../machines/original/AtDestination.scxml")),
     ("GoToDestination", include_str!("../machines/original/GoToDestination.scxml")),
 ];
 

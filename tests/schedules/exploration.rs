@@ -14,17 +14,16 @@ pub(crate) struct States {
 }
 
 impl States {
-    /// Adds a state; whether it is a new one.
-    pub(crate) fn insert(&mut self, state: ChannelSystem) -> bool {
+    /// Adds a state, unless it is there already.
+    fn insert(&mut self, state: ChannelSystem) {
         let mut hasher = DefaultHasher::new();
         state.hash_state(&mut hasher);
         let places = self.by_hash.entry(hasher.finish()).or_default();
         if places.iter().any(|&place| self.found[place].same_state(&state)) {
-            return false;
+            return;
         }
         places.push(self.found.len());
         self.found.push(state);
-        true
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &ChannelSystem> {
@@ -36,10 +35,19 @@ impl States {
     }
 }
 
-/// All states that can be reached from one without time passing, whatever the scheduler does.
-pub(crate) fn reachable(start: ChannelSystem) -> States {
-    let mut states = States::default();
-    states.insert(start);
+impl FromIterator<ChannelSystem> for States {
+    fn from_iter<I: IntoIterator<Item = ChannelSystem>>(systems: I) -> Self {
+        let mut states = Self::default();
+        for system in systems {
+            states.insert(system);
+        }
+        states
+    }
+}
+
+/// All states that can be reached from these without time passing, whatever the scheduler does.
+pub(crate) fn reachable(starts: impl IntoIterator<Item = ChannelSystem>) -> States {
+    let mut states: States = starts.into_iter().collect();
     let mut next = 0;
     while next < states.len() {
         let mut state = states.found[next].fork();

@@ -9,21 +9,57 @@ use channels::{
     Process, ProcessId, ProgramGraph, RequestNumber, Shape, TickGenerator, Topology, TransitionId, Use,
 };
 use components::{
-    BATTERY_READER, BatteryReader, LOCALIZATION, Localization, NAVIGATION, NAVIGATION_LOCK, Navigation, NavigationLock,
+    BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
     Operation, Order, StopRule, TripStatus, operations,
 };
 use maps::{Place, Places, Point};
 use robot::BatteryState;
 use skills::{Chart, SkillProcess};
 
+use super::exploration::{States, reachable};
+
 const DRIVER: &str = "Driver";
 const PLACES: [&str; 2] = ["Destination", "RechargingStation"];
 
-/// By what rules the action skills talk with Navigation.
+/// By what rules the skills talk with the tree, and with Navigation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Protocol {
     Shipped,
+    /// That of the paper's published system.
     Original,
+    /// The same, with a Navigation that ends a trip only when told to by whoever began it.
+    OwnTrips,
+    /// The published one with a mistake: a skill that is stopped on the way gives the resource back before it halts
+    /// navigation.
+    EarlyRelease,
+}
+
+impl Protocol {
+    fn machine(self, leaf: &str, shipped: &str) -> String {
+        let original = || skills::ORIGINAL.iter().find(|(other, _)| *other == leaf).map_or(shipped, |(_, text)| text);
+        match self {
+            Self::Shipped => shipped.to_owned(),
+            Self::Original | Self::OwnTrips => original().to_owned(),
+            // After starting a trip, asking about it and waiting; the states of a trip that is over come behind.
+            Self::EarlyRelease => original().replacen("target=\"halted\"", "target=\"internal_lockKey\"", 3),
+        }
+    }
+
+    fn stops(self) -> StopRule {
+        match self {
+            Self::Shipped | Self::OwnTrips => StopRule::OwnTrip,
+            Self::Original | Self::EarlyRelease => StopRule::AnyTrip,
+        }
+    }
+}
+
+/// What the driver may say of a trip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Trips {
+    /// Nothing: the robot is on its way.
+    Endless,
+    /// At any moment that the robot has arrived, or that it will not.
+    Ending,
 }
 
 /// How the tree's process is made.
@@ -39,7 +75,7 @@ pub(crate) struct Model {
 }
 
 impl Model {
-    pub(crate) fn new(protocol: Protocol, form: TreeForm) -> Self {
+    pub(crate) fn new(protocol: Protocol, form: TreeForm, trips: Trips) -> Self {
         let tree =
             Arc::new(Loader::default().load("recharge.xml", include_str!("../../bt/trees/recharge.xml")).unwrap());
         let charts = charts(protocol);
@@ -49,7 +85,7 @@ impl Model {
             topology.process(name).unwrap();
         }
         bt::declare_channels(&tree, &mut topology, bt, ticks).unwrap();
-        let mut processes = components(protocol, &charts, &mut topology);
+        let mut processes = components(protocol, trips, &charts, &mut topology);
         processes.extend(tree_processes(&tree, form, &mut topology, bt));
         let topology = Arc::new(topology);
         let tick_channel = topology.find_channel("TickGenerator", "BT").unwrap();
@@ -61,13 +97,29 @@ impl Model {
         Self { system: ChannelSystem::new(topology, processes).unwrap() }
     }
 
-    /// Everybody at rest.
-    pub(crate) fn start(&self) -> ChannelSystem {
-        self.system.fork()
+    /// The states at the end of the first second, in which the robot sets out for the destination.
+    pub(crate) fn first_second(&self) -> States {
+        self.second(0, &States::from_iter([self.system.fork()]), 80.0)
     }
 
-    /// The state with a tick generated, and a battery of that level; the robot is at no place.
-    pub(crate) fn tick(&self, mut state: ChannelSystem, charge_pct: f64) -> ChannelSystem {
+    /// The states in which only the driver can still move, a second after these; it begins with a tick and a battery of
+    /// that level. Time passes when nobody else can move, as in a run.
+    pub(crate) fn second(&self, number: u64, before: &States, charge_pct: f64) -> States {
+        let pass = |state: &ChannelSystem, tenth: u64| {
+            let mut state = state.fork();
+            state.advance(Duration::from_millis(1000 * number + 100 * tenth));
+            state
+        };
+        let ticked = before.iter().map(|state| self.tick(pass(state, 0), charge_pct));
+        let mut states = reachable(ticked);
+        for tenth in 1..10 {
+            states = reachable(states.iter().filter(|state| self.is_quiet(state)).map(|state| pass(state, tenth)));
+        }
+        states.iter().filter(|state| self.is_quiet(state)).map(ChannelSystem::fork).collect()
+    }
+
+    /// Generates a tick; the robot is at no place.
+    fn tick(&self, mut state: ChannelSystem, charge_pct: f64) -> ChannelSystem {
         let battery = BatteryState { time: Duration::ZERO, charge_pct, charging: false };
         state.process_mut::<BatteryReader>(self.id(BATTERY_READER)).unwrap().update(&battery);
         let away = maps::pose(50.0, 50.0, 0.0);
@@ -78,7 +130,7 @@ impl Model {
     }
 
     /// Whether nobody but the driver can move.
-    pub(crate) fn is_quiet(&self, state: &ChannelSystem) -> bool {
+    fn is_quiet(&self, state: &ChannelSystem) -> bool {
         let driver = self.id(DRIVER);
         state.fork().enabled().iter().all(|transition| transition.process == driver)
     }
@@ -121,12 +173,7 @@ fn places() -> Places {
 }
 
 fn charts(protocol: Protocol) -> Vec<(&'static str, Arc<Chart>)> {
-    let original = |name: &str| skills::ORIGINAL.into_iter().find(|(other, _)| *other == name).map(|(_, text)| text);
-    let text = |name: &str, shipped| match protocol {
-        Protocol::Shipped => shipped,
-        Protocol::Original => original(name).unwrap_or(shipped),
-    };
-    let load = |(name, shipped)| (name, Chart::load(name, text(name, shipped)).unwrap());
+    let load = |(name, shipped)| (name, Chart::load(name, &protocol.machine(name, shipped)).unwrap());
     skills::SHIPPED.map(load).to_vec()
 }
 
@@ -143,9 +190,9 @@ fn tree_processes(tree: &Arc<Tree>, form: TreeForm, topology: &mut Topology, bt:
 }
 
 /// Declares the components with their channels and makes their processes.
-fn components(protocol: Protocol, charts: &[(&str, Arc<Chart>)], topology: &mut Topology) -> Vec<Player> {
+fn components(protocol: Protocol, trips: Trips, charts: &[(&str, Arc<Chart>)], topology: &mut Topology) -> Vec<Player> {
     let mut names = vec![BATTERY_READER, LOCALIZATION, NAVIGATION];
-    names.extend((protocol == Protocol::Original).then_some(NAVIGATION_LOCK));
+    names.extend((protocol != Protocol::Shipped).then_some(BLACKBOARD));
     let operations = operations(&places());
     for &component in &names {
         let id = topology.process(component).unwrap();
@@ -161,13 +208,12 @@ fn components(protocol: Protocol, charts: &[(&str, Arc<Chart>)], topology: &mut 
         (id(BATTERY_READER), Box::new(BatteryReader::new(topology, id(BATTERY_READER)).unwrap())),
         (id(LOCALIZATION), Box::new(Localization::new(topology, id(LOCALIZATION)).unwrap())),
     ];
-    if protocol == Protocol::Original {
-        players.push((id(NAVIGATION_LOCK), Box::new(NavigationLock::new(topology, id(NAVIGATION_LOCK)).unwrap())));
+    if protocol != Protocol::Shipped {
+        players.push((id(BLACKBOARD), Box::new(Blackboard::new(topology, id(BLACKBOARD)).unwrap())));
     }
     // Made before the driver has channels, so that Navigation does not take it for a client.
-    let stops = if protocol == Protocol::Original { StopRule::AnyTrip } else { StopRule::OwnTrip };
-    let navigation = Navigation::new(topology, id(NAVIGATION)).unwrap().with_stops(stops);
-    players.extend(navigation_with_driver(navigation, topology));
+    let navigation = Navigation::new(topology, id(NAVIGATION)).unwrap().with_stops(protocol.stops());
+    players.extend(navigation_with_driver(navigation, trips, topology));
     players
 }
 
@@ -236,9 +282,8 @@ impl Process for Driven {
     }
 }
 
-/// The driver does what it was told last. While it drives, it may report at any moment that the robot has arrived, or
-/// that it will not.
-fn navigation_with_driver(navigation: Navigation, topology: &mut Topology) -> [Player; 2] {
+/// The driver does what it was told last, and reports what it may.
+fn navigation_with_driver(navigation: Navigation, trips: Trips, topology: &mut Topology) -> [Player; 2] {
     let id = topology.find_process(NAVIGATION).unwrap();
     let driver = topology.process(DRIVER).unwrap();
     let orders = Domain::new([
@@ -251,17 +296,18 @@ fn navigation_with_driver(navigation: Navigation, topology: &mut Topology) -> [P
 
     let mut graph = ProgramGraph::builder(DRIVER);
     let standing = graph.location("standing");
-    let trips =
+    let ways =
         PLACES.map(|place| [format!("to {place}"), format!("done with {place}")].map(|name| graph.location(&name)));
-    for from in trips.into_iter().flatten().chain([standing]) {
+    for from in ways.into_iter().flatten().chain([standing]) {
         graph.receive(from, orders, Message::symbols(["stop"]), standing);
-        for (place, [under_way, _]) in PLACES.iter().zip(trips) {
+        for (place, [under_way, _]) in PLACES.iter().zip(ways) {
             graph.receive(from, orders, Message::symbols(["start", place]), under_way);
         }
     }
-    for [under_way, done] in trips {
-        for report in ["success", "failure"] {
-            graph.send(under_way, reports, Message::symbols([report]), done);
+    for [under_way, done] in ways {
+        let reports_made: &[&str] = if trips == Trips::Ending { &["success", "failure"] } else { &[] };
+        for report in reports_made {
+            graph.send(under_way, reports, Message::symbols([*report]), done);
         }
     }
     let graph = Arc::new(graph.initial(standing).build().unwrap());

@@ -78,13 +78,18 @@ impl Type {
         *self != Self::Any
     }
 
-    /// Whether a port of this type may share an entry with a port of that one. Numbers and truth values go together;
-    /// a text can be written for any of them.
+    /// Whether a port of that other type may use an entry that a port of this type has named first. As in
+    /// BehaviorTree.CPP, they are of one type, or one is of any, or the entry is a text, which is read as the port's type.
     #[must_use]
     pub fn agrees_with(&self, other: &Self) -> bool {
+        matches!(self, Self::Any | Self::Text) || *other == Self::Any || self == other
+    }
+
+    /// Whether a constant of this type, that a subtree is given, serves a port of that other type: a text serves any port,
+    /// and a number those of numbers, truth values and texts.
+    pub(crate) fn is_read_as(&self, other: &Self) -> bool {
         let is_number = |of: &Self| matches!(of, Self::Bool | Self::Int { .. } | Self::Real);
-        let is_open = |of: &Self| matches!(of, Self::Any | Self::Text);
-        is_open(self) || is_open(other) || self == other || (is_number(self) && is_number(other))
+        self.agrees_with(other) || (is_number(self) && (is_number(other) || *other == Self::Text))
     }
 
     /// Reads a text as a value of this type.

@@ -165,8 +165,10 @@ impl State {
 
     #[inline]
     fn mark_halted(&mut self, program: &Program, node: u32) {
-        if self.marks[node as usize].is_running() {
-            self.outcomes[node as usize] = Some(Outcome::Halted);
+        let outcome = &mut self.outcomes[node as usize];
+        // A node that was skipped counts as running for BehaviorTree.CPP once it has begun. It did not run.
+        if self.marks[node as usize].is_running() && *outcome != Some(Outcome::Answered(Status::Skipped)) {
+            *outcome = Some(Outcome::Halted);
         }
         self.marks[node as usize] = Mark::Idle;
         self.forget(program, node);

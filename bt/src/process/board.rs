@@ -1,5 +1,6 @@
 //! The blackboard as a process of its own.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -11,14 +12,16 @@ use channels::{
 use super::protocol::{Line, number, stands_name, status_of, symbol};
 use crate::blackboard::Blackboard;
 use crate::hooks::Entrance;
+use crate::ports::Traffic;
 use crate::semantics::Reading;
 use crate::shared::Shared;
-use crate::{Fault, NodeId, Status, Tree};
+use crate::{Fault, Node, NodeId, Status, Tree};
 
 /// The blackboard of a tree whose nodes are processes: what the paper calls the shared variables of a composite process,
 /// kept by one more process, which does for a node whatever the node's ports and scripts say.
 ///
-/// A node asks `[<question>, node, <how it stands>]` and waits for the answer. So the blackboard is a value like every
+/// A node asks `[<question>, node, <how it stands>]` and waits for the answer; a leaf asks for what its ports read, and
+/// tells what they write. So the blackboard is a value like every
 /// other state, and all that nodes know of it comes to them in messages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BlackboardProcess {
@@ -33,6 +36,8 @@ pub struct BlackboardProcess {
 struct Wiring {
     tree: Arc<Tree>,
     lines: Vec<Line>,
+    /// Of the leaves with ports that stand for entries.
+    traffic: BTreeMap<u32, Traffic>,
 }
 
 impl Eq for Wiring {}
@@ -67,7 +72,10 @@ const FIRST_NODE: u32 = 1;
 impl BlackboardProcess {
     pub(super) fn new(tree: Arc<Tree>, lines: Vec<Line>) -> Self {
         let board = tree.program.blackboard();
-        Self { wiring: Shared::new(Wiring { tree, lines }), board, faults: Vec::new(), answer: None }
+        let with_entries = |leaf: &&Node| has_entries(&tree, leaf.id());
+        let traffic = tree.leaves().filter(with_entries).map(|leaf| (leaf.id().0, Traffic::of(&tree, leaf.id())));
+        let traffic = traffic.collect();
+        Self { wiring: Shared::new(Wiring { tree, lines, traffic }), board, faults: Vec::new(), answer: None }
     }
 
     /// The blackboard.
@@ -82,14 +90,25 @@ impl BlackboardProcess {
         &self.faults
     }
 
-    fn tell(&mut self, message: &Message) -> Told {
+    fn tell(&mut self, message: &Message) -> Message {
         let wiring = Shared::clone(&self.wiring);
         let program = &wiring.tree.program;
         let node = number(message, 2).and_then(|node| u32::try_from(node).ok()).unwrap_or_default();
         let stands = symbol(message, 3).and_then(status_of);
         let kind = wiring.tree.node(NodeId(node)).kind();
         let board = &mut self.board;
+        let traffic = wiring.traffic.get(&node);
         let told = match message.head() {
+            Some("inputs") => {
+                let read = traffic.map_or(Ok(Vec::new()), |traffic| traffic.read(board));
+                let inputs = |inputs| Message::new(std::iter::once(Value::symbol("inputs")).chain(inputs));
+                return self.answered(node, read.map(inputs).map_err(|error| error.to_string()));
+            }
+            Some("outputs") => {
+                let outputs = message.fields().get(2..).unwrap_or_default();
+                let written = traffic.map_or(Ok(()), |traffic| traffic.write(outputs, board));
+                written.map(|()| Told::Done).map_err(|error| error.to_string())
+            }
             Some("enter") => program.hooks(node).enter(stands, board).map(Told::Entrance).map_err(|e| e.to_string()),
             Some("read") => {
                 let read = program.setting(node).read(board, stands.is_none(), kind);
@@ -101,12 +120,17 @@ impl BlackboardProcess {
             }
             _ => program.hooks(node).halted(board).map(|()| Told::Done).map_err(|error| error.to_string()),
         };
-        told.unwrap_or_else(|message| {
+        self.answered(node, told.map(Told::message))
+    }
+
+    /// The answer to a node, or the fault in its place.
+    fn answered(&mut self, node: u32, answer: Result<Message, String>) -> Message {
+        answer.unwrap_or_else(|message| {
             let fault = Fault { node: NodeId(node), message };
             if !self.faults.contains(&fault) {
                 self.faults.push(fault);
             }
-            Told::Fault
+            Told::Fault.message()
         })
     }
 }
@@ -127,7 +151,7 @@ impl Process for BlackboardProcess {
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
         self.answer = received.map(|envelope| {
             let told = self.tell(&envelope.message);
-            ((transition.0 - FIRST_NODE) as usize, told.message())
+            ((transition.0 - FIRST_NODE) as usize, told)
         });
     }
 
@@ -154,6 +178,33 @@ impl Question {
     }
 }
 
+/// What a leaf asks for: `[<inputs>, node]`.
+pub(super) fn inputs_question(leaf: NodeId) -> Message {
+    Message::new([Value::symbol("inputs"), Value::Int(leaf.0.into())])
+}
+
+/// What a leaf wants written: `[<outputs>, node, …]`, with what came behind the skill's answer.
+pub(super) fn outputs_question(leaf: NodeId, answer: &Message) -> Message {
+    let outputs = answer.fields().get(1..).unwrap_or_default().iter().cloned();
+    Message::new([Value::symbol("outputs"), Value::Int(leaf.0.into())].into_iter().chain(outputs))
+}
+
+/// Whether a leaf has ports that stand for entries.
+pub(super) fn has_entries(tree: &Tree, leaf: NodeId) -> bool {
+    tree.program.leaf_ports(leaf).values().any(|port| port.entry().is_some())
+}
+
+/// The domains of the channels between a leaf and the blackboard.
+pub(super) fn leaf_domains(tree: &Tree, leaf: NodeId) -> [Domain; 2] {
+    let traffic = Traffic::of(tree, leaf);
+    let head = |field: &str, name| (field.to_owned(), FieldKind::symbols([name]));
+    let node = || ("node".to_owned(), FieldKind::Int);
+    let inputs = Shape::new([head("question", "inputs"), node()]);
+    let outputs = Shape::new([head("question", "outputs"), node()].into_iter().chain(traffic.output_fields()));
+    let read = Shape::new(std::iter::once(head("answer", "inputs")).chain(traffic.input_fields()));
+    [Domain::new([inputs, outputs]), Domain::new([read, told_shape()])]
+}
+
 pub(super) fn asked_domain() -> Domain {
     Domain::new([Shape::new([
         ("question", FieldKind::symbols(["enter", "read", "leave", "halted"])),
@@ -162,8 +213,12 @@ pub(super) fn asked_domain() -> Domain {
     ])])
 }
 
-/// All answers have one shape: a word, and two numbers, which mean something for some of them.
 pub(super) fn told_domain() -> Domain {
+    Domain::new([told_shape()])
+}
+
+/// All answers have one shape: a word, and two numbers, which mean something for some of them.
+fn told_shape() -> Shape {
     let words = [
         "open",
         "left",
@@ -179,11 +234,7 @@ pub(super) fn told_domain() -> Domain {
         "failure",
         "skipped",
     ];
-    Domain::new([Shape::new([
-        ("answer", FieldKind::symbols(words)),
-        ("first", FieldKind::Int),
-        ("second", FieldKind::Int),
-    ])])
+    Shape::new([("answer", FieldKind::symbols(words)), ("first", FieldKind::Int), ("second", FieldKind::Int)])
 }
 
 impl Told {

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Capacity, ChannelSystem, Process, ProcessId, Topology, WiringError};
+use channels::{Capacity, ChannelSystem, Domain, Process, ProcessId, Topology, WiringError};
 
-use super::board::{BlackboardProcess, asked_domain, told_domain};
-use super::leaf::{LeafProcess, Parent};
+use super::board::{BlackboardProcess, asked_domain, has_entries, leaf_domains, told_domain};
+use super::leaf::{LeafProcess, Wiring};
 use super::node::{self, Child, NodeProcess, Role};
-use super::protocol::{LeafIds, Line, find_channel, question_domain, said_domain};
+use super::protocol::{Line, Skill, find_channel, question_domain, said_domain};
 use super::whole::TreeProcess;
 use crate::blackboard::Blackboard;
 use crate::program::Flags;
@@ -22,8 +22,8 @@ pub type WiredProcess = (ProcessId, Box<dyn Process>);
 /// The processes of a tree whose nodes are processes, which are the paper's semantics: "the BT is a subsystem whose
 /// nodes interact in a synchronous way".
 ///
-/// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; one for all leaves of the same ID;
-/// one more for a leaf that has scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses
+/// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; one more
+/// for a leaf that has scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses
 /// its blackboard, that is a member, too ("BT/blackboard"). The channels between the tree and the others are declared
 /// already (see [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its
 /// members. To everybody else they do what a [`TreeProcess`] does, message for message and number for number; each
@@ -43,12 +43,10 @@ pub fn node_processes(
     let missing = || WiringError::MissingProcess { process: bt.to_owned() };
     let whole = topology.find_process(bt).ok_or_else(missing)?;
     let ticks = find_channel(topology, bt, tick_generator, bt)?;
-    let leaf_ids = LeafIds::of(tree);
     let above_root = topology.member(whole, &format!("{bt}/root"))?;
     let mut composition = Composition {
         tree,
         topology,
-        leaf_ids,
         above_root,
         members: Vec::new(),
         leaves: BTreeMap::new(),
@@ -63,9 +61,9 @@ pub fn node_processes(
     for node in tree.nodes().iter().filter(|node| composition.has_process(node)) {
         processes.push((composition.member(node), Box::new(composition.inner_node(node))));
     }
-    for (place, id) in composition.leaf_ids.ids().enumerate() {
-        let line = Line::find(composition.topology, bt, id)?;
-        processes.push(composition.leaf(place, id, line, leaf_timeout));
+    for leaf in tree.leaves() {
+        let skill = Skill::find(tree, leaf, composition.topology, bt)?;
+        processes.push(composition.leaf(leaf, skill, leaf_timeout));
     }
     processes.extend(composition.board_process());
     Ok(processes)
@@ -121,13 +119,12 @@ pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboar
 struct Composition<'a> {
     tree: &'a Arc<Tree>,
     topology: &'a mut Topology,
-    leaf_ids: LeafIds,
     above_root: ProcessId,
-    /// What a node's parent asks: the node's process, or that of all leaves of its ID.
+    /// What a node's parent asks: the node's process, or the one that runs its scripts.
     members: Vec<ProcessId>,
-    /// By place of the leaf ID.
-    leaves: BTreeMap<usize, ProcessId>,
-    /// The channels from one that asks to one that answers, and back. A parent has one pair for all its leaves of one ID.
+    /// Those that ask the skills.
+    leaves: BTreeMap<NodeId, ProcessId>,
+    /// The channels from one that asks to one that answers, and back.
     lines: BTreeMap<(ProcessId, ProcessId), Line>,
     board: Option<ProcessId>,
 }
@@ -144,19 +141,18 @@ impl Composition<'_> {
 
     fn declare_members(&mut self, whole: ProcessId, bt: &str) -> Result<(), WiringError> {
         for node in self.tree.nodes() {
-            let name = if node.kind() == Kind::SubTree { node.kind().name() } else { node.type_id() };
-            let place = self.leaf_ids.place(node.id().index());
-            let leaf = match place.and_then(|place| self.leaves.get(&place)) {
-                Some(leaf) => Some(*leaf),
-                None if place.is_some() => Some(self.topology.member(whole, &format!("{bt}/{} {name}", node.id()))?),
-                None => None,
+            let name = match node.kind() {
+                Kind::SubTree => node.kind().name(),
+                kind if kind.is_leaf() => node.process(),
+                _ => node.type_id(),
             };
-            self.leaves.extend(place.zip(leaf));
-            let member = match leaf {
-                Some(leaf) if !self.has_process(node) => leaf,
-                Some(_) => self.topology.member(whole, &format!("{bt}/{} scripts of {name}", node.id()))?,
-                None => self.topology.member(whole, &format!("{bt}/{} {name}", node.id()))?,
-            };
+            let mut member = self.topology.member(whole, &format!("{bt}/{} {name}", node.id()))?;
+            if node.kind().is_leaf() {
+                self.leaves.insert(node.id(), member);
+                if self.has_process(node) {
+                    member = self.topology.member(whole, &format!("{bt}/{} scripts of {name}", node.id()))?;
+                }
+            }
             self.members.push(member);
         }
         if self.tree.program.uses_blackboard() {
@@ -168,29 +164,31 @@ impl Composition<'_> {
     fn declare_lines(&mut self) -> Result<(), WiringError> {
         for node in self.tree.nodes() {
             let own = self.member(node);
-            self.declare_line(self.parent(node), own, false)?;
-            if self.has_process(node) {
-                if let Some(leaf) = self.leaf_of(node) {
-                    self.declare_line(own, leaf, false)?;
-                }
-                if let Some(board) = self.board.filter(|_| self.flags(node) != Flags::default()) {
-                    self.declare_line(own, board, true)?;
-                }
+            self.declare_line(self.parent(node), own, [question_domain(), said_domain()])?;
+            let leaf = self.leaf_of(node);
+            if let Some(leaf) = leaf.filter(|leaf| *leaf != own) {
+                self.declare_line(own, leaf, [question_domain(), said_domain()])?;
+            }
+            let Some(board) = self.board else { continue };
+            if self.flags(node) != Flags::default() {
+                self.declare_line(own, board, [asked_domain(), told_domain()])?;
+            }
+            if let Some(leaf) = leaf.filter(|_| has_entries(self.tree, node.id())) {
+                self.declare_line(leaf, board, leaf_domains(self.tree, node.id()))?;
             }
         }
         Ok(())
     }
 
-    fn declare_line(&mut self, asking: ProcessId, answering: ProcessId, is_board: bool) -> Result<(), WiringError> {
-        let ends = (asking, answering);
-        if self.lines.contains_key(&ends) {
-            return Ok(());
-        }
-        let (questions, answers) =
-            if is_board { (asked_domain(), told_domain()) } else { (question_domain(), said_domain()) };
+    fn declare_line(
+        &mut self,
+        asking: ProcessId,
+        answering: ProcessId,
+        [questions, answers]: [Domain; 2],
+    ) -> Result<(), WiringError> {
         let requests = self.topology.channel(asking, answering, Capacity::Zero, questions)?;
         let replies = self.topology.channel(answering, asking, Capacity::Zero, answers)?;
-        self.lines.insert(ends, Line { requests, replies });
+        self.lines.insert((asking, answering), Line { requests, replies });
         Ok(())
     }
 
@@ -198,9 +196,14 @@ impl Composition<'_> {
         self.members[node.id().index()]
     }
 
-    /// The process that all leaves of a leaf's ID share.
+    /// The process of a leaf that asks its skill.
     fn leaf_of(&self, node: &Node) -> Option<ProcessId> {
-        self.leaves.get(&self.leaf_ids.place(node.id().index())?).copied()
+        self.leaves.get(&node.id()).copied()
+    }
+
+    /// The channels to the blackboard, if that process has any.
+    fn to_board(&self, asking: ProcessId) -> Option<Line> {
+        self.lines.get(&(asking, self.board?)).copied()
     }
 
     fn parent(&self, node: &Node) -> ProcessId {
@@ -232,25 +235,16 @@ impl Composition<'_> {
             flags: self.flags(node),
             reading,
             parent: self.lines[&(self.parent(node), own)],
-            board: self.board.and_then(|board| self.lines.get(&(own, board)).copied()),
+            board: self.to_board(own),
         };
         NodeProcess::new(Role::Node(node), children)
     }
 
-    fn leaf(&self, place: usize, id: &str, skill: Line, timeout: Duration) -> WiredProcess {
-        let member = self.leaves[&place];
-        let parents = self.lines.iter().filter(|((_, child), _)| *child == member);
-        let parents = parents.filter_map(|(&(asking, _), &line)| {
-            let asks_as = |node: &&Node| self.leaf_of(node) == Some(member) && self.asking(node) == asking;
-            self.tree.nodes().iter().find(asks_as).map(|node| Parent { line, node: node.id() })
-        });
-        let halts = self.leaf_ids.halts(place);
-        (member, Box::new(LeafProcess::new(id.to_owned(), skill, halts, parents.collect(), timeout)))
-    }
-
-    /// Who asks the process of a leaf for that node: the node's parent, or the process that runs the node's scripts.
-    fn asking(&self, node: &Node) -> ProcessId {
-        if self.has_process(node) { self.member(node) } else { self.parent(node) }
+    fn leaf(&self, leaf: &Node, skill: Skill, timeout: Duration) -> WiredProcess {
+        let member = self.leaves[&leaf.id()];
+        let asking = if self.has_process(leaf) { self.member(leaf) } else { self.parent(leaf) };
+        let wiring = Wiring { skill, parent: self.lines[&(asking, member)], board: self.to_board(member) };
+        (member, Box::new(LeafProcess::new(wiring, timeout)))
     }
 
     fn board_process(&self) -> Option<WiredProcess> {

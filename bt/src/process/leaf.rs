@@ -2,19 +2,17 @@
 
 use std::time::Duration;
 
-use channels::{Action, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use};
+use channels::{Action, Envelope, Message, Offer, Pattern, Process, RequestNumber, TransitionId, Use, Value};
 
+use super::board::{inputs_question, outputs_question};
 use super::patience::Patience;
-use super::protocol::{Line, Said, answers, reply_of, request_message, said_message};
+use super::protocol::{Line, Said, Skill, answers, reply_of, request_message, said_message};
 use super::whole::tick_number;
 use crate::shared::Shared;
-use crate::{Fault, NodeId, Reply, Request};
+use crate::{Fault, Reply, Request};
 
 /// The leaf of a tree whose nodes are processes: passes the requests of its parent on to the skill, and the skill's
-/// answers back.
-///
-/// All leaves of one ID are one process, which has a channel from each of their parents: they are one skill, asked from
-/// several places, but never from two at a time. (Two processes on one channel would take each other's replies.)
+/// answers back. What its ports read and write it asks the [`BlackboardProcess`](super::BlackboardProcess) for.
 ///
 /// Between nodes, an envelope's number says how many requests the tree has made so far. It goes down and up with the
 /// messages, so that a tree numbers its requests without anybody who counts them all.
@@ -32,41 +30,42 @@ pub struct LeafProcess {
 }
 
 #[derive(Debug, PartialEq, Eq)]
-struct Wiring {
-    id: String,
-    skill: Line,
-    /// Whether the skill is ever told to halt.
-    halts: bool,
-    parents: Vec<Parent>,
-}
-
-/// Who asks a leaf, and as which node: the first of several.
-#[derive(Debug, PartialEq, Eq)]
-pub(super) struct Parent {
-    pub(super) line: Line,
-    pub(super) node: NodeId,
+pub(super) struct Wiring {
+    pub(super) skill: Skill,
+    /// To whoever asks the leaf.
+    pub(super) parent: Line,
+    /// If the leaf has ports that stand for entries of the blackboard.
+    pub(super) board: Option<Line>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Stage {
     Idle,
-    /// Asked by this parent, and about to ask the skill.
-    Asking(usize, Request),
+    /// About to ask the blackboard for the inputs.
+    Reading,
+    /// Waiting for them.
+    Read,
+    /// About to ask the skill.
+    Asking(Request, Message),
     /// Waiting for the skill.
-    Waiting(usize, Request),
-    /// About to answer this parent.
-    Answering(usize, Reply),
+    Waiting(Request),
+    /// About to tell the blackboard the outputs, with the skill's answer.
+    Writing(Reply, Message),
+    /// Waiting for it to have written them.
+    Written(Reply),
+    /// About to answer.
+    Answering(Reply),
 }
 
-const SEND: TransitionId = TransitionId(0);
-const RECEIVE: TransitionId = TransitionId(1);
-/// Being asked by the first parent.
-const FIRST_PARENT: u32 = 2;
+const ASKED: TransitionId = TransitionId(0);
+const SEND: TransitionId = TransitionId(1);
+const ANSWERED: TransitionId = TransitionId(2);
+const TOLD: TransitionId = TransitionId(3);
 
 impl LeafProcess {
-    pub(super) fn new(id: String, skill: Line, halts: bool, parents: Vec<Parent>, timeout: Duration) -> Self {
+    pub(super) fn new(wiring: Wiring, timeout: Duration) -> Self {
         Self {
-            wiring: Shared::new(Wiring { id, skill, halts, parents }),
+            wiring: Shared::new(wiring),
             stage: Stage::Idle,
             request: RequestNumber::default(),
             patience: Patience::new(timeout),
@@ -87,65 +86,83 @@ impl LeafProcess {
         self.tick
     }
 
-    fn envelope(&self, message: Message) -> Envelope {
-        Envelope { message, request: self.request }
-    }
-
-    fn take_request(&mut self, parent: usize, envelope: &Envelope, now: Duration) {
+    fn take_request(&mut self, envelope: &Envelope, now: Duration) {
         let tick = tick_number(&envelope.message);
         if self.tick != tick {
             self.tick = tick;
             self.faults.clear();
         }
+        self.request = envelope.request;
+        if envelope.message.head() == Some("halt") {
+            self.ask(Request::Halt, Vec::new(), now);
+        } else if self.wiring.skill.traffic.reads() {
+            self.stage = Stage::Reading;
+        } else {
+            self.ask(Request::Tick, Vec::new(), now);
+        }
+    }
+
+    fn ask(&mut self, request: Request, inputs: Vec<Value>, now: Duration) {
+        self.request.0 += 1;
         self.patience.begin(now);
-        let request = if envelope.message.head() == Some("halt") { Request::Halt } else { Request::Tick };
-        self.request = RequestNumber(envelope.request.0 + 1);
-        self.stage = Stage::Asking(parent, request);
+        self.stage = Stage::Asking(request, request_message(request, inputs));
     }
 
-    fn answer(&mut self, parent: usize, reply: Reply) {
-        self.patience.end();
-        self.stage = Stage::Answering(parent, reply);
-    }
-
-    fn take_reply(&mut self, envelope: &Envelope) {
-        if let Stage::Waiting(parent, request) = self.stage
+    fn take_reply(&mut self, envelope: Envelope) {
+        if let Stage::Waiting(request) = self.stage
             && envelope.request == self.request
             && let Some(reply) = reply_of(&envelope.message)
             && answers(reply, request)
         {
-            self.answer(parent, reply);
+            self.patience.end();
+            let writes = self.wiring.board.is_some() && self.wiring.skill.traffic.writes();
+            self.stage = if writes { Stage::Writing(reply, envelope.message) } else { Stage::Answering(reply) };
+        }
+    }
+
+    /// The blackboard has answered. What was wrong is a fault of the blackboard's.
+    fn take_told(&mut self, message: &Message, now: Duration) {
+        let failed = message.head() == Some("fault");
+        match self.stage {
+            Stage::Read if failed => self.stage = Stage::Answering(Request::Tick.unanswered()),
+            Stage::Read => self.ask(Request::Tick, message.fields().get(1..).unwrap_or_default().to_vec(), now),
+            Stage::Written(Reply::Status(_)) if failed => self.stage = Stage::Answering(Request::Tick.unanswered()),
+            Stage::Written(reply) => self.stage = Stage::Answering(reply),
+            _ => {}
         }
     }
 }
 
 impl Process for LeafProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
-        let Wiring { skill, parents, .. } = &**self.wiring;
-        let send = |channel, message| Offer { transition: SEND, action: Action::Send(channel, self.envelope(message)) };
-        match self.stage {
-            Stage::Idle => offers.extend((FIRST_PARENT..).zip(parents).map(|(number, parent)| Offer {
-                transition: TransitionId(number),
-                action: Action::Receive(parent.line.requests, Pattern::Any),
-            })),
-            Stage::Asking(_, request) => offers.push(send(skill.requests, request_message(request))),
-            Stage::Waiting(..) => {}
-            Stage::Answering(parent, reply) => {
-                offers.push(send(parents[parent].line.replies, said_message(said_by_leaf(reply))))
-            }
-        }
-        offers.push(Offer { transition: RECEIVE, action: Action::Receive(skill.replies, Pattern::Any) });
+        let Wiring { skill, parent, board } = &**self.wiring;
+        let receive = |transition, channel| Offer { transition, action: Action::Receive(channel, Pattern::Any) };
+        let send = |channel, message| {
+            let envelope = Envelope { message, request: self.request };
+            Offer { transition: SEND, action: Action::Send(channel, envelope) }
+        };
+        offers.extend(match &self.stage {
+            Stage::Idle => Some(receive(ASKED, parent.requests)),
+            Stage::Reading => board.map(|board| send(board.requests, inputs_question(skill.leaf))),
+            Stage::Writing(_, answer) => board.map(|board| send(board.requests, outputs_question(skill.leaf, answer))),
+            Stage::Read | Stage::Written(_) => board.map(|board| receive(TOLD, board.replies)),
+            Stage::Asking(_, message) => Some(send(skill.line.requests, message.clone())),
+            Stage::Waiting(_) => None,
+            Stage::Answering(reply) => Some(send(parent.replies, said_message(said_by_leaf(*reply)))),
+        });
+        offers.push(receive(ANSWERED, skill.line.replies));
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
         match (transition, received) {
-            (RECEIVE, Some(envelope)) => self.take_reply(&envelope),
-            (TransitionId(number), Some(envelope)) => {
-                self.take_request((number - FIRST_PARENT) as usize, &envelope, now);
-            }
+            (ANSWERED, Some(envelope)) => self.take_reply(envelope),
+            (TOLD, Some(envelope)) => self.take_told(&envelope.message, now),
+            (_, Some(envelope)) => self.take_request(&envelope, now),
             (_, None) => {
-                self.stage = match self.stage {
-                    Stage::Asking(parent, request) => Stage::Waiting(parent, request),
+                self.stage = match std::mem::replace(&mut self.stage, Stage::Idle) {
+                    Stage::Reading => Stage::Read,
+                    Stage::Asking(request, _) => Stage::Waiting(request),
+                    Stage::Writing(reply, _) => Stage::Written(reply),
                     _ => Stage::Idle,
                 }
             }
@@ -157,30 +174,34 @@ impl Process for LeafProcess {
     }
 
     fn fire_timers(&mut self, now: Duration) {
-        if let Stage::Asking(parent, request) | Stage::Waiting(parent, request) = self.stage
+        if let Stage::Asking(request, _) | Stage::Waiting(request) = self.stage
             && self.patience.is_over(now)
         {
-            let message = self.patience.reason(&self.wiring.id, request);
-            self.faults.push(Fault { node: self.wiring.parents[parent].node, message });
-            self.answer(parent, request.unanswered());
+            let Skill { leaf, process, .. } = &self.wiring.skill;
+            let message = self.patience.reason(process, request);
+            self.faults.push(Fault { node: *leaf, message });
+            self.patience.end();
+            self.stage = Stage::Answering(request.unanswered());
         }
     }
 
     fn uses(&self) -> Vec<Use> {
-        let Wiring { skill, halts, parents, .. } = &**self.wiring;
-        let lines = parents.iter().map(|parent| parent.line);
-        let parents = lines.flat_map(|line| [Use::Receives(line.requests, None), Use::Sends(line.replies, None)]);
-        skill.uses(*halts).chain(parents).collect()
+        let Wiring { skill, parent, board } = &**self.wiring;
+        let parent = [Use::Receives(parent.requests, None), Use::Sends(parent.replies, None)];
+        let board = board.iter().flat_map(|line| [Use::Sends(line.requests, None), Use::Receives(line.replies, None)]);
+        skill.uses().chain(parent).chain(board).collect()
     }
 
     fn location(&self) -> String {
+        let process = &self.wiring.skill.process;
         match self.stage {
             Stage::Idle => "idle".to_owned(),
-            Stage::Asking(_, request) | Stage::Waiting(_, request) => match request {
-                Request::Tick => format!("waiting for {}", self.wiring.id),
-                Request::Halt => format!("waiting for {} to halt", self.wiring.id),
-            },
-            Stage::Answering(..) => "answering".to_owned(),
+            Stage::Reading | Stage::Read | Stage::Writing(..) | Stage::Written(_) => {
+                "waiting for the blackboard".to_owned()
+            }
+            Stage::Asking(Request::Tick, _) | Stage::Waiting(Request::Tick) => format!("waiting for {process}"),
+            Stage::Asking(Request::Halt, _) | Stage::Waiting(Request::Halt) => format!("waiting for {process} to halt"),
+            Stage::Answering(_) => "answering".to_owned(),
         }
     }
 }

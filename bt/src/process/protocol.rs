@@ -1,12 +1,11 @@
 //! What a tree and the skills say to each other.
 
-use std::collections::BTreeMap;
-
 use channels::{
     Capacity, ChannelId, Domain, FieldKind, Message, ProcessId, Shape, TickGenerator, Topology, Use, Value, WiringError,
 };
 
-use crate::{Kind, Reply, Request, Status, Tree};
+use crate::ports::Traffic;
+use crate::{Kind, Node, NodeId, Reply, Request, Status, Tree};
 
 /// What the tick generator sends to a tree: `[<tick>, n]`.
 #[must_use]
@@ -14,20 +13,28 @@ pub fn tick_domain() -> Domain {
     Domain::new([TickGenerator::shape()])
 }
 
-/// What a tree sends to a skill: `[<tick>]` or `[<halt>]`.
+/// What a tree sends to the process of a leaf: `[<tick>, …]`, with what the leaf's ports read from the blackboard in
+/// alphabetical order (`<none>` for an entry without a value), or `[<halt>]`. Each field has its port's name and type.
 #[must_use]
-pub fn request_domain() -> Domain {
-    Domain::new([Shape::new([("request", FieldKind::symbols(["tick", "halt"]))])])
+pub fn request_domain(tree: &Tree, leaf: NodeId) -> Domain {
+    let traffic = Traffic::of(tree, leaf);
+    if !traffic.reads() {
+        return Domain::new([Shape::new([("request", FieldKind::symbols(["tick", "halt"]))])]);
+    }
+    let head = |name| ("request".to_owned(), FieldKind::symbols([name]));
+    Domain::new([Shape::new(std::iter::once(head("tick")).chain(traffic.input_fields())), Shape::new([head("halt")])])
 }
 
-/// What a skill answers: `[<running>]`, `[<success>]` or `[<failure>]` to a tick, `[<halted>]` to a halt.
+/// What the process of a leaf answers: `[<running>, …]`, `[<success>, …]` or `[<failure>, …]` to a tick, `[<halted>, …]` to
+/// a halt, with what its ports write to the blackboard in alphabetical order (`<none>` for a port that is not written).
 #[must_use]
-pub fn reply_domain() -> Domain {
-    Domain::new([Shape::new([("reply", FieldKind::symbols(["running", "success", "failure", "halted"]))])])
+pub fn reply_domain(tree: &Tree, leaf: NodeId) -> Domain {
+    let head = ("reply".to_owned(), FieldKind::symbols(["running", "success", "failure", "halted"]));
+    Domain::new([Shape::new(std::iter::once(head).chain(Traffic::of(tree, leaf).output_fields()))])
 }
 
-/// Declares the channels of a tree, of capacity 1: from the tick generator, and to and from the process of each leaf,
-/// which has the leaf's ID for its name.
+/// Declares the channels of a tree, of capacity 1: from the tick generator, and to and from the
+/// [process](crate::Node::process) of each leaf.
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if a channel can't be, since there is no process for a leaf (check the
@@ -40,58 +47,50 @@ pub fn declare_channels(
     tick_generator: ProcessId,
 ) -> Result<(), WiringError> {
     topology.channel(tick_generator, bt, Capacity::One, tick_domain())?;
-    for id in LeafIds::of(tree).ids() {
-        let skill = topology.find_process(id).ok_or_else(|| {
+    for leaf in tree.leaves() {
+        let skill = topology.find_process(leaf.process()).ok_or_else(|| {
             let process = topology.name(bt).to_owned();
-            WiringError::MissingChannel { channel: format!("{process} → {id}"), process }
+            WiringError::MissingChannel { channel: format!("{process} → {}", leaf.process()), process }
         })?;
-        topology.channel(bt, skill, Capacity::One, request_domain())?;
-        topology.channel(skill, bt, Capacity::One, reply_domain())?;
+        topology.channel(bt, skill, Capacity::One, request_domain(tree, leaf.id()))?;
+        topology.channel(skill, bt, Capacity::One, reply_domain(tree, leaf.id()))?;
     }
     Ok(())
 }
 
-/// The IDs of a tree's leaves, each once, in the order in which they first occur.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct LeafIds {
-    ids: Vec<String>,
-    /// By node, the place of its ID; none for inner nodes.
-    by_node: Vec<Option<usize>>,
-    /// By ID, whether it is ever told to halt.
-    halts: Vec<bool>,
+/// A leaf outside the tree: who carries it out, and what passes between them.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Skill {
+    pub(super) leaf: NodeId,
+    pub(super) process: String,
+    pub(super) line: Line,
+    pub(super) traffic: Traffic,
+    /// Whether it is ever told to halt.
+    halts: bool,
 }
 
-impl LeafIds {
-    pub(super) fn of(tree: &Tree) -> Self {
-        let mut places: BTreeMap<&str, usize> = BTreeMap::new();
-        let (mut ids, mut halts) = (Vec::new(), Vec::new());
-        let mut by_node = vec![None; tree.nodes().len()];
-        for leaf in tree.leaves() {
-            let place = *places.entry(leaf.type_id()).or_insert(ids.len());
-            if place == ids.len() {
-                ids.push(leaf.type_id().to_owned());
-                halts.push(leaf.kind() == Kind::Action);
-            }
-            by_node[leaf.id().index()] = Some(place);
-        }
-        Self { ids, by_node, halts }
+impl Skill {
+    /// The skill of a leaf of the tree that is the process of that name.
+    pub(super) fn find(tree: &Tree, leaf: &Node, topology: &Topology, bt: &str) -> Result<Self, WiringError> {
+        Ok(Self {
+            leaf: leaf.id(),
+            process: leaf.process().to_owned(),
+            line: Line::find(topology, bt, leaf.process())?,
+            traffic: Traffic::of(tree, leaf.id()),
+            halts: leaf.kind() == Kind::Action,
+        })
     }
 
-    pub(super) fn ids(&self) -> impl Iterator<Item = &str> {
-        self.ids.iter().map(String::as_str)
-    }
-
-    /// The place of a leaf's ID.
-    pub(super) fn place(&self, node: usize) -> Option<usize> {
-        self.by_node[node]
-    }
-
-    pub(super) fn halts(&self, place: usize) -> bool {
-        self.halts[place]
+    /// What the tree does on the channels to the skill.
+    pub(super) fn uses(&self) -> impl Iterator<Item = Use> {
+        let Line { requests, replies } = self.line;
+        let tick = (!self.traffic.reads()).then(|| request_message(Request::Tick, Vec::new()));
+        let halt = self.halts.then(|| Use::Sends(requests, Some(request_message(Request::Halt, Vec::new()))));
+        [Use::Sends(requests, tick)].into_iter().chain(halt).chain([Use::Receives(replies, None)])
     }
 }
 
-/// The channels to a skill and back.
+/// The channels to somebody and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Line {
     pub(super) requests: ChannelId,
@@ -104,14 +103,6 @@ impl Line {
         let requests = find_channel(topology, asking, asking, answering)?;
         let replies = find_channel(topology, asking, answering, asking)?;
         Ok(Self { requests, replies })
-    }
-
-    /// What a tree does on these channels; `halts` if it ever sends a halt.
-    pub(super) fn uses(self, halts: bool) -> impl Iterator<Item = Use> {
-        let sends = |request| Use::Sends(self.requests, Some(request_message(request)));
-        [Some(sends(Request::Tick)), halts.then(|| sends(Request::Halt)), Some(Use::Receives(self.replies, None))]
-            .into_iter()
-            .flatten()
     }
 }
 
@@ -198,12 +189,13 @@ pub(super) fn number(message: &Message, field: usize) -> Option<i64> {
     }
 }
 
-/// The message that makes a request.
-pub(super) fn request_message(request: Request) -> Message {
-    Message::symbols([match request {
+/// The message that makes a request, with what the leaf's ports read.
+pub(super) fn request_message(request: Request, inputs: Vec<Value>) -> Message {
+    let head = match request {
         Request::Tick => "tick",
         Request::Halt => "halt",
-    }])
+    };
+    Message::new(std::iter::once(Value::symbol(head)).chain(inputs))
 }
 
 /// The reply that a message is, if it is one.

@@ -9,9 +9,9 @@ use channels::{
 };
 
 use super::patience::{LEAF_TIMEOUT, Patience};
-use super::protocol::{LeafIds, Line, find_channel, reply_of, request_message};
+use super::protocol::{Skill, answers, find_channel, reply_of, request_message};
 use crate::shared::Shared;
-use crate::{Execution, Fault, NodeState, Reply, Request, Step, Tree};
+use crate::{Call, Execution, Fault, NodeId, NodeState, PortError, Request, Step, Tree};
 
 /// A tree as one process.
 ///
@@ -31,7 +31,7 @@ use crate::{Execution, Fault, NodeState, Reply, Request, Step, Tree};
 /// </root>"#)?;
 /// let mut topology = Topology::default();
 /// let [ticks, bt] = [topology.process("TickGenerator")?, topology.process("BT")?];
-/// topology.process("KnockAtDoor")?; // the skill, which has the leaf's ID for its name
+/// topology.process("KnockAtDoor")?; // the skill, which has the leaf's name, or else its ID
 /// declare_channels(&tree, &mut topology, bt, ticks)?;
 /// let process = TreeProcess::new(Arc::new(tree), &topology, "BT", "TickGenerator")?;
 /// assert_eq!(process.location(), "idle");
@@ -43,7 +43,9 @@ pub struct TreeProcess {
     execution: Execution,
     /// The number of the last request.
     request: RequestNumber,
-    /// The pending call has been sent.
+    /// The message of the pending call.
+    message: Option<Message>,
+    /// It has been sent.
     is_sent: bool,
     patience: Patience,
     tick: Option<i64>,
@@ -52,12 +54,19 @@ pub struct TreeProcess {
 #[derive(Debug, PartialEq, Eq)]
 struct Wiring {
     ticks: ChannelId,
-    leaf_ids: LeafIds,
-    /// By place of the leaf ID.
-    lines: Vec<Line>,
-    /// The messages that make requests, made once.
+    /// In document order.
+    skills: Vec<Skill>,
+    /// The messages that make requests of leaves that read nothing, made once.
     tick: Message,
     halt: Message,
+}
+
+impl Wiring {
+    /// The place of a leaf's skill.
+    fn place(&self, leaf: NodeId) -> usize {
+        let place = self.skills.binary_search_by_key(&leaf, |skill| skill.leaf);
+        place.expect("every leaf of the tree has a skill")
+    }
 }
 
 /// Receiving a tick.
@@ -74,14 +83,14 @@ impl TreeProcess {
     /// # Errors
     /// [`WiringError::MissingChannel`] if one of them is not.
     pub fn new(tree: Arc<Tree>, topology: &Topology, bt: &str, tick_generator: &str) -> Result<Self, WiringError> {
-        let leaf_ids = LeafIds::of(&tree);
-        let lines = leaf_ids.ids().map(|id| Line::find(topology, bt, id)).collect::<Result<_, _>>()?;
+        let skills = tree.leaves().map(|leaf| Skill::find(&tree, leaf, topology, bt)).collect::<Result<_, _>>()?;
         let ticks = find_channel(topology, bt, tick_generator, bt)?;
-        let (tick, halt) = (request_message(Request::Tick), request_message(Request::Halt));
+        let [tick, halt] = [Request::Tick, Request::Halt].map(|request| request_message(request, Vec::new()));
         Ok(Self {
-            wiring: Shared::new(Wiring { ticks, leaf_ids, lines, tick, halt }),
+            wiring: Shared::new(Wiring { ticks, skills, tick, halt }),
             execution: Execution::new(tree),
             request: RequestNumber::default(),
+            message: None,
             is_sent: false,
             patience: Patience::new(LEAF_TIMEOUT),
             tick: None,
@@ -128,34 +137,52 @@ impl TreeProcess {
     /// The envelope that makes the pending call, and its channel.
     fn pending_request(&self) -> Option<(ChannelId, Envelope)> {
         let call = self.execution.pending()?;
-        let line = self.wiring.lines[self.wiring.leaf_ids.place(call.leaf.index())?];
-        let message = match call.request {
-            Request::Tick => &self.wiring.tick,
-            Request::Halt => &self.wiring.halt,
-        };
-        Some((line.requests, Envelope { message: message.clone(), request: self.request }))
+        let channel = self.wiring.skills[self.wiring.place(call.leaf)].line.requests;
+        Some((channel, Envelope { message: self.message.clone()?, request: self.request }))
     }
 
-    fn go_on(&mut self, step: Option<Step>, now: Duration) {
-        match step {
-            Some(Step::Call(_)) => {
-                self.request.0 += 1;
-                self.is_sent = false;
-                self.patience.begin(now);
+    fn go_on(&mut self, mut step: Option<Step>, now: Duration) {
+        while let Some(Step::Call(call)) = step {
+            match self.message_of(call) {
+                Ok(message) => {
+                    self.message = Some(message);
+                    self.request.0 += 1;
+                    self.is_sent = false;
+                    return self.patience.begin(now);
+                }
+                // The leaf is not even asked.
+                Err(error) => step = self.execution.give_up(now, error.to_string()),
             }
-            Some(Step::Done(_) | Step::Halted) => self.patience.end(),
-            None => {}
+        }
+        if step.is_some() {
+            self.message = None;
+            self.patience.end();
+        }
+    }
+
+    fn message_of(&self, call: Call) -> Result<Message, PortError> {
+        let traffic = &self.wiring.skills[self.wiring.place(call.leaf)].traffic;
+        match call.request {
+            Request::Halt => Ok(self.wiring.halt.clone()),
+            Request::Tick if !traffic.reads() => Ok(self.wiring.tick.clone()),
+            Request::Tick => Ok(request_message(Request::Tick, traffic.read(self.execution.blackboard())?)),
         }
     }
 
     fn receive_reply(&mut self, place: usize, envelope: &Envelope, now: Duration) {
-        let asked = self.execution.pending().and_then(|call| self.wiring.leaf_ids.place(call.leaf.index()));
-        if !self.is_sent || asked != Some(place) || envelope.request != self.request {
+        let wiring = Shared::clone(&self.wiring);
+        let skill = &wiring.skills[place];
+        let Some(call) = self.execution.pending().filter(|call| self.is_sent && call.leaf == skill.leaf) else {
             return;
-        }
+        };
         // A reply that is no answer to the request leaves the execution where it is.
-        let reply: Option<Reply> = reply_of(&envelope.message);
-        let step = reply.and_then(|reply| self.execution.resume(now, reply));
+        let answer = reply_of(&envelope.message).filter(|reply| answers(*reply, call.request));
+        let Some(reply) = answer.filter(|_| envelope.request == self.request) else { return };
+        let outputs = envelope.message.fields().get(1..).unwrap_or_default();
+        let step = match skill.traffic.write(outputs, self.execution.blackboard_mut()) {
+            Ok(()) => self.execution.resume(now, reply),
+            Err(error) => self.execution.give_up(now, error.to_string()),
+        };
         self.go_on(step, now);
     }
 }
@@ -169,9 +196,9 @@ impl Process for TreeProcess {
             }
             Some(_) => {}
         }
-        offers.extend((FIRST_REPLY..).zip(&self.wiring.lines).map(|(number, line)| Offer {
+        offers.extend((FIRST_REPLY..).zip(&self.wiring.skills).map(|(number, skill)| Offer {
             transition: TransitionId(number),
-            action: Action::Receive(line.replies, Pattern::Any),
+            action: Action::Receive(skill.line.replies, Pattern::Any),
         }));
     }
 
@@ -196,20 +223,19 @@ impl Process for TreeProcess {
 
     fn fire_timers(&mut self, now: Duration) {
         let Some(call) = self.execution.pending().filter(|_| self.patience.is_over(now)) else { return };
-        let reason = self.patience.reason(self.execution.tree().node(call.leaf).type_id(), call.request);
+        let reason = self.patience.reason(self.execution.tree().node(call.leaf).process(), call.request);
         let step = self.execution.give_up(now, reason);
         self.go_on(step, now);
     }
 
     fn uses(&self) -> Vec<Use> {
-        let lines = self.wiring.lines.iter().enumerate();
-        let on_lines = lines.flat_map(|(place, line)| line.uses(self.wiring.leaf_ids.halts(place)));
+        let on_lines = self.wiring.skills.iter().flat_map(Skill::uses);
         std::iter::once(Use::Receives(self.wiring.ticks, None)).chain(on_lines).collect()
     }
 
     fn location(&self) -> String {
         let Some(call) = self.execution.pending() else { return "idle".to_owned() };
-        let leaf = self.execution.tree().node(call.leaf).type_id();
+        let leaf = self.execution.tree().node(call.leaf).process();
         match call.request {
             Request::Tick => format!("waiting for {leaf}"),
             Request::Halt => format!("waiting for {leaf} to halt"),

@@ -4,19 +4,21 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::{NamedSource, SourceSpan};
+use diagnostics::{Problem, Source};
+use miette::SourceSpan;
 
 use super::compile::{Compiler, Surroundings};
 use super::document::{Library, SourceFile};
 use super::ports::is_port_name;
+use super::problems::{too_deep, too_large, too_many};
 use super::scan::{Definition, Scanned};
 use super::{Loader, hint};
 use crate::blackboard::{Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
 use crate::settings::Constants;
-use crate::tree::Node;
-use crate::{Category, Kind, NodeId, Problem, Tree};
+use crate::tree::{Node, name_processes};
+use crate::{Category, Kind, NodeId, Tree};
 
 /// The trees of a file by their IDs; of two with the same, the first.
 pub(super) struct Index<'a>(BTreeMap<&'a str, usize>);
@@ -48,14 +50,15 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
                 None => {
                     let problems = files[definition.file].problems();
                     let help = hint(id, index.ids(), problems.len());
-                    problems.push(Problem::NoSubTree { id: id.clone(), span: node.span, help });
+                    let problem = Problem::new(format!("there is no tree `{id}`")).at(node.span, "no such tree");
+                    problems.push(problem.with_help_if(help));
                 }
             }
         }
         references.push(found);
     }
-    let done = vec![false; definitions.len()];
-    let mut search = CycleSearch { definitions, references, files, path: Vec::new(), done };
+    let stands = vec![Visit::Open; definitions.len()];
+    let mut search = CycleSearch { definitions, references, files, path: Vec::new(), stands };
     for start in 0..definitions.len() {
         search.visit(start);
     }
@@ -69,41 +72,71 @@ struct CycleSearch<'a> {
     files: &'a mut [SourceFile],
     /// The trees from the start of the search to where it is, with the number of references followed in each.
     path: Vec<(usize, usize)>,
-    done: Vec<bool>,
+    stands: Vec<Visit>,
+}
+
+/// How the search stands to a tree.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Visit {
+    /// It has not been there.
+    Open,
+    /// The tree is on the path, at this place.
+    OnPath(usize),
+    Done,
 }
 
 impl CycleSearch<'_> {
     fn visit(&mut self, start: usize) {
-        if !self.done[start] {
-            self.path.push((start, 0));
+        if self.stands[start] == Visit::Open {
+            self.enter(start);
         }
         while let Some((tree, followed)) = self.path.last_mut() {
             let tree = *tree;
             let Some(&(target, span)) = self.references[tree].get(*followed) else {
-                self.done[tree] = true;
+                self.stands[tree] = Visit::Done;
                 self.path.pop();
                 continue;
             };
             *followed += 1;
-            if self.done[target] {
-                continue;
-            }
-            match self.path.iter().position(|(above, _)| *above == target) {
-                None => self.path.push((target, 0)),
-                Some(first) => {
-                    let circle = self.path[first..].iter().map(|(above, _)| *above).chain([target]);
-                    let cycle = circle.filter_map(|tree| self.definitions[tree].id.clone()).collect();
-                    self.files[self.definitions[tree].file].problems().push(Problem::Recursion { cycle, span });
+            match self.stands[target] {
+                Visit::Open => self.enter(target),
+                Visit::OnPath(first) => {
+                    let cycle = self.circle(first, target);
+                    let problem = Problem::new(format!("a tree would contain itself: {}", cycle.join(" → ")));
+                    let help = "trees cannot be recursive; repeat a tree by ticking it again";
+                    let problem = problem.at(span, "closes the circle").with_help(help);
+                    self.files[self.definitions[tree].file].problems().push(problem);
                 }
+                Visit::Done => {}
             }
         }
+    }
+
+    fn enter(&mut self, tree: usize) {
+        self.stands[tree] = Visit::OnPath(self.path.len());
+        self.path.push((tree, 0));
+    }
+
+    /// The IDs of the trees on the path from there to its end, and of the target; of many, the first and the last.
+    fn circle(&self, first: usize, target: usize) -> Vec<String> {
+        const SHOWN: usize = 5;
+        let id = |tree: usize| self.definitions[tree].id.clone();
+        let ids = |part: &[(usize, usize)]| part.iter().filter_map(|(tree, _)| id(*tree)).collect::<Vec<String>>();
+        let path = &self.path[first..];
+        let mut circle = if path.len() <= 2 * SHOWN {
+            ids(path)
+        } else {
+            [ids(&path[..SHOWN]), vec!["…".to_owned()], ids(&path[path.len() - SHOWN..])].concat()
+        };
+        circle.extend(id(target));
+        circle
     }
 }
 
 /// Puts the main tree together. All subtrees exist and none contains itself.
 pub(super) fn assemble(
     loader: &Loader,
-    sources: Vec<NamedSource<Arc<str>>>,
+    sources: &[Source],
     library: &Arc<Library>,
     main: usize,
     files: &mut [SourceFile],
@@ -118,7 +151,7 @@ pub(super) fn assemble(
         constants: Arc::clone(&loader.constants),
     };
     let (nodes, program) = (Vec::new(), Program::default());
-    let mut assembly = Assembly { loader, library, index, nodes, program, names, files };
+    let mut assembly = Assembly { loader, library, index, nodes, program, ports: 0, names, files };
     if let Err((file, problem)) = assembly.place(main) {
         files[file].problems().push(problem);
         return None;
@@ -133,12 +166,13 @@ pub(super) fn assemble(
     for (op, node) in program.ops.iter_mut().zip(&nodes) {
         op.end = node.subtree_end;
     }
+    name_processes(&mut nodes);
     program.entries = names.declared.entries;
     program.scopes = Arc::new(names.scopes);
     program.loops = names.loops;
     let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
-    Some(Tree { name, nodes, program, sources, library: Arc::clone(library), main, concerns: None })
+    Some(Tree { name, nodes, program, sources: sources.to_vec(), library: Arc::clone(library), main, concerns: None })
 }
 
 struct Assembly<'a> {
@@ -147,9 +181,14 @@ struct Assembly<'a> {
     index: &'a Index<'a>,
     nodes: Vec<Node>,
     program: Program,
+    /// How many ports the models of the nodes placed so far declare.
+    ports: usize,
     names: Directory,
     files: &'a mut [SourceFile],
 }
+
+/// There may be so many declared ports for each node that a tree may have.
+const PORTS_PER_NODE: usize = 20;
 
 /// A tree that is being placed: where its nodes have come to stand, and how many there are so far.
 struct Placing {
@@ -190,14 +229,20 @@ impl Assembly<'_> {
         let &Scanned { kind, span, .. } = scanned;
         let depth = parent.map_or(0, |parent| self.nodes[parent.index()].depth + 1);
         if depth >= self.loader.max_depth {
-            return Err(Problem::TooDeep { limit: self.loader.max_depth, span });
+            return Err(too_deep(self.loader.max_depth, span));
         }
-        let id = u32::try_from(self.nodes.len()).ok().filter(|_| self.nodes.len() < self.loader.max_nodes);
-        let Some(id) = id else { return Err(Problem::TooLarge { limit: self.loader.max_nodes, span }) };
+        let limit = self.loader.max_nodes;
+        let id = u32::try_from(self.nodes.len()).ok().filter(|_| self.nodes.len() < limit);
+        let Some(id) = id else { return Err(too_large(limit, span)) };
+        self.ports += self.library.model(&scanned.type_id).map_or(0, |model| model.ports.len());
+        if self.ports > limit.saturating_mul(PORTS_PER_NODE) {
+            return Err(too_many("ports in all", limit.saturating_mul(PORTS_PER_NODE), span));
+        }
         self.compile(scanned, id, parent, file);
         let attributes = scanned.attributes.iter().map(|kept| (kept.name.clone(), kept.value.clone())).collect();
         let (type_id, number, subtree_end) = (scanned.type_id.clone(), NodeId(id), id + 1);
-        self.nodes.push(Node { number, kind, type_id, attributes, span, file, parent, depth, subtree_end });
+        let process = String::new();
+        self.nodes.push(Node { number, kind, type_id, attributes, span, file, parent, depth, subtree_end, process });
         Ok(NodeId(id))
     }
 

@@ -3,22 +3,26 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use diagnostics::Problem;
 use miette::SourceSpan;
 
 use super::model::Model;
 use super::ports::{Port, is_port_name, ports};
+use super::problems::{missing_port, not_supported, port_value};
 use super::{Problems, span};
 use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
 use crate::hooks::Hooks;
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
 use crate::settings::{Constants, Input, Loop, Setting};
-use crate::{Direction, Item, Kind, Problem};
+use crate::{Direction, Item, Kind};
 
 /// An attribute of a node.
 #[derive(Clone, Debug)]
 pub(super) struct Attribute {
     pub(super) name: String,
+    /// The name in the file: version 3 called some ports otherwise.
+    pub(super) written: String,
     pub(super) value: String,
     /// Of all of it.
     pub(super) span: SourceSpan,
@@ -184,8 +188,7 @@ impl Compiler<'_> {
         if found.is_none() {
             let near = self.meant_to_be(port.name);
             let help = near.map(|near| format!("was `{near}` meant to be `{}`?", port.name));
-            let (node, port) = (self.name.to_owned(), port.name.to_owned());
-            self.problems.push(Problem::MissingPort { node, port, span: self.span, help });
+            self.problems.push(missing_port(self.name, port.name, self.span, help));
         }
         found
     }
@@ -210,8 +213,9 @@ impl Compiler<'_> {
             return match self.names.port(key, of) {
                 Ok(slot) => Some(Input::Entry(slot, key.into())),
                 Err(is) => {
-                    let (key, is, used_as) = (key.to_owned(), is.to_string(), of.to_string());
-                    self.problems.push(Problem::EntryType { key, is, used_as, span: attribute.value_span });
+                    let message = format!("the entry `{key}` is of the type {is} already, and cannot be used as {of}");
+                    let problem = Problem::new(message).at(attribute.value_span, format!("used as {of} here"));
+                    self.problems.push(problem);
                     None
                 }
             };
@@ -227,17 +231,15 @@ impl Compiler<'_> {
     }
 
     fn wrong_value(&mut self, attribute: &Attribute, message: &str, help: Option<String>) {
-        let (port, message, span) = (attribute.name.clone(), message.to_owned(), attribute.value_span);
-        self.problems.push(Problem::PortValue { port, message, span, help });
+        self.problems.push(port_value(&attribute.written, message, attribute.value_span, help));
     }
 
     /// The script in a port.
     fn code(&mut self, port: &Port) -> Option<Script> {
         let attribute = self.required(port)?;
         if pointed_key(&attribute.name, &attribute.value).is_some() {
-            let what = "a script that is itself on the blackboard".to_owned();
-            let help = Some("write the script into the file".to_owned());
-            self.problems.push(Problem::NotSupported { what, span: attribute.value_span, help });
+            let (what, help) = ("a script that is itself on the blackboard", "write the script into the file");
+            self.problems.push(not_supported(what, attribute.value_span, help));
             return None;
         }
         self.script(&attribute)
@@ -255,7 +257,8 @@ impl Compiler<'_> {
                 } else {
                     whole
                 };
-                self.problems.push(Problem::Script { message: error.message, span });
+                let problem = Problem::new(format!("this script cannot be read: {}", error.message));
+                self.problems.push(problem.at(span, "here"));
                 None
             }
         }
@@ -274,29 +277,32 @@ impl Compiler<'_> {
         has_any.then_some(hooks)
     }
 
-    /// The ports of a leaf outside the tree: those that are attributes, and those that have a default.
+    /// The ports of a leaf outside the tree: those that are attributes, and those that its model declares.
     pub(super) fn leaf_ports(&mut self, model: Option<&Model>) -> BTreeMap<String, LeafPort> {
-        let mut leaf_ports = BTreeMap::new();
+        let mut leaf_ports = self.given_ports(model);
+        for port in model.iter().flat_map(|model| &model.ports) {
+            if leaf_ports.contains_key(&port.name) {
+                continue;
+            }
+            let input = port.default.as_ref().and_then(|default| match pointed_key(&port.name, default) {
+                Some(key) => self.names.port(key, &port.of).ok().map(|slot| Input::Entry(slot, key.into())),
+                None => port.of.parse(default).ok().map(Input::Constant),
+            });
+            let (direction, of) = (port.direction, port.of.clone());
+            leaf_ports.insert(port.name.clone(), LeafPort { direction, of, input, is_declared: true });
+        }
+        leaf_ports
+    }
+
+    /// The ports of a leaf that are attributes.
+    pub(super) fn given_ports(&mut self, model: Option<&Model>) -> BTreeMap<String, LeafPort> {
+        let mut given = BTreeMap::new();
         for attribute in self.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {
             let port = model.and_then(|model| model.port(&attribute.name));
             let (direction, of) = port.map_or((Direction::InOut, Type::Any), |port| (port.direction, port.of.clone()));
-            if let Some(input) = self.value(attribute, &of) {
-                leaf_ports.insert(attribute.name.clone(), LeafPort { direction, of, input });
-            }
+            let (input, is_declared) = (self.value(attribute, &of), port.is_some());
+            given.insert(attribute.name.clone(), LeafPort { direction, of, input, is_declared });
         }
-        for port in model.iter().flat_map(|model| &model.ports) {
-            let Some(default) = port.default.as_ref().filter(|_| !leaf_ports.contains_key(&port.name)) else {
-                continue;
-            };
-            let input = match pointed_key(&port.name, default) {
-                Some(key) => self.names.port(key, &port.of).ok().map(|slot| Input::Entry(slot, key.into())),
-                None => port.of.parse(default).ok().map(Input::Constant),
-            };
-            if let Some(input) = input {
-                let (direction, of) = (port.direction, port.of.clone());
-                leaf_ports.insert(port.name.clone(), LeafPort { direction, of, input });
-            }
-        }
-        leaf_ports
+        given
     }
 }

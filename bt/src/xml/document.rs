@@ -1,20 +1,23 @@
 //! The files as a whole: well-formedness, the root element, what they include, which trees there are, which is the main
 //! one.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-use miette::{NamedSource, SourceSpan};
-use roxmltree::{Document, Node, ParsingOptions, TextPos};
+use diagnostics::{Problem, Source};
+use miette::SourceSpan;
+use roxmltree::{Document, Node, ParsingOptions};
 
 use super::assemble::{self, Index};
 use super::kept::{Kept, namespaces, other_attributes};
 use super::model::{Model, Models, read_models};
+use super::problems::{missing_port, not_supported, too_large, wrong_category};
 use super::scan::{Definition, Scan};
-use super::{Loader, Problems, hint, listed, nearest, span, tag_span, vocabulary};
-use crate::{Category, Problem, Tree, TreeError};
+use super::vocabulary::Builtin;
+use super::{Loader, MAX_ATTRIBUTES, Problems, hint, listed, span, tag_span, vocabulary};
+use crate::{Category, Tree, TreeError};
 
 /// How many files may be involved.
 const MAX_FILES: usize = 100;
@@ -32,13 +35,13 @@ pub(crate) struct Library {
 /// A file, and what is wrong with it.
 pub(super) struct SourceFile {
     path: PathBuf,
-    text: Arc<str>,
+    text: Source,
     problems: Problems,
 }
 
 impl SourceFile {
-    fn source(&self) -> NamedSource<Arc<str>> {
-        NamedSource::new(self.path.display().to_string(), Arc::clone(&self.text)).with_language("xml")
+    fn new(path: &Path, text: &str) -> Self {
+        Self { path: path.to_owned(), text: Source::new(&path.display().to_string(), text), problems: Vec::new() }
     }
 
     /// Whether there is more to say of it than warnings.
@@ -54,7 +57,7 @@ pub(super) fn load(
     text: &str,
     read: &dyn Fn(&Path) -> io::Result<String>,
 ) -> Result<Tree, TreeError> {
-    let mut files = vec![SourceFile { path: path.to_owned(), text: text.into(), problems: Vec::new() }];
+    let mut files = vec![SourceFile::new(path, text)];
     let order = if text.contains("<include") { find_included(&mut files, loader, read) } else { vec![0] };
     let Some(mut tree) = build(loader, &mut files, &order).filter(|_| !files.iter().any(SourceFile::is_wrong)) else {
         return Err(error(files));
@@ -67,13 +70,13 @@ pub(super) fn load(
 
 /// The error of a file that cannot be read.
 pub(super) fn unreadable(path: &Path, error: &io::Error) -> TreeError {
-    let source = NamedSource::new(path.display().to_string(), Arc::from(""));
-    TreeError::new(source, vec![Problem::Unreadable { message: error.to_string() }])
+    let problem = Problem::new(format!("the file cannot be read: {error}"));
+    TreeError::new(Source::new(&path.display().to_string(), ""), vec![problem])
 }
 
 /// All that is said of the files.
 fn error(files: Vec<SourceFile>) -> TreeError {
-    let mut errors = files.into_iter().map(|file| (file.source(), file.problems));
+    let mut errors = files.into_iter().map(|file| (file.text, file.problems));
     let (source, problems) = errors.next().expect("the main file is there");
     let included = errors.filter(|(_, problems)| !problems.is_empty());
     TreeError::new(source, problems)
@@ -104,12 +107,13 @@ fn find_included(
         let text = if files.len() < MAX_FILES { read(&path) } else { Err(io::Error::other("too many files")) };
         match text {
             Ok(text) => {
-                let mut included = SourceFile { path, text: text.into(), problems: Vec::new() };
+                let mut included = SourceFile::new(&path, &text);
                 stack.push((files.len(), includes_of(&mut included, loader)));
                 files.push(included);
             }
             Err(error) => {
-                files[file].problems.push(Problem::Include { path: written, message: error.to_string(), span });
+                let problem = Problem::new(format!("`{written}` cannot be included: {error}"));
+                files[file].problems.push(problem.at(span, "included here"));
             }
         }
     }
@@ -118,24 +122,20 @@ fn find_included(
 
 /// What a file includes, the last first. A file that is no tree file is complained about when it is read for good.
 fn includes_of(file: &mut SourceFile, loader: &Loader) -> Vec<(String, SourceSpan)> {
-    let text = Arc::clone(&file.text);
-    let Ok(document) = parse(&text, loader) else { return Vec::new() };
+    let text = file.text.clone();
+    let Ok(document) = parse(text.text(), loader) else { return Vec::new() };
     let elements = document.root_element().children().filter(|element| element.has_tag_name("include"));
     let mut includes = Vec::new();
     for element in elements {
         let span = tag_span(element);
         if element.has_attribute("ros_pkg") {
-            let help = Some("write the path to the file, without the package".to_owned());
-            let what = "an <include> from a ROS package".to_owned();
-            file.problems.push(Problem::NotSupported { what, span, help });
+            let help = "write the path to the file, without the package";
+            file.problems.push(not_supported("an <include> from a ROS package", span, help));
             continue;
         }
         match element.attribute("path") {
             Some(path) => includes.push((path.to_owned(), span)),
-            None => {
-                let (node, port) = ("<include>".to_owned(), "path".to_owned());
-                file.problems.push(Problem::MissingPort { node, port, span, help: None });
-            }
+            None => file.problems.push(missing_port("<include>", "path", span, None)),
         }
     }
     includes.reverse();
@@ -162,23 +162,28 @@ fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
     // Comments and the space between elements count as nodes, too: leave room for them.
     let nodes_limit = u32::try_from(loader.max_nodes.saturating_mul(8)).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit, ..ParsingOptions::default() };
-    let document =
-        Document::parse_with_options(text, options).map_err(|error| parse_problem(text, &error, loader.max_nodes))?;
+    diagnostics::xml::check_attributes(text, MAX_ATTRIBUTES)?;
+    let is_known = |name: &str| vocabulary::builtin(name).is_some() || vocabulary::explicit(name).is_some();
+    let document = Document::parse_with_options(text, options).map_err(|error| match error {
+        roxmltree::Error::NodesLimitReached => too_large(loader.max_nodes, span(0..1)),
+        error => diagnostics::xml::problem(text, &error, is_known),
+    })?;
     let root = document.root_element();
     if root.tag_name().name() == "root" {
         Ok(document)
     } else {
-        Err(Problem::Root { found: root.tag_name().name().to_owned(), span: tag_span(root) })
+        let problem =
+            Problem::new(format!("the outermost element of a tree file is <root>, not <{}>", root.tag_name().name()));
+        Err(problem.at(tag_span(root), "not a tree file?"))
     }
 }
 
 /// Reads the main tree of the files. Where there is none, there is a problem that says why.
 fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<Tree> {
-    let sources: Vec<NamedSource<Arc<str>>> = files.iter().map(SourceFile::source).collect();
-    let texts: Vec<Arc<str>> = files.iter().map(|file| Arc::clone(&file.text)).collect();
+    let sources: Vec<Source> = files.iter().map(|file| file.text.clone()).collect();
     let mut documents = Vec::new();
     for file in order {
-        match parse(&texts[*file], loader) {
+        match parse(sources[*file].text(), loader) {
             Ok(document) => documents.push((*file, document)),
             Err(problem) => files[*file].problems.push(problem),
         }
@@ -193,12 +198,22 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     for (file, document) in &documents {
         let problems = &mut files[*file].problems;
         let format = check_format(document.root_element(), problems);
-        let mut scan = Scan { loader, format, file: *file, problems, models: &mut models, trees: &trees };
+        let mut scan = Scan {
+            loader,
+            format,
+            file: *file,
+            problems,
+            models: &mut models,
+            trees: &trees,
+            unknown: BTreeMap::new(),
+        };
         let own = scan.read_root(document.root_element());
         check_ids(&own, problems);
-        definitions.retain(|earlier| own.iter().all(|tree| tree.id.is_none() || tree.id != earlier.id));
+        let ids: BTreeSet<&str> = own.iter().filter_map(|tree| tree.id.as_deref()).collect();
+        definitions.retain(|earlier| earlier.id.as_deref().is_none_or(|id| !ids.contains(id)));
         definitions.extend(own);
     }
+    check_categories(loader, &definitions, &models, files);
     let main_root = documents.iter().find(|(file, _)| *file == 0)?.1.root_element();
     let index = Index::new(&definitions);
     assemble::check_references(&definitions, &index, files);
@@ -209,7 +224,7 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     let mut kept = namespaces(documents.iter().map(|(_, document)| document));
     kept.extend(other_attributes(main_root, &["BTCPP_format", "main_tree_to_execute"]));
     let library = Arc::new(Library { definitions, models, kept });
-    assemble::assemble(loader, sources, &library, main, files)
+    assemble::assemble(loader, &sources, &library, main, files)
 }
 
 impl SourceFile {
@@ -225,47 +240,6 @@ impl Library {
     }
 }
 
-/// The problem of a text that is no acceptable XML, with the place where the parser gave up.
-fn parse_problem(text: &str, error: &roxmltree::Error, limit: usize) -> Problem {
-    let at = |offset: usize| span(offset..text[offset..].chars().next().map_or(offset, |c| offset + c.len_utf8()));
-    match error {
-        roxmltree::Error::DtdDetected => {
-            let start = text.find("<!DOCTYPE").unwrap_or(0);
-            Problem::DocumentType { span: span(start..text.len().min(start + "<!DOCTYPE".len())) }
-        }
-        roxmltree::Error::NodesLimitReached => Problem::TooLarge { limit, span: at(0) },
-        roxmltree::Error::UnclosedRootNode | roxmltree::Error::UnexpectedEndOfStream | roxmltree::Error::NoRootNode => {
-            Problem::Xml { message: error.to_string(), span: at(text.len()), help: None }
-        }
-        error => {
-            let offset = offset(text, error.pos());
-            // The parser appends the place to what it says; the label shows it better.
-            let message = error.to_string();
-            let message = message.rsplit_once(" at ").map_or(message.as_str(), |(message, _)| message).to_owned();
-            let help = match error {
-                roxmltree::Error::UnexpectedCloseTag(opened, closed, _) => misspelt(opened, closed),
-                _ => None,
-            };
-            Problem::Xml { message, span: at(offset), help }
-        }
-    }
-}
-
-/// What was meant by an element that begins with one name and ends with one much like it.
-fn misspelt(opened: &str, closed: &str) -> Option<String> {
-    let is_known = |name: &str| vocabulary::builtin(name).is_some() || vocabulary::explicit(name).is_some();
-    nearest(opened, std::iter::once(closed), 0)?;
-    let meant = if is_known(closed) { closed } else { opened };
-    Some(format!("<{opened}> ends as </{closed}>: did you mean <{meant}>?"))
-}
-
-/// The byte that a row and a column, both counted from 1, stand for.
-fn offset(text: &str, pos: TextPos) -> usize {
-    let line_start = text.split_inclusive('\n').take(pos.row.saturating_sub(1) as usize).map(str::len).sum::<usize>();
-    let column = pos.col.saturating_sub(1) as usize;
-    text[line_start..].char_indices().nth(column).map_or(text.len(), |(offset, _)| line_start + offset)
-}
-
 /// The format that the file says it has; 3 where it says nothing, as nothing was said in its days.
 fn check_format(root: Node<'_, '_>, problems: &mut Problems) -> u8 {
     let Some(attribute) = root.attribute_node("BTCPP_format") else { return 3 };
@@ -273,29 +247,43 @@ fn check_format(root: Node<'_, '_>, problems: &mut Problems) -> u8 {
         "3" => 3,
         "4" => 4,
         found => {
-            problems.push(Problem::Format { found: found.to_owned(), span: span(attribute.range()) });
+            let problem = Problem::new(format!("there is no format `{found}`")).at(attribute.range(), "unknown format");
+            let help = "write BTCPP_format=\"4\" (or \"3\", or leave it out, for files of Groot 1)";
+            problems.push(problem.with_help(help));
             4
         }
     }
 }
 
-/// Several trees of a file need IDs, each its own, and none may be called like a node.
+/// No tree is called like a node.
+fn check_categories(loader: &Loader, definitions: &[Definition], models: &Models, files: &mut [SourceFile]) {
+    for &Definition { ref id, span, file, .. } in definitions {
+        let Some(id) = id else { continue };
+        let model = models.get(id).filter(|model| model.category != Category::SubTree);
+        let builtin = vocabulary::builtin(id).map(Builtin::category);
+        let is = builtin.or(model.map(|model| model.category));
+        let Some(is) = is.or(loader.leaves.contains(id).then_some(Category::Action)) else { continue };
+        let place = model.and_then(|model| model.declared).filter(|(declared_in, _)| *declared_in == file);
+        let (used_as, declared) = (Category::SubTree, place.map(|(_, span)| span));
+        files[file].problems.push(wrong_category(id, is, used_as, span, declared));
+    }
+}
+
+/// Several trees of a file need IDs, each its own.
 fn check_ids(definitions: &[Definition], problems: &mut Problems) {
-    let mut seen = std::collections::BTreeMap::new();
+    let mut seen = BTreeMap::new();
     for Definition { id, span, .. } in definitions {
         let Some(id) = id else {
             if definitions.len() > 1 {
-                problems.push(Problem::TreeWithoutId { span: *span });
+                let problem = Problem::new("a tree without ID cannot stand beside others");
+                problems.push(problem.at(*span, "this tree needs an ID").with_help("write <BehaviorTree ID=\"…\">"));
             }
             continue;
         };
-        if let Some(builtin) = vocabulary::builtin(id) {
-            let (is, used_as) = (builtin.category(), Category::SubTree);
-            problems.push(Problem::WrongCategory { id: id.clone(), is, used_as, span: *span, declared: None });
-        }
         match seen.get(id) {
             Some(first) => {
-                problems.push(Problem::DuplicateTree { id: id.clone(), span: *span, first: *first });
+                let problem = Problem::new(format!("there are two trees `{id}`")).at(*span, "again here");
+                problems.push(problem.at(*first, "first here").with_help("give one of them another ID"));
             }
             None => {
                 seen.insert(id, *span);
@@ -313,7 +301,8 @@ fn main_tree(
     problems: &mut Problems,
 ) -> Option<usize> {
     if definitions.is_empty() {
-        problems.push(Problem::NoTree { span: tag_span(root) });
+        let problem = Problem::new("there is no <BehaviorTree> in this file");
+        problems.push(problem.at(tag_span(root), "no tree in here"));
         return None;
     }
     let choice: Option<(&str, SourceSpan)> = match (&loader.main_tree, root.attribute_node("main_tree_to_execute")) {
@@ -325,13 +314,16 @@ fn main_tree(
         if definitions.len() == 1 {
             return Some(0);
         }
-        let help = Some(format!("write main_tree_to_execute=\"…\" in <root>; there is {}", listed(index.ids())));
-        problems.push(Problem::AmbiguousMainTree { count: definitions.len(), span: tag_span(root), help });
+        let message = format!("nothing says which of the {} trees is the main tree", definitions.len());
+        let problem = Problem::new(message).at(tag_span(root), "no main_tree_to_execute");
+        let help = format!("write main_tree_to_execute=\"…\" in <root>; there is {}", listed(index.ids()));
+        problems.push(problem.with_help(help));
         return None;
     };
     let found = index.find(id);
     if found.is_none() {
-        problems.push(Problem::NoMainTree { id: id.to_owned(), span, help: hint(id, index.ids(), problems.len()) });
+        let problem = Problem::new(format!("there is no tree `{id}` to be the main tree")).at(span, "no such tree");
+        problems.push(problem.with_help_if(hint(id, index.ids(), problems.len())));
     }
     found
 }

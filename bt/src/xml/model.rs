@@ -2,25 +2,31 @@
 
 use std::collections::BTreeMap;
 
+use diagnostics::Problem;
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
 use super::kept::{Kept, other_attributes, verbatim};
 use super::ports::is_port_name;
-use super::{Problems, tag_span, value_span, vocabulary};
+use super::problems::{port_value, too_many, wrong_category};
+use super::{MAX_PORTS, Problems, tag_span, value_span, vocabulary};
 use crate::blackboard::{Type, pointed_key};
-use crate::{Category, Direction, Problem};
+use crate::{Category, Direction};
 
 /// What is declared of a node's ID.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Model {
     pub(crate) category: Category,
     pub(crate) ports: Vec<PortModel>,
+    /// Where each port is among them.
+    pub(super) places: BTreeMap<String, usize>,
+    /// A `<TreeNodesModel>` declares it, and with it all its ports; else it is only used as a node of that category.
+    pub(super) is_declared: bool,
     /// What the declaration says besides: attributes, and elements as they stand in the file, such as `<MetadataFields>`
     /// and `<description>`.
     pub(super) kept: Kept,
     pub(super) notes: Vec<String>,
-    /// Where, if a file says so; and in which of the files.
+    /// Where it is declared or used first, and in which of the files.
     pub(crate) declared: Option<(usize, SourceSpan)>,
 }
 
@@ -40,7 +46,15 @@ pub(crate) struct PortModel {
 impl Model {
     /// A model of which nothing is declared.
     pub(super) fn of(category: Category) -> Self {
-        Self { category, ports: Vec::new(), kept: Kept::new(), notes: Vec::new(), declared: None }
+        Self {
+            category,
+            ports: Vec::new(),
+            places: BTreeMap::new(),
+            is_declared: false,
+            kept: Kept::new(),
+            notes: Vec::new(),
+            declared: None,
+        }
     }
 
     /// Whether it says more than what the node is.
@@ -49,7 +63,12 @@ impl Model {
     }
 
     pub(crate) fn port(&self, name: &str) -> Option<&PortModel> {
-        self.ports.iter().find(|port| port.name == name)
+        self.places.get(name).map(|place| &self.ports[*place])
+    }
+
+    fn add(&mut self, port: PortModel) {
+        self.places.entry(port.name.clone()).or_insert(self.ports.len());
+        self.ports.push(port);
     }
 }
 
@@ -83,7 +102,7 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
     if let Some(builtin) = vocabulary::builtin(&id) {
         let (is, used_as) = (builtin.category(), category);
         if is != used_as {
-            problems.push(Problem::WrongCategory { id, is, used_as, span, declared: None });
+            problems.push(wrong_category(&id, is, used_as, span, None));
             return;
         }
         // Groot writes down what it knows of BehaviorTree.CPP's own nodes, too. So do we know it, but for its notes.
@@ -98,7 +117,7 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
         Some(known) if known.category != category && known.declared.is_some_and(|(first, _)| first == file) => {
             let declared = known.declared.map(|(_, span)| span);
             let (is, used_as) = (known.category, category);
-            problems.push(Problem::WrongCategory { id, is, used_as, span, declared });
+            problems.push(wrong_category(&id, is, used_as, span, declared));
         }
         _ => {
             models.insert(id, model);
@@ -114,10 +133,14 @@ fn declaration(
     problems: &mut Problems,
 ) -> Model {
     let kept = other_attributes(element, &["ID"]);
-    let mut model = Model { kept, declared: Some(place), ..Model::of(category) };
+    let mut model = Model { kept, declared: Some(place), is_declared: true, ..Model::of(category) };
     for child in element.children().filter(Element::is_element) {
         match direction(child) {
-            Some(direction) => model.ports.extend(read_port(child, direction, problems)),
+            Some(_) if model.ports.len() == MAX_PORTS => {
+                problems.push(too_many("ports", MAX_PORTS, tag_span(child)));
+                break;
+            }
+            Some(direction) => read_port(child, direction, problems).into_iter().for_each(|port| model.add(port)),
             None => model.notes.push(verbatim(child)),
         }
     }
@@ -131,9 +154,13 @@ fn direction(element: Element<'_, '_>) -> Option<Direction> {
 }
 
 fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Problems) -> Option<PortModel> {
-    let Some(name) = element.attribute("name").filter(|name| is_port_name(name)) else {
-        let help = Some("a port has a name that begins with a letter, and is not `name` or `ID`".to_owned());
-        problems.push(Problem::PortName { span: tag_span(element), help });
+    let name = element.attribute("name");
+    let Some(name) = name.filter(|name| is_port_name(name)) else {
+        let help = "a port's name begins with a letter, has no space, dot or other special character, and is not `name` \
+                    or `ID`";
+        let unnamed = || "this port has no name".to_owned();
+        let problem = Problem::new(name.map_or_else(unnamed, |name| format!("no port can be called `{name}`")));
+        problems.push(problem.at(tag_span(element), "give it a name").with_help(help));
         return None;
     };
     let of = element.attribute("type").map_or(Type::Any, Type::named);
@@ -144,7 +171,7 @@ fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Prob
         && !text.is_empty()
     {
         let span = value_span(element, "default").unwrap_or_else(|| tag_span(element));
-        problems.push(Problem::PortValue { port: name.to_owned(), message: error.to_string(), span, help: None });
+        problems.push(port_value(name, &error.to_string(), span, None));
     }
     Some(PortModel {
         name: name.to_owned(),
@@ -158,6 +185,6 @@ fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Prob
 }
 
 pub(super) fn misplaced(element: Element<'_, '_>, help: &str, problems: &mut Problems) {
-    let (name, help) = (element.tag_name().name().to_owned(), Some(help.to_owned()));
-    problems.push(Problem::Misplaced { element: name, span: tag_span(element), help });
+    let problem = Problem::new(format!("<{}> does not belong here", element.tag_name().name()));
+    problems.push(problem.at(tag_span(element), "unexpected").with_help(help));
 }

@@ -1,5 +1,6 @@
 //! The ports of BehaviorTree.CPP's own nodes: their names, types and defaults.
 
+use super::vocabulary;
 use crate::blackboard::Type;
 use crate::{Item, Kind};
 
@@ -113,7 +114,11 @@ pub(super) fn ports(kind: Kind) -> &'static [Port] {
     }
 }
 
-/// Whether an attribute of that name can be a port: it begins with a letter, and is neither `name` nor `ID`.
+/// Whether an attribute of that name can be a port: it begins with a letter, is neither `name` nor `ID`, and has no
+/// character that BehaviorTree.CPP forbids.
 pub(super) fn is_port_name(name: &str) -> bool {
-    name.starts_with(|c: char| c.is_ascii_alphabetic()) && name != "name" && name != "ID" && !name.contains([':', '.'])
+    name.starts_with(|c: char| c.is_ascii_alphabetic())
+        && name != "name"
+        && name != "ID"
+        && vocabulary::forbidden(name).is_none()
 }

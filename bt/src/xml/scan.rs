@@ -1,8 +1,10 @@
 //! The elements of a document: which nodes they are, and all that can be said of them one by one.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use diagnostics::Problem;
+use diagnostics::xml::name_span;
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
@@ -10,9 +12,10 @@ use super::compile::{Attribute, Compiler, Nowhere};
 use super::kept::{Kept, other_attributes, written_name};
 use super::model::{Model, Models, misplaced};
 use super::ports::is_port_name;
+use super::problems::{child_count, missing_port, not_supported, port_value, too_deep, unknown_node, wrong_category};
 use super::vocabulary::{self, Builtin};
-use super::{Loader, Problems, nearest, required_id, span, tag_span};
-use crate::{Category, Kind, Problem};
+use super::{Loader, MAX_PROBLEMS, Problems, near, required_id, span, tag_span, value_span};
+use crate::{Category, Kind};
 
 /// A `<BehaviorTree>`.
 #[derive(Debug)]
@@ -60,6 +63,8 @@ pub(super) struct Scan<'a> {
     pub(super) models: &'a mut Models,
     /// The IDs of all trees.
     pub(super) trees: &'a BTreeSet<String>,
+    /// Where among the problems are names of elements that nobody knows, and how many more elements have them.
+    pub(super) unknown: BTreeMap<String, (usize, usize)>,
 }
 
 impl Scan<'_> {
@@ -72,7 +77,7 @@ impl Scan<'_> {
                 "TreeNodesModel" | "include" => {}
                 name => {
                     let known = ["BehaviorTree", "TreeNodesModel", "include"];
-                    let near = nearest(name, known.into_iter(), self.problems.len());
+                    let near = near(name, known.into_iter(), self.problems.len());
                     let help = near.map_or("<root> holds <BehaviorTree> and <TreeNodesModel>".to_owned(), |near| {
                         format!("did you mean <{near}>?")
                     });
@@ -88,25 +93,77 @@ impl Scan<'_> {
             Some(id) if id.trim().is_empty() => required_id(tree, "the name of the tree", self.problems),
             id => id.map(str::to_owned),
         };
+        self.check_id(id.as_deref(), value_span(tree, "ID"));
         let kept = other_attributes(tree, &["ID"]);
         let mut definition = Definition { id, kept, span: tag_span(tree), file: self.file, nodes: Vec::new() };
         let children = tree.children().filter(Element::is_element);
         let found = children.clone().count();
         if found != 1 {
             let expected = "exactly one node, its root";
-            let node = "<BehaviorTree>".to_owned();
-            self.problems.push(Problem::ChildCount { node, expected, found, span: tag_span(tree) });
+            self.problems.push(child_count("<BehaviorTree>", expected, found, tag_span(tree)));
         }
         for child in children {
             self.read_node(child, None, 1, &mut definition.nodes);
         }
+        self.check_neighbours(&definition.nodes);
         definition
+    }
+
+    /// BehaviorTree.CPP 4 allows this ID.
+    fn check_id(&mut self, id: Option<&str>, span: Option<SourceSpan>) {
+        let (Some(id), Some(span)) = (id, span) else { return };
+        let (reason, help) = match vocabulary::forbidden(id) {
+            Some(forbidden) => {
+                let what = match forbidden {
+                    ' ' => "a space".to_owned(),
+                    c if c.is_control() => "a control character".to_owned(),
+                    c => format!("`{c}`"),
+                };
+                let allowed = id.replace(|c: char| vocabulary::forbidden(c.encode_utf8(&mut [0; 4])).is_some(), "_");
+                (format!("it contains {what}"), format!("write `{allowed}`"))
+            }
+            None if matches!(id, "Root" | "root") => {
+                ("BehaviorTree.CPP reserves it".to_owned(), "give it another ID".to_owned())
+            }
+            None => return,
+        };
+        let problem = Problem::new(format!("`{id}` cannot be an ID: {reason}")).at(span, "not allowed");
+        self.problems.push(problem.with_help(help));
+    }
+
+    /// Names that a tree's subtrees share, which would make their paths the same, and asynchronous nodes that would halt
+    /// each other for ever.
+    fn check_neighbours(&mut self, nodes: &[Scanned]) {
+        let (mut names, mut parents) = (BTreeMap::new(), BTreeMap::new());
+        for node in nodes {
+            let span = node.span;
+            let name = node.attribute("name").filter(|name| node.kind == Kind::SubTree && !name.is_empty());
+            if let Some(name) = name
+                && let Some(first) = earlier(&mut names, name, span)
+            {
+                let problem = Problem::new(format!("there are two subtrees `{name}` in this tree"));
+                let problem = problem.at(span, "again here").at(first, "first here");
+                self.problems.push(problem.with_help("give one of them another name, or leave the name out"));
+            }
+            let reactive = node.parent.filter(|parent| nodes[*parent].kind == Kind::ReactiveSequence);
+            if let Some(parent) = reactive.filter(|_| node.kind == Kind::AsyncSequence)
+                && let Some(first) = earlier(&mut parents, parent, span)
+            {
+                let problem = Problem::new("a <ReactiveSequence> cannot have two <AsyncSequence>");
+                let problem = problem.at(span, "again here").at(first, "first here");
+                let help = "when one runs, the other is halted and starts over: write <Sequence> for one of them";
+                self.problems.push(problem.with_help(help));
+            }
+        }
     }
 
     /// Reads a node and all below it.
     fn read_node(&mut self, element: Element<'_, '_>, parent: Option<usize>, depth: usize, nodes: &mut Vec<Scanned>) {
+        if self.problems.len() >= MAX_PROBLEMS {
+            return;
+        }
         if depth > self.loader.max_depth {
-            self.problems.push(Problem::TooDeep { limit: self.loader.max_depth, span: tag_span(element) });
+            self.problems.push(too_deep(self.loader.max_depth, tag_span(element)));
             return;
         }
         // Below a node that is not understood, the others are read on, for their own problems.
@@ -137,6 +194,7 @@ impl Scan<'_> {
             let is_plain = text.get(attribute.range_value()) == Some(&value);
             Attribute {
                 name: vocabulary::current_port_name(kind, written).to_owned(),
+                written: written.to_owned(),
                 value,
                 span: span(attribute.range()),
                 value_span: span(attribute.range_value()),
@@ -175,6 +233,7 @@ impl Scan<'_> {
                 return None;
             }
         };
+        self.check_id(Some(name), Some(name_span(element).into()));
         self.check_needless_id(element, kind);
         self.check_category(name, kind.category(), tag_span(element));
         Some((kind, name.to_owned()))
@@ -183,12 +242,13 @@ impl Scan<'_> {
     /// `<Control ID="Sequence">`, `<Action ID="GoTo"/>` and their like.
     fn resolve_explicit(&mut self, element: Element<'_, '_>, used_as: Category, id: String) -> Option<(Kind, String)> {
         if used_as == Category::SubTree {
+            self.check_id(element.attribute("ID"), value_span(element, "ID"));
             return Some((Kind::SubTree, id));
         }
         if let Some(builtin) = vocabulary::builtin(&id) {
             let is = builtin.category();
             if is != used_as {
-                self.problems.push(Problem::WrongCategory { id, is, used_as, span: tag_span(element), declared: None });
+                self.problems.push(wrong_category(&id, is, used_as, tag_span(element), None));
                 return None;
             }
             return self.known(element, &id, builtin).map(|kind| (kind, kind.name().to_owned()));
@@ -209,8 +269,7 @@ impl Scan<'_> {
         match builtin {
             Builtin::Known(kind) => Some(kind),
             Builtin::Gone(_, help) => {
-                let (what, help) = (format!("version 3's <{name}>"), Some(help.to_owned()));
-                self.problems.push(Problem::NotSupported { what, span: tag_span(element), help });
+                self.problems.push(not_supported(&format!("version 3's <{name}>"), tag_span(element), help));
                 None
             }
         }
@@ -226,7 +285,7 @@ impl Scan<'_> {
         let is = model.category;
         if is != used_as {
             let declared = model.declared.filter(|(file, _)| *file == self.file).map(|(_, span)| span);
-            self.problems.push(Problem::WrongCategory { id: id.to_owned(), is, used_as, span, declared });
+            self.problems.push(wrong_category(id, is, used_as, span, declared));
         }
     }
 
@@ -234,16 +293,16 @@ impl Scan<'_> {
     fn check_needless_id(&mut self, element: Element<'_, '_>, kind: Kind) {
         let Some(attribute) = element.attribute_node("ID").filter(|_| self.format == 4) else { return };
         let name = element.tag_name().name();
-        let help = Some(format!("write <{name}/>, or <{kind} ID=\"{}\"/>", attribute.value()));
-        let span = span(attribute.range());
-        self.problems.push(Problem::NeedlessId { element: name.to_owned(), span, help });
+        let problem = Problem::new(format!("<{name}> is the ID already; the attribute ID is not allowed"));
+        let help = format!("write <{name}/>, or <{kind} ID=\"{}\"/>", attribute.value());
+        self.problems.push(problem.at(attribute.range(), "a second ID").with_help(help));
     }
 
     fn check_children(&mut self, element: Element<'_, '_>, kind: Kind) {
         let found = element.children().filter(Element::is_element).count();
         if let Some(expected) = kind.expected_children(found) {
             let node = format!("<{}>", element.tag_name().name());
-            self.problems.push(Problem::ChildCount { node, expected, found, span: tag_span(element) });
+            self.problems.push(child_count(&node, expected, found, tag_span(element)));
         }
     }
 
@@ -259,8 +318,8 @@ impl Scan<'_> {
         match kind {
             Kind::SubTree => self.check_subtree_ports(scanned),
             Kind::Action | Kind::Condition => {
-                compiler.leaf_ports(model);
-                compiler.check_leaf_ports(model);
+                compiler.given_ports(model);
+                compiler.check_leaf_ports(model, self.format);
             }
             _ => {
                 compiler.setting();
@@ -277,8 +336,8 @@ impl Scan<'_> {
                 Ok(truth) if truth.to_bool() == Ok(true) => return,
                 Ok(_) => {}
                 Err(error) => {
-                    let (port, message) = (attribute.name.clone(), error.to_string());
-                    self.problems.push(Problem::PortValue { port, message, span: attribute.value_span, help: None });
+                    let problem = port_value(&attribute.name, &error.to_string(), attribute.value_span, None);
+                    self.problems.push(problem);
                 }
             }
         }
@@ -286,8 +345,8 @@ impl Scan<'_> {
         for port in model.iter().flat_map(|model| &model.ports) {
             if port.default.is_none() && scanned.attribute(&port.name).is_none() {
                 let help = Some(format!("write {}=\"…\", or _autoremap=\"true\"", port.name));
-                let (node, port) = (format!("the tree `{}`", scanned.type_id), port.name.clone());
-                self.problems.push(Problem::MissingPort { node, port, span: scanned.span, help });
+                let node = format!("the tree `{}`", scanned.type_id);
+                self.problems.push(missing_port(&node, &port.name, scanned.span, help));
             }
         }
     }
@@ -306,35 +365,46 @@ impl Scan<'_> {
                 .is_ok_and(|limit| usize::try_from(limit).is_ok_and(|limit| limit > children))
             {
                 let message = format!("the node has only {children} of them to count");
-                let (port, span) = (attribute.name.clone(), attribute.value_span);
-                self.problems.push(Problem::PortValue { port, message, span, help: None });
+                self.problems.push(port_value(&attribute.written, &message, attribute.value_span, None));
             }
         }
     }
 
     fn unknown(&mut self, element: Element<'_, '_>, name: &str) {
+        if let Some((at, more)) = self.unknown.get_mut(name) {
+            *more += 1;
+            let problem = &mut self.problems[*at];
+            *problem = problem.clone().with_message(unknown_node(name, *more).message());
+            return;
+        }
+        self.unknown.insert(name.to_owned(), (self.problems.len(), 0));
         let known = vocabulary::names()
             .chain(self.models.keys().map(String::as_str))
             .chain(self.loader.leaves.iter().map(String::as_str));
         let help = if self.trees.contains(name) {
             format!("for the tree of that name, write <SubTree ID=\"{name}\"/>")
-        } else if let Some(near) = nearest(name, known, self.problems.len()) {
+        } else if let Some(near) = near(name, known, self.problems.len()) {
             format!("did you mean <{near}>?")
         } else {
             format!(
                 "for a skill, write <Action ID=\"{name}\"/> or <Condition ID=\"{name}\"/>, or declare it so in <TreeNodesModel>"
             )
         };
-        let (element_name, span) = (name.to_owned(), tag_span(element));
-        self.problems.push(Problem::UnknownNode { element: element_name, span, help: Some(help) });
+        self.problems.push(unknown_node(name, 0).at(tag_span(element), "unknown").with_help(help));
     }
 
     fn custom(&mut self, element: Element<'_, '_>, category: Category, id: &str) {
-        let near = nearest(id, vocabulary::builtins_of(category), self.problems.len());
+        let near = near(id, vocabulary::builtins_of(category), self.problems.len());
         let help = near.map_or("only leaves can be of your own making: they are skills".to_owned(), |near| {
             format!("did you mean `{near}`?")
         });
-        let (id, span) = (id.to_owned(), tag_span(element));
-        self.problems.push(Problem::CustomNode { id, category, span, help: Some(help) });
+        let message = format!("`{id}` is none of BehaviorTree.CPP's own nodes, and cannot be run as a <{category}>");
+        self.problems.push(Problem::new(message).at(tag_span(element), "unknown").with_help(help));
     }
+}
+
+/// Where a key was seen before; if it was not, that is noted down.
+fn earlier<K: Ord>(seen: &mut BTreeMap<K, SourceSpan>, key: K, span: SourceSpan) -> Option<SourceSpan> {
+    let first = *seen.entry(key).or_insert(span);
+    (first != span).then_some(first)
 }

@@ -1,10 +1,14 @@
 //! Attributes that are none of a node's.
 
+use std::collections::BTreeSet;
+
+use diagnostics::{MAX_HINTS, Problem};
+
 use super::compile::{Attribute, Compiler};
 use super::model::Model;
 use super::ports::{is_port_name, ports};
-use super::{MAX_HINTS, listed, nearest};
-use crate::Problem;
+use super::problems::unknown_port;
+use super::{listed, near};
 use crate::hooks::Hooks;
 
 /// Attributes that begin with `_` and are no scripts: what BehaviorTree.CPP and Groot write or read besides.
@@ -21,10 +25,10 @@ impl<'a> Compiler<'a> {
                 continue;
             }
             let known = Hooks::NAMES.into_iter().chain(NOTES.into_iter().take(2));
-            let near = nearest(name, known, self.problems.len()).map(|near| format!("did you mean `{near}`?"));
-            let help = near.or_else(|| self.all("its scripts may be", &Hooks::NAMES));
-            let (attribute, span) = (name.to_owned(), attribute.span);
-            self.problems.push(Problem::UnknownAttribute { attribute, span, help });
+            let near = near(name, known, self.problems.len()).map(|near| format!("did you mean `{near}`?"));
+            let help = near.or_else(|| self.all("its scripts may be", Hooks::NAMES.into_iter()));
+            let problem = Problem::new(format!("the attribute `{name}` means nothing")).as_warning();
+            self.problems.push(problem.at(attribute.span, "has no effect").with_help_if(help));
         }
     }
 
@@ -42,36 +46,44 @@ impl<'a> Compiler<'a> {
                 continue;
             }
             let candidates = open.iter().copied().chain(Hooks::NAMES);
-            let near = nearest(&attribute.name, candidates, self.problems.len());
+            let near = near(&attribute.name, candidates, self.problems.len());
             let near = near.map(|near| format!("did you mean `{near}`?"));
-            let help = near.or_else(|| self.all("its ports are", &known));
-            self.unknown_port(attribute, help);
+            let help = near.or_else(|| self.all("its ports are", known.iter().copied()));
+            self.problems.push(unknown_port(self.name, &attribute.name, attribute.span, help));
         }
     }
 
-    /// Attributes of a leaf that its model does not declare as ports: a mistake if they are nearly called like one that is
-    /// not given, else perhaps one.
-    pub(super) fn check_leaf_ports(&mut self, model: Option<&Model>) {
-        let known: Vec<&str> = model.iter().flat_map(|model| &model.ports).map(|port| &*port.name).collect();
-        if known.is_empty() {
-            return;
-        }
-        let open: Vec<&str> = known.iter().copied().filter(|port| !self.is_given(port)).collect();
-        for attribute in self.strangers(&known) {
-            if let Some(near) = nearest(&attribute.name, open.iter().copied(), self.problems.len()) {
-                self.unknown_port(attribute, Some(format!("did you mean `{near}`?")));
+    /// Attributes of a leaf that its model does not declare as ports. BehaviorTree.CPP refuses them. The models that files
+    /// of version 3 have are Groot's notes: there it is a warning, but for a name that is nearly that of a port which is
+    /// not given.
+    pub(super) fn check_leaf_ports(&mut self, model: Option<&Model>, format: u8) {
+        let says_ports = |model: &&Model| model.is_declared && (format == 4 || !model.ports.is_empty());
+        let Some(model) = model.filter(says_ports) else { return };
+        let ports = self.attributes.iter().filter(|attribute| is_port_name(&attribute.name));
+        let strangers: Vec<&Attribute> = ports.filter(|attribute| model.port(&attribute.name).is_none()).collect();
+        let given: BTreeSet<&str> = match strangers.as_slice() {
+            [] => return,
+            _ => self.attributes.iter().map(|attribute| attribute.name.as_str()).collect(),
+        };
+        for attribute in strangers {
+            let ports = model.ports.iter().map(|port| port.name.as_str());
+            let near = near(&attribute.name, ports.clone().filter(|port| !given.contains(port)), self.problems.len());
+            let help = near.map(|near| format!("did you mean `{near}`?"));
+            let help = help.or_else(|| self.all("the ports in its model are", ports));
+            let (node, port) = (self.name, &attribute.name);
+            self.problems.push(if near.is_none() && format == 3 {
+                let problem = Problem::new(format!("{node} declares no port `{port}`")).as_warning();
+                problem.at(attribute.span, "not declared").with_help_if(help)
             } else {
-                let (node, port, span) = (self.name.to_owned(), attribute.name.clone(), attribute.span);
-                let help = self.all("the ports in its model are", &known);
-                self.problems.push(Problem::UndeclaredPort { node, port, span, help });
-            }
+                unknown_port(node, port, attribute.span, help)
+            });
         }
     }
 
     /// The attribute that was probably meant to be a port that is missing.
     pub(super) fn meant_to_be(&self, port: &str) -> Option<&'a str> {
         let names = self.attributes.iter().map(|attribute| attribute.name.as_str()).filter(|name| is_port_name(name));
-        nearest(port, names, self.problems.len())
+        near(port, names, self.problems.len())
     }
 
     fn is_given(&self, port: &str) -> bool {
@@ -84,17 +96,12 @@ impl<'a> Compiler<'a> {
         ports.filter(|attribute| !known.contains(&attribute.name.as_str())).collect()
     }
 
-    fn unknown_port(&mut self, attribute: &Attribute, help: Option<String>) {
-        let (node, port, span) = (self.name.to_owned(), attribute.name.clone(), attribute.span);
-        self.problems.push(Problem::UnknownPort { node, port, span, help });
-    }
-
     /// All names that there are, unless so much has been said already.
-    fn all(&self, what: &str, names: &[&str]) -> Option<String> {
-        let all = || match names {
-            [] => "it has none".to_owned(),
-            names => format!("{what} {}", listed(names.iter().copied())),
-        };
-        (self.problems.len() < MAX_HINTS).then(all)
+    fn all<'b>(&self, what: &str, names: impl Iterator<Item = &'b str>) -> Option<String> {
+        if self.problems.len() >= MAX_HINTS {
+            return None;
+        }
+        let names = listed(names);
+        Some(if names.is_empty() { "it has none".to_owned() } else { format!("{what} {names}") })
     }
 }

@@ -44,6 +44,15 @@ const OTHER_NAMES: [(&str, Builtin); 8] = [
 const EXPLICIT: [Category; 5] =
     [Category::Action, Category::Condition, Category::Control, Category::Decorator, Category::SubTree];
 
+/// Characters that BehaviorTree.CPP allows neither in the ID of a tree nor in the name of a node or a port. Control
+/// characters are not allowed, either.
+const FORBIDDEN: &str = " <>&\"'/\\:*?|.";
+
+/// The first character of a name that BehaviorTree.CPP does not allow there.
+pub(super) fn forbidden(name: &str) -> Option<char> {
+    name.chars().find(|c| c.is_ascii_control() || FORBIDDEN.contains(*c))
+}
+
 /// BehaviorTree.CPP's node of that name.
 pub(super) fn builtin(name: &str) -> Option<Builtin> {
     let kind = Kind::BUILTIN.into_iter().find(|kind| kind.name() == name).map(Builtin::Known);

@@ -182,7 +182,8 @@ fn pairs(kept: &[(String, String)]) -> impl Iterator<Item = (&str, &str)> {
 fn element_of(node: &Scanned) -> &str {
     let is_name = |id: &str| {
         id.starts_with(|c: char| c.is_alphabetic() || c == '_')
-            && id.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'))
+            && id.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-'))
+            && !matches!(id, "Root" | "root")
             && vocabulary::builtin(id).is_none()
             && vocabulary::explicit(id).is_none()
     };

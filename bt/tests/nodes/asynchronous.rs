@@ -36,8 +36,8 @@ behaviours! {
 
 #[test]
 fn a_tree_that_wants_to_be_ticked_again_for_ever_is_stopped() {
-    let body = "<ReactiveSequence><AsyncSequence><AlwaysSuccess/><AlwaysSuccess/></AsyncSequence>\
-                <AsyncSequence><AlwaysSuccess/><AlwaysSuccess/></AsyncSequence></ReactiveSequence>";
+    let twice = "<Repeat num_cycles=\"2\"><AlwaysSuccess/></Repeat>";
+    let body = &format!("<ReactiveSequence>{twice}{twice}</ReactiveSequence>");
     let tree = tree(body);
     let mut execution = Execution::new(tree.clone());
     for _ in 0..2 {

@@ -1,6 +1,9 @@
 //! Who is halted, when, and in which order.
 
-use crate::stage::behaviours;
+use bt::{Part, Rehearsal, Status, table};
+
+use crate::NOW;
+use crate::stage::{behaviours, tree};
 
 behaviours! {
     an_action_that_was_not_ticked_is_not_halted: "<ReactiveFallback><c/><Sequence><a/><b/></Sequence></ReactiveFallback>" => [
@@ -63,4 +66,20 @@ behaviours! {
         "f=S b=halt -> S",
         "f=F a=R -> R",
     ];
+}
+
+/// For BehaviorTree.CPP a sequence is running once it has begun, and so it is halted; but it has not run.
+#[test]
+fn a_control_node_that_was_skipped_is_shown_as_skipped_though_it_is_reset() {
+    let tree = tree("<ReactiveSequence><Sequence><AlwaysSuccess _skipIf=\"true\"/></Sequence><a/></ReactiveSequence>");
+    let mut rehearsal = Rehearsal::new(tree.clone(), [Part::new([Status::Running.into()])]);
+    let moments = [rehearsal.tick(NOW), rehearsal.tick(NOW), rehearsal.halt(NOW)];
+    let lines = [
+        "                       1    2 halt",
+        "→                      R    R    H",
+        "  →*                   K    K    ·",
+        "    AlwaysSuccess      K    K    ·",
+        "  a                    R    R    H",
+    ];
+    assert_eq!(table(&tree, &moments).lines().collect::<Vec<_>>(), lines);
 }

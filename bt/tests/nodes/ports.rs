@@ -58,10 +58,11 @@ fn write(execution: &mut Execution, port: &str, value: Value) -> Result<(), Port
 
 #[test]
 fn a_constant_is_read_as_its_type() {
-    let mut execution = execution(r#"<Go goal="7" tries="7" extra="7"/>"#);
-    assert_eq!(read(&mut execution, "goal").unwrap(), "'7'");
-    assert_eq!(read(&mut execution, "tries").unwrap(), "7");
-    assert_eq!(read(&mut execution, "extra").unwrap(), "'7'", "what is not declared is a text");
+    let mut declared = execution(r#"<Go goal="7" tries="7"/>"#);
+    assert_eq!(read(&mut declared, "goal").unwrap(), "'7'");
+    assert_eq!(read(&mut declared, "tries").unwrap(), "7");
+    let mut undeclared = execution(r#"<Action ID="Come" tries="7"/>"#);
+    assert_eq!(read(&mut undeclared, "tries").unwrap(), "'7'", "what is not declared is a text");
 }
 
 #[test]

@@ -56,3 +56,14 @@ behaviours! {
         "a=S -> S",
     ];
 }
+
+/// The first node to name an entry says of which type it is.
+#[test]
+fn switch_compares_a_number_of_an_entry_that_a_node_above_it_names() {
+    let switch = "<Switch2 variable=\"{y}\" case_1=\"0\" case_2=\"1\"><a/><b/><c/></Switch2>";
+    let mut execution = Execution::new(tree(&format!("<WaitValueUpdate entry=\"{{y}}\">{switch}</WaitValueUpdate>")));
+    execution.blackboard_mut().set("y", 0).unwrap();
+    play_with(&mut execution, &["a=S -> S"]);
+    execution.blackboard_mut().set("y", 1).unwrap();
+    play_with(&mut execution, &["b=F -> F"]);
+}

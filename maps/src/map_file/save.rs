@@ -1,8 +1,9 @@
 //! Writing a map as `map_server` YAML and a picture.
 
 use std::fmt::Write as _;
-use std::fs;
 use std::path::Path;
+
+use diagnostics::Staging;
 
 use crate::raster::{MAX_CELLS, encode_pgm, encode_png};
 use crate::{Cell, Error, OccupancyGrid, heading};
@@ -46,10 +47,11 @@ pub fn map_files(grid: &OccupancyGrid, image_name: &str, format: ImageFormat) ->
     Ok(MapFiles { yaml: yaml(grid, image_name), image })
 }
 
-/// Saves a map as the YAML file at `path` and a picture of the same name beside it; see [`map_files`].
+/// Saves a map as the YAML file at `path` and a picture of the same name beside it, in place of what is there; see
+/// [`map_files`].
 ///
 /// # Errors
-/// [`Error::UnsavableSize`] as [`map_files`] has it; [`Error::Write`] if a file cannot be written.
+/// [`Error::UnsavableSize`] as [`map_files`] has it; [`Error::File`] if a file cannot be written.
 pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Result<(), Error> {
     let extension = match format {
         ImageFormat::Pgm => "pgm",
@@ -58,11 +60,13 @@ pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Resul
     let image_path = path.with_extension(extension);
     let image_name = image_path.file_name().unwrap_or_default().to_string_lossy();
     let files = map_files(grid, &image_name, format)?;
-    let write =
-        |path: &Path, bytes: &[u8]| fs::write(path, bytes).map_err(|source| Error::Write { path: path.into(), source });
-    // The YAML comes last: where it is, the picture is.
-    write(&path.with_file_name(&*image_name), &files.image)?;
-    write(path, files.yaml.as_bytes())
+    let yaml_name = path.file_name().unwrap_or_default();
+    let staging =
+        Staging::begin(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
+    staging.write(&*image_name, &files.image)?;
+    staging.write(yaml_name, &files.yaml)?;
+    // Where the YAML is, the picture is.
+    Ok(staging.publish(&[yaml_name])?)
 }
 
 fn shade(cell: Cell) -> u8 {

@@ -1,10 +1,11 @@
 use std::collections::BTreeMap;
 use std::io;
 
+use diagnostics::{Error, FileProblems, from_disk};
 use proptest::prelude::*;
 
 use super::*;
-use crate::{Cell, FileProblems, MAX_CELLS, Point, from_disk};
+use crate::{Cell, MAX_CELLS, Point};
 
 /// A map that is right, for tests to spoil.
 const YAML: &str = "\
@@ -159,14 +160,15 @@ fn saved_maps_lie_on_disk_as_a_pair() {
         save_map(&map, &path, format).unwrap();
         assert_eq!(load_map(&path, &from_disk).unwrap(), map);
     }
-    let nowhere = folder.path().join("no/such/folder.yaml");
-    assert!(matches!(save_map(&map, &nowhere, ImageFormat::Pgm), Err(Error::Write { .. })));
+    let nowhere = folder.path().join("a.yaml/folder.yaml");
+    let saved = save_map(&map, &nowhere, ImageFormat::Pgm);
+    assert!(matches!(saved, Err(crate::Error::File(Error::Write { .. }))));
 }
 
 #[test]
 fn a_map_without_cells_is_not_saved() {
     let empty = OccupancyGrid::new(0, 4, 0.05, pose(0.0, 0.0, 0.0));
-    assert!(matches!(map_files(&empty, "a.pgm", ImageFormat::Pgm), Err(Error::UnsavableSize { .. })));
+    assert!(matches!(map_files(&empty, "a.pgm", ImageFormat::Pgm), Err(crate::Error::UnsavableSize { .. })));
 }
 
 fn any_cell() -> impl Strategy<Value = Cell> {

@@ -247,6 +247,10 @@ fn field_samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
             let texts = constants.iter().filter(|value| matches!(value, Value::Text(_))).map(|value| (*value).clone());
             texts.chain([Value::from("\u{1}unmentioned")]).collect()
         }
+        FieldKind::Optional(kind) => {
+            let none = Value::symbol(FieldKind::NONE);
+            std::iter::once(none).chain(field_samples(kind, constants)).collect()
+        }
     }
 }
 

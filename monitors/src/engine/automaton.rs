@@ -6,6 +6,7 @@ use std::sync::Arc;
 use channels::Verdict;
 
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::anticipation::{Anticipation, Lasso, TooManyWays};
 use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::{Operators, State};
 use crate::engine::progression::Progression;
@@ -23,13 +24,22 @@ pub(crate) const MAX_STATES: usize = 10_000;
 /// Obligations of more clauses are not worked out: there would be many of them.
 const MAX_CLAUSES: usize = 500;
 
-/// The automaton of a formula would have more than ten thousand states.
+/// The automaton of a formula would have more than ten thousand states, or too many ways to go on from them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooManyStates;
 
+impl From<TooManyWays> for TooManyStates {
+    fn from(_: TooManyWays) -> Self {
+        Self
+    }
+}
+
 /// All states that a formula's obligations can reach, with the verdict in each.
 ///
-/// A state is settled as soon as no path leads to both outcomes: anticipation is exact.
+/// A state is settled as soon as all endless words lead to one outcome: anticipation is exact. In a word τ grows by one
+/// at each tick, and nowhere else; the first tick may leave it where it is. (A state that messages alone lead to may
+/// come again behind ticks. There one more tick is thought to leave τ where it is, which no run has: a verdict that
+/// this matters to comes late.)
 #[derive(Clone, Debug)]
 pub(crate) struct Automaton {
     /// Where each symbol leads from each state.
@@ -38,6 +48,8 @@ pub(crate) struct Automaton {
     meanings: Vec<(Option<Obligations>, u64)>,
     verdicts: Vec<Verdict>,
     holds: Vec<bool>,
+    /// Which states messages alone lead to.
+    before_ticks: Vec<bool>,
     symbols: u16,
 }
 
@@ -53,39 +65,82 @@ impl Automaton {
                 owed.as_ref().map_or_else(|| operators.holds_on_nothing(), |owed| operators.met_at_the_end(owed))
             })
             .collect();
-        let mut automaton = Self { table, meanings, verdicts: Vec::new(), holds, symbols };
-        automaton.verdicts = automaton.anticipate();
+        let mut automaton = Self { table, meanings, verdicts: Vec::new(), holds, before_ticks: Vec::new(), symbols };
+        automaton.before_ticks = automaton.before_ticks();
+        automaton.verdicts = automaton.anticipate(operators, alphabet)?;
         Ok(automaton)
     }
 
     /// The verdict in each state, from what can be reached from it.
-    fn anticipate(&self) -> Vec<Verdict> {
-        let [satisfiable, violable] = [true, false].map(|outcome| self.reaching(outcome));
+    fn anticipate(&self, operators: &Operators, alphabet: &Alphabet) -> Result<Vec<Verdict>, TooManyWays> {
+        let satisfiable = self.possible(true, operators, alphabet)?;
+        let violable = self.possible(false, operators, alphabet)?;
         let verdict = |(satisfiable, violable): (bool, bool)| match (satisfiable, violable) {
             (true, true) => Verdict::Inconclusive,
             (true, false) => Verdict::True,
             _ => Verdict::False,
         };
-        satisfiable.into_iter().zip(violable).map(verdict).collect()
+        Ok(satisfiable.into_iter().zip(violable).map(verdict).collect())
     }
 
-    /// Which states have a path to a state where the formula holds as the run stands, or does not.
-    fn reaching(&self, outcome: bool) -> Vec<bool> {
+    /// From which states an endless word goes on on which the formula holds, or does not.
+    ///
+    /// Silence is such a word: where the formula holds as the run stands, or can come to, the question is settled. What
+    /// is left is mostly little.
+    fn possible(&self, outcome: bool, operators: &Operators, alphabet: &Alphabet) -> Result<Vec<bool>, TooManyWays> {
+        let mut possible: Vec<bool> = self.holds.iter().map(|holds| *holds == outcome).collect();
+        self.spread(&mut possible);
+        let left: Vec<usize> = (0..self.len()).filter(|state| !possible[*state]).collect();
+        let (states, owed): (Vec<usize>, Vec<_>) = left
+            .into_iter()
+            .filter_map(|state| self.meanings[state].0.as_ref().map(|owed| (state, (owed, self.meanings[state].1))))
+            .unzip();
+        let found = Anticipation::new(operators, alphabet, outcome).possible(&owed)?;
+        states.into_iter().zip(found).for_each(|(state, found)| possible[state] = found);
+        self.spread(&mut possible);
+        Ok(possible)
+    }
+
+    /// What is possible in a state is possible in those before it.
+    fn spread(&self, possible: &mut [bool]) {
         let mut before: Vec<Vec<StateNumber>> = vec![Vec::new(); self.len()];
-        for (from, to) in (0..self.len()).flat_map(|from| self.successors(from).map(move |(_, to)| (from, to))) {
+        for (from, to) in (0..self.len()).flat_map(|from| self.moves(from).map(move |(_, to)| (from, to))) {
             before[to].push(from as StateNumber);
         }
-        let mut reaching: Vec<bool> = self.holds.iter().map(|holds| *holds == outcome).collect();
-        let mut open: Vec<usize> = (0..self.len()).filter(|state| reaching[*state]).collect();
+        let mut open: Vec<usize> = (0..self.len()).filter(|state| possible[*state]).collect();
         while let Some(state) = open.pop() {
             for from in before[state].iter().map(|from| usize::from(*from)) {
-                if !reaching[from] {
-                    reaching[from] = true;
+                if !std::mem::replace(&mut possible[from], true) {
                     open.push(from);
                 }
             }
         }
-        reaching
+    }
+
+    /// Which states messages alone lead to, so that the first tick can come there.
+    fn before_ticks(&self) -> Vec<bool> {
+        let mut reached = vec![false; self.len()];
+        let mut open = vec![0];
+        while let Some(state) = open.pop() {
+            if !std::mem::replace(&mut reached[state], true) {
+                let messages = self.successors(state).filter(|(symbol, _)| symbol.0 >= Symbol::MESSAGES);
+                open.extend(messages.map(|(_, to)| to));
+            }
+        }
+        reached
+    }
+
+    /// Where words can go on to from a state.
+    fn moves(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
+        self.successors(state).filter(move |(symbol, _)| match *symbol {
+            Symbol::ADVANCE => false,
+            Symbol::TICK => self.before_ticks[state],
+            _ => true,
+        })
+    }
+
+    fn is_broken(&self, state: StateNumber) -> bool {
+        self.meanings[usize::from(state)].0.as_ref().is_some_and(Obligations::is_broken)
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -112,18 +167,29 @@ impl Automaton {
         (next != NOWHERE).then_some(usize::from(next))
     }
 
-    /// A shortest sequence of symbols from a state to one where the formula holds as the run stands, or does not.
-    pub(crate) fn path(&self, start: usize, outcome: bool) -> Option<Vec<Symbol>> {
+    /// An endless word behind a state on which the formula holds, or does not.
+    fn lasso(&self, state: usize, outcome: bool, operators: &Operators, alphabet: &Alphabet) -> Option<Lasso> {
+        let (owed, last) = &self.meanings[state];
+        Anticipation::new(operators, alphabet, outcome).lasso(owed.as_ref()?, *last).ok()?
+    }
+
+    /// The first thing that is found in a state that symbols can lead to from there, and a shortest way to it.
+    fn path<T>(
+        &self,
+        start: usize,
+        may: impl Fn(Symbol) -> bool,
+        found: impl Fn(usize) -> Option<T>,
+    ) -> Option<(T, Vec<Symbol>)> {
         let mut came: Vec<Option<(usize, Symbol)>> = vec![None; self.len()];
         let mut queue = VecDeque::from([start]);
         while let Some(state) = queue.pop_front() {
-            if self.holds[state] == outcome {
+            if let Some(found) = found(state) {
                 let back = std::iter::successors(Some(state), |state| came[*state].map(|(from, _)| from));
                 let mut path: Vec<Symbol> = back.filter_map(|state| came[state].map(|(_, symbol)| symbol)).collect();
                 path.reverse();
-                return Some(path);
+                return Some((found, path));
             }
-            for (symbol, to) in self.successors(state) {
+            for (symbol, to) in self.moves(state).filter(|(symbol, _)| may(*symbol)) {
                 if came[to].is_none() && to != start {
                     came[to] = Some((state, symbol));
                     queue.push_back(to);
@@ -213,6 +279,8 @@ pub(crate) struct AutomatonRun {
     operators: Arc<Operators>,
     state: StateNumber,
     now: u64,
+    /// Whether there was a tick.
+    has_ticked: bool,
     /// After a message that its channel's domain does not have: the automaton knows no way, progression goes on.
     detour: Option<Progression>,
     /// The clause whose time was up before it was met.
@@ -221,11 +289,23 @@ pub(crate) struct AutomatonRun {
 
 impl AutomatonRun {
     pub(crate) fn new(automaton: Arc<Automaton>, operators: Arc<Operators>) -> Self {
-        Self { automaton, operators, state: 0, now: 0, detour: None, missed: None }
+        Self { automaton, operators, state: 0, now: 0, has_ticked: false, detour: None, missed: None }
     }
 
     pub(crate) fn state(&self) -> Option<usize> {
         self.detour.is_none().then_some(usize::from(self.state))
+    }
+
+    /// An endless word that goes on from here and on which the formula holds, or does not.
+    pub(crate) fn lasso(&self, outcome: bool, alphabet: &Alphabet) -> Option<Lasso> {
+        let word = |state: usize| self.automaton.lasso(state, outcome, &self.operators, alphabet);
+        let may = |symbol: Symbol| symbol != Symbol::TICK || !self.has_ticked;
+        let automaton = &self.automaton;
+        let silent = |state: usize| (automaton.holds[state] == outcome).then(Lasso::default);
+        let (end, mut stem) =
+            automaton.path(self.state()?, may, silent).or_else(|| automaton.path(self.state()?, may, word))?;
+        stem.extend(end.0);
+        Some((stem, end.1))
     }
 
     /// τ has become `now`.
@@ -235,11 +315,19 @@ impl AutomatonRun {
         }
         while self.now < now {
             let next = self.automaton.table.get(self.state, Symbol::ADVANCE);
-            if next != self.state && self.automaton.verdicts[usize::from(next)] == Verdict::False {
+            if next != self.state && self.automaton.is_broken(next) {
                 self.missed = self.missed.take().or_else(|| self.meaning().0?.ending_by(self.now).cloned());
             }
             self.now = if next == self.state { now } else { self.now + 1 };
             self.state = next;
+        }
+    }
+
+    /// Whether what was owed cannot be met any more, whatever comes.
+    pub(crate) fn is_broken(&self) -> bool {
+        match &self.detour {
+            Some(detour) => detour.verdict() == Verdict::False,
+            None => self.automaton.is_broken(self.state),
         }
     }
 
@@ -248,6 +336,7 @@ impl AutomatonRun {
         if let Some(detour) = &mut self.detour {
             return detour.read(letter);
         }
+        self.has_ticked |= letter.is_tick();
         let symbol = alphabet.symbol(letter);
         let next = self.automaton.table.get(self.state, symbol);
         if next == NOWHERE {
@@ -306,6 +395,7 @@ impl AutomatonRun {
             state = next;
         }
         self.now += ticks(symbols);
+        self.has_ticked |= symbols.iter().any(|symbol| symbol.0 < Symbol::MESSAGES);
         self.state = state;
     }
 

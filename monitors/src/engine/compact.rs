@@ -11,6 +11,7 @@ use channels::Verdict;
 
 use crate::clause::{EventId, Form, Literal, Part, Vocabulary, Window, own_channels};
 use crate::engine::alphabet::{Alphabet, Letter, Symbol};
+use crate::engine::obligations::{Obligation, Obligations};
 use crate::engine::table::Table;
 
 /// A clause `always` of which is watched: whenever one of its own channels speaks (at every tick, if it has none) and
@@ -154,14 +155,18 @@ impl Rule {
             match literal {
                 Literal::Event { event: EventId(event), holds: true } => rule.hold |= 1 << event,
                 Literal::Event { event: EventId(event), holds: false } => rule.hold_not |= 1 << event,
-                // What no message satisfies passes never: `holds` is false then, its negation true.
-                Literal::Time { event: EventId(event), holds, .. } if alphabet.possible() & (1 << event) == 0 => {
-                    if !holds {
-                        return None;
+                Literal::Time { event: EventId(event), bound, holds } => {
+                    let mut windows = bound.windows();
+                    let is_possible = alphabet.possible() & (1 << event) != 0;
+                    match (windows.next().filter(|_| is_possible), windows.next()) {
+                        // What no message satisfies, or none at any time, passes never: the clause is true if not to
+                        // pass is enough.
+                        (None, _) if *holds => {}
+                        (Some(Window { first: 0, last }), None) => {
+                            rule.timing = rule.timing.with(1 << event, last.checked_add(1)?, *holds)?;
+                        }
+                        _ => return None,
                     }
-                }
-                Literal::Time { event: EventId(event), window: Window { first: 0, last }, holds } => {
-                    rule.timing = rule.timing.with(1 << event, last.checked_add(1)?, *holds)?;
                 }
                 _ => return None,
             }
@@ -254,6 +259,24 @@ impl CompactRun {
             Timing::Within { .. } if *ticks != u64::MAX => Some((index, *ticks)),
             _ => None,
         })
+    }
+
+    /// What these rules owe and ban, in ticks from now: what has begun, beside the rules themselves.
+    pub(crate) fn begun(&self, rules: &[usize]) -> Obligations {
+        let armed = rules.iter().filter(|rule| self.is_armed(**rule)).map(|rule| {
+            let (events, holds) = match self.compact.rules[*rule].timing {
+                Timing::Within { answers, .. } => (answers, true),
+                Timing::Never => (0, false),
+                Timing::Without { bans, .. } => (bans, false),
+            };
+            let last = self.ticks[*rule].saturating_sub(self.now + 1);
+            let passes = (0..u64::BITS)
+                .filter(|event| events >> event & 1 == 1)
+                .map(|event| Obligations::one(Obligation::Passes { event: EventId(event), holds, first: 0, last }));
+            let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
+            passes.fold(Obligations::constant(!holds), combine)
+        });
+        armed.fold(Obligations::met(), Obligations::and)
     }
 
     /// For each rule whether something is owed or banned now.

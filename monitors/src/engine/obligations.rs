@@ -74,6 +74,17 @@ impl Obligations {
         Self { clauses: vec![vec![obligation]] }
     }
 
+    /// All of these, none of which implies another.
+    pub(crate) fn all(mut obligations: Clause) -> Self {
+        obligations.sort_unstable();
+        Self { clauses: obligations.into_iter().map(|obligation| vec![obligation]).collect() }
+    }
+
+    /// One of these, none of which implies another.
+    pub(crate) fn any(clause: Clause) -> Self {
+        Self { clauses: vec![clause] }
+    }
+
     pub(crate) fn is_met(&self) -> bool {
         self.clauses.is_empty()
     }

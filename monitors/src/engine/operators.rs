@@ -1,6 +1,6 @@
 //! The operators of a formula, and how they carry obligations from one state to the next.
 
-use crate::clause::{EventId, Form, Literal, Part, Vocabulary, own_channels, own_channels_of_all};
+use crate::clause::{Bound, EventId, Form, Literal, Part, Vocabulary, own_channels, own_channels_of_all};
 use crate::engine::alphabet::{Alphabet, Letter};
 use crate::engine::obligations::{Obligation, Obligations};
 
@@ -34,7 +34,7 @@ struct Asked {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Compiled {
     Event { bit: u64, holds: bool },
-    Time { event: EventId, first: u64, last: u64, holds: bool },
+    Time { event: EventId, bound: Bound, holds: bool },
     Operator(u32),
 }
 
@@ -123,6 +123,24 @@ impl Operators {
         }
     }
 
+    /// Whether an obligation that waits for a message on channels of its own is asked at a letter.
+    pub(crate) fn is_asked(&self, operator: u32, letter: Letter) -> bool {
+        match &self.operators[operator as usize] {
+            Operator::Next { clock, .. } => clock.strikes(letter),
+            Operator::Until { .. } | Operator::Release { .. } => false,
+        }
+    }
+
+    /// That the root goes on, if it consists of operators that do.
+    pub(crate) fn going(&self) -> Obligations {
+        let goes = |literal: &Compiled| match literal {
+            Compiled::Operator(operator) => Obligations::one(Obligation::Goes(*operator)),
+            Compiled::Event { .. } | Compiled::Time { .. } => Obligations::broken(),
+        };
+        let clause = |clause: &Vec<Compiled>| clause.iter().map(goes).fold(Obligations::broken(), Obligations::or);
+        self.root.iter().map(clause).fold(Obligations::met(), Obligations::and)
+    }
+
     /// Whether the root holds on the empty run.
     pub(crate) fn holds_on_nothing(&self) -> bool {
         let holds = |literal: &Compiled| match literal {
@@ -147,14 +165,18 @@ impl Operators {
     fn literal(&self, literal: Compiled, state: State) -> Obligations {
         match literal {
             Compiled::Event { bit, holds } => Obligations::constant((state.last & bit != 0) == holds),
-            Compiled::Time { event, first, last, holds } => {
-                let passes = first == 0 && state.letter.satisfied & (1 << event.0) != 0;
-                if passes {
-                    return Obligations::constant(holds);
-                }
-                let first = if first == 0 { 0 } else { state.now.saturating_add(first) };
-                let last = state.now.saturating_add(last);
-                Obligations::one(Obligation::Passes { event, holds, first, last })
+            Compiled::Time { event, bound, holds } => {
+                let passes = state.letter.satisfied & (1 << event.0) != 0;
+                let windows = bound.windows().map(|window| {
+                    if window.first == 0 && passes {
+                        return Obligations::constant(holds);
+                    }
+                    let first = if window.first == 0 { 0 } else { state.now.saturating_add(window.first) };
+                    let last = state.now.saturating_add(window.last);
+                    Obligations::one(Obligation::Passes { event, holds, first, last })
+                });
+                let combine: fn(_, _) -> _ = if holds { Obligations::or } else { Obligations::and };
+                windows.fold(Obligations::constant(!holds), combine)
             }
             Compiled::Operator(operator) => match self.operators[operator as usize] {
                 Operator::Next { .. } => Obligations::one(Obligation::Waits(operator)),
@@ -232,9 +254,7 @@ impl Compiler<'_> {
     fn literal(&mut self, literal: &Literal) -> Compiled {
         match literal {
             Literal::Event { event, holds } => Compiled::Event { bit: 1 << event.0, holds: *holds },
-            Literal::Time { event, window, holds } => {
-                Compiled::Time { event: *event, first: window.first, last: window.last, holds: *holds }
-            }
+            Literal::Time { event, bound, holds } => Compiled::Time { event: *event, bound: *bound, holds: *holds },
             operator => Compiled::Operator(self.operator(operator)),
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! The first line describes the run, the others follow in the order in which things happened. `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel",
 //! "message":[{"sym":"ok"},83.2]}` is a message that was received, `{"step":9,"tick":67,"time_s":67.0,"generated":
-//! "tick"}` a tick. Lines of other kinds are skipped.
+//! "tick"}` a tick. Lines of other kinds, which have neither `from`, `to` or `message` nor `generated`, are skipped.
 
 mod scan;
 
@@ -172,7 +172,13 @@ impl<R: BufRead> EventLog<R> {
             return Ok(None);
         }
         let found = self.object(&mut scanner).map_err(unreadable)?;
-        let (Some(step), Some(tick), Some(time)) = (found.step, found.tick, found.time) else { return Ok(None) };
+        if !found.generated && found.from.is_none() && found.to.is_none() && found.message.is_none() {
+            return Ok(None);
+        }
+        let missing = |key: &str| self.complaint(0, &format!("this event has no `{key}`"));
+        let step = found.step.ok_or_else(|| missing("step"))?;
+        let tick = found.tick.ok_or_else(|| missing("tick"))?;
+        let time = found.time.ok_or_else(|| missing("time_s"))?;
         let last = std::mem::replace(&mut self.last, (step, tick, time));
         if step < last.0 || tick < last.1 || time < last.2 {
             return Err(LogError::Backwards { line: number, step, tick, time });
@@ -180,7 +186,10 @@ impl<R: BufRead> EventLog<R> {
         if found.generated {
             return Ok(Some(Event { step, tick, time, kind: EventKind::Tick }));
         }
-        let (Some(from), Some(to), Some(message)) = (found.from, found.to, found.message) else { return Ok(None) };
+        let missing = |key: &str| self.complaint(0, &format!("this message has no `{key}`"));
+        let from = found.from.ok_or_else(|| missing("from"))?;
+        let to = found.to.ok_or_else(|| missing("to"))?;
+        let message = found.message.ok_or_else(|| missing("message"))?;
         let Some(channel) = self.channel(from, to) else {
             return match self.which {
                 Channels::Known => {

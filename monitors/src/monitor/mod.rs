@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use channels::{Event, EventKind, GraphMonitor, LocationId, Monitor, ProgramGraph, Topology, Verdict};
 
+use crate::clause::Window;
 use crate::describe;
 use crate::engine::{CompactRun, Letter, Obligation, Symbol};
 use crate::export::Picture;
@@ -45,6 +46,15 @@ pub struct ScopeMonitor {
 
 /// An automaton may have this many states; a formula that needs more is monitored without one.
 pub const MAX_AUTOMATON_STATES: usize = crate::engine::MAX_AUTOMATON_STATES;
+
+/// How a run could go on for ever.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Continuation {
+    /// What comes first, each state with its distance in ticks from the one before.
+    pub stem: Vec<(u64, EventKind)>,
+    /// What then comes over and over, τ growing by one at each tick; silence, if that is nothing.
+    pub cycle: Vec<EventKind>,
+}
 
 impl ScopeMonitor {
     /// The monitor of a formula over the channels of a topology.
@@ -152,13 +162,17 @@ impl ScopeMonitor {
             .flat_map(|owed| owed.clauses())
             .filter(|clause| !clause.iter().any(|obligation| operators.met_by_silence(obligation)));
         let open = open.map(|clause| {
-            let parts = clause.iter().map(|obligation| match obligation {
+            let parts = clause.iter().map(|obligation| match *obligation {
                 Obligation::Goes(operator) | Obligation::Waits(operator) => {
-                    describe::operator(operators.literal_of(*operator), words, &self.topology)
+                    describe::operator(operators.literal_of(operator), words)
                 }
-                Obligation::Passes { event, .. } => describe::event(words.get(*event), &self.topology),
+                Obligation::Passes { event, first, last, .. } => {
+                    let from_now = |tick: u64| if tick == u64::MAX { tick } else { tick.saturating_sub(self.now) };
+                    let window = Window { first: from_now(first), last: from_now(last) };
+                    describe::awaited(event, window, &self.synthesis.form, words)
+                }
             });
-            let what = parts.collect::<Vec<_>>().join(" or ");
+            let what = Formula::Or(parts.collect()).text(&self.topology);
             let ends = clause.iter().map(|obligation| match obligation {
                 Obligation::Passes { last, .. } if *last < u64::MAX => Some(*last),
                 _ => None,
@@ -228,28 +242,24 @@ impl ScopeMonitor {
         self.verdict = self.run.verdict();
     }
 
-    /// A shortest continuation after which the formula holds as the run stands (or does not), if there is one: states
-    /// with their distance in ticks from the one before. `None` also without an automaton.
+    /// How the run could go on for ever so that the formula holds (or does not), if it can. `None` also without an
+    /// automaton.
     #[must_use]
-    pub fn continuation(&self, holds: bool) -> Option<Vec<(u64, EventKind)>> {
-        let (Run::Automaton(run), Some(automaton)) = (&self.run, self.synthesis.automaton()) else { return None };
-        let mut continuation = Vec::new();
-        let mut ticks = 0;
-        for symbol in automaton.path(run.state()?, holds)? {
-            ticks += u64::from(symbol == Symbol::ADVANCE || symbol == Symbol::NEXT_TICK);
-            let kind = match symbol {
-                Symbol::ADVANCE => continue,
-                Symbol::TICK | Symbol::NEXT_TICK => EventKind::Tick,
-                message => {
-                    let letter = self.synthesis.alphabet.letter(message);
-                    let sample = self.synthesis.alphabet.letters().find(|(sample, ..)| *sample == letter);
-                    let (_, channel, message) = sample?;
-                    EventKind::Received { channel, message: message.clone() }
-                }
-            };
-            continuation.push((std::mem::take(&mut ticks), kind));
-        }
-        Some(continuation)
+    pub fn continuation(&self, holds: bool) -> Option<Continuation> {
+        let Run::Automaton(run) = &self.run else { return None };
+        let alphabet = &self.synthesis.alphabet;
+        let next = |symbol: &Symbol| match *symbol {
+            Symbol::TICK => Some((0, EventKind::Tick)),
+            Symbol::NEXT_TICK => Some((1, EventKind::Tick)),
+            message => {
+                let letter = alphabet.letter(message);
+                let (_, channel, message) = alphabet.letters().find(|(sample, ..)| *sample == letter)?;
+                Some((0, EventKind::Received { channel, message: message.clone() }))
+            }
+        };
+        let (stem, cycle) = run.lasso(holds, alphabet)?;
+        let cycle = cycle.iter().map(|symbol| next(symbol).map(|(_, kind)| kind));
+        Some(Continuation { stem: stem.iter().map(next).collect::<Option<_>>()?, cycle: cycle.collect::<Option<_>>()? })
     }
 
     /// The monitor as a program graph, where it has that form and is small enough to be looked at.
@@ -281,7 +291,10 @@ impl ScopeMonitor {
             if let Some(rules) = &mut self.rules {
                 rules.advance(now);
             }
-            self.verdict = self.run.verdict();
+            // What else time decides, its tick does.
+            if self.run.is_too_late() {
+                self.verdict = Verdict::False;
+            }
         }
         if self.verdict == Verdict::Inconclusive {
             self.run.read(letter, &self.synthesis.alphabet);
@@ -303,8 +316,16 @@ impl Monitor for ScopeMonitor {
         &self.name
     }
 
+    fn boxed_clone(&self) -> Box<dyn Monitor> {
+        Box::new(self.clone())
+    }
+
     fn observe(&mut self, event: &Event) {
         if self.verdict != Verdict::Inconclusive {
+            if self.verdict == Verdict::False && self.record.witness().is_none() {
+                let told = Told { event, synthesis: &self.synthesis, topology: &self.topology, start: event.tick };
+                self.record.doom(&told);
+            }
             return;
         }
         match &event.kind {

@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 
 use channels::{Event, EventKind, Topology, Verdict};
 
-use crate::clause::{EventId, Form, Literal, Part};
+use crate::clause::{Bound, EventId, Form, Literal, Part, bounds};
 use crate::describe;
-use crate::engine::{Clause, CompactRun, Letter, Obligation};
+use crate::engine::{Anticipation, Clause, CompactRun, Letter, Obligation, Operators};
 use crate::monitor::witness::{Moment, OpenObligation, Sighting, Witness};
 use crate::synthesis::{Run, Synthesis};
 
@@ -56,6 +56,11 @@ impl Record {
                 None => self.messages.push(event.clone()),
             }
         }
+    }
+
+    /// Notes why a formula is violated that no run can satisfy: at the first state of all.
+    pub(crate) fn doom(&mut self, told: &Told) {
+        self.witness = Some(Box::new(self.explain(None, told)));
     }
 
     /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen. `rules` are the clauses beside a
@@ -143,12 +148,12 @@ impl Record {
         }
     }
 
-    /// Why no continuation can meet all clauses, though none of them is broken yet: what is owed and what is banned.
+    /// Why no continuation can meet all clauses, though none of them is broken yet: those that contradict each other.
     fn contradiction(&self, rules: &CompactRun, told: &Told) -> Witness {
-        let armed: Vec<usize> = (0..rules.compact().rules().len()).filter(|rule| rules.is_armed(*rule)).collect();
-        let clauses = armed.iter().map(|rule| &rules.compact().rules()[*rule].clause);
-        let clauses = clauses.map(|clause| describe::clause(clause, &told.synthesis.vocabulary, told.topology));
-        let causes = armed.iter().filter_map(|rule| self.causes[*rule].as_ref());
+        let known = rules.compact().rules();
+        let core = self.contradicting(rules, told.synthesis);
+        let clauses: Form = core.iter().map(|rule| known[*rule].clause.clone()).collect();
+        let causes = core.iter().filter_map(|rule| self.causes[*rule].as_ref());
         let since = causes.clone().filter_map(|cause| cause.last()).min_by_key(|event| (event.step, event.tick));
         let mut messages: Vec<Event> = Vec::new();
         for event in causes.flatten() {
@@ -156,14 +161,40 @@ impl Record {
                 messages.push(event.clone());
             }
         }
+        let due = rules.owed().filter(|(rule, _)| core.contains(rule)).map(|(_, due)| due).min();
         Witness {
-            clause: clauses.collect::<Vec<_>>().join(", and "),
+            clause: describe::form(&clauses, &told.synthesis.vocabulary, told.topology),
             since: since.map(Moment::of),
             messages: sightings(&sorted(messages), told.topology),
-            deadline_tick: rules.owed().map(|(_, due)| told.start.saturating_add(due).saturating_sub(1)).min(),
+            deadline_tick: due.map(|due| told.start.saturating_add(due).saturating_sub(1)),
             missing: None,
             settled: Moment::of(told.event),
         }
+    }
+
+    /// Rules that contradict each other now, none of which can be left out: without any one of them the others can
+    /// still be kept.
+    fn contradicting(&self, rules: &CompactRun, synthesis: &Synthesis) -> Vec<usize> {
+        let known = rules.compact().rules();
+        let always = |rule: &usize| {
+            let hold = Form::from([known[*rule].clause.clone()]);
+            Part::from([Literal::Release { escape: Form::new(), hold }])
+        };
+        let can_be_kept = |kept: &[usize]| {
+            let form: Form = kept.iter().map(always).collect();
+            let operators = Operators::new(&form, &synthesis.vocabulary, &synthesis.alphabet);
+            let owed = operators.going().and(rules.begun(kept));
+            let possible = Anticipation::new(&operators, &synthesis.alphabet, true).possible(&[(&owed, self.last)]);
+            possible.map_or(true, |possible| possible[0])
+        };
+        let mut core: Vec<usize> = (0..known.len()).collect();
+        for rule in 0..known.len() {
+            let fewer: Vec<usize> = core.iter().copied().filter(|kept| *kept != rule).collect();
+            if !can_be_kept(&fewer) {
+                core = fewer;
+            }
+        }
+        core
     }
 
     /// Why a clause is violated.
@@ -173,7 +204,7 @@ impl Record {
         let mut messages = self.causes[rule].clone().unwrap_or_else(|| self.of_clause(clause, told));
         let since = messages.last().cloned();
         let window = clause.iter().find_map(|literal| match literal {
-            Literal::Time { window, holds, .. } => Some((window.last, *holds)),
+            Literal::Time { bound, holds, .. } => bound.end().map(|end| (end, *holds)),
             _ => None,
         });
         let due = |last: u64| since.as_ref().map(|event| event.tick.max(start).saturating_add(last));
@@ -219,27 +250,8 @@ fn name(obligation: &Obligation, told: &Told) -> Option<String> {
 
 /// How many ticks the windows of a timed event are long; `None` if they differ.
 fn length(form: &Form, event: EventId) -> Option<u64> {
-    let mut lengths = BTreeSet::new();
-    collect_lengths(form, event, &mut lengths);
-    lengths.pop_first().filter(|_| lengths.is_empty())
-}
-
-fn collect_lengths(form: &Form, of: EventId, lengths: &mut BTreeSet<u64>) {
-    for literal in form.iter().flatten() {
-        match literal {
-            Literal::Event { .. } => {}
-            Literal::Time { event, window, .. } => {
-                if *event == of {
-                    lengths.insert(window.last);
-                }
-            }
-            Literal::Next { clauses, .. } => collect_lengths(clauses, of, lengths),
-            Literal::Until { hold: one, goal: other } | Literal::Release { escape: one, hold: other } => {
-                collect_lengths(one, of, lengths);
-                collect_lengths(other, of, lengths);
-            }
-        }
-    }
+    let mut ends: BTreeSet<u64> = bounds(form, event).into_iter().filter_map(Bound::end).collect();
+    ends.pop_first().filter(|_| ends.is_empty())
 }
 
 fn sightings(events: &[Event], topology: &Topology) -> Vec<Sighting> {

@@ -1,15 +1,16 @@
 //! Antecedents that never held: a property that asks for nothing is satisfied by anything.
 
-use channels::{ChannelId, Event, EventKind, Topology};
+use channels::{Event, EventKind, Topology};
+use serde::{Deserialize, Serialize};
 
 use crate::clause::{Literal, Part, Vocabulary, own_channels};
 use crate::describe;
 use crate::engine::Letter;
-use crate::formula::MessageCondition;
+use crate::formula::{self, MessageCondition};
 use crate::synthesis::Synthesis;
 
 /// A clause of a property whose antecedent never held, so that it asked for nothing.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Vacuity {
     /// The clause, in the SCOPE language.
     pub clause: String,
@@ -34,8 +35,8 @@ pub(crate) struct Watch {
 enum Antecedent {
     /// All of these events.
     Events(u64),
-    /// A message on the channel that satisfies the condition: the left of an `implies` inside an event.
-    Message(ChannelId, MessageCondition),
+    /// A message that is this event: the left of an `implies` inside an event.
+    Message(formula::Event),
 }
 
 impl Watch {
@@ -57,7 +58,10 @@ impl Watch {
             _ if is_ban => return None,
             _ if denied != 0 => Antecedent::Events(denied),
             [Literal::Event { event, holds: true }] => match &words.get(*event).condition {
-                MessageCondition::Implies(a, _) => Antecedent::Message(words.get(*event).channel, (**a).clone()),
+                MessageCondition::Implies(a, _) => {
+                    let channel = words.get(*event).channel;
+                    Antecedent::Message(formula::Event { channel, condition: (**a).clone() })
+                }
                 _ => return None,
             },
             _ => return None,
@@ -75,10 +79,10 @@ impl Watch {
         self.asked += 1;
         self.held = match (&self.antecedent, &event.kind) {
             (Antecedent::Events(events), _) => last & events == *events,
-            (Antecedent::Message(on, condition), EventKind::Received { channel, message }) => {
-                on == channel && condition.holds(message)
+            (Antecedent::Message(event), EventKind::Received { channel, message }) => {
+                event.channel == *channel && event.condition.holds(message)
             }
-            (Antecedent::Message(..), EventKind::Tick) => false,
+            (Antecedent::Message(_), EventKind::Tick) => false,
         };
     }
 
@@ -86,10 +90,7 @@ impl Watch {
     pub(crate) fn vacuity(&self, words: &Vocabulary, topology: &Topology) -> Option<Vacuity> {
         let antecedent = || match &self.antecedent {
             Antecedent::Events(_) => describe::antecedent(&self.clause, words, topology),
-            Antecedent::Message(channel, condition) => {
-                let (source, target) = topology.ends(*channel);
-                format!("({source}, {target}, {})", describe::condition(condition))
-            }
+            Antecedent::Message(event) => describe::event(event, topology),
         };
         (!self.held).then(|| Vacuity {
             clause: describe::clause(&self.clause, words, topology),

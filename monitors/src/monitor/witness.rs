@@ -4,9 +4,10 @@ use std::fmt;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Message, Topology};
+use serde::{Deserialize, Serialize};
 
 /// When something happened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Moment {
     /// How many communications there had been.
     pub step: u64,
@@ -31,7 +32,7 @@ impl fmt::Display for Moment {
 }
 
 /// A message that was received.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sighting {
     /// When.
     pub at: Moment,
@@ -59,7 +60,7 @@ impl fmt::Display for Sighting {
 }
 
 /// Why a property is violated.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Witness {
     /// The clause that was violated, in the SCOPE language; the whole formula where no single clause is to blame.
     pub clause: String,
@@ -75,6 +76,13 @@ pub struct Witness {
     pub settled: Moment,
 }
 
+impl Witness {
+    /// Whether the verdict fell before the deadline: what is owed and what is forbidden contradict each other.
+    fn is_early(&self) -> bool {
+        self.missing.is_none() && self.deadline_tick.is_some_and(|deadline| self.settled.tick <= deadline)
+    }
+}
+
 impl fmt::Display for Witness {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "violated at {}: {}", self.settled, self.clause)?;
@@ -83,6 +91,9 @@ impl fmt::Display for Witness {
         }
         if let Some(missing) = &self.missing {
             writeln!(f, "  missing: {missing}")?;
+        }
+        if self.is_early() {
+            writeln!(f, "  whatever comes, they cannot all be kept any more")?;
         }
         match (self.deadline_tick, self.since) {
             (Some(deadline), Some(since)) => {
@@ -95,7 +106,7 @@ impl fmt::Display for Witness {
 }
 
 /// Something that was owed when a run ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OpenObligation {
     /// What: a clause, or what would answer it, in the SCOPE language.
     pub what: String,

@@ -1,11 +1,10 @@
 //! The channel of an event.
 
 use channels::ChannelId;
+use diagnostics::{Problem, nearest_or_all};
 
 use super::Resolver;
 use crate::formula::Event;
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 use crate::syntax::{self, Name};
 
 impl Resolver<'_> {
@@ -25,14 +24,14 @@ impl Resolver<'_> {
         let Some(channel) = self.topology.find_channel(source, target) else {
             let span = event.source.span.to(event.target.span);
             let problem = Problem::new(format!("there is no channel from {source} to {target}"));
-            self.problems.push(problem.at(span, "no such channel").help(self.other_channels(source, target)));
+            self.problems.push(problem.at(span, "no such channel").with_help(self.other_channels(source, target)));
             return None;
         };
         if self.topology.is_internal(channel) {
             let span = event.source.span.to(event.target.span);
             let problem = Problem::new(format!("what passes from {source} to {target} is nobody else's business"));
             let problem = problem.at(span, "inside one process");
-            self.problems.push(problem.help("properties speak of messages between processes"));
+            self.problems.push(problem.with_help("properties speak of messages between processes"));
             return None;
         }
         Some(channel)
@@ -47,7 +46,7 @@ impl Resolver<'_> {
         let wholes = topology.processes().filter(|process| topology.whole(*process) == *process);
         let known: Vec<&str> = wholes.map(|process| topology.name(process)).collect();
         let problem = Problem::new(format!("there is no process `{}`", name.text)).at(name.span, "no such process");
-        self.problems.push(problem.help(nearest_or_all(&name.text, "processes", &known)));
+        self.problems.push(problem.with_help(nearest_or_all(&name.text, "processes", &known)));
         false
     }
 

@@ -1,11 +1,10 @@
 //! Conditions on a message, checked against the domain of its channel.
 
 use channels::{ChannelId, FieldKind, Relation, Shape, Value};
+use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::Resolver;
 use crate::formula::MessageCondition;
-use crate::problem::Problem;
-use crate::suggest::{nearest, nearest_or_all};
 use crate::syntax::{Condition, ConditionKind, Field, FieldName, Literal, Operand, Span};
 
 impl Resolver<'_> {
@@ -53,7 +52,7 @@ impl Resolver<'_> {
             Literal::Text(text) => text.as_str().into(),
             Literal::Duration { .. } => {
                 let problem = Problem::new("a message carries no durations").at(operand.span(), "a duration");
-                self.problems.push(problem.help("compare with a number"));
+                self.problems.push(problem.with_help("compare with a number"));
                 return None;
             }
         })
@@ -70,7 +69,7 @@ impl Resolver<'_> {
                 if let Some(longest) = longest.filter(|longest| number > longest) {
                     let problem = Problem::new(format!("messages from {source} to {target} have no field m[{number}]"));
                     let problem = problem.at(field.span, "no such field");
-                    self.problems.push(problem.help(format!("they have m[1] to m[{longest}]")));
+                    self.problems.push(problem.with_help(format!("they have m[1] to m[{longest}]")));
                     return None;
                 }
                 return Some(*number);
@@ -92,10 +91,10 @@ impl Resolver<'_> {
             }
         }
         self.problems.push(match places[..] {
-            [] => problem.help(nearest_or_all(name, "fields", &known)),
+            [] => problem.with_help(nearest_or_all(name, "fields", &known)),
             _ => Problem::new(format!("`{name}` stands in different places"))
                 .at(field.span, "which one?")
-                .help("write m[1], m[2], …"),
+                .with_help("write m[1], m[2], …"),
         });
         None
     }
@@ -108,10 +107,10 @@ impl Resolver<'_> {
         let is_number = value.as_number().is_some();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
             let problem = Problem::new(format!("`{value}` has no order")).at(whole, "only numbers are less or greater");
-            self.problems.push(problem.help("compare it with `=` or `!=`"));
+            self.problems.push(problem.with_help("compare it with `=` or `!=`"));
             return;
         }
-        if shapes.is_empty() || kinds.iter().any(|kind| fits(kind, value)) {
+        if shapes.is_empty() || kinds.iter().any(|kind| kind.is_comparable_to(value)) {
             return;
         }
         let symbols: Vec<&str> = kinds
@@ -125,24 +124,14 @@ impl Resolver<'_> {
             Value::Symbol(symbol) if !symbols.is_empty() => {
                 let near = nearest(symbol.name(), symbols.iter().copied());
                 let problem = Problem::new(format!("m[{field}] is never {symbol}")).at(span, "no such symbol here");
-                problem.help(near.map_or(accepted, |near| format!("did you mean `<{near}>`?")))
+                problem.with_help(near.map_or(accepted, |near| format!("did you mean `<{near}>`?")))
             }
             _ => {
                 let problem = Problem::new(format!("m[{field}] cannot be compared with `{value}`"));
-                problem.at(span, format!("this is {}", type_name(value))).help(accepted)
+                problem.at(span, format!("this is {}", type_name(value))).with_help(accepted)
             }
         };
         self.problems.push(problem);
-    }
-}
-
-/// Whether a field of that kind can be equal to, or ordered against, the value.
-fn fits(kind: &FieldKind, value: &Value) -> bool {
-    match kind {
-        FieldKind::Int | FieldKind::Real => value.as_number().is_some(),
-        FieldKind::Symbol(symbols) => matches!(value, Value::Symbol(symbol) if symbols.contains(symbol)),
-        FieldKind::Bool => matches!(value, Value::Bool(_)),
-        FieldKind::Text => matches!(value, Value::Text(_)),
     }
 }
 

@@ -1,9 +1,9 @@
 //! The bound of a `time_until`, in ticks.
 
 use channels::Relation;
+use diagnostics::Problem;
 
 use super::Resolver;
-use crate::problem::Problem;
 use crate::syntax::{Literal, Operand};
 
 impl Resolver<'_> {
@@ -24,10 +24,10 @@ impl Resolver<'_> {
             },
             Literal::Real(_) => Problem::new("a bound without a unit counts ticks, and ticks come whole")
                 .at(bound.span(), "not a whole number")
-                .help("durations have a unit: `2.5 s`"),
+                .with_help("durations have a unit: `2.5 s`"),
             _ => Problem::new("expected a number of ticks or a duration")
                 .at(bound.span(), "no duration")
-                .help("`10`, `10 ticks` or `30 s`"),
+                .with_help("`10`, `10 ticks` or `30 s`"),
         };
         self.problems.push(problem);
         None
@@ -42,7 +42,7 @@ impl Resolver<'_> {
             Relation::Equal | Relation::NotEqual => {
                 let problem =
                     Problem::new(format!("no tick falls on this duration: there is one every {:?}", self.tick_period));
-                Err(problem.help("with `=` and `!=` a duration must be a whole number of ticks"))
+                Err(problem.with_help("with `=` and `!=` a duration must be a whole number of ticks"))
             }
         }
     }

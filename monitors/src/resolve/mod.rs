@@ -8,10 +8,9 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use channels::Topology;
+use diagnostics::{Problem, nearest_or_all};
 
 use crate::formula::Formula;
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 use crate::syntax::{Constraint, ConstraintKind, File, Item, Literal, Name, PropertyItem, Span};
 
 /// A property of a file whose names have been looked up.
@@ -64,10 +63,10 @@ impl<'a> Resolver<'a> {
     }
 
     fn definition(&mut self, property: &PropertyItem) -> Option<Definition> {
-        let noted = self.problems.iter().filter(|problem| problem.is_error()).count();
+        let noted = self.problems.len();
         self.unreadable = false;
         let formula = self.formula(&property.constraint, false);
-        let sound = self.problems.iter().filter(|problem| problem.is_error()).count() == noted && !self.unreadable;
+        let sound = !self.problems[noted..].iter().any(Problem::is_error) && !self.unreadable;
         let definition =
             |formula| Definition { name: property.name.clone(), constraint: property.constraint.clone(), formula };
         formula.filter(|_| sound).map(definition)
@@ -101,7 +100,7 @@ impl<'a> Resolver<'a> {
                 if !inside_temporal {
                     let problem = Problem::new("an event stands outside every temporal operator");
                     let problem = problem.at(event.span, "asked at the first state only, before anything was sent");
-                    self.problems.push(problem.help("did you mean `always`?"));
+                    self.problems.push(problem.with_help("did you mean `always`?"));
                 }
                 Formula::Event(self.event(event)?)
             }
@@ -124,7 +123,7 @@ impl<'a> Resolver<'a> {
         if found.is_none() {
             let known: Vec<&str> = self.constants.keys().copied().collect();
             let problem = Problem::new(format!("there is no constant `{}`", name.text)).at(name.span, "not defined");
-            self.problems.push(problem.help(nearest_or_all(&name.text, "constants", &known)));
+            self.problems.push(problem.with_help(nearest_or_all(&name.text, "constants", &known)));
         }
         found
     }

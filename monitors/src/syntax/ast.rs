@@ -1,8 +1,7 @@
 //! The tree of a property file.
 
-use std::ops::Range;
-
 use channels::Relation;
+use miette::SourceSpan;
 
 /// Bytes of a file.
 ///
@@ -29,9 +28,9 @@ impl Span {
     }
 }
 
-impl From<Span> for Range<usize> {
+impl From<Span> for SourceSpan {
     fn from(span: Span) -> Self {
-        span.start..span.end
+        (span.start..span.end).into()
     }
 }
 

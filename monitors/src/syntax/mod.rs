@@ -4,7 +4,7 @@ mod ast;
 mod parse;
 mod parse_condition;
 mod parse_constraint;
-pub(crate) mod print;
+mod print;
 mod token;
 
 pub use ast::{

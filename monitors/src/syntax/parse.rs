@@ -12,11 +12,10 @@
 //! ```
 
 use channels::Relation;
+use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::ast::{Constant, File, Item, Literal, Name, Operand, PropertyItem, Span, Unit};
 use super::token::{Keyword, Token, TokenKind, tokens};
-use crate::problem::Problem;
-use crate::suggest::nearest;
 
 /// A tree deeper than this is refused, so that no text can exhaust the stack.
 const MAX_DEPTH: usize = 100;
@@ -33,6 +32,9 @@ pub struct Parsed {
 /// Reads the text of a property file. It always comes to an end, and notes all problems on the way.
 #[must_use]
 pub fn parse_file(text: &str) -> Parsed {
+    if let Some(problem) = foreign(text) {
+        return Parsed { file: File::default(), problems: vec![problem] };
+    }
     let mut problems = Vec::new();
     let tokens = tokens(text, &mut problems);
     let mut parser = Parser { tokens, at: 0, problems, depth: 0, closed_for_you: false };
@@ -40,6 +42,22 @@ pub fn parse_file(text: &str) -> Parsed {
     let mut problems = parser.problems;
     problems.sort_by_key(Problem::offset);
     Parsed { file: File { items }, problems }
+}
+
+/// What is to be said of a text that is written in another language altogether.
+fn foreign(text: &str) -> Option<Problem> {
+    let start = text.len() - text.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}').len();
+    let language = match text[start..].chars().next()? {
+        '{' | '[' if text.contains("\"jani-version\"") => "a JANI model",
+        '{' | '[' => "JSON",
+        '<' if text.contains("<scxml") => "an SCXML machine",
+        '<' => "XML",
+        _ => return None,
+    };
+    let problem = Problem::new(format!("this is {language}, not a file of SCOPE properties"));
+    let help =
+        "write what it asks for as `property NAME := always (sender, receiver, condition)`, one or several in a file";
+    Some(problem.at(start..start + 1, "begins here").with_help(help))
 }
 
 pub(super) struct Parser {
@@ -103,6 +121,16 @@ impl Parser {
         Stumbled
     }
 
+    /// Notes that an operator between two operands was expected here: the nearest one, or all of them.
+    fn expected_operator(&mut self, what: &str) {
+        self.expected(what);
+        let TokenKind::Name(name) = self.peek() else { return };
+        let help = nearest_or_all(name, "the operators between two operands", &["and", "or", "implies", "until"]);
+        if let Some(problem) = self.problems.pop() {
+            self.problems.push(problem.with_help(help));
+        }
+    }
+
     /// Whether nothing more of this item can follow.
     pub(super) fn at_item_end(&self) -> bool {
         matches!(
@@ -115,7 +143,7 @@ impl Parser {
     pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Reading<T>) -> Reading<T> {
         if self.depth >= MAX_DEPTH {
             let problem = Problem::new("this is nested too deeply").at(self.span(), "deeper than 100 levels");
-            self.problems.push(problem.help("make several properties of its parts"));
+            self.problems.push(problem.with_help("make several properties of its parts"));
             return Err(Stumbled);
         }
         self.depth += 1;
@@ -160,7 +188,7 @@ impl Parser {
         let word = nearest(name, ["const", "property"]).filter(|_| is_definition)?;
         let problem = Problem::new(format!("expected `const` or `property`, found `{name}`"));
         let problem = problem.at(self.span(), "expected `const` or `property`");
-        self.problems.push(problem.help(format!("did you mean `{word}`?")));
+        self.problems.push(problem.with_help(format!("did you mean `{word}`?")));
         Some(if word == "const" { Keyword::Const } else { Keyword::Property })
     }
 
@@ -186,7 +214,7 @@ impl Parser {
         }
         if *self.peek() == TokenKind::Relation(Relation::Equal) {
             let problem = Problem::new("expected `:=`, found `=`").at(self.span(), "expected `:=`");
-            self.problems.push(problem.help("a name is given with `:=`; `=` compares"));
+            self.problems.push(problem.with_help("a name is given with `:=`; `=` compares"));
             self.advance();
             return Ok(());
         }
@@ -200,7 +228,7 @@ impl Parser {
         if *self.peek() == TokenKind::Close {
             self.problems.push(Problem::new("this parenthesis closes nothing").at(self.span(), "nothing is open here"));
         } else if self.misspelt_item().is_none() {
-            self.expected("an operator, or the next `const` or `property`");
+            self.expected_operator("an operator, or the next `const` or `property`");
         } else {
             // The next item's own reading would note the misspelling again.
             self.problems.pop();
@@ -225,7 +253,7 @@ impl Parser {
             let keyword = matches!(self.peek(), TokenKind::Keyword(_));
             let stumbled = self.expected(what);
             if keyword && let Some(problem) = self.problems.pop() {
-                self.problems.push(problem.help("this word belongs to the language; in quotes it can be a name"));
+                self.problems.push(problem.with_help("this word belongs to the language; in quotes it can be a name"));
             }
             return Err(stumbled);
         };
@@ -285,12 +313,12 @@ impl Parser {
         }
         let Some(known) = Unit::ALL.into_iter().find(|known| known.name() == unit) else {
             let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "no unit of time");
-            self.problems.push(problem.help("durations are given in ticks, ms, s, min or h"));
+            self.problems.push(problem.with_help("durations are given in ticks, ms, s, min or h"));
             return Err(Stumbled);
         };
         let nanos = nanos(number, known).ok_or_else(|| {
             let problem = Problem::new("this is no duration").at(span.to(unit_span), "negative, too long or too fine");
-            self.problems.push(problem.help("a duration is a whole number of nanoseconds, at most 500 years"));
+            self.problems.push(problem.with_help("a duration is a whole number of nanoseconds, at most 500 years"));
             Stumbled
         })?;
         Ok(Literal::Duration { nanos, unit: known })
@@ -303,16 +331,16 @@ impl Parser {
         }
         if self.at_item_end() {
             let problem = Problem::new("this parenthesis is never closed").at(open, "opened here");
-            self.problems.push(problem.help("the property ends before the `)`"));
+            self.problems.push(problem.with_help("the property ends before the `)`"));
         } else {
-            self.expected("an operator or `)`");
+            self.expected_operator("an operator or `)`");
             self.recover(open);
         }
     }
 
     /// After a problem inside parentheses: skips to the one that closes them, and takes it.
     pub(super) fn recover(&mut self, open: Span) {
-        let opened = self.tokens.iter().position(|token| token.span.start == open.start).unwrap_or(self.at);
+        let opened = self.tokens.partition_point(|token| token.span.start < open.start).min(self.at);
         let mut depth = 0_usize;
         for token in &self.tokens[opened..self.at] {
             match token.kind {

@@ -1,9 +1,10 @@
 //! Conditions on a message: what stands third in an event.
 
+use diagnostics::Problem;
+
 use super::ast::{Condition, ConditionKind, Field, FieldName};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
-use crate::problem::Problem;
 
 impl Parser {
     /// `c implies d`, to the right.
@@ -65,7 +66,7 @@ impl Parser {
         {
             let problem = Problem::new(format!("`{}` cannot stand inside an event", temporal.text()));
             self.problems
-                .push(problem.at(start, "this speaks of more than one message").help("close the event before it"));
+                .push(problem.at(start, "this speaks of more than one message").with_help("close the event before it"));
             return Err(Stumbled);
         }
         let field = self.field()?;
@@ -103,7 +104,7 @@ impl Parser {
         let Some(number) = number else {
             let stumbled = self.expected("the number of a field");
             if let Some(problem) = self.problems.pop() {
-                self.problems.push(problem.help("fields are counted from 1: `m[1]`"));
+                self.problems.push(problem.with_help("fields are counted from 1: `m[1]`"));
             }
             return Err(stumbled);
         };

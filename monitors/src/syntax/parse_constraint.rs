@@ -1,10 +1,10 @@
 //! Constraints: what a property asks for.
 
+use diagnostics::{Problem, nearest};
+
 use super::ast::{Constraint, ConstraintKind, Event, Span};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
-use crate::problem::Problem;
-use crate::suggest::nearest;
 
 /// The words that a constraint can begin with.
 const PREFIXES: [&str; 7] = ["not", "next", "always", "eventually", "true", "false", "time_until"];
@@ -86,13 +86,13 @@ impl Parser {
         Ok(Constraint { kind, span: start })
     }
 
-    /// Whether the parenthesis here opens an event: a name follows that is no misspelt operator.
+    /// Whether the parenthesis here opens an event: a name follows that is no operator, misspelt or of another logic.
     fn at_event(&self) -> bool {
         match self.peek_second() {
             TokenKind::Text(_) => true,
             TokenKind::Name(name) => {
                 let third = self.tokens.get(self.at + 2).map(|token| &token.kind);
-                third == Some(&TokenKind::Comma) || nearest(name, PREFIXES).is_none()
+                third == Some(&TokenKind::Comma) || third != Some(&TokenKind::Open) && nearest(name, PREFIXES).is_none()
             }
             _ => false,
         }
@@ -103,10 +103,12 @@ impl Parser {
         let stumbled = self.expected("a constraint");
         let problem = self.problems.pop().unwrap_or_else(|| Problem::new("expected a constraint"));
         let Some(word) = nearest(name, PREFIXES) else {
-            self.problems.push(problem.help("an event is written `(source, destination, condition)`"));
+            let known = PREFIXES.join(", ");
+            let help = format!("a constraint begins with {known}, or is an event `(source, destination, condition)`");
+            self.problems.push(problem.with_help(help));
             return Err(stumbled);
         };
-        self.problems.push(problem.help(format!("did you mean `{word}`?")));
+        self.problems.push(problem.with_help(format!("did you mean `{word}`?")));
         let keyword = Keyword::ALL.into_iter().find(|keyword| keyword.text() == word);
         self.tokens[self.at].kind = TokenKind::Keyword(keyword.unwrap_or(Keyword::True));
         self.deeper(Self::prefixed)
@@ -129,8 +131,9 @@ impl Parser {
         };
         if self.at_item_end() && after_prefix && !self.closed_for_you {
             self.closed_for_you = true;
-            let problem = Problem::new("this parenthesis is never closed").at(open, "opened here").warning();
-            self.problems.push(problem.help("it is read as closed at the end of the property; write the `)` there"));
+            let problem = Problem::new("this parenthesis is never closed").at(open, "opened here").as_warning();
+            self.problems
+                .push(problem.with_help("it is read as closed at the end of the property; write the `)` there"));
         } else {
             self.close(open);
         }

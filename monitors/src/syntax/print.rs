@@ -183,7 +183,7 @@ fn write_duration(f: &mut Formatter<'_>, nanos: u64, unit: Unit) -> fmt::Result 
 }
 
 /// The relation as every keyboard has it.
-pub(crate) fn ascii(relation: Relation) -> &'static str {
+fn ascii(relation: Relation) -> &'static str {
     match relation {
         Relation::Equal => "=",
         Relation::NotEqual => "!=",

@@ -1,9 +1,9 @@
 //! Tokens of a property file.
 
 use channels::Relation;
+use diagnostics::Problem;
 
 use super::ast::Span;
-use crate::problem::Problem;
 
 /// A token with its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -246,7 +246,7 @@ impl<'a> Lexer<'a> {
                     _ => {
                         let span = self.at + at..self.at + at + 1;
                         let problem = Problem::new("unknown escape in a text").at(span, "this escape");
-                        self.problems.push(problem.help(r#"there are \n, \t, \" and \\"#));
+                        self.problems.push(problem.with_help(r#"there are \n, \t, \" and \\"#));
                     }
                 },
                 _ => text.push(char),
@@ -254,7 +254,8 @@ impl<'a> Lexer<'a> {
         }
         let length = rest.find('\n').unwrap_or(rest.len());
         let span = self.at..self.at + length;
-        self.problems.push(Problem::new("a text without its end").at(span, "starts here").help("end it with `\"`"));
+        self.problems
+            .push(Problem::new("a text without its end").at(span, "starts here").with_help("end it with `\"`"));
         self.push(TokenKind::Text(text), length);
     }
 
@@ -263,7 +264,7 @@ impl<'a> Lexer<'a> {
         if let Some((foreign, ours, kind)) = FOREIGN.iter().find(|(foreign, ..)| rest.starts_with(foreign)) {
             let span = self.at..self.at + foreign.len();
             let problem = Problem::new(format!("`{foreign}` is no operator")).at(span, "not known here");
-            self.problems.push(problem.help(format!("write `{ours}`")));
+            self.problems.push(problem.with_help(format!("write `{ours}`")));
             return self.push(kind.clone(), foreign.len());
         }
         if let Some((sign, kind)) = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)) {

@@ -7,7 +7,7 @@ use channels::{
     Capacity, ChannelId, Domain, Event, EventKind, FieldKind, Message, Monitor, Relation, Shape, Topology, Value,
     Verdict,
 };
-use monitors::{Choice, Formula, MessageCondition, ScopeMonitor, Symbol, holds};
+use monitors::{Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, holds, holds_endlessly};
 
 /// Numbers that look random and are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
@@ -137,8 +137,7 @@ pub(crate) fn random_message(dice: &mut Dice, topology: &Topology) -> EventKind 
     EventKind::Received { channel: channels[index], message }
 }
 
-/// A sequence of that many states. The first tick is number 0 as a rule, and may come after messages; now and then a
-/// tick is missing.
+/// A sequence of that many states. The first tick is number 0 as a rule, and may come after messages.
 pub(crate) fn random_sequence(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     let mut ticked = false;
     let mut tick = if dice.roll(10) == 0 { 7 } else { 0 };
@@ -146,9 +145,7 @@ pub(crate) fn random_sequence(dice: &mut Dice, topology: &Topology, length: usiz
     let mut events = Vec::new();
     for index in 0..length {
         let is_tick = (index == 0 && first_is_tick) || dice.roll(3) == 0;
-        if is_tick && ticked {
-            tick += if dice.roll(20) == 0 { 2 } else { 1 };
-        }
+        tick += u64::from(is_tick && ticked);
         ticked |= is_tick;
         let kind = if is_tick { EventKind::Tick } else { random_message(dice, topology) };
         events.push(event(index as u64, tick, kind));
@@ -170,7 +167,18 @@ pub(crate) fn continued(sequence: &[Event], continuation: &[(u64, EventKind)]) -
     events
 }
 
-/// Whether all continuations of up to `depth` states give that outcome.
+/// What can come next: τ grows by one at each tick; the first of all may leave it where it is.
+fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKind)> {
+    let has_ticked = sequence.iter().any(|event| event.kind == EventKind::Tick);
+    let ticks = |kind: &EventKind| match kind {
+        EventKind::Tick if has_ticked => 1..=1,
+        EventKind::Tick => 0..=1,
+        EventKind::Received { .. } => 0..=0,
+    };
+    alphabet.iter().flat_map(|kind| ticks(kind).map(|ticks| (ticks, kind.clone()))).collect()
+}
+
+/// Whether all continuations of up to `depth` states give that outcome, each as it stands.
 pub(crate) fn all_continuations(
     formula: &Formula,
     sequence: &[Event],
@@ -178,22 +186,40 @@ pub(crate) fn all_continuations(
     depth: u32,
     outcome: bool,
 ) -> bool {
-    if holds(formula, sequence).expect("small") != outcome {
-        return false;
+    holds(formula, sequence).expect("small") == outcome
+        && (depth == 0
+            || next_states(sequence, alphabet)
+                .into_iter()
+                .all(|next| all_continuations(formula, &continued(sequence, &[next]), alphabet, depth - 1, outcome)))
+}
+
+/// An endless word that goes on from a sequence.
+pub(crate) fn random_continuation(dice: &mut Dice, sequence: &[Event], alphabet: &[EventKind]) -> Continuation {
+    let cycle: Vec<EventKind> = (0..dice.roll(5)).map(|_| dice.pick(alphabet).clone()).collect();
+    let mut longer = sequence.to_vec();
+    for _ in 0..dice.roll(6) {
+        let next = dice.pick(&next_states(&longer, alphabet)).clone();
+        longer = continued(&longer, &[next]);
     }
-    depth == 0
-        || alphabet
-            .iter()
-            .flat_map(|kind| [(0, kind), (1, kind)])
-            .filter(|(ticks, kind)| *ticks == 0 || **kind == EventKind::Tick)
-            .all(|(ticks, kind)| {
-                let longer = continued(sequence, &[(ticks, kind.clone())]);
-                all_continuations(formula, &longer, alphabet, depth - 1, outcome)
-            })
+    if !longer.iter().chain(sequence).any(|event| event.kind == EventKind::Tick) {
+        longer = continued(&longer, &[(0, EventKind::Tick)]);
+    }
+    let before = sequence.last().map_or(0, |last| last.tick);
+    let stem = longer[sequence.len()..].iter().scan(before, |before, event| {
+        let ticks = event.tick - *before;
+        *before = event.tick;
+        Some((ticks, event.kind.clone()))
+    });
+    Continuation { stem: stem.collect(), cycle }
+}
+
+/// Whether the formula holds on the endless word that goes on from the sequence in that way.
+pub(crate) fn holds_on(formula: &Formula, sequence: &[Event], Continuation { stem, cycle }: &Continuation) -> bool {
+    holds_endlessly(formula, &continued(sequence, stem), cycle).expect("small")
 }
 
 /// What was found about one pair of a formula and a sequence.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Tally {
     /// Prefixes looked at.
     pub(crate) prefixes: u64,
@@ -203,8 +229,30 @@ pub(crate) struct Tally {
     pub(crate) graphs: u64,
     pub(crate) automata: u64,
     pub(crate) progressions: u64,
-    /// Verdicts that progression gave later than an automaton.
+    /// Prefixes at which progression had no verdict, and the automaton had one.
     pub(crate) late: u64,
+    /// Outcomes that were still open, since an endless word led to them and no finite one.
+    pub(crate) endless: u64,
+    /// Outcomes that an automaton took for open although no endless word leads to them.
+    pub(crate) delayed: u64,
+    /// With how many random endless words a verdict is held against the oracle.
+    pub(crate) words: u64,
+}
+
+impl Default for Tally {
+    fn default() -> Self {
+        Self {
+            prefixes: 0,
+            settled: 0,
+            graphs: 0,
+            automata: 0,
+            progressions: 0,
+            late: 0,
+            endless: 0,
+            delayed: 0,
+            words: 30,
+        }
+    }
 }
 
 /// Holds all machines for a formula against the oracle at every prefix of a sequence.
@@ -270,10 +318,8 @@ pub(crate) fn check(
             let same =
                 graph.verdict() == now[0] || (now[0] == Verdict::True && graph.verdict() == Verdict::Inconclusive);
             let open = graph.is_open() == best.is_open();
-            let mut ticks = prefix.iter().filter(|event| event.kind == EventKind::Tick).map(|event| event.tick);
-            let without_gaps = prefix.first().is_none_or(|first| first.tick == 0)
-                && (0..).zip(ticks.by_ref()).all(|(n, tick)| n == tick);
-            if without_gaps && (!same || !open) {
+            let from_0 = prefix.first().is_none_or(|first| first.tick == 0);
+            if from_0 && (!same || !open) {
                 return place(&format!("the program graph says {:?}, open: {}", graph.verdict(), graph.is_open()));
             }
         }
@@ -317,7 +363,7 @@ pub(crate) fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<
     Err(format!("letters give {:?}, events {:?}", by_letter.verdict(), by_event.verdict()))
 }
 
-/// A new verdict must hold on all continuations; without one there must be a continuation for either outcome.
+/// A new verdict must hold on all continuations; without one there must be an endless word for either outcome.
 fn check_verdict(
     formula: &Formula,
     prefix: &[Event],
@@ -329,16 +375,27 @@ fn check_verdict(
     let verdict = automaton.verdict();
     if verdict == Verdict::Inconclusive {
         for outcome in [true, false].into_iter().filter(|_| automaton.method().anticipates()) {
-            let continuation = automaton.continuation(outcome).ok_or("no continuation, and yet no verdict")?;
-            if holds(formula, &continued(prefix, &continuation)).map_err(|error| error.to_string())? != outcome {
+            let Some(continuation) = automaton.continuation(outcome) else {
+                tally.delayed += 1;
+                continue;
+            };
+            if holds_on(formula, prefix, &continuation) != outcome {
                 return Err(format!("the continuation {continuation:?} does not lead to {outcome}"));
             }
+            tally.endless += u64::from(!continuation.cycle.is_empty());
         }
     } else if before == Verdict::Inconclusive {
         tally.settled += 1;
         let outcome = verdict == Verdict::True;
         if !all_continuations(formula, prefix, alphabet, 2, outcome) {
             return Err(format!("a continuation does not give {outcome}"));
+        }
+        let mut dice = Dice(prefix.len() as u64 + tally.prefixes);
+        for _ in 0..tally.words {
+            let word = random_continuation(&mut dice, prefix, alphabet);
+            if holds_on(formula, prefix, &word) != outcome {
+                return Err(format!("{outcome} is too early for {word:?}"));
+            }
         }
     }
     Ok(())

@@ -34,7 +34,7 @@ const FREE_AGAIN: Duration = Duration::from_millis(300);
 const TRY_AGAIN: Duration = Duration::from_secs(1);
 
 /// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
-const SHARE_OF_PLAN: f64 = 0.6;
+pub(crate) const SHARE_OF_PLAN: f64 = 0.6;
 
 /// Nearer by this much is progress, in metres.
 const PROGRESS_M: f64 = 0.1;

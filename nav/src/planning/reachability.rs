@@ -46,32 +46,37 @@ const NONE: u8 = 2;
 /// (in metres) touches nothing, in the order of the grid.
 #[must_use]
 pub fn largest_part(costmap: &Costmap, radius_m: f64) -> Vec<Point> {
-    let frame = &costmap.frame;
-    let is_open = |cell: usize| costmap.clearance_at_m(cell) >= radius_m;
-    let mut seen = vec![false; costmap.clearances().len()];
-    let mut largest = Vec::new();
-    for first in 0..seen.len() {
-        if seen[first] || !is_open(first) {
+    let parts = parts(&costmap.frame, costmap.clearances().len(), |cell| costmap.clearance_at_m(cell) >= radius_m);
+    let mut sizes = vec![0_usize; parts.iter().max().map_or(0, |last| *last as usize) + 1];
+    parts.iter().filter(|part| **part > 0).for_each(|part| sizes[*part as usize] += 1);
+    // The first of those that are as large as any.
+    let largest = (1..sizes.len()).rev().max_by_key(|part| sizes[*part]).unwrap_or_default() as u32;
+    let inside = parts.iter().enumerate().filter(|(_, part)| **part == largest && largest > 0);
+    inside.map(|(cell, _)| costmap.frame.center(cell)).collect()
+}
+
+/// The connected parts of a grid's open cells: the number of each cell's part, from 1 on in the order of their first
+/// cells, and 0 for cells that are not open.
+pub(super) fn parts(frame: &GridFrame, cells: usize, is_open: impl Fn(usize) -> bool) -> Vec<u32> {
+    let mut parts = vec![0; cells];
+    let (mut count, mut shore) = (0, Vec::new());
+    for first in 0..cells {
+        if parts[first] > 0 || !is_open(first) {
             continue;
         }
-        seen[first] = true;
-        let mut part = vec![first];
-        let mut next = 0;
-        while let Some(&cell) = part.get(next) {
-            next += 1;
+        count += 1;
+        parts[first] = count;
+        shore.push(first);
+        while let Some(cell) = shore.pop() {
             for neighbour in neighbours(frame, cell) {
-                if !seen[neighbour] && is_open(neighbour) {
-                    seen[neighbour] = true;
-                    part.push(neighbour);
+                if parts[neighbour] == 0 && is_open(neighbour) {
+                    parts[neighbour] = count;
+                    shore.push(neighbour);
                 }
             }
         }
-        if part.len() > largest.len() {
-            largest = part;
-        }
     }
-    largest.sort_unstable();
-    largest.into_iter().map(|cell| frame.center(cell)).collect()
+    parts
 }
 
 fn neighbours(frame: &GridFrame, cell: usize) -> impl Iterator<Item = usize> + use<> {

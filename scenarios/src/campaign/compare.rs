@@ -4,6 +4,8 @@
 //! machine, a fixed value of the scenario. Their numbers of runs may differ. Where both have a run of the same number with
 //! the same seed and parameters, these runs are compared with each other too, which shows smaller differences.
 
+use monitors::Outcome;
+
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -122,7 +124,6 @@ impl CampaignComparison {
 /// Opens the results of a whole campaign that has come to its end.
 fn open(folder: &Path) -> Result<JournalReader, Error> {
     let journal = JournalReader::open(folder)?;
-    journal.header.check_format(folder)?;
     let shown = folder.display();
     if journal.header.shard != Shard::ALL {
         let Shard { index, of } = journal.header.shard;
@@ -189,7 +190,7 @@ impl Event {
     /// Whether it happened in a run of the campaign of that place.
     fn happened(&self, record: &RunRecord, campaign: usize) -> Option<bool> {
         match self.places {
-            Some(places) => Some(record.facts.as_ref()?.monitors.get(places[campaign])?.verdict == "violated"),
+            Some(places) => Some(record.facts.as_ref()?.monitors.get(places[campaign])?.verdict == Outcome::Violated),
             None => Some(record.outcome != RunOutcome::AsExpected),
         }
     }

@@ -24,11 +24,11 @@
 //! What does not exist is null. A dataset is a function of its runs' records: the same campaign gives the same bytes, on
 //! any number of cores, resumed, sharded or neither.
 
-use std::fs::File;
 use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
+use diagnostics::Unfinished;
 use parquet::basic::{LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
@@ -45,7 +45,7 @@ const ROW_GROUP: usize = 2_000;
 
 /// A dataset on its way to a file.
 pub(super) struct DatasetWriter {
-    writer: SerializedFileWriter<File>,
+    writer: SerializedFileWriter<Unfinished>,
     layout: Layout,
     rows: Vec<RunRecord>,
 }
@@ -60,7 +60,7 @@ impl DatasetWriter {
         let schema = schema.map_err(|error| failed(io_error(error)))?;
         let creator = format!("steward {}", env!("CARGO_PKG_VERSION"));
         let properties = WriterProperties::builder().set_created_by(creator).build();
-        let file = File::create(path).map_err(failed)?;
+        let file = Unfinished::create(path)?;
         let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties));
         let writer = writer.map_err(|error| failed(io_error(error)))?;
         Ok(Self { writer, layout: layout.clone(), rows: Vec::new() })
@@ -72,13 +72,12 @@ impl DatasetWriter {
         if self.rows.len() == ROW_GROUP { self.flush() } else { Ok(()) }
     }
 
-    /// Writes what is left.
-    pub(super) fn finish(mut self) -> io::Result<()> {
+    /// Writes what is left and gives the file back.
+    pub(super) fn finish(mut self) -> io::Result<Unfinished> {
         if !self.rows.is_empty() {
             self.flush()?;
         }
-        let file = self.writer.into_inner().map_err(io_error)?;
-        file.sync_all()
+        self.writer.into_inner().map_err(io_error)
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -136,7 +135,7 @@ fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
     columns.text("trace_hash", |row| Some(row.facts.as_ref()?.trace_hash.clone()));
     for (place, name) in layout.properties.iter().enumerate() {
         let monitor = |row: &RunRecord| row.facts.as_ref()?.monitors.get(place).cloned();
-        columns.text(&format!("{name}.verdict"), |row| Some(monitor(row)?.verdict));
+        columns.text(&format!("{name}.verdict"), |row| Some(monitor(row)?.verdict.name().to_owned()));
         columns.integer(&format!("{name}.tick"), |row| Some(monitor(row)?.tick? as i64));
         columns.number(&format!("{name}.time_s"), |row| monitor(row)?.time_s);
         columns.number(&format!("{name}.latency_s"), |row| monitor(row)?.latency_s);
@@ -222,7 +221,7 @@ impl Cells {
         field.with_logical_type(logical).build()
     }
 
-    fn write(self, group: &mut SerializedRowGroupWriter<'_, File>) -> Result<(), ParquetError> {
+    fn write(self, group: &mut SerializedRowGroupWriter<'_, Unfinished>) -> Result<(), ParquetError> {
         match self {
             Self::Integers(cells) => write_column::<Int64Type>(group, cells),
             Self::Numbers(cells) => write_column::<DoubleType>(group, cells),
@@ -236,7 +235,7 @@ impl Cells {
 }
 
 fn write_column<T: DataType>(
-    group: &mut SerializedRowGroupWriter<'_, File>,
+    group: &mut SerializedRowGroupWriter<'_, Unfinished>,
     cells: Vec<Option<T::T>>,
 ) -> Result<(), ParquetError> {
     let levels: Vec<i16> = cells.iter().map(|cell| i16::from(cell.is_some())).collect();
@@ -249,6 +248,8 @@ fn write_column<T: DataType>(
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
@@ -257,7 +258,8 @@ mod tests {
     use super::*;
 
     fn record(k: u64) -> RunRecord {
-        let monitor = MonitorFacts { verdict: "violated".into(), tick: Some(k), time_s: Some(0.1), latency_s: None };
+        let monitor =
+            MonitorFacts { verdict: monitors::Outcome::Violated, tick: Some(k), time_s: Some(0.1), latency_s: None };
         let facts = RunFacts {
             ended: "time_limit".into(),
             sim_time_s: 1.0 / 3.0,
@@ -305,7 +307,7 @@ mod tests {
         };
         let mut dataset = DatasetWriter::begin(path, &layout).unwrap();
         (0..runs).for_each(|k| dataset.push(record(k)).unwrap());
-        dataset.finish().unwrap();
+        dataset.finish().unwrap().finish().unwrap();
         std::fs::read(path).unwrap()
     }
 

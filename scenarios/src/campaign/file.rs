@@ -1,7 +1,7 @@
 //! The campaign file: what a user writes, read and checked as far as it can be without the scenario.
 
-use maps::document::{Document, Field, Table};
-use maps::{FileProblems, Problem, Span, Spanned};
+use diagnostics::document::{Document, Field, Table};
+use diagnostics::{FileProblems, Problem, Span, Spanned};
 
 use super::Measure;
 use super::model::Model;

@@ -10,12 +10,42 @@ use std::iter::Peekable;
 ///
 /// let formula = Formula::parse("2 * (a + 1) - a / 4")?;
 /// assert_eq!(formula.value(&|name| (name == "a").then_some(8.0)), Some(16.0));
-/// # Ok::<(), String>(())
+/// # Ok::<(), steward::campaign::FormulaError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Formula {
     text: String,
     root: Node,
+}
+
+/// Why a text is no formula.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FormulaError {
+    /// It is longer than that, in bytes.
+    #[error("a formula has at most {0} letters")]
+    TooLong(usize),
+    /// Its parentheses are too deep.
+    #[error("the parentheses are too deep")]
+    TooDeep,
+    /// It ends before it is whole.
+    #[error("the formula breaks off")]
+    Unfinished,
+    /// A parenthesis is not closed.
+    #[error("a `)` is missing")]
+    Unclosed,
+    /// It is whole before this.
+    #[error("`{0}` is one too many")]
+    Superfluous(String),
+    /// This is where a number, a name or a parenthesis should be.
+    #[error("`{0}` cannot stand here")]
+    Misplaced(String),
+    /// This looks like a number and is none.
+    #[error("`{0}` is no number")]
+    NotANumber(String),
+    /// No formula has this character.
+    #[error("`{0}` means nothing here")]
+    Meaningless(char),
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -30,16 +60,16 @@ impl Formula {
     /// Reads a formula.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    /// What is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, FormulaError> {
         if text.len() > LONGEST {
-            return Err(format!("a formula has at most {LONGEST} letters"));
+            return Err(FormulaError::TooLong(LONGEST));
         }
         let mut parser = Parser { tokens: tokens(text)?.into_iter().peekable() };
         let root = parser.sum(0)?;
         match parser.tokens.next() {
             None => Ok(Self { text: text.to_owned(), root }),
-            Some(token) => Err(format!("`{token}` is one too many")),
+            Some(token) => Err(FormulaError::Superfluous(token.to_string())),
         }
     }
 
@@ -115,7 +145,7 @@ impl fmt::Display for Token {
     }
 }
 
-fn tokens(text: &str) -> Result<Vec<Token>, String> {
+fn tokens(text: &str) -> Result<Vec<Token>, FormulaError> {
     let (mut tokens, mut rest) = (Vec::new(), text.trim_start());
     while let Some(first) = rest.chars().next() {
         let of_name = |letter: char| letter.is_alphanumeric() || letter == '_';
@@ -123,14 +153,15 @@ fn tokens(text: &str) -> Result<Vec<Token>, String> {
         let end = |part: fn(char) -> bool| rest.find(|letter| !part(letter)).unwrap_or(rest.len());
         let (token, taken) = if of_number(first) {
             let number = &rest[..end(of_number)];
-            (Token::Number(number.parse().map_err(|_| format!("`{number}` is no number"))?), number.len())
+            let parsed = number.parse().map_err(|_| FormulaError::NotANumber(number.to_owned()))?;
+            (Token::Number(parsed), number.len())
         } else if of_name(first) {
             let name = &rest[..end(of_name)];
             (Token::Name(name.to_owned()), name.len())
         } else if "+-*/()".contains(first) {
             (Token::Sign(first), 1)
         } else {
-            return Err(format!("`{first}` means nothing here"));
+            return Err(FormulaError::Meaningless(first));
         };
         tokens.push(token);
         rest = rest[taken..].trim_start();
@@ -148,16 +179,20 @@ struct Parser<I: Iterator<Item = Token>> {
 }
 
 impl<I: Iterator<Item = Token>> Parser<I> {
-    fn sum(&mut self, depth: usize) -> Result<Node, String> {
+    fn sum(&mut self, depth: usize) -> Result<Node, FormulaError> {
         self.chain(['+', '-'], |parser| parser.product(depth))
     }
 
-    fn product(&mut self, depth: usize) -> Result<Node, String> {
+    fn product(&mut self, depth: usize) -> Result<Node, FormulaError> {
         self.chain(['*', '/'], |parser| parser.single(depth))
     }
 
     /// Parts with signs of one kind between them, from left to right.
-    fn chain(&mut self, signs: [char; 2], part: impl Fn(&mut Self) -> Result<Node, String>) -> Result<Node, String> {
+    fn chain(
+        &mut self,
+        signs: [char; 2],
+        part: impl Fn(&mut Self) -> Result<Node, FormulaError>,
+    ) -> Result<Node, FormulaError> {
         let mut left = part(self)?;
         let is_sign = |token: &Token| matches!(token, Token::Sign(sign) if signs.contains(sign));
         while let Some(Token::Sign(sign)) = self.tokens.next_if(is_sign) {
@@ -166,19 +201,19 @@ impl<I: Iterator<Item = Token>> Parser<I> {
         Ok(left)
     }
 
-    fn single(&mut self, depth: usize) -> Result<Node, String> {
+    fn single(&mut self, depth: usize) -> Result<Node, FormulaError> {
         match self.tokens.next() {
-            _ if depth > DEEPEST => Err("the parentheses are too deep".to_owned()),
+            _ if depth > DEEPEST => Err(FormulaError::TooDeep),
             Some(Token::Number(number)) => Ok(Node::Number(number)),
             Some(Token::Name(name)) => Ok(Node::Name(name)),
             Some(Token::Sign('-')) => Ok(Node::Negative(Box::new(self.single(depth + 1)?))),
             Some(Token::Sign('(')) => {
                 let inside = self.sum(depth + 1)?;
                 let closes = self.tokens.next() == Some(Token::Sign(')'));
-                if closes { Ok(inside) } else { Err("a `)` is missing".to_owned()) }
+                if closes { Ok(inside) } else { Err(FormulaError::Unclosed) }
             }
-            Some(token) => Err(format!("`{token}` cannot stand here")),
-            None => Err("the formula breaks off".to_owned()),
+            Some(token) => Err(FormulaError::Misplaced(token.to_string())),
+            None => Err(FormulaError::Unfinished),
         }
     }
 }
@@ -210,16 +245,16 @@ mod tests {
     #[test]
     fn what_is_wrong_is_said() {
         for (text, wanted) in [
-            ("1 +", "breaks off"),
-            ("(1", "`)` is missing"),
-            ("1 2", "one too many"),
-            ("a ^ 2", "`^` means nothing"),
-            ("1.2.3", "no number"),
-            ("* 2", "cannot stand here"),
-            (&"(".repeat(500), "too deep"),
+            ("1 +", FormulaError::Unfinished),
+            ("(1", FormulaError::Unclosed),
+            ("1 2", FormulaError::Superfluous("2".to_owned())),
+            ("a ^ 2", FormulaError::Meaningless('^')),
+            ("1.2.3", FormulaError::NotANumber("1.2.3".to_owned())),
+            ("* 2", FormulaError::Misplaced("*".to_owned())),
+            (&"(".repeat(500), FormulaError::TooDeep),
+            (&"1".repeat(1001), FormulaError::TooLong(1000)),
         ] {
-            let said = Formula::parse(text).unwrap_err();
-            assert!(said.contains(wanted), "{text}: {said}");
+            assert_eq!(Formula::parse(text), Err(wanted));
         }
     }
 }

@@ -11,15 +11,22 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::file::MAX_RUNS;
 use super::{Domain, Measure, Model, Parameter, Plan, RunRecord, Value};
 use crate::Error;
+use crate::presentation::REPORT;
 
 /// The format of journals and datasets.
 const FORMAT: u32 = 2;
-const JOURNAL: &str = "journal.jsonl";
+pub(super) const JOURNAL: &str = "journal.jsonl";
 /// The dataset that is made of the journal.
 pub(super) const DATASET: &str = "dataset.parquet";
 const TIMING: &str = "timing.csv";
+
+/// Whether a campaign writes to `folder`, or has.
+pub(crate) fn has_journal(folder: &Path) -> bool {
+    folder.join(JOURNAL).exists()
+}
 
 /// A part of a campaign: the runs whose number leaves the remainder `index` when divided by `of`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -33,6 +40,15 @@ pub struct Shard {
 impl Shard {
     /// All of a campaign.
     pub const ALL: Self = Self { index: 0, of: 1 };
+
+    /// A campaign has no more parts than this.
+    pub const MOST: u64 = 1_000_000;
+
+    /// One of so many parts, if there is such a part.
+    #[must_use]
+    pub fn new(index: u64, of: u64) -> Option<Self> {
+        (index < of && of <= Self::MOST).then_some(Self { index, of })
+    }
 
     /// How many of that many runs are in the part.
     #[must_use]
@@ -56,6 +72,13 @@ pub(super) struct Header {
     runs: u64,
     pub(super) shard: Shard,
     pub(super) layout: Layout,
+}
+
+/// What the first line of every journal says, whatever its format.
+#[derive(Deserialize)]
+struct Stamp {
+    format: u32,
+    version: String,
 }
 
 /// What a journal's records mean, so that results can be made without the campaign's file.
@@ -173,16 +196,6 @@ impl Header {
         Self { shard, ..self.clone() }
     }
 
-    /// That a journal in `folder` cannot be read with this one's meaning, if it cannot.
-    pub(super) fn check_format(&self, folder: &Path) -> Result<(), Error> {
-        if self.format == FORMAT {
-            return Ok(());
-        }
-        let message =
-            format!("{} has results in format {}, and this program has {FORMAT}", folder.display(), self.format);
-        Err(Error::refused(message, format!("they were written by version {}", self.version)))
-    }
-
     /// The version that wrote it.
     pub(super) fn version(&self) -> &str {
         &self.version
@@ -196,12 +209,13 @@ impl Header {
     /// That a journal in `folder` is another campaign's, if it is.
     pub(super) fn check(&self, found: &Self, folder: &Path) -> Result<(), Error> {
         let folder = folder.display();
-        let (message, help) = if (found.format, &found.version) != (self.format, &self.version) {
-            let help = "results of different versions are not mixed: use that version, or another folder";
+        let (message, help) = if found.version != self.version {
+            let help = "results of different versions are not mixed: use that version or another folder, or start over with \
+                        `--fresh`";
             (format!("{folder} has results of version {}, and this is {}", found.version, self.version), help)
         } else if (&found.plan, found.runs) != (&self.plan, self.runs) {
             let help = "its file, its number of runs, or a file of its scenario (map, tree, skill, property, …) is another \
-                        now: use another folder";
+                        now: use another folder, or start over with `--fresh`";
             (format!("{folder} has results of another campaign"), help)
         } else if found.shard != self.shard {
             let Shard { index, of } = found.shard;
@@ -213,7 +227,8 @@ impl Header {
     }
 }
 
-/// A journal that is being written, with the wall times beside it.
+/// A journal that is being written, with the wall times beside it. As long as it is open no other program writes to the
+/// folder.
 #[derive(Debug)]
 pub(super) struct Journal {
     folder: PathBuf,
@@ -237,20 +252,17 @@ impl Journal {
             let message = format!("{} has a dataset without the journal that it was made of", folder.display());
             return Err(Error::refused(message, "what is there is not overwritten: use another folder"));
         }
+        if !journal.exists() && folder.join(REPORT).exists() {
+            let message = format!("{} has the report of a run", folder.display());
+            return Err(Error::refused(message, "a campaign does not write over it: name another folder with `--out`"));
+        }
         std::fs::create_dir_all(folder).map_err(failed(folder))?;
         let open = |path: &Path| {
             let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
             file.map_err(failed(path))
         };
         let mut file = open(&journal)?;
-        match file.try_lock() {
-            Err(TryLockError::WouldBlock) => {
-                let message = format!("another program is writing to {}", folder.display());
-                return Err(Error::refused(message, "wait for it to end, or use another folder"));
-            }
-            // A file system without locks is no reason not to run.
-            Ok(()) | Err(TryLockError::Error(_)) => {}
-        }
+        lock(&file, folder)?;
         let (runs, end) = resume(folder, &file, header, replay)?;
         cut(&mut file, end).map_err(failed(&journal))?;
         if end == 0 {
@@ -264,6 +276,21 @@ impl Journal {
             timing.write_all(b"k,wall_time_s\n").map_err(failed(&path))?;
         }
         Ok(Self { folder: folder.to_owned(), journal: file, timing })
+    }
+
+    /// Reads what was written.
+    ///
+    /// # Errors
+    /// [`Error::Write`] if it is no longer where it was written to.
+    pub(super) fn reader(&self) -> Result<JournalReader, Error> {
+        let path = self.folder.join(JOURNAL);
+        let file = File::open(&path).map_err(|source| Error::Write { path, source })?;
+        JournalReader::of(file, &self.folder)
+    }
+
+    /// The folder of the campaign's results.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// Writes a run down, with how long the computer took if that is known here.
@@ -280,6 +307,39 @@ impl Journal {
     }
 }
 
+/// Empties the journal in `folder`, if there is one, once it has removed the files that were `made_of_it`.
+pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error> {
+    let path = folder.join(JOURNAL);
+    let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
+    lock(&file, folder)?;
+    let mut lines = Lines::of(&file, folder).map_err(|_| damaged(folder))?;
+    let header: Option<serde_json::Value> = lines.next_as().unwrap_or_default();
+    if lines.end > 0 && header.is_none_or(|header| header["plan"].is_null()) {
+        let message = format!("{} is not the journal of a campaign", path.display());
+        return Err(Error::refused(message, "only what a campaign wrote is removed: use another folder"));
+    }
+    for name in made_of_it.iter().chain([&TIMING]) {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(Error::Write { path, source }),
+            _ => {}
+        }
+    }
+    file.set_len(0).map_err(|source| Error::Write { path, source })
+}
+
+/// Keeps other programs from writing to `folder` until the journal is closed.
+fn lock(journal: &File, folder: &Path) -> Result<(), Error> {
+    match journal.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            let message = format!("another program is writing to {}", folder.display());
+            Err(Error::refused(message, "wait for it to end, or use another folder"))
+        }
+        // A file system without locks is no reason not to run.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
 /// What a journal has that was written before: how many runs, and where its last complete line ends.
 fn resume(
     folder: &Path,
@@ -288,7 +348,7 @@ fn resume(
     mut replay: impl FnMut(RunRecord) -> Result<(), Error>,
 ) -> Result<(u64, u64), Error> {
     let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
-    let Some(found) = lines.next_as::<Header>()? else { return Ok((0, 0)) };
+    let Some(found) = lines.header()? else { return Ok((0, 0)) };
     header.check(&found, folder)?;
     let mut runs = 0;
     while let Some(record) = lines.next_as::<RunRecord>()? {
@@ -344,8 +404,12 @@ impl JournalReader {
             let message = format!("cannot read {}: {error}", path.display());
             Error::refused(message, "a folder with results has the journal that its campaign wrote")
         })?;
+        Self::of(file, folder)
+    }
+
+    fn of(file: File, folder: &Path) -> Result<Self, Error> {
         let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
-        let header = lines.next_as()?.ok_or_else(|| damaged(folder))?;
+        let header = lines.header()?.ok_or_else(|| damaged(folder))?;
         Ok(Self { header, lines })
     }
 
@@ -401,14 +465,44 @@ impl<F: Read + Borrow<File>> Lines<io::Take<F>> {
 }
 
 impl<R: Read> Lines<R> {
+    /// The first line.
+    fn header(&mut self) -> Result<Option<Header>, Error> {
+        let Some(line) = self.next_line()? else { return Ok(None) };
+        let stamp: Stamp = self.parsed(&line)?;
+        if stamp.format != FORMAT {
+            let (folder, version) = (self.folder.display(), env!("CARGO_PKG_VERSION"));
+            let found = format!("{folder} has results of version {} in format {}", stamp.version, stamp.format);
+            let message = format!("{found}; this program is version {version} and writes format {FORMAT}");
+            return Err(Error::refused(
+                message,
+                "use the program that wrote them or another folder, or start over with `--fresh`",
+            ));
+        }
+        let header: Header = self.parsed(&line)?;
+        let Shard { index, of } = header.shard;
+        if Shard::new(index, of).is_none() || header.runs > MAX_RUNS {
+            return Err(damaged(&self.folder));
+        }
+        Ok(Some(header))
+    }
+
     fn next_as<T: for<'d> Deserialize<'d>>(&mut self) -> Result<Option<T>, Error> {
+        self.next_line()?.map(|line| self.parsed(&line)).transpose()
+    }
+
+    /// The next complete line.
+    fn next_line(&mut self) -> Result<Option<Vec<u8>>, Error> {
         let mut line = Vec::new();
         let read = self.reader.read_until(b'\n', &mut line).map_err(|_| damaged(&self.folder))?;
         if !line.ends_with(b"\n") {
             return Ok(None);
         }
         self.end += read as u64;
-        serde_json::from_slice(&line).map(Some).map_err(|_| damaged(&self.folder))
+        Ok(Some(line))
+    }
+
+    fn parsed<T: for<'d> Deserialize<'d>>(&self, line: &[u8]) -> Result<T, Error> {
+        serde_json::from_slice(line).map_err(|_| damaged(&self.folder))
     }
 }
 

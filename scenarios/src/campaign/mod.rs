@@ -6,7 +6,7 @@
 //! are enough of them, is in [`statistics`].
 //!
 //! [`run`] runs a campaign, or a [`Shard`] of it, on all cores and writes each run's [`RunRecord`] to a journal, in the
-//! order of the runs; [`finish`] makes the [dataset] and the [`Summary`] of that, and [`merge`] puts shards together. A
+//! order of the runs; [`Ran::finish`] makes the [dataset] and the [`Summary`] of that, and [`merge`] puts shards together. A
 //! run that is refused, cannot go on or panics is a record like any other; it says nothing of any property, and counts
 //! as one that was not as expected. What a run may take is bounded in simulated time and communications
 //! (`execution.max_time_s`, `step_budget` and `run_budget` of the scenario), never by the clock: results must not depend on
@@ -28,11 +28,12 @@ pub mod sampling;
 pub mod statistics;
 
 pub use file::CampaignFile;
-pub use formula::Formula;
+pub use formula::{Formula, FormulaError};
 pub use journal::Shard;
+pub(crate) use journal::has_journal;
 pub use model::Model;
 pub use parameter::{Domain, Parameter, Value};
 pub use plan::{Plan, PlannedRun};
 pub use record::{Measure, MonitorFacts, RunFacts, RunOutcome, RunRecord};
-pub use results::{Estimate, Named, Outcomes, Summary, finish, merge};
+pub use results::{Estimate, Named, Outcomes, Summary, merge, start_over};
 pub use runner::{GoalReport, Progress, Ran, run};

@@ -1,7 +1,7 @@
 //! A model that a campaign is held against: something happens as soon as a quantity exceeds a bound.
 
-use maps::Spanned;
-use maps::document::Table;
+use diagnostics::Spanned;
+use diagnostics::document::Table;
 
 use super::journal::ModelLayout;
 use super::{Domain, Formula, Parameter, Value};
@@ -24,10 +24,10 @@ impl Model {
     pub(super) fn read(table: Table<'_>) -> Option<Self> {
         let of = table.text("of").spanned().required();
         let about = table.text("about").or(String::new());
-        let parse = |text: String, span: &maps::Span| {
+        let parse = |text: String, span: &diagnostics::Span| {
             Formula::parse(&text).map_err(|error| {
                 let help = "numbers, names of parameters, `+ - * /` and parentheses";
-                span.problem(error).with_label("this formula").with_help(help)
+                span.problem(error.to_string()).with_label("this formula").with_help(help)
             })
         };
         let quantity = table.text("quantity").try_map(parse).spanned().required();

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use maps::document::{FromItem, Item};
-use maps::{Problem, Spanned};
+use diagnostics::document::{FromItem, Item};
+use diagnostics::{Problem, Spanned};
 use serde::{Deserialize, Serialize};
 
 /// A value that a campaign gives to a key of the scenario.

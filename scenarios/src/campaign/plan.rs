@@ -3,9 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use maps::{Problem, Spanned};
+use diagnostics::{Problem, Spanned};
 use serde::Serialize;
 
+use super::Shard;
 use super::file::{CampaignFile, MAX_RUNS, Seeds};
 use super::parameter::{Parameter, Value};
 use super::sampling::{Dimension, Sampling};
@@ -78,7 +79,7 @@ impl Plan {
             let text = shipped_campaigns().find(|(shipped, _)| *shipped == name).map(|(_, text)| text);
             return Self::parse(&name, text.ok_or_else(|| no_campaign(&name))?);
         }
-        let text = std::fs::read_to_string(path).map_err(|error| {
+        let text = diagnostics::text_from_disk(path).map_err(|error| {
             let message = format!("cannot read the campaign {name}: {error}");
             let help = "a campaign is a TOML file that names a scenario and what varies";
             Error::refused(message, format!("{help}, or one of {}", campaign_names()))
@@ -102,7 +103,7 @@ impl Plan {
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
         let base = Arc::new(Scenario::load(&found, &set)?);
         let live = Live::new(Arc::clone(&base), file.seed, true)?;
-        let properties = live.watched().iter().map(|watched| watched.name.clone()).collect();
+        let properties = live.properties().map(str::to_owned).collect();
         let (name, text, dimensions) = (name.to_owned(), text.to_owned(), dimensions(&file));
         let mut plan =
             Self { name, text, file, asked: None, found, files: String::new(), dimensions, base, properties };
@@ -125,6 +126,15 @@ impl Plan {
         self.file.runs = runs;
         self.dimensions = dimensions(&self.file);
         Ok(self)
+    }
+
+    /// Refuses to shard a campaign with a goal.
+    pub(super) fn check_shard(&self, shard: Shard) -> Result<(), Error> {
+        if shard == Shard::ALL || self.file.goal.is_none() {
+            return Ok(());
+        }
+        let help = "shards do not know of each other's results: leave out the `[goal]` and say `runs`";
+        Err(Error::refused("a campaign that stops at a goal cannot be sharded", help))
     }
 
     /// How the command line calls the campaign.
@@ -272,8 +282,8 @@ impl PlannedRun {
 
 /// That no campaign of that name comes with the program, with the nearest name.
 fn no_campaign(name: &str) -> Error {
-    let nearest = maps::nearest(name, shipped_campaigns().map(|(known, _)| known));
-    let meant = nearest.map_or_else(String::new, |known| format!("did you mean `{known}`? "));
+    let meant = diagnostics::did_you_mean(name, shipped_campaigns().map(|(known, _)| known));
+    let meant = meant.map_or_else(String::new, |meant| meant + " ");
     Error::refused(
         format!("there is no campaign `{name}`"),
         format!("{meant}There are {}, or the path of a file", campaign_names()),

@@ -1,5 +1,6 @@
 //! What is kept of a run.
 
+use monitors::Outcome;
 use serde::{Deserialize, Serialize};
 
 use super::{PlannedRun, Value};
@@ -152,7 +153,7 @@ impl Measure {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonitorFacts {
     /// `satisfied`, `violated` or `inconclusive`.
-    pub verdict: String,
+    pub verdict: Outcome,
     /// The tick of the violation.
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
@@ -200,7 +201,7 @@ impl RunRecord {
     /// failed: it says nothing of any property, and counts for none.
     #[must_use]
     pub fn violated(&self, property: usize) -> Option<bool> {
-        Some(self.facts.as_ref()?.monitors.get(property)?.verdict == "violated")
+        Some(self.facts.as_ref()?.monitors.get(property)?.verdict == Outcome::Violated)
     }
 
     /// Whether the run was not what the scenario expects. A run that failed was not.
@@ -213,6 +214,6 @@ impl RunRecord {
 impl MonitorFacts {
     fn of(monitor: &MonitorReport, onset: Option<f64>) -> Self {
         let latency = monitor.time_s.zip(onset).map(|(time, onset)| time - onset).filter(|latency| *latency >= 0.0);
-        Self { verdict: monitor.verdict.to_owned(), tick: monitor.tick, time_s: monitor.time_s, latency_s: latency }
+        Self { verdict: monitor.verdict, tick: monitor.tick, time_s: monitor.time_s, latency_s: latency }
     }
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use diagnostics::Staging;
 use serde::Serialize;
 
 use super::dataset::DatasetWriter;
-use super::journal::{DATASET, Header, Journal, JournalReader, Layout, Shard, TimingReader};
+use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, Shard, TimingReader};
 use super::runner::GoalReport;
 use super::statistics::{Confidence, Count, Interval};
-use super::{RunOutcome, RunRecord, page};
+use super::{Plan, RunOutcome, RunRecord, page};
 use crate::Error;
 
 /// The summary's file.
@@ -94,41 +95,69 @@ pub struct Named {
     pub command: String,
 }
 
-/// Makes dataset and summary of the journal in `folder`, which holds all runs of a campaign.
+/// Makes dataset, summary and page of a journal that holds all runs of a campaign.
 ///
 /// # Errors
 /// [`Error::BadInput`] if the journal is damaged, [`Error::Write`] if the results cannot be written; results that were
 /// there before then stay as they were.
-pub fn finish(folder: &Path, goal: Option<GoalReport>) -> Result<Summary, Error> {
-    let mut journal = JournalReader::open(folder)?;
-    let layout = journal.header.layout.clone();
-    let (path, unfinished) = (folder.join(DATASET), folder.join(format!("{DATASET}.part")));
+pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summary, Error> {
+    let folder = journal.folder();
+    let mut records = journal.reader()?;
+    let layout = records.header.layout.clone();
+    let path = folder.join(DATASET);
     let failed = |source| Error::Write { path: path.clone(), source };
-    let mut dataset = DatasetWriter::begin(&unfinished, &layout)?;
+    let mut dataset = DatasetWriter::begin(&path, &layout)?;
     let mut tally = Tally::new(&layout);
-    while let Some(record) = journal.next()? {
+    while let Some(record) = records.next()? {
         tally.add(&record);
         dataset.push(record).map_err(failed)?;
     }
-    dataset.finish().map_err(failed)?;
+    let dataset = dataset.finish().map_err(failed)?;
     let summary = tally.summary(&layout, goal)?;
-    let page = page::page(&summary, &layout, || JournalReader::open(folder))?;
+    let page = page::page(&summary, &layout, || journal.reader())?;
     let text = serde_json::to_string_pretty(&summary).expect("a summary is always JSON") + "\n";
-    write_whole(&folder.join(SUMMARY), &text)?;
-    write_whole(&folder.join(page::FILE), &page)?;
-    std::fs::rename(&unfinished, &path).map_err(failed)?;
+    let staging = Staging::begin(folder)?;
+    staging.write(SUMMARY, text)?;
+    staging.write(page::FILE, page)?;
+    staging.publish(&[SUMMARY, page::FILE])?;
+    dataset.finish()?;
     Ok(summary)
 }
 
-/// Puts the shards of a campaign together: a journal in `out`, which must have none, and then the results.
+/// Removes what a campaign wrote to `folder`, whichever campaign it was, and nothing else, before a shard of `plan` is run
+/// there.
 ///
 /// # Errors
-/// [`Error::BadInput`] if the shards are not all of one campaign, or incomplete, or `out` has results already;
-/// [`Error::Write`].
+/// [`Error::BadInput`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the journal
+/// there is no campaign's; [`Error::Write`].
+pub fn start_over(plan: &Plan, shard: Shard, folder: &Path) -> Result<(), Error> {
+    plan.check_shard(shard)?;
+    journal::start_over(folder, &[DATASET, SUMMARY, page::FILE])
+}
+
+/// The folders of shards that a path stands for: itself, or all in it.
+fn shard_folders(path: &PathBuf) -> Vec<PathBuf> {
+    let has_journal = |folder: &PathBuf| folder.join(JOURNAL).is_file();
+    let inside = std::fs::read_dir(path).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+    let is_shard = |folder: &PathBuf| {
+        folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with("shard-")) && has_journal(folder)
+    };
+    let mut shards: Vec<PathBuf> = if has_journal(path) { Vec::new() } else { inside.filter(is_shard).collect() };
+    shards.sort_unstable();
+    if shards.is_empty() { vec![path.clone()] } else { shards }
+}
+
+/// Puts the shards of a campaign together: a journal in `out`, and then the results. Each of `shards` is the folder of one,
+/// or a folder with several. Where that was killed half-way it goes on.
+///
+/// # Errors
+/// [`Error::BadInput`] if the shards are not all of one campaign, or incomplete, or `out` has results already or another
+/// campaign's journal; [`Error::Write`].
 pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
+    let shards = &shards.iter().flat_map(shard_folders).collect::<Vec<_>>();
     let mut readers = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;
     let header = whole(shards, &readers)?;
-    if JournalReader::open(out).is_ok() {
+    if out.join(DATASET).exists() {
         let message = format!("{} has results already", out.display());
         return Err(Error::refused(message, "choose a new folder for what is put together"));
     }
@@ -141,14 +170,21 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
         timings.extend(TimingReader::open(folder).map(|timing| (reader.header.shard.index, timing)));
     }
     readers.sort_by_key(|reader| reader.header.shard.index);
-    let mut journal = Journal::open(out, &header, |_| Ok(()))?;
+    let mut done = 0;
+    let count = |_| {
+        done += 1;
+        Ok(())
+    };
+    let mut journal = Journal::open(out, &header, count)?;
     let of = readers.len() as u64;
     in_turn(&header, readers, |record| {
+        if record.k < done {
+            return Ok(());
+        }
         let wall_time_s = timings.get_mut(&(record.k % of)).and_then(|timing| timing.of(record.k));
         journal.append(&record, wall_time_s)
     })?;
-    drop(journal);
-    finish(out, None)
+    finish(&journal, None)
 }
 
 /// The header of all shards together, if they belong together.
@@ -194,14 +230,6 @@ fn in_turn(
         take(record)?;
     }
     Ok(())
-}
-
-/// Writes a text under another name first, so that the file is never half written.
-fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
-    let mut unfinished = path.as_os_str().to_owned();
-    unfinished.push(".part");
-    let written = std::fs::write(&unfinished, text).and_then(|()| std::fs::rename(&unfinished, path));
-    written.map_err(|source| Error::Write { path: path.to_owned(), source })
 }
 
 /// What is counted while the runs go by.

@@ -2,25 +2,21 @@
 
 use std::any::Any;
 use std::cell::Cell;
-use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, Once, PoisonError, mpsc};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Once};
 use std::time::Instant;
 
 use serde::Serialize;
 
 use super::file::{Goal, Question};
 use super::journal::{Header, Journal, Shard};
-use super::statistics::{Count, InOrder, Interval, Side};
-use super::{Plan, PlannedRun, RunRecord};
+use super::statistics::{Count, Interval, Side};
+use super::{Plan, PlannedRun, RunRecord, Summary, results};
 use crate::Error;
-use crate::conduct::{Outputs, conduct};
+use crate::conduct::report_of;
 use crate::scenario::Scenario;
-
-/// How many runs may begin before the earliest that has not ended: bounds the results that wait for it.
-const AHEAD: u64 = 4096;
 
 /// How far a campaign has come, after one more of its runs.
 #[derive(Clone, Debug)]
@@ -36,7 +32,7 @@ pub struct Progress<'p> {
 }
 
 /// What came of running a campaign.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 pub struct Ran {
     /// How many runs are done.
     pub done: u64,
@@ -46,9 +42,21 @@ pub struct Ran {
     pub complete: bool,
     /// What came of the campaign's goal, if it has one.
     pub goal: Option<GoalReport>,
+    /// Nobody else writes to the folder as long as it is open.
+    journal: Journal,
 }
 
-/// Runs a shard of a campaign, or what is left of it, and writes the journal in `folder`. Once `interrupted` is set, no run
+impl Ran {
+    /// Makes dataset, summary and page of the journal, which holds all runs of the campaign.
+    ///
+    /// # Errors
+    /// [`Error::Write`]; results that were there before then stay as they were.
+    pub fn finish(self) -> Result<Summary, Error> {
+        results::finish(&self.journal, self.goal)
+    }
+}
+
+/// Runs a shard of a campaign, or what is left of it, on so many `threads`, and writes the journal in `folder`. Once `interrupted` is set, no run
 /// begins any more; those that have begun end and are written down. `progress` is told after each run. A run that fails
 /// is a result; see [`RunRecord::failure`].
 ///
@@ -59,10 +67,11 @@ pub fn run(
     plan: &Plan,
     shard: Shard,
     folder: &Path,
+    threads: usize,
     interrupted: &AtomicBool,
     progress: impl FnMut(&Progress<'_>),
 ) -> Result<Ran, Error> {
-    run_each(plan, shard, folder, interrupted, progress, |run| conducted(plan, run))
+    run_each(plan, shard, folder, threads, interrupted, progress, |run| conducted(plan, run))
 }
 
 /// Runs what is left of a shard, each run by `conduct`.
@@ -70,14 +79,12 @@ fn run_each(
     plan: &Plan,
     shard: Shard,
     folder: &Path,
+    threads: usize,
     interrupted: &AtomicBool,
     mut progress: impl FnMut(&Progress<'_>),
     conduct: impl Fn(&PlannedRun) -> Result<RunRecord, String> + Sync,
 ) -> Result<Ran, Error> {
-    if shard != Shard::ALL && plan.file().goal.is_some() {
-        let help = "shards do not know of each other's results: leave out the `[goal]` and say `runs`";
-        return Err(Error::refused("a campaign that stops at a goal cannot be sharded", help));
-    }
+    plan.check_shard(shard)?;
     let (mut watch, mut done) = (Watch::new(plan), 0);
     let mut journal = Journal::open(folder, &Header::of(plan, shard), |record| {
         done += 1;
@@ -89,14 +96,16 @@ fn run_each(
     let end = if watch.enough() { done } else { all };
     let work = |place: u64| timed(|| run_one(plan, shard.run(place), &conduct));
     hush_caught_panics();
-    in_order(done..end, rayon::current_num_threads(), interrupted, work, |place, (record, wall_time_s)| {
+    batch::in_order(done..end, threads, interrupted, work, |place, (record, wall_time_s)| {
         journal.append(&record, wall_time_s)?;
         done = place + 1;
         watch.take(&record);
         progress(&watch.progress(done, all));
-        Ok(!watch.enough())
+        Ok::<bool, Error>(!watch.enough())
     })?;
-    Ok(Ran { done, all, complete: done == all || watch.enough(), goal: watch.report() })
+    // Whoever has removed the folder meanwhile has removed the results.
+    journal.reader()?;
+    Ok(Ran { done, all, complete: done == all || watch.enough(), goal: watch.report(), journal })
 }
 
 /// What came of a campaign's goal.
@@ -182,7 +191,7 @@ fn run_one(plan: &Plan, k: u64, conduct: impl Fn(&PlannedRun) -> Result<RunRecor
 fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
     let scenario = Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(plan));
     let scenario = Arc::new(scenario.map_err(|error| super::plan::reasons(&error))?);
-    let report = conduct(Arc::clone(&scenario), run.seed, true, &Outputs::default(), |_| {});
+    let report = report_of(Arc::clone(&scenario), run.seed);
     let report = report.map_err(|error| super::plan::reasons(&error))?;
     let stops: Vec<&str> = scenario.file.stop.at.iter().map(|place| place.value.as_str()).collect();
     Ok(RunRecord::of(run.clone(), &report, &stops))
@@ -219,162 +228,12 @@ fn hush_caught_panics() {
     });
 }
 
-/// Does the work of these places on so many threads, and hands the results to `take` in the order of the places, on this
-/// thread. `take` says whether to go on. Once `interrupted` is set no work begins, and what has begun is taken.
-fn in_order<T: Send>(
-    places: Range<u64>,
-    threads: usize,
-    interrupted: &AtomicBool,
-    work: impl Fn(u64) -> T + Sync,
-    mut take: impl FnMut(u64, T) -> Result<bool, Error>,
-) -> Result<(), Error> {
-    let first = places.start;
-    let gate = Gate::new(places);
-    std::thread::scope(|scope| {
-        let (send, receive) = mpsc::channel();
-        for _ in 0..threads {
-            let (send, gate, work) = (send.clone(), &gate, &work);
-            scope.spawn(move || {
-                while let Some(place) = gate.enter(interrupted) {
-                    if send.send((place, work(place))).is_err() {
-                        break;
-                    }
-                }
-            });
-        }
-        drop(send);
-        let mut order = InOrder::from(first);
-        for (place, result) in receive {
-            order.put(place, result);
-            while let Some((place, result)) = order.take() {
-                match take(place, result) {
-                    Ok(true) => gate.took(place),
-                    over => {
-                        gate.close();
-                        return over.map(drop);
-                    }
-                }
-            }
-        }
-        Ok(())
-    })
-}
-
-/// Lets threads begin the next place, but none too far ahead of the results that were taken.
-struct Gate {
-    state: Mutex<Places>,
-    moved: Condvar,
-}
-
-struct Places {
-    next: u64,
-    taken: u64,
-    end: u64,
-}
-
-impl Gate {
-    fn new(places: Range<u64>) -> Self {
-        let state = Places { next: places.start, taken: places.start, end: places.end };
-        Self { state: Mutex::new(state), moved: Condvar::new() }
-    }
-
-    /// The next place, when it may begin; none after the last, or when it is over.
-    fn enter(&self, interrupted: &AtomicBool) -> Option<u64> {
-        let too_far = |places: &mut Places| places.next < places.end && places.next >= places.taken + AHEAD;
-        let mut places = self.moved.wait_while(self.lock(), too_far).unwrap_or_else(PoisonError::into_inner);
-        if places.next >= places.end || interrupted.load(Ordering::Relaxed) {
-            return None;
-        }
-        places.next += 1;
-        Some(places.next - 1)
-    }
-
-    fn took(&self, place: u64) {
-        self.lock().taken = place + 1;
-        self.moved.notify_all();
-    }
-
-    /// Nothing begins any more.
-    fn close(&self) {
-        self.lock().end = 0;
-        self.moved.notify_all();
-    }
-
-    fn lock(&self) -> MutexGuard<'_, Places> {
-        self.state.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::{RunOutcome, finish};
+    use crate::campaign::RunOutcome;
 
     static NOT: AtomicBool = AtomicBool::new(false);
-
-    fn slow_first(place: u64) -> u64 {
-        std::hint::black_box((0..(300 - place) * 50).fold(place, |sum, step| sum.wrapping_mul(31) ^ step));
-        place * place
-    }
-
-    fn collected(threads: usize, stop_at: u64) -> Vec<(u64, u64)> {
-        let mut taken = Vec::new();
-        in_order(5..300, threads, &NOT, slow_first, |place, result| {
-            taken.push((place, result));
-            Ok(place < stop_at)
-        })
-        .unwrap();
-        taken
-    }
-
-    #[test]
-    fn results_are_taken_in_order_on_any_number_of_threads() {
-        let all: Vec<(u64, u64)> = (5..300).map(|place| (place, place * place)).collect();
-        for threads in [1, 2, 7] {
-            assert_eq!(collected(threads, 300), all);
-            assert_eq!(collected(threads, 100), all[..96], "it stops where it is told to");
-        }
-    }
-
-    #[test]
-    fn what_cannot_be_taken_ends_it() {
-        let full = || Error::refused("full", "");
-        let take = |place, _| if place == 9 { Err(full()) } else { Ok(true) };
-        let result = in_order(0..100, 3, &NOT, |place| place, take);
-        assert_eq!(result.unwrap_err().to_string(), "full");
-    }
-
-    #[test]
-    fn an_interruption_lets_end_what_has_begun_and_loses_none_of_it() {
-        for threads in [1, 2, 7] {
-            let (interrupted, begun) = (AtomicBool::new(false), Mutex::new(0));
-            let work = |place| {
-                *begun.lock().unwrap() += 1;
-                interrupted.fetch_or(place >= 20, Ordering::Relaxed);
-                slow_first(place)
-            };
-            let mut taken = Vec::new();
-            in_order(0..300, threads, &interrupted, work, |place, _| {
-                taken.push(place);
-                Ok(true)
-            })
-            .unwrap();
-            // Each thread may be at work already when the first says it.
-            assert!((21..=20 + threads).contains(&taken.len()), "{} on {threads} threads", taken.len());
-            assert_eq!(taken, (0..*begun.lock().unwrap()).collect::<Vec<u64>>());
-        }
-    }
-
-    #[test]
-    fn no_thread_runs_too_far_ahead() {
-        let gate = Gate::new(0..3 * AHEAD);
-        let begun = (0..AHEAD).filter_map(|_| gate.enter(&NOT)).count() as u64;
-        assert_eq!(begun, AHEAD);
-        gate.took(0);
-        assert_eq!(gate.enter(&NOT), Some(AHEAD));
-        gate.close();
-        assert_eq!(gate.enter(&NOT), None);
-    }
 
     #[test]
     fn a_panic_is_a_failure_in_words() {
@@ -396,9 +255,15 @@ mod tests {
         };
         let mut seen = Vec::new();
         let see = |progress: &Progress<'_>| seen.push((progress.done, progress.counts.to_vec()));
-        let ran = run_each(&plan, Shard::ALL, folder.path(), &NOT, see, work).unwrap();
+        let ran = run_each(&plan, Shard::ALL, folder.path(), 2, &NOT, see, work).unwrap();
         assert_eq!((ran.done, ran.complete), (3, true));
-        let summary = finish(folder.path(), ran.goal).unwrap();
+        let again = || Journal::open(folder.path(), &Header::of(&plan, Shard::ALL), |_| Ok(()));
+        assert!(
+            again().unwrap_err().to_string().contains("another program is writing"),
+            "until the results are written"
+        );
+        let summary = ran.finish().unwrap();
+        again().unwrap();
         assert_eq!((summary.outcomes.failed, summary.failures.len()), (2, 2));
         assert_eq!(summary.failures[0].why.as_deref(), Some("panicked: a wheel came off"));
         assert_eq!(summary.failures[0].command, "steward campaign 'two words.toml' --runs 3 --only 0");

@@ -5,13 +5,17 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::{Args, Subcommand};
+use recording::Detail;
 
 use super::progress::CampaignBar;
 use super::{interrupt, note, print, summary};
 use crate::Error;
 use crate::campaign::compare::CampaignComparison;
 use crate::campaign::{self, Plan, Ran, Shard, Summary};
-use crate::conduct::{Outputs, conduct};
+use crate::conduct::conduct;
+use crate::files::file_name;
+use crate::live::Live;
+use crate::presentation::Outputs;
 use crate::scenario::Scenario;
 
 /// Which campaign, and how much of it.
@@ -29,12 +33,15 @@ pub(super) struct CampaignArgs {
     /// Only the runs k with k mod N = I; taken from a Slurm array or a Kubernetes indexed job if it is not given
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
-    /// Repeats run K alone, with pictures and report
+    /// Repeats run K alone, with pictures and report; exit status 1 if it is not as expected
     #[arg(long, value_name = "K", conflicts_with = "shard")]
     only: Option<u64>,
     /// Where results go; a campaign that was interrupted goes on there [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Starts over: first removes the results of an earlier campaign in that folder, and nothing else
+    #[arg(long, conflicts_with = "only")]
+    fresh: bool,
     /// Shows no progress and no summary
     #[arg(long, short)]
     quiet: bool,
@@ -44,7 +51,7 @@ pub(super) struct CampaignArgs {
 enum CampaignCommand {
     /// Puts the shards of a campaign together
     Merge {
-        /// The folders that the shards were written to
+        /// The folders that the shards were written to, or a folder that has them
         #[arg(value_name = "DIR", required = true)]
         shards: Vec<PathBuf>,
         /// Where the results go: a new folder
@@ -65,11 +72,8 @@ enum CampaignCommand {
 
 /// Reads `I/N`.
 fn shard(text: &str) -> Result<Shard, String> {
-    let parts = text.split_once('/').and_then(|(index, of)| Some((index.parse().ok()?, of.parse().ok()?)));
-    match parts {
-        Some((index, of)) if index < of => Ok(Shard { index, of }),
-        _ => Err("a shard is I/N, with I from 0 to N-1".to_owned()),
-    }
+    let shard = text.split_once('/').and_then(|(index, of)| Shard::new(index.parse().ok()?, of.parse().ok()?));
+    shard.ok_or_else(|| format!("a shard is I/N, with I from 0 to N-1 and N at most {}", Shard::MOST))
 }
 
 /// The shard that a scheduler gives to this process, told by its environment.
@@ -87,22 +91,23 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
         return Ok(None);
     };
     let of = of.and_then(|of| of.parse().ok());
-    match index.zip(of) {
-        Some((index, of)) if index < of => Ok(Some(Shard { index, of })),
-        _ => Err(Error::refused(
+    let shard = index.zip(of).and_then(|(index, of)| Shard::new(index, of));
+    shard.map(Some).ok_or_else(|| {
+        Error::refused(
             "the job's environment does not say which shard this is",
             "Slurm sets SLURM_ARRAY_TASK_ID, _MIN and _COUNT (number the tasks without gaps); Kubernetes sets \
              JOB_COMPLETION_INDEX, and JOB_COMPLETIONS is yours to set; or say `--shard I/N`",
-        )),
-    }
+        )
+    })
 }
 
 /// Runs a campaign or a shard of it, repeats a run, or puts shards together.
 pub(super) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out }) => {
-            print(&in_words(&campaign::merge(shards, out)?, out))?;
-            return Ok(ExitCode::SUCCESS);
+            let summary = campaign::merge(shards, out)?;
+            print(&in_words(&summary, out))?;
+            return Ok(status(&summary));
         }
         Some(CampaignCommand::Compare { before, after, json }) => {
             let comparison = CampaignComparison::of(before, after)?;
@@ -115,16 +120,20 @@ pub(super) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let file = args.file.as_deref().unwrap_or(Path::new(""));
     let plan = Plan::load(file)?;
     let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
-    let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| stem.to_string_lossy().into_owned());
+    let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
     if let Some(k) = args.only {
         return only(&plan, k, &out.join(format!("run-{k}")), args.quiet);
     }
     let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)))?;
     let folder = shard.map_or(out.clone(), |Shard { index, of }| out.join(format!("shard-{index}-of-{of}")));
+    let part = shard.unwrap_or(Shard::ALL);
+    if args.fresh {
+        campaign::start_over(&plan, part, &folder)?;
+    }
     let mut bar = CampaignBar::new(args.quiet);
     let interrupted = interrupt::listen();
-    let ran = campaign::run(&plan, shard.unwrap_or(Shard::ALL), &folder, interrupted, |progress| bar.show(progress));
+    let ran = campaign::run(&plan, part, &folder, batch::threads(), interrupted, |progress| bar.show(progress));
     bar.finish();
     let ran = ran?;
     if !ran.complete {
@@ -132,14 +141,25 @@ pub(super) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         note(&format!("interrupted after {done} of {all} runs; the same command goes on where it stopped"));
         return Ok(interrupt::status());
     }
-    let said = match shard {
-        Some(_) => format!("wrote {}; `steward campaign merge` puts shards together\n", folder.display()),
-        None => in_words(&campaign::finish(&folder, ran.goal)?, &folder),
+    let (said, status) = match shard {
+        Some(_) => {
+            let said = format!("wrote {}; `steward campaign merge` puts shards together\n", folder.display());
+            (said, ExitCode::SUCCESS)
+        }
+        None => {
+            let summary = ran.finish()?;
+            (in_words(&summary, &folder), status(&summary))
+        }
     };
     if !args.quiet {
         print(&said)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(status)
+}
+
+/// A campaign answers its question, whatever that is; one of which no run came to its end does not.
+fn status(summary: &Summary) -> ExitCode {
+    ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
 
 /// Repeats a run alone.
@@ -151,11 +171,9 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     let run = plan.run(k);
     let scenario = Arc::new(Scenario::load(plan.scenario(), &run.overrides(plan))?);
     let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
-    let report = conduct(scenario, run.seed, true, &outputs, |_| {})?;
-    if !quiet {
-        print(&summary::summary(&report, folder))?;
-    }
-    Ok(ExitCode::SUCCESS)
+    let _ = interrupt::listen();
+    let report = conduct(Live::new(scenario, run.seed, true)?, Detail::Full, &outputs, None, |_| interrupt::flow())?;
+    summary::tell(&report, folder, quiet)
 }
 
 /// The summary as lines of text.
@@ -217,7 +235,7 @@ mod tests {
     fn a_shard_is_written_as_a_fraction() {
         assert_eq!(shard("0/1"), Ok(Shard::ALL));
         assert_eq!(shard("7/8"), Ok(Shard { index: 7, of: 8 }));
-        for wrong in ["8/8", "1", "-1/2", "a/b", "0/0"] {
+        for wrong in ["8/8", "1", "-1/2", "a/b", "0/0", "0/1000001", "0/18446744073709551615"] {
             assert!(shard(wrong).is_err(), "{wrong}");
         }
     }

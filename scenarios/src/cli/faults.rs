@@ -32,12 +32,9 @@ pub(super) fn faults(args: &FaultsArgs) -> Result<(), Error> {
 
 fn find(name: &str) -> Result<&'static FaultKind, Error> {
     kind(name).ok_or_else(|| {
-        let nearest = maps::nearest(name, KINDS.iter().map(|kind| kind.name));
-        let help = match nearest {
-            Some(nearest) => format!("did you mean `{nearest}`? `steward faults` lists all"),
-            None => "`steward faults` lists all".to_owned(),
-        };
-        Error::refused(format!("there is no fault `{name}`"), help)
+        let meant = diagnostics::did_you_mean(name, KINDS.iter().map(|kind| kind.name));
+        let meant = meant.map_or_else(String::new, |meant| meant + " ");
+        Error::refused(format!("there is no fault `{name}`"), format!("{meant}`steward faults` lists all"))
     })
 }
 

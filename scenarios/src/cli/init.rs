@@ -1,33 +1,39 @@
 //! `steward init`: a copy of a scenario with everything it names, for editing.
 
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::path::{Component, Path, PathBuf};
+
+use diagnostics::Staging;
 
 use super::print;
 use crate::Error;
-use crate::files::{Files, shipped_paths};
-use crate::scenario::{ScenarioFile, find};
+use crate::files::shipped_paths;
+use crate::scenario::{Scenario, ScenarioFile, find};
 
-/// Writes the scenario and the files that come with the program to `dir`, so that the paths in the scenario hold there.
+/// Writes a scenario, what it names and what comes with the program to `dir`, so that the paths in the scenario hold there.
 pub(super) fn init(dir: &Path, scenario: &str) -> Result<(), Error> {
-    let shipped = find::shipped(scenario)?;
-    if std::fs::read_dir(dir).is_ok_and(|mut entries| entries.next().is_some()) {
+    let mut found = find::find(scenario)?;
+    let copies = Staging::begin(dir)?;
+    if !copies.is_alone()? {
         let message = format!("{} is not empty", dir.display());
         return Err(Error::refused(message, "name a new folder: nothing is overwritten"));
     }
-    let file = dir.join(Path::new(shipped).file_name().unwrap_or_default());
-    write(shipped, &file)?;
-    for base in ScenarioFile::bases(shipped, &Files::shipped())? {
-        write(&base, &dir.join(&base))?;
+    found.files = found.files.remembering();
+    Scenario::load(&found, &[])?;
+    let mut paths: BTreeSet<PathBuf> = ScenarioFile::bases(&found).map_err(Error::bad_input)?.into_iter().collect();
+    paths.extend(found.files.remembered());
+    let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
+    if let Some(path) = paths.iter().find(|path| !path.components().all(is_inside)) {
+        let message = format!("{} names {}, which lies outside its folder", found.path, path.display());
+        return Err(Error::refused(message, "a copy has all files in its own folder: move the file there first"));
     }
-    for path in shipped_paths().filter(|path| !path.starts_with("scenarios/")) {
-        write(path, &dir.join(path))?;
+    paths.extend(shipped_paths().filter(|path| !path.starts_with("scenarios/")).map(Into::into));
+    for path in paths {
+        let bytes = found.files.read(&path).map_err(|source| Error::Write { path: dir.join(&path), source })?;
+        copies.write(&path, bytes)?;
     }
-    print(&format!("wrote {0}; run it with: steward --scenario {0}\n", file.display()))
-}
-
-fn write(shipped: &str, copy: &Path) -> Result<(), Error> {
-    let failed = |source| Error::Write { path: copy.to_owned(), source };
-    let bytes = Files::shipped().read(Path::new(shipped)).map_err(failed)?;
-    std::fs::create_dir_all(copy.parent().unwrap_or(copy)).map_err(failed)?;
-    std::fs::write(copy, bytes).map_err(failed)
+    let name = Path::new(&found.path).file_name().unwrap_or_default();
+    copies.write(name, &found.text)?;
+    copies.publish(&[name])?;
+    print(&format!("wrote {0}; run it with: steward --scenario {0}\n", dir.join(name).display()))
 }

@@ -1,12 +1,11 @@
 //! Ctrl-C: the first asks for an orderly end, the second does not ask.
 
+use std::ops::ControlFlow;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::note;
-
-/// What a shell calls a program that was interrupted.
-const STATUS: u8 = 130;
+use crate::error::INTERRUPTED as STATUS;
 
 /// Set once the program is asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT, SIGTERM or
 /// SIGHUP).
@@ -23,6 +22,11 @@ pub(super) fn listen() -> &'static AtomicBool {
         note("Ctrl-C ends the program at once: the system does not let it listen");
     }
     &INTERRUPTED
+}
+
+/// Breaks off once the program is asked to end.
+pub(super) fn flow() -> ControlFlow<()> {
+    if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// The exit status of a command that was interrupted.

@@ -6,17 +6,21 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use clap::Args;
+use diagnostics::Staging;
+use drawing::{MapPicture, Renderer, Trajectories};
 use maps::OccupancyGrid;
 use nav::Atlas;
 use robot::recorded::{Recording, RecordingError};
 use serde_json::json;
+use trials::replay::fit::Fit;
+use trials::replay::starts::{Start, WITHIN_M, try_starts};
+use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
 use super::print;
 use crate::Error;
-use crate::draw::{MapPicture, Renderer, Trajectories};
-use crate::replay::fit::Fit;
-use crate::replay::starts::{Start, WITHIN_M, try_starts};
-use crate::replay::{Conditions, Course, Score, Stretch, replay};
+
+/// The name of the results' file.
+const TRAJECTORIES: &str = "trajectories.csv";
 
 /// A log and the map of where it was recorded.
 #[derive(Debug, Args)]
@@ -63,7 +67,7 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// Replays the log and prints how far estimates were off.
 pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
-    let map = Arc::new(maps::load_map(&args.map, &maps::from_disk).map_err(Error::bad_input)?);
+    let map = Arc::new(maps::load_map(&args.map, &diagnostics::from_disk).map_err(Error::bad_input)?);
     let recording = Arc::new(open_log(&args.log)?);
     let fit = check_fit(args, &recording, &map)?;
     let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
@@ -98,8 +102,8 @@ pub(super) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
 pub(super) fn open_log(path: &Path) -> Result<Recording, Error> {
     let help = "a log is a text in CARMEN's format, plain or gzipped, with ODOM and FLASER lines";
     let name = path.display();
-    let bytes =
-        maps::from_disk(path).map_err(|error| Error::refused(format!("cannot read the log {name}: {error}"), help))?;
+    let bytes = diagnostics::from_disk_or_pipe(path)
+        .map_err(|error| Error::refused(format!("cannot read the log {name}: {error}"), help))?;
     let recording = Recording::read(&bytes).map_err(|error| {
         let complaints = match &error {
             RecordingError::NoScans { complaints } | RecordingError::Unusable { complaints, .. } => {
@@ -145,12 +149,8 @@ fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) ->
 }
 
 fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Course, score: &Score) -> Result<(), Error> {
-    std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
-    let save = |name: &str, bytes: &[u8]| {
-        let path = folder.join(name);
-        std::fs::write(&path, bytes).map_err(|source| Error::Write { path, source })
-    };
-    save("trajectories.csv", csv(course).as_bytes())?;
+    let staging = Staging::begin(folder)?;
+    staging.write(TRAJECTORIES, csv(course))?;
     let picture = Trajectories {
         title: args.log.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         caption: caption(args, score),
@@ -161,7 +161,8 @@ fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Cours
         errors: course.waypoints.iter().map(|at| (at.time.as_secs_f64(), at.error_m())).collect(),
     };
     let png = Renderer::new().png(&picture.svg()).map_err(|error| Error::Draw(error.to_string()))?;
-    save("trajectories.png", &png)
+    staging.write("trajectories.png", png)?;
+    Ok(staging.publish(&[TRAJECTORIES])?)
 }
 
 /// What the picture shows, in a line.

@@ -5,11 +5,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use maps::{Cell, ImageFormat};
+use trials::replay::mapping::{MappingParameters, map_of};
 
 use super::localize::open_log;
 use super::print;
 use crate::Error;
-use crate::replay::mapping::{MappingParameters, map_of};
 
 /// A log, and how a map is made of it.
 #[derive(Debug, Args)]
@@ -17,9 +17,13 @@ pub(super) struct MapArgs {
     /// The log, in CARMEN's format (.log or .log.gz)
     #[arg(long)]
     log: PathBuf,
-    /// Where the map goes: a YAML file, with the picture (PGM) beside it [default: the log's name with .yaml, here]
-    #[arg(long, value_name = "MAP.yaml")]
+    /// Where the map goes: a YAML file, with the picture (PGM) beside it, or a folder [default: the log's name with .yaml,
+    /// here]
+    #[arg(long, value_name = "MAP.yaml|DIR")]
     out: Option<PathBuf>,
+    /// Overwrites an existing map
+    #[arg(long)]
+    force: bool,
     /// Side of a cell, in metres
     #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = metres)]
     resolution: f64,
@@ -35,6 +39,12 @@ fn metres(text: &str) -> Result<f64, String> {
 
 /// Builds the map and writes it.
 pub(super) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
+    let path = yaml_path(args);
+    let there = [path.clone(), path.with_extension("pgm")].into_iter().find(|path| path.exists());
+    if let Some(there) = there.filter(|_| !args.force) {
+        let message = format!("{} is there already", there.display());
+        return Err(Error::refused(message, "`--force` replaces a map and its picture"));
+    }
     let recording = open_log(&args.log)?;
     let parameters = MappingParameters {
         resolution_m: args.resolution,
@@ -45,14 +55,7 @@ pub(super) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
         let help = "a map is made of the scans of FLASER lines, at the poses that these lines have first";
         Error::refused(format!("{}: {error}", args.log.display()), help)
     })?;
-    let path = args.out.clone().unwrap_or_else(|| default_path(args)).with_extension("yaml");
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.into(), source })?;
-    }
-    maps::save_map(&grid, &path, ImageFormat::Pgm).map_err(|error| match error {
-        maps::Error::Write { path, source } => Error::Write { path, source },
-        other => Error::bad_input(other),
-    })?;
+    maps::save_map(&grid, &path, ImageFormat::Pgm)?;
     let occupied = grid.cells().iter().filter(|cell| **cell == Cell::Occupied).count();
     let free = grid.cells().iter().filter(|cell| **cell == Cell::Free).count();
     print(&format!(
@@ -66,9 +69,21 @@ pub(super) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The log's name without its endings.
-fn default_path(args: &MapArgs) -> PathBuf {
-    let name = args.log.file_name().unwrap_or_default().to_string_lossy().into_owned();
+/// Where the YAML file goes: into a folder by the log's name, and without another ending.
+fn yaml_path(args: &MapArgs) -> PathBuf {
+    let name = args.log.file_name().unwrap_or_default().to_string_lossy();
     let name = name.strip_suffix(".gz").unwrap_or(&name);
-    PathBuf::from(format!("{}.yaml", name.strip_suffix(".log").unwrap_or(name)))
+    let by_log = format!("{}.yaml", name.strip_suffix(".log").unwrap_or(name));
+    let Some(out) = &args.out else { return by_log.into() };
+    if out.is_dir() || out.as_os_str().as_encoded_bytes().ends_with(b"/") {
+        return out.join(by_log);
+    }
+    match out.extension() {
+        Some(ending) if ending == "yaml" || ending == "yml" => out.clone(),
+        _ => {
+            let mut path = out.clone().into_os_string();
+            path.push(".yaml");
+            path.into()
+        }
+    }
 }

@@ -12,7 +12,7 @@ use robot::Streams;
 
 use super::print;
 use crate::Error;
-use crate::draw;
+use crate::files::file_name;
 use crate::scenario::{Scenario, find};
 use crate::wiring;
 
@@ -140,8 +140,8 @@ impl System {
 
 fn text(path: &Path) -> io::Result<String> {
     let shipped = monitors::SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
-    match (std::fs::read(path), shipped) {
-        (Ok(bytes), _) => String::from_utf8(bytes).map_err(|_| io::Error::other("the file is not UTF-8 text")),
+    match (diagnostics::text_from_disk(path), shipped) {
+        (Ok(text), _) => Ok(text),
         (Err(_), Some((_, text))) => Ok((*text).to_owned()),
         (Err(error), None) => Err(error),
     }
@@ -152,7 +152,8 @@ fn explained(property: &Property) -> String {
     let formula = property.scope_monitor().map(|monitor| explain(monitor.formula(), monitor.topology()));
     match formula {
         Some(formula) if formula != property.summary => {
-            format!("{}: {}\n{:>width$}  {formula}\n", property.name, property.summary, "", width = property.name.len())
+            let indent = " ".repeat(property.name.chars().count());
+            format!("{}: {}\n{indent}  {formula}\n", property.name, property.summary)
         }
         _ => format!("{}: {}\n", property.name, property.summary),
     }
@@ -182,9 +183,7 @@ fn export(property: &Property, format: ExportFormat, out: Option<&Path>) -> Resu
         Error::refused(message, "a picture has room for a dozen states; text, dot and scxml for all of an automaton")
     })?;
     let Some(folder) = out else { return print(&text) };
-    let path = folder.join(format!("{}.{ending}", property.name));
-    let written = std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, text));
-    written.map_err(|source| Error::Write { path, source })
+    Ok(diagnostics::write_whole(&folder.join(format!("{}.{ending}", file_name(&property.name))), text)?)
 }
 
 /// The monitor as a picture.
@@ -192,18 +191,18 @@ fn svg(monitor: &ScopeMonitor) -> Option<String> {
     let (graph, active) = monitor.graph()?;
     let is_failure = |index: usize| monitor.failures().iter().any(|failure| failure.index() == index);
     let locations = graph.locations().iter().enumerate();
-    let transition = |transition: &channels::GraphTransition| draw::Transition {
+    let transition = |transition: &channels::GraphTransition| drawing::Transition {
         from: transition.from.index(),
         to: transition.to.index(),
         label: graph.caption(transition, monitor.topology()),
     };
-    let diagram = draw::Diagram {
+    let diagram = drawing::Diagram {
         locations: locations
-            .map(|(index, name)| draw::Location { name: name.clone(), error: is_failure(index) })
+            .map(|(index, name)| drawing::Location { name: name.clone(), error: is_failure(index) })
             .collect(),
         initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
         active: active.index(),
         transitions: graph.transitions().iter().map(transition).collect(),
     };
-    Some(draw::diagram_svg(&diagram))
+    Some(drawing::diagram_svg(&diagram))
 }

@@ -4,15 +4,19 @@ use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use diagnostics::Staging;
+use drawing::Renderer;
+use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
 use super::print;
 use super::progress::Bar;
 use crate::Error;
-use crate::draw::Renderer;
 use crate::error::Complaints;
-use crate::files::Files;
-use crate::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
+use crate::files::{Files, file_name};
+
+/// The name of the results' file.
+const DATA: &str = "navigate.json";
 
 /// Which trips to drive.
 #[derive(Debug, Args)]
@@ -36,8 +40,8 @@ pub(super) struct NavigateArgs {
     #[arg(long, value_name = "PCT", value_parser = percent)]
     at_least: Option<f64>,
     /// Which trips are drawn as they ended
-    #[arg(long, value_enum, default_value_t = Scenes::Failed)]
-    pictures: Scenes,
+    #[arg(long, value_enum, default_value_t = Pictures::Failed)]
+    pictures: Pictures,
     /// Where pictures and data go
     #[arg(long, value_name = "DIR", default_value = "out/navigate")]
     out: PathBuf,
@@ -49,6 +53,17 @@ pub(super) struct NavigateArgs {
     quiet: bool,
 }
 
+/// Which trips are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Pictures {
+    /// Those that did not arrive, or touched a wall or what stood still
+    Failed,
+    /// All
+    All,
+    /// None
+    None,
+}
+
 /// Drives all trips and prints what came of them.
 pub(super) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
     let seeds = seeds(args.seed, args.goals)?;
@@ -57,7 +72,12 @@ pub(super) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
     let courses: Vec<Course> = maps.filter_map(|(path, name)| complaints.take(course(path, &name))).collect();
     complaints.check()?;
     let about = About { people: args.people.into(), boxes: args.boxes.into() };
-    let settings = Settings { seeds, about, scenes: args.pictures };
+    let scenes = match args.pictures {
+        Pictures::Failed => Scenes::Failed,
+        Pictures::All => Scenes::All,
+        Pictures::None => Scenes::None,
+    };
+    let settings = Settings { seeds, about, scenes };
     let bar = Bar::new(args.quiet || args.json, "trips");
     let benchmark = Benchmark::run(&courses, &settings, |done, all| bar.show(done, all));
     bar.finish();
@@ -71,7 +91,7 @@ pub(super) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
             0 => String::new(),
             count => format!(" and {count} pictures"),
         };
-        print(&format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join("navigate.json").display()))?;
+        print(&format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join(DATA).display()))?;
     }
     Ok(ExitCode::from(u8::from(args.at_least.is_some_and(|pct| !is_enough(&benchmark, pct)))))
 }
@@ -121,16 +141,14 @@ fn course(path: &Path, name: &str) -> Result<Course, Error> {
 
 /// Writes the results, and the pictures of the trips that left a scene; returns how many.
 fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize, Error> {
-    let failed = |path: PathBuf| move |source| Error::Write { path, source };
-    std::fs::create_dir_all(&args.out).map_err(failed(args.out.clone()))?;
-    let path = args.out.join("navigate.json");
-    std::fs::write(&path, json).map_err(failed(path.clone()))?;
+    let staging = Staging::begin(&args.out)?;
+    staging.write(DATA, json)?;
     let renderer = Renderer::new();
     for (trip, scene) in &benchmark.scenes {
         let png = renderer.png(&picture(trip, scene)).map_err(|error| Error::Draw(error.to_string()))?;
-        let path = args.out.join(format!("{}_{}.png", trip.map, trip.seed));
-        std::fs::write(&path, png).map_err(failed(path.clone()))?;
+        staging.write(format!("{}_{}.png", file_name(&trip.map), trip.seed), png)?;
     }
+    staging.publish(&[DATA])?;
     Ok(benchmark.scenes.len())
 }
 

@@ -5,11 +5,10 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use recording::RunView;
 
 use crate::campaign;
 use crate::campaign::statistics::{Confidence, Count};
-use crate::conduct::doing;
-use crate::live::Live;
 
 /// The progress line: time, battery, what the tree is doing, monitors. Only on a terminal, and only on stderr.
 #[derive(Debug)]
@@ -30,14 +29,17 @@ impl Progress {
         Self { bar: Some(bar) }
     }
 
-    pub(super) fn show(&self, live: &Live) {
+    /// Shows how the run stands, once a simulated second.
+    pub(super) fn show(&self, view: &RunView) {
         let Some(bar) = &self.bar else { return };
-        let monitors = live.watched().iter().zip(live.system().monitors());
-        let monitors: Vec<String> =
-            monitors.map(|(watched, attached)| format!("{}: {}", watched.name, attached.monitor.location())).collect();
-        let charge_pct = live.truth().battery().charge_pct;
-        bar.set_position(live.time().as_secs());
-        bar.set_message(format!("battery {charge_pct:.1} %  {}  {}", doing(live), monitors.join("  ")));
+        if view.time().as_secs() == bar.position() && !view.time().is_zero() {
+            return;
+        }
+        let monitors = view.monitors().map(|monitor| format!("{}: {}", monitor.name(), monitor.state.location));
+        let monitors: Vec<String> = monitors.collect();
+        let charge_pct = view.robot().charge_pct;
+        bar.set_position(view.time().as_secs());
+        bar.set_message(format!("battery {charge_pct:.1} %  {}  {}", view.doing(), monitors.join("  ")));
     }
 
     pub(super) fn finish(&self) {

@@ -5,9 +5,10 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Subcommand, ValueEnum};
-use skills::{Chart, Cues, SkillError, Status, Strictness, rehearse};
+use drawing::State;
+use skills::{Chart, Cues, HistoryKind, SkillError, StateId, StateKind, Status, Strictness, rehearse};
 
-use super::{complain, print};
+use super::{print, warn};
 use crate::Error;
 
 /// What can be done with a machine.
@@ -66,11 +67,9 @@ pub(super) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
 }
 
 fn check(file: &Path) -> Result<ExitCode, Error> {
-    let chart = Chart::open(file, Strictness::Strict).map_err(Error::bad_input)?;
-    warn(&chart);
-    let states = chart.states().count();
-    let note = if chart.warnings().is_empty() { "nothing to complain about" } else { "it can run" };
-    print(&format!("{}: {states} states, {} transitions; {note}\n", chart.name(), chart.transitions().count()))?;
+    let (chart, checked) = super::check::machine(file)?;
+    checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
+    print(&format!("{}: {}\n", chart.name(), checked.words()))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -79,9 +78,37 @@ fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
     match format {
         Format::Text => print(&chart.outline())?,
         Format::Dot => print(&chart.to_dot())?,
-        Format::Svg => print(&crate::draw::state_chart_svg(&chart))?,
+        Format::Svg => print(&drawing::state_chart_svg(&drawn(&chart, chart.root(), false)))?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// A state with all that is inside it, as the picture shows them.
+fn drawn(chart: &Chart, id: StateId, is_default: bool) -> State {
+    let state = chart.state(id);
+    let title = match state.kind() {
+        _ if id == chart.root() => chart.name().to_owned(),
+        StateKind::History(HistoryKind::Shallow) => format!("H  {}", state.id()),
+        StateKind::History(HistoryKind::Deep) => format!("H*  {}", state.id()),
+        _ => state.id().to_owned(),
+    };
+    let mut lines: Vec<String> =
+        state.transitions().iter().map(|transition| chart.label(chart.transition(*transition))).collect();
+    if let StateKind::History(_) = state.kind() {
+        let targets: Vec<&str> = state.initial().iter().map(|target| chart.state(*target).id()).collect();
+        lines.push(format!("-> {}", targets.join(", ")));
+    }
+    let mut children: Vec<StateId> = state.children().iter().chain(state.histories()).copied().collect();
+    children.sort_unstable();
+    let is_first = |child: StateId| state.kind() == StateKind::Compound && chart.enters_first(id, child);
+    State {
+        title,
+        lines,
+        is_default,
+        is_parallel: state.kind() == StateKind::Parallel,
+        is_final: state.kind() == StateKind::Final,
+        inner: children.into_iter().map(|child| drawn(chart, child, is_first(child))).collect(),
+    }
 }
 
 fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
@@ -94,7 +121,7 @@ fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
     };
     for file in files {
         let name = file.to_string_lossy();
-        let machine = std::fs::read_to_string(file)
+        let machine = diagnostics::text_from_disk(file)
             .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
         list(&name, &machine)?;
     }
@@ -133,14 +160,8 @@ fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<E
 
 fn read_cues(file: &Path) -> Result<Cues, Error> {
     let name = file.to_string_lossy();
-    let text = std::fs::read_to_string(file)
+    let text = diagnostics::from_disk_or_pipe(file)
+        .and_then(diagnostics::text)
         .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
     Cues::parse(&name, &text).map_err(Error::bad_input)
-}
-
-/// Writes what looks odd in a machine to stderr.
-fn warn(chart: &Chart) {
-    if let Some(concerns) = chart.concerns() {
-        complain(&Error::bad_input(concerns));
-    }
 }

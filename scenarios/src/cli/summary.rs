@@ -2,19 +2,38 @@
 
 use std::fmt::Write;
 use std::path::Path;
+use std::process::ExitCode;
 
+use super::{complain_of, print};
+use crate::Error;
 use crate::html;
 use crate::report::{MonitorReport, OutcomeReport, Report, TreeErrorReport};
 
+/// Tells how a run went, and gives the exit status that says so. A quiet program tells only of a run that was not as
+/// expected, and that on stderr.
+pub(super) fn tell(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
+    let unexpected = report.outcome == OutcomeReport::NotAsExpected;
+    if !quiet {
+        print(&summary(report, folder))?;
+    } else if unexpected {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        let _ = write_outcome(&mut text, report);
+        complain_of(&text);
+    }
+    Ok(ExitCode::from(u8::from(unexpected)))
+}
+
 /// The summary of a run whose files went to `folder`.
-pub(super) fn summary(report: &Report, folder: &Path) -> String {
+fn summary(report: &Report, folder: &Path) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = write_summary(&mut text, report, folder);
     text
 }
 
-fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt::Result {
+/// Whether the run was as expected, and what differs.
+fn write_outcome(text: &mut String, report: &Report) -> std::fmt::Result {
     let outcome = match report.outcome {
         OutcomeReport::AsExpected => "as expected",
         OutcomeReport::NotAsExpected => "NOT as expected",
@@ -23,9 +42,15 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
     for difference in &report.differences {
         writeln!(text, "  ! {difference}")?;
     }
+    Ok(())
+}
+
+fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt::Result {
+    write_outcome(text, report)?;
+    let widest = report.monitors.iter().map(|monitor| monitor.name.chars().count()).fold(8, usize::max).min(32);
     for monitor in &report.monitors {
-        writeln!(text, "  {:<8} {:<12} {}", monitor.name, monitor.verdict, evidence(monitor))?;
-        for note in monitor.open.iter().chain(&monitor.vacuous) {
+        writeln!(text, "  {:<widest$} {:<12} {}", monitor.name, monitor.verdict, evidence(monitor))?;
+        for note in monitor.open.iter().chain(&monitor.vacuous).chain(&monitor.errors) {
             writeln!(text, "           {note}")?;
         }
     }
@@ -35,6 +60,9 @@ fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt:
     for error in &report.tree_errors {
         let TreeErrorReport { label, node, message, tick, time_s } = error;
         writeln!(text, "  tree     {label} (node {node}): {message}; first in tick {tick}, {time_s:.2} s")?;
+    }
+    for error in &report.skill_errors {
+        writeln!(text, "  skill    {}: {}; first at {:.2} s", error.place(), error.words(), error.time_s)?;
     }
     let battery = &report.battery;
     writeln!(

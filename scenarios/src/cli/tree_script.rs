@@ -5,7 +5,7 @@
 //! period_s = 0.5                # the time from tick to tick; 1 if it is not there
 //! halt_after = [3]              # the tree is halted after these ticks
 //!
-//! [leaves]                      # by name or ID
+//! [leaves]                      # by the name of its process, its own name, or its ID
 //! BatteryLevel = ["success", "success", "failure"]     # the last answer is for all ticks that follow
 //! AtDestination = "failure"
 //! GoToDestination = "running running success"
@@ -16,12 +16,13 @@
 //! goal = "home"
 //! ```
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::Duration;
 
 use bt::{Cue, Part, Status, Tree, Value};
-use maps::Problem;
-use maps::document::{Document, Item, Table};
+use diagnostics::Problem;
+use diagnostics::document::{Document, Item, Table};
 
 use crate::Error;
 
@@ -36,7 +37,7 @@ pub(super) struct TreeScript {
     pub(super) ticks: u64,
     pub(super) period: Duration,
     /// The tree is halted after these ticks.
-    pub(super) halts: Vec<u64>,
+    pub(super) halts: BTreeSet<u64>,
     pub(super) blackboard: Vec<(String, Value)>,
 }
 
@@ -44,7 +45,7 @@ impl TreeScript {
     /// Reads the file, which has to have a part for every leaf.
     pub(super) fn open(file: &Path, tree: &Tree) -> Result<Self, Error> {
         let name = file.display().to_string();
-        let text = std::fs::read_to_string(file).map_err(|error| {
+        let text = diagnostics::text_from_disk(file).map_err(|error| {
             Error::refused(format!("cannot read {name}: {error}"), "a TOML file with a table `leaves`")
         })?;
         let document = Document::parse_toml(&name, &text).map_err(Error::bad_input)?;
@@ -54,7 +55,7 @@ impl TreeScript {
     fn read(table: &Table<'_>, tree: &Tree) -> Option<Self> {
         let ticks = table.get::<u64>("ticks").within(0..=MOST_TICKS).optional();
         let period = table.seconds("period_s").or(Duration::from_secs(1));
-        let halts = table.get::<Vec<u64>>("halt_after").or(Vec::new());
+        let halts = table.get::<Vec<u64>>("halt_after").or(Vec::new()).into_iter().collect();
         let blackboard = table.table("blackboard").optional().map_or(Some(Vec::new()), |entries| values(&entries));
         let parts = parts(&table.table("leaves").required()?, tree);
         let parts = parts?;
@@ -67,16 +68,17 @@ impl TreeScript {
 /// The parts of all leaves, those with a name of their own by that, the others by their IDs.
 fn parts(leaves: &Table<'_>, tree: &Tree) -> Option<Vec<Part>> {
     let mut parts = Vec::new();
-    let mut missing: Vec<&str> = Vec::new();
+    let mut missing = BTreeSet::new();
     for leaf in tree.leaves() {
-        let key = [leaf.label(), leaf.type_id()].into_iter().find(|key| leaves.has(key));
+        let key = [leaf.process(), leaf.label(), leaf.type_id()].into_iter().find(|key| leaves.has(key));
         match key {
             Some(key) => parts.push(part(leaves, key)),
-            None if missing.contains(&leaf.label()) => {}
-            None => missing.push(leaf.label()),
+            None => {
+                missing.insert(leaf.label());
+            }
         }
     }
-    for key in missing {
+    for key in missing.into_iter().map(bt::one_line) {
         let problem = leaves.span().problem(format!("nothing says what the leaf `{key}` answers")).with_label("here");
         leaves.report(problem.with_help(format!("add `{key} = \"success\"`, or what it is to answer")));
         parts.push(None);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Read as _, Seek as _};
+use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
@@ -16,17 +16,17 @@ use super::monitor::System;
 use super::print;
 use crate::Error;
 use crate::scenario::find;
-use crate::trace::message_json;
+use recording::message_json;
 
 /// A recorded run, and what is asked of it.
 #[derive(Debug, Args)]
 pub(super) struct VerifyArgs {
-    /// The event log, as `--record` writes it
+    /// The event log, as `--record` writes it; `-` reads it from standard input
     log: PathBuf,
     /// A property file, or the name of one that comes with the program; may be given more than once
     #[arg(long = "property", value_name = "FILE", required = true)]
     properties: Vec<PathBuf>,
-    /// The scenario whose processes and channels they speak of [default: the log's own, else `nominal`]
+    /// The scenario whose processes and channels they speak of [default: the log's own]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
     /// Prints the verdicts as JSON instead of words
@@ -40,9 +40,12 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         let message = format!("cannot read the log {}: {error}", args.log.display());
         Error::refused(message, "a log is what `steward --scenario … --record FILE.jsonl` writes")
     };
-    let mut input = BufReader::with_capacity(1 << 18, File::open(&args.log).map_err(unreadable)?);
-    let described = Description::of(&mut input).map_err(unreadable)?;
-    let mut system = System::of(args.scenario.as_deref().or(described.scenario.as_deref()).unwrap_or("nominal"))?;
+    let mut input = open(&args.log).map_err(unreadable)?;
+    let mut first = Vec::new();
+    input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
+    let described = Description::of(&first);
+    described.check_version()?;
+    let mut system = System::of(described.scenario(args.scenario.as_deref())?)?;
     system.tick = described.tick.unwrap_or(system.tick);
     let mut properties: Vec<Property> = Vec::new();
     for path in &args.properties {
@@ -57,7 +60,7 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
         }
         properties.extend(file.properties);
     }
-    let mut log = EventLog::new(input, &system.topology, Channels::Known);
+    let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
     let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
     let end = monitors::verify(&mut log, monitors).map_err(|error| {
         Error::refused(format!("{}: {error}", args.log.display()), "each line of a log is one JSON object")
@@ -80,26 +83,69 @@ pub(super) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     Ok(ExitCode::from(u8::from(violated)))
 }
 
+/// The log's bytes: a file's, a pipe's, or those of standard input.
+fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
+    if log == Path::new("-") {
+        return Ok(Box::new(std::io::stdin().lock()));
+    }
+    Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
+}
+
 /// What the first line of a log says of the run.
 #[derive(Debug, PartialEq, Eq)]
 struct Description {
-    /// The scenario, if it is one that is known.
     scenario: Option<String>,
+    /// The version of the program that wrote the log.
+    version: Option<String>,
     /// Time between ticks.
     tick: Option<Duration>,
 }
 
 impl Description {
-    /// Reads the first line; the reader is back at the start.
-    fn of(input: &mut BufReader<File>) -> std::io::Result<Self> {
-        let mut line = String::new();
-        input.by_ref().take(1 << 16).read_line(&mut line)?;
-        input.rewind()?;
-        let described: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
-        let scenario = described["scenario"].as_str().filter(|name| find::shipped(name).is_ok()).map(str::to_owned);
+    /// What a log's first line says; nothing if it is not JSON.
+    fn of(line: &[u8]) -> Self {
+        let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
+        let text = |key: &str| match &described[key] {
+            serde_json::Value::Null => None,
+            serde_json::Value::String(text) => Some(text.clone()),
+            other => Some(other.to_string()),
+        };
         let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
-        Ok(Self { scenario, tick: tick.filter(|tick| !tick.is_zero()) })
+        Self { scenario: text("scenario"), version: text("version"), tick: tick.filter(|tick| !tick.is_zero()) }
     }
+
+    /// Refuses a log whose format cannot be known yet.
+    fn check_version(&self) -> Result<(), Error> {
+        const THIS: &str = env!("CARGO_PKG_VERSION");
+        let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
+            return Ok(());
+        };
+        let message = format!("the log was written by version {version} of steward, and this is {THIS}");
+        Err(Error::refused(message, "use that version, or a newer one"))
+    }
+
+    /// The scenario that the log is of, unless another one is asked for.
+    fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
+        match (asked_for, self.scenario.as_deref()) {
+            (Some(name), _) => Ok(name),
+            (None, Some(name)) if find::shipped(name).is_some() => Ok(name),
+            (None, Some(name)) => {
+                let message = format!("the log is of the scenario `{name}`, which does not come with the program");
+                Err(Error::refused(message, format!("give its file: `--scenario {name}.toml`")))
+            }
+            (None, None) => {
+                super::note(
+                    "the log does not say which scenario it is of; its channels are taken to be those of `nominal`",
+                );
+                Ok("nominal")
+            }
+        }
+    }
+}
+
+/// The numbers of a version, so that versions compare; what is none is above all of them.
+fn numbers(version: &str) -> Vec<u64> {
+    version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
 }
 
 fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
@@ -190,16 +236,13 @@ mod tests {
     #[test]
     fn the_log_says_which_scenario_it_is_of_and_how_often_it_ticks() {
         let described = |line: &str| {
-            let mut file = tempfile::tempfile().expect("a file");
-            writeln!(file, "{line}").expect("room for a line");
-            file.rewind().expect("a file can be rewound");
-            let Description { scenario, tick } = Description::of(&mut BufReader::new(file)).expect("a readable file");
+            let Description { scenario, tick, .. } = Description::of(line.as_bytes());
             (scenario, tick.map(|tick| tick.as_millis()))
         };
         let battery_fault = || Some("battery_fault".to_owned());
         assert_eq!(described(r#"{"scenario":"battery_fault","tick_s":0.5}"#), (battery_fault(), Some(500)));
         assert_eq!(described(r#"{"scenario":"battery_fault"}"#), (battery_fault(), None));
-        assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (None, None));
+        assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (Some("unheard of".to_owned()), None));
         assert_eq!(described("no JSON"), (None, None));
     }
 

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-use maps::document::Table;
-use maps::{Point, Pose, Span, Spanned, pose};
+use diagnostics::document::Table;
+use diagnostics::{Span, Spanned};
+use maps::{Point, Pose, pose};
 
 /// A parameter of a kind of fault.
 #[derive(Clone, Copy, Debug)]
@@ -112,20 +113,19 @@ impl Domain {
 }
 
 impl Value {
-    /// The value as reports write it: angles in degrees.
+    /// The value as records tell it: angles in degrees.
     #[must_use]
-    pub fn to_json(&self) -> serde_json::Value {
-        let point = |point: &Point| serde_json::json!([point.x, point.y]);
+    pub(crate) fn told(&self) -> recording::Argument {
+        use recording::Argument;
+        let point = |point: &Point| vec![point.x, point.y];
         match self {
-            Self::Number(number) => (*number).into(),
-            Self::Whole(number) => (*number).into(),
-            Self::Text(text) => text.as_str().into(),
-            Self::Flag(flag) => (*flag).into(),
-            Self::Point(at) => point(at),
-            Self::Pose(at) => {
-                serde_json::json!([at.translation.x, at.translation.y, maps::heading(at).to_degrees()])
-            }
-            Self::Points(all) => all.iter().map(point).collect(),
+            Self::Number(number) => Argument::Number(*number),
+            Self::Whole(number) => Argument::Whole(*number),
+            Self::Text(text) => Argument::Text(text.clone()),
+            Self::Flag(flag) => Argument::Flag(*flag),
+            Self::Point(at) => Argument::Place(point(at)),
+            Self::Pose(at) => Argument::Place(vec![at.translation.x, at.translation.y, maps::heading(at).to_degrees()]),
+            Self::Points(all) => Argument::Places(all.iter().map(point).collect()),
         }
     }
 }
@@ -254,7 +254,7 @@ impl Default {
     }
 }
 
-fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> maps::document::Field<'d, Spanned<Value>> {
+fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::document::Field<'d, Spanned<Value>> {
     let key = parameter.name;
     match parameter.domain {
         Domain::Numbers(least, most) => table.number(key).within(least..=most).map(Value::Number).spanned(),

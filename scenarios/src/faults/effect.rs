@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use components::Component;
-use maps::{Pose, Spanned};
+use diagnostics::Spanned;
+use maps::Pose;
 use skills::Mutation;
 
 /// What a fault does. What happens at one instant comes first, then what is so as long as the fault holds.

@@ -33,7 +33,6 @@ pub(crate) struct Injector {
 /// A fault with everything that it needs to take hold.
 #[derive(Debug)]
 struct Prepared {
-    fault: Arc<Fault>,
     effect: Effect,
     damages: Damages,
     /// The fault's own random numbers, for what is no damage.
@@ -81,7 +80,6 @@ impl Injector {
                 rng: streams.stream(&stream),
                 damages: Damages::prepare(&effect, system.topology(), *streams, stream, complaints),
                 effect,
-                fault: Arc::clone(fault),
             }
         };
         let faults = faults.iter().enumerate().map(prepare).collect();
@@ -186,11 +184,6 @@ impl Injector {
             }
         }
         Some(delay)
-    }
-
-    /// A fault by its place in the scenario.
-    pub(crate) fn fault(&self, index: usize) -> &Arc<Fault> {
-        &self.faults[index].fault
     }
 
     /// How many messages a fault has damaged so far; nothing for a fault that damages none.

@@ -20,7 +20,7 @@ mod injector;
 mod timetable;
 mod trigger;
 
-use maps::document::Table;
+use diagnostics::document::Table;
 
 pub use argument::{Arguments, Default, Domain, Parameter, Value};
 pub use catalogue::{FaultKind, KINDS, Place, kind};
@@ -68,6 +68,16 @@ impl Fault {
     #[must_use]
     pub fn words(&self) -> String {
         (self.kind.words)(&self.arguments)
+    }
+
+    /// What records tell of it.
+    pub(crate) fn told(&self) -> recording::Fault {
+        recording::Fault {
+            kind: self.kind.name.to_owned(),
+            momentary: self.kind.momentary,
+            words: self.words(),
+            arguments: self.arguments.iter().map(|(name, value)| (name.to_owned(), value.told())).collect(),
+        }
     }
 
     pub(crate) fn effect(&self) -> Effect {

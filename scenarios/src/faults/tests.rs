@@ -1,11 +1,11 @@
 use std::collections::BTreeSet;
 
-use maps::document::Document;
+use diagnostics::document::Document;
 
 use super::*;
 
 /// Reads an entry of `[[faults]]`.
-fn read(text: &str) -> Result<Fault, maps::FileProblems> {
+fn read(text: &str) -> Result<Fault, diagnostics::FileProblems> {
     Document::parse_toml("fault.toml", text)?.read(Fault::read)
 }
 

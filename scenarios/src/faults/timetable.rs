@@ -162,7 +162,7 @@ impl Watch {
                 };
                 let chart = system.process::<SkillProcess>(id)?.machine().chart();
                 if chart.find_state(state).is_none() {
-                    let named = maps::Spanned { value: state.clone(), span: process.span.clone() };
+                    let named = diagnostics::Spanned { value: state.clone(), span: process.span.clone() };
                     complaints.push(unknown("state", &named, chart.states().map(|state| chart.state(state).id())));
                     return None;
                 }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use maps::document::Table;
-use maps::{Problem, Spanned};
+use diagnostics::document::Table;
+use diagnostics::{Problem, Spanned};
 
 /// What brings a fault about. Each is an edge: the fault takes hold when it *becomes* so.
 #[derive(Clone, Debug)]

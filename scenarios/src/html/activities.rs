@@ -1,7 +1,8 @@
 //! What the tree was doing, in numbered stages: the same numbers and colours on the map, on the timeline and in words.
 
+use drawing::theme::{self, Color};
+
 use super::colors;
-use crate::draw::theme::{self, Color};
 use crate::timeline::{Stage, Timeline};
 
 /// A stage of the run with its number and colour.

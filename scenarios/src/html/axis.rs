@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::draw::Area;
+use drawing::Area;
 
 /// A stretch without changes is drawn shorter if it takes more than this part of what is drawn to scale …
 const LARGE_PART: f64 = 0.4;

@@ -1,9 +1,9 @@
 //! The colours of the page, by name: a light and a dark set.
 //!
-//! Charts are drawn in the colours of all pictures (`draw::theme`); on the page each of them becomes a variable, which the
+//! Charts are drawn in the colours of all pictures (`drawing::theme`); on the page each of them becomes a variable, which the
 //! style sheet sets for light and for dark surroundings.
 
-use crate::draw::theme::{self, Color};
+use drawing::theme::{self, Color};
 
 /// Each colour's name on the page, its light value, and its dark one.
 const COLORS: [(&str, Color, Color); 22] = [

@@ -1,11 +1,11 @@
 //! Why a property is violated: which messages caused it, and which one was missing.
 
 use channels::{ChannelId, Event, EventKind, Topology};
-use monitors::{Formula, Moment, ScopeMonitor};
+use monitors::{Formula, Moment, Witness};
 
 use super::words;
-use crate::live::Live;
 use crate::timeline::Episode;
+use recording::RunView;
 
 /// What is known of a violation.
 #[derive(Clone, Debug)]
@@ -58,14 +58,13 @@ pub(super) struct Missing {
 
 impl<'a> Evidence<'a> {
     /// What is known of the violation that ended that episode.
-    pub(super) fn of(episode: &'a Episode, live: &'a Live) -> Self {
-        let watched = &live.watched()[episode.property];
-        let topology = live.system().topology();
-        let attached = &live.system().monitors()[episode.property];
+    pub(super) fn of(episode: &'a Episode, view: &'a RunView) -> Self {
+        let monitor = view.monitor(episode.property);
+        let topology = view.topology();
         let decided = Seen::of(&episode.decided, topology);
         let mut evidence = Self {
-            name: &watched.name,
-            summary: &watched.summary,
+            name: monitor.name(),
+            summary: &monitor.about.summary,
             episode,
             causes: decided.iter().cloned().collect(),
             since: None,
@@ -73,8 +72,9 @@ impl<'a> Evidence<'a> {
             missing: Vec::new(),
             concerned: decided.into_iter().flat_map(|seen| [seen.from, seen.to]).collect(),
         };
-        if let Some(monitor) = monitors::scope_monitor(attached.monitor.as_ref()) {
-            evidence.ask(monitor, topology);
+        if let Some(formula) = &monitor.about.formula {
+            let witness = monitor.decision.and_then(|decision| decision.witness.as_ref());
+            evidence.ask(formula, witness, topology);
         }
         evidence.concerned.sort();
         evidence.concerned.dedup();
@@ -82,15 +82,15 @@ impl<'a> Evidence<'a> {
     }
 
     /// Takes over what a monitor that explains itself has to say.
-    fn ask(&mut self, monitor: &ScopeMonitor, topology: &Topology) {
+    fn ask(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
         let mut events = Vec::new();
-        collect(monitor.formula(), &mut events);
+        collect(formula, &mut events);
         let ends = |channel: ChannelId| {
             let (from, to) = topology.ends(channel);
             (from.to_owned(), to.to_owned())
         };
         self.concerned.extend(events.iter().map(|(event, _)| ends(event.channel)).flat_map(|(from, to)| [from, to]));
-        let Some(witness) = monitor.witness() else { return };
+        let Some(witness) = witness else { return };
         self.since = witness.since;
         self.deadline_tick = witness.deadline_tick;
         self.causes = witness

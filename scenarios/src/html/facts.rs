@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::activities::Activity;
 use super::markup::{breakable, row, text};
 use super::words;
-use crate::report::{Report, TreeErrorReport};
+use crate::report::{Report, SkillErrorReport, TreeErrorReport};
 
 /// An arrival this early is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
@@ -83,6 +83,22 @@ pub(super) fn tree_errors(report: &Report) -> String {
         false => format!(
             "<table class=\"stages faults\"><thead><tr><th scope=\"col\">first at</th><th scope=\"col\">node of the tree</th>\
              <th scope=\"col\">what went wrong in it</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
+        ),
+    }
+}
+
+/// What went wrong in the skills; empty if nothing did.
+pub(super) fn skill_errors(report: &Report) -> String {
+    let line = |error: &SkillErrorReport| {
+        let first = words::time(Duration::from_secs_f64(error.time_s));
+        row(&first, &[text(&error.place()), text(&error.words())])
+    };
+    let lines: String = report.skill_errors.iter().map(line).collect();
+    match lines.is_empty() {
+        true => lines,
+        false => format!(
+            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">first at</th><th scope=\"col\">skill</th>\
+             <th scope=\"col\">what went wrong in its machine</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
         ),
     }
 }

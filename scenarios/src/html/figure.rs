@@ -1,8 +1,9 @@
 //! Drawings on the page: each one twice, for wide and for narrow screens.
 
+use drawing::canvas::{Canvas, escape};
+use drawing::path::number;
+
 use super::colors;
-use crate::draw::canvas::{Canvas, escape};
-use crate::draw::path::number;
 
 /// The width of a drawing for phones, in pixels: what is left of 375 inside a panel.
 pub(crate) const NARROW: f64 = 325.0;

@@ -4,26 +4,26 @@ use maps::Point;
 
 use super::activities::Activity;
 use super::figure::{Drawing, Layout, NARROW};
-use crate::draw::canvas::{Anchor, Canvas, Paint, TextStyle};
-use crate::draw::icons::Icon;
-use crate::draw::labels::Site;
-use crate::draw::map_panel::{self, MapDrawing};
-use crate::draw::path::Path;
-use crate::draw::text::Font;
-use crate::draw::view::View;
-use crate::draw::{Area, Scene, Spot, theme};
-use crate::live::Live;
 use crate::pictures::Camera;
 use crate::timeline::Timeline;
+use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::labels::Site;
+use drawing::map_panel::{self, MapDrawing};
+use drawing::path::Path;
+use drawing::text::Font;
+use drawing::view::View;
+use drawing::{Area, Scene, Spot, theme};
+use recording::RunView;
 
 /// More stages than this have no number on the map.
 const MOST_NUMBERS: usize = 24;
 
 /// What the map shows: the run's last moment without what the robot sensed and planned then.
-pub(super) fn scene(live: &Live) -> Scene {
+pub(super) fn scene(run: &RunView) -> Scene {
     /// More faults than these are marked without words: the list beside the map has them.
     const MOST_WORDS: usize = 4;
-    let mut scene = Camera::new(live).frame(live, 0, "", true).scene;
+    let mut scene = Camera::new(run).frame(run, "").scene;
     if scene.faults.iter().filter(|fault| !fault.label.is_empty()).count() > MOST_WORDS {
         scene.faults.iter_mut().for_each(|fault| fault.label.clear());
     }
@@ -38,7 +38,7 @@ pub(super) fn scene(live: &Live) -> Scene {
 pub(super) fn draw(
     scene: &Scene,
     activities: &[Activity],
-    live: &Live,
+    run: &RunView,
     timeline: &Timeline,
     layout: Layout,
 ) -> Drawing {
@@ -61,7 +61,7 @@ pub(super) fn draw(
         drawing.bodies();
         drawing.places();
         drawing.faults();
-        violations(&mut drawing, &view, live, timeline);
+        violations(&mut drawing, &view, run, timeline);
         drawing.robot();
         drawing.write_labels();
         numbers(&mut drawing, &view, activities, layout);
@@ -88,13 +88,13 @@ fn way(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity]) {
 }
 
 /// Where the robot was when a property was violated.
-fn violations(drawing: &mut MapDrawing<'_>, view: &View, live: &Live, timeline: &Timeline) {
+fn violations(drawing: &mut MapDrawing<'_>, view: &View, run: &RunView, timeline: &Timeline) {
     for episode in timeline.episodes() {
         let position = timeline.trail().position(episode.decided.time);
         let Some(spot) = position.and_then(|position| view.spot(position)) else { continue };
         drawing.canvas.circle(spot, 8.0, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
         Icon::Cross.draw(drawing.canvas, spot, 11.0, theme::PAPER);
-        let name = &live.watched()[episode.property].name;
+        let name = run.monitor(episode.property).name();
         drawing.label(spot, 13.0, &format!("{name} violated"), theme::BAD);
     }
 }

@@ -1,10 +1,12 @@
 //! Small pieces of HTML.
 
-use super::figure::sign;
-use crate::draw::Verdict;
-use crate::draw::icons::Look;
+use monitors::Outcome;
 
-pub(crate) use crate::draw::canvas::escape;
+use super::figure::sign;
+use drawing::Verdict;
+use drawing::icons::Look;
+
+pub(crate) use drawing::canvas::escape;
 
 /// A text set as code.
 pub(super) fn code(text: &str) -> String {
@@ -36,12 +38,12 @@ pub(super) fn prose(words: &str) -> String {
     parts.map(|(index, part)| if index % 2 == 1 { code(part) } else { self::text(part) }).collect()
 }
 
-/// The verdict of a report as pictures know it.
-pub(super) fn verdict_of(name: &str) -> Verdict {
-    match name {
-        "violated" => Verdict::Violated,
-        "satisfied" => Verdict::Satisfied,
-        _ => Verdict::Inconclusive,
+/// What came of a property as pictures know it.
+pub(super) fn verdict_of(outcome: Outcome) -> Verdict {
+    match outcome {
+        Outcome::Violated => Verdict::Violated,
+        Outcome::Satisfied => Verdict::Satisfied,
+        Outcome::Inconclusive => Verdict::Inconclusive,
     }
 }
 
@@ -49,16 +51,16 @@ pub(super) fn verdict_of(name: &str) -> Verdict {
 pub(super) fn verdict_sign(verdict: Verdict, side: f64) -> String {
     let look = Look::of_verdict(verdict);
     sign(side, |canvas, center| {
-        canvas.circle(center, side / 2.0, crate::draw::canvas::Paint::fill(look.ground));
+        canvas.circle(center, side / 2.0, drawing::canvas::Paint::fill(look.ground));
         look.icon.draw(canvas, center, side * 0.62, look.front);
     })
 }
 
 /// A verdict with its sign, as a label.
-pub(super) fn pill(verdict: &str) -> String {
-    let look = Look::of_verdict(verdict_of(verdict));
+pub(super) fn pill(outcome: Outcome) -> String {
+    let look = Look::of_verdict(verdict_of(outcome));
     let icon = sign(14.0, |canvas, center| look.icon.draw(canvas, center, 13.0, look.front));
-    format!("<span class=\"pill {}\">{icon}{}</span>", escape(verdict), escape(verdict))
+    format!("<span class=\"pill {outcome}\">{icon}{outcome}</span>")
 }
 
 /// A row of a table: the first cell names it.

@@ -4,7 +4,7 @@
 //! every chart is drawn twice, for wide and for narrow surroundings. The same run gives the same bytes; how long the
 //! computer took is not on it.
 //!
-//! Charts are drawn on the canvas of all pictures ([`crate::draw`]), which measures its texts; on the page each text is told
+//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts; on the page each text is told
 //! how long to be, so that nothing overlaps with whatever fonts a reader has.
 
 mod activities;
@@ -27,12 +27,13 @@ mod verdicts;
 mod violations;
 mod words;
 
-use std::path::Path;
+use diagnostics::Staging;
+use monitors::Outcome;
 
 use crate::Error;
-use crate::live::Live;
 use crate::report::Report;
 use crate::timeline::Timeline;
+use recording::RunView;
 
 pub use pictures::Picture;
 
@@ -44,36 +45,32 @@ pub const FILE: &str = "report.html";
 
 const STYLE: &str = include_str!("style.css");
 
-/// Writes the page of a run in its last step beside the report's other files in `folder`, where the report's snapshots lie.
+/// Writes the page of a run in its last step beside the report's snapshots.
 ///
 /// # Errors
-/// [`Error::Write`] if the page cannot be written or a snapshot cannot be read.
-pub fn write(folder: &Path, live: &Live, timeline: &Timeline, report: &Report) -> Result<(), Error> {
-    let failed = |path: &Path, source| Error::Write { path: path.to_owned(), source };
+/// [`Error::Write`] if the page cannot be written, and what keeps a snapshot from being read.
+pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Report) -> Result<(), Error> {
     let mut pictures = Vec::new();
     for snapshot in &report.snapshots {
-        let path = folder.join(&snapshot.file);
-        let png = std::fs::read(&path).map_err(|source| failed(&path, source))?;
-        pictures.push(Picture { snapshot: snapshot.clone(), png });
+        pictures.push(Picture { snapshot: snapshot.clone(), png: folder.read(&snapshot.file)? });
     }
-    let path = folder.join(FILE);
-    std::fs::write(&path, page(live, timeline, report, &pictures)).map_err(|source| failed(&path, source))
+    Ok(folder.write(FILE, page(view, timeline, report, &pictures))?)
 }
 
 /// The page of a run in its last step.
 #[must_use]
-pub fn page(live: &Live, timeline: &Timeline, report: &Report, pictures: &[Picture]) -> String {
+pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Picture]) -> String {
     let sections = [
-        verdicts::section(live, timeline, report),
-        way(live, timeline, report),
-        course(live, timeline),
-        violations::section(live, timeline),
+        verdicts::section(view, timeline, report),
+        way(view, timeline, report),
+        course(view, timeline),
+        violations::section(view, timeline),
         pictures::section(pictures),
-        settings::section(live),
-        settings::reproduction(live, report),
+        settings::section(view),
+        settings::reproduction(view, report),
     ];
     let title = format!("{} · seed {} · {}", escape(&report.scenario), report.seed, in_a_word(report));
-    document(&title, &format!("{}{}", head(live, report), sections.concat()))
+    document(&title, &format!("{}{}", head(view, report), sections.concat()))
 }
 
 /// A page with that title, both of them markup: self-contained, with the colours and the style of all pages.
@@ -95,7 +92,7 @@ fn in_a_word(report: &Report) -> String {
     if verdicts.is_empty() { "no property watched".to_owned() } else { verdicts.join(", ") }
 }
 
-fn head(live: &Live, report: &Report) -> String {
+fn head(view: &RunView, report: &Report) -> String {
     let links = [
         ("verdicts", "Verdicts"),
         ("way", "Map"),
@@ -105,7 +102,7 @@ fn head(live: &Live, report: &Report) -> String {
         ("parameters", "Parameters"),
         ("reproduce", "Run it again"),
     ];
-    let violated = report.monitors.iter().any(|monitor| monitor.verdict == "violated");
+    let violated = report.monitors.iter().any(|monitor| monitor.verdict == Outcome::Violated);
     let links: String = links
         .iter()
         .filter(|(id, _)| (*id != "violations" || violated) && (*id != "pictures" || !report.snapshots.is_empty()))
@@ -115,34 +112,35 @@ fn head(live: &Live, report: &Report) -> String {
         "<header class=\"head\">\n<p class=\"over\">A run of a service robot under runtime monitors</p>\n<h1>{}</h1>\n\
          <p class=\"about\">{}</p>\n<p class=\"quiet\">seed {} · {} simulated · {}</p>\n<nav>{links}</nav>\n</header>\n",
         escape(&report.scenario),
-        text(&words::sentence(&live.scenario().file.about)),
+        text(&words::sentence(&view.header().about)),
         report.seed,
-        words::time(live.time()),
+        words::time(view.time()),
         words::count(report.ticks, "tick"),
     )
 }
 
 /// The section of the map.
-fn way(live: &Live, timeline: &Timeline, report: &Report) -> String {
+fn way(view: &RunView, timeline: &Timeline, report: &Report) -> String {
     let activities = activities::activities(timeline);
-    let scene = map::scene(live);
+    let scene = map::scene(view);
     let label = "Map with the way of the robot, coloured by which leaf of the behavior tree was running";
-    let map = figure(label, |layout| map::draw(&scene, &activities, live, timeline, layout));
+    let map = figure(label, |layout| map::draw(&scene, &activities, view, timeline, layout));
     format!(
         "<section id=\"way\">\n<h2>Where the robot went</h2>\n<div class=\"panel way\">\n<figure>{map}<figcaption>The way \
          is coloured by what the behavior tree was doing; the numbers are those of the table and of the \
-         timeline.</figcaption></figure>\n<div>\n{}{}{}</div>\n{}</div>\n</section>\n",
+         timeline.</figcaption></figure>\n<div>\n{}{}{}{}</div>\n{}</div>\n</section>\n",
         facts::stages(&activities),
         facts::faults(report),
         facts::tree_errors(report),
+        facts::skill_errors(report),
         facts::numbers(report),
     )
 }
 
 /// The section of the timeline.
-fn course(live: &Live, timeline: &Timeline) -> String {
+fn course(view: &RunView, timeline: &Timeline) -> String {
     let label = "Timeline of battery, behavior tree, skills, components, monitors and faults on one time axis";
-    let chart = figure(label, |layout| chart::draw(live, timeline, layout));
+    let chart = figure(label, |layout| chart::draw(view, timeline, layout));
     format!(
         "<section id=\"timeline\">\n<h2>What happened when</h2>\n<figure class=\"panel\">{chart}<figcaption>Green: success; \
          red: failure; orange: running; a thin line: not ticked. The time axis is drawn shorter where, on a grey ground, \

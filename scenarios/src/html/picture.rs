@@ -1,17 +1,20 @@
 //! Parts of a frame as drawings of a page: a scene, a state machine, a behavior tree.
 
+use drawing::canvas::{Canvas, Paint};
+use drawing::map_panel::{self, MapDrawing};
+use drawing::text::Font;
+use drawing::view::View;
+use drawing::{
+    Area, Context, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_context, draw_machine, draw_nodes, theme,
+};
+
 use super::figure::{Drawing, Layout, NARROW};
-use crate::draw::canvas::{Canvas, Paint};
-use crate::draw::map_panel::{self, MapDrawing};
-use crate::draw::text::Font;
-use crate::draw::view::View;
-use crate::draw::{Area, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_machine, draw_nodes, theme};
 
 /// A fault has its words in a scene if it is the only one and they are no longer than this, so that they are not cut.
 const MOST_LETTERS: usize = 28;
 
 /// A width that two drawings have beside each other, in pixels.
-const HALF: f64 = 500.0;
+pub(crate) const HALF: f64 = 500.0;
 const MARGIN: f64 = 8.0;
 
 /// The map with everything on it. `name` tells it from the page's other drawings.
@@ -36,14 +39,26 @@ pub(crate) fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
     Drawing { canvas, width, height }
 }
 
-/// A state machine.
+/// A state machine: as wide as two drawings beside each other have to be, or wider where names and labels need it.
 pub(crate) fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
-    let width = layout.pick(HALF, NARROW);
-    let placed = DiagramLayout::new(diagram, width - 2.0 * MARGIN);
+    let narrowest = layout.pick(HALF, NARROW);
+    let attempt = |factor: f64| (factor * narrowest, DiagramLayout::new(diagram, factor * narrowest - 2.0 * MARGIN));
+    let mut wider = [1.25, 1.6, 2.0, 2.6].into_iter().map(attempt);
+    let first = attempt(1.0);
+    let complete = |(_, placed): &(f64, DiagramLayout)| placed.is_complete(diagram);
+    let (width, placed) = if complete(&first) { first } else { wider.find(complete).unwrap_or(first) };
     let mut canvas = Canvas::for_browsers();
     let area = Area::new(MARGIN, MARGIN, width - 2.0 * MARGIN, placed.height);
     draw_machine(&mut canvas, area, &placed, diagram);
     Drawing { canvas, width, height: placed.height + 2.0 * MARGIN }
+}
+
+/// The processes of a system with their channels.
+pub(crate) fn context(context: &Context, layout: Layout) -> Drawing {
+    let width = layout.pick(1.4 * HALF, 1.6 * NARROW);
+    let mut canvas = Canvas::for_browsers();
+    let height = draw_context(&mut canvas, context, Area::new(MARGIN, 0.0, width - 2.0 * MARGIN, 0.0));
+    Drawing { canvas, width, height }
 }
 
 /// A behavior tree.

@@ -1,18 +1,20 @@
 //! What was required, and what came of it.
 
+use monitors::Outcome;
+use recording::{MonitorEnd, RunView};
+
 use super::evidence::Evidence;
 use super::markup::{code, escape, pill, text, verdict_sign};
 use super::words;
-use crate::draw::Verdict;
-use crate::live::Live;
 use crate::report::{ExpectationReport, OutcomeReport, Report};
 use crate::timeline::Timeline;
+use drawing::Verdict;
 
 /// The section of the verdicts: outcome, properties, expectations.
-pub(super) fn section(live: &Live, timeline: &Timeline, report: &Report) -> String {
-    let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, live)).collect();
-    let cards: String = (0..live.watched().len())
-        .map(|index| card(live, report, index, evidence.iter().find(|evidence| evidence.episode.property == index)))
+pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> String {
+    let evidence: Vec<Evidence<'_>> = timeline.episodes().iter().map(|episode| Evidence::of(episode, view)).collect();
+    let cards: String = (0..view.monitors().len())
+        .map(|index| card(view, report, index, evidence.iter().find(|evidence| evidence.episode.property == index)))
         .collect();
     let cards = match cards.is_empty() {
         true => "<p class=\"quiet\">No property was watched in this run.</p>\n".to_owned(),
@@ -42,17 +44,16 @@ fn outcome(report: &Report) -> String {
     )
 }
 
-fn card(live: &Live, report: &Report, index: usize, evidence: Option<&Evidence<'_>>) -> String {
-    let (watched, said) = (&live.watched()[index], &report.monitors[index]);
-    let expected = live.scenario().file.expect.outcomes.iter().find(|(name, _)| name.value == watched.name);
-    let note = match expected {
+fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidence<'_>>) -> String {
+    let (monitor, said) = (view.monitor(index), &report.monitors[index]);
+    let note = match view.header().expected.of(monitor.name()) {
         None => String::new(),
-        Some((_, outcome)) if outcome.name() == said.verdict => "<span class=\"note\">as expected</span>".to_owned(),
-        Some((_, outcome)) => format!("<span class=\"note bad\">expected to be {outcome}</span>"),
+        Some(outcome) if outcome == said.verdict => "<span class=\"note\">as expected</span>".to_owned(),
+        Some(outcome) => format!("<span class=\"note bad\">expected to be {outcome}</span>"),
     };
     let happened = match evidence {
-        Some(evidence) => super::violations::in_short(evidence, live),
-        None => not_violated(live, index, said.verdict),
+        Some(evidence) => super::violations::in_short(evidence, view),
+        None => not_violated(&monitor.ending(), view.ticks(), said.verdict),
     };
     format!(
         "<article class=\"card {0}\">\n<header>{1}<h3>{2}</h3>{note}</header>\n\
@@ -60,29 +61,27 @@ fn card(live: &Live, report: &Report, index: usize, evidence: Option<&Evidence<'
          <details><summary>The property as it is written</summary><pre><code>{4}</code></pre></details>\n</article>\n",
         said.verdict,
         pill(said.verdict),
-        escape(&watched.name),
-        text(&words::sentence(&watched.summary)),
-        escape(&watched.formula),
+        escape(monitor.name()),
+        text(&words::sentence(&monitor.about.summary)),
+        escape(&monitor.about.property),
     )
 }
 
-/// What happened to a property that was not violated.
-fn not_violated(live: &Live, index: usize, verdict: &str) -> String {
-    let attached = &live.system().monitors()[index];
-    let monitor = monitors::scope_monitor(attached.monitor.as_ref());
-    let open = monitor.map(monitors::ScopeMonitor::open_obligations).unwrap_or_default();
-    let vacuous = monitor.map(monitors::ScopeMonitor::vacuous).unwrap_or_default();
-    let ticks = words::count(live.system().ticks(), "tick");
+/// What happened to a property that was not violated in so many ticks.
+fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> String {
     let mut happened = match verdict {
-        "inconclusive" => "The run ended while something was still owed.".to_owned(),
-        _ => format!("It held throughout the run, over {ticks}."),
+        Outcome::Inconclusive => "The run ended while something was still owed.".to_owned(),
+        _ => format!("It held throughout the run, over {}.", words::count(ticks, "tick")),
     };
-    for owed in &open {
+    for owed in &said.open {
         let since = owed.since.map_or(String::new(), |since| format!(" since tick {}", since.tick));
         let until = owed.until_tick.map_or(String::new(), |tick| format!(", to be met by tick {tick}"));
         happened += &format!(" Owed{since}{until}: {}.", code(&owed.what));
     }
-    for clause in &vacuous {
+    for error in &said.errors {
+        happened += &format!(" Its machine went wrong: {}.", text(error));
+    }
+    for clause in &said.vacuous {
         happened += &format!(
             " It was never put to the test: at none of {1} did {0} hold.",
             code(&clause.antecedent),

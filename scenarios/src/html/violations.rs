@@ -10,13 +10,13 @@ use super::markup::{escape, prose, text};
 use super::said_once;
 use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
-use crate::live::{FaultRecord, Live, courses};
 use crate::timeline::Timeline;
+use recording::{FaultCourse, FaultRecord, RunView};
 
 /// The section of all violations; empty if there are none.
-pub(super) fn section(live: &Live, timeline: &Timeline) -> String {
+pub(super) fn section(view: &RunView, timeline: &Timeline) -> String {
     let stories: String =
-        timeline.episodes().iter().map(|episode| story(&Evidence::of(episode, live), live, timeline)).collect();
+        timeline.episodes().iter().map(|episode| story(&Evidence::of(episode, view), view, timeline)).collect();
     match stories.is_empty() {
         true => String::new(),
         false => format!(
@@ -27,13 +27,13 @@ pub(super) fn section(live: &Live, timeline: &Timeline) -> String {
 }
 
 /// What happened, in a few sentences.
-pub(super) fn in_short(evidence: &Evidence<'_>, live: &Live) -> String {
+pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> String {
     let mut sentences = vec![cause_sentence(evidence)];
     sentences.extend(owed_sentence(evidence));
     if !evidence.missing.is_empty() {
         sentences.push("It did not.".to_owned());
     }
-    sentences.extend(fault_sentences(evidence, live.faults()));
+    sentences.extend(fault_sentences(evidence, view.faults()));
     format!("{} <a href=\"#{}\">How it came about</a>", prose(&sentences.join(" ")), anchor(evidence))
 }
 
@@ -43,12 +43,12 @@ fn anchor(evidence: &Evidence<'_>) -> String {
     format!("violation-{name}")
 }
 
-fn story(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) -> String {
-    let topology = live.system().topology();
-    let sequence = Sequence::of(evidence, topology, live.faults());
+fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> String {
+    let topology = view.topology();
+    let sequence = Sequence::of(evidence, topology, view.faults());
     let label = format!("Sequence chart of the messages that led to the violation of {}", evidence.name);
     let chart = figure(&label, |layout| sequence::draw(&sequence, layout));
-    let steps: String = story_sentences(evidence, live, timeline)
+    let steps: String = story_sentences(evidence, view, timeline)
         .iter()
         .map(|sentence| format!("<li>{}</li>\n", prose(sentence)))
         .collect();
@@ -64,15 +64,15 @@ fn story(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) -> String {
 }
 
 /// What happened, a sentence a step.
-fn story_sentences(evidence: &Evidence<'_>, live: &Live, timeline: &Timeline) -> Vec<String> {
-    let topology = live.system().topology();
+fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Vec<String> {
+    let topology = view.topology();
     let decided = &evidence.episode.decided;
-    let mut sentences = fault_sentences(evidence, live.faults());
+    let mut sentences = fault_sentences(evidence, view.faults());
     sentences.push(cause_sentence(evidence));
     sentences.extend(owed_sentence(evidence));
     sentences.extend(channel_sentences(evidence, topology));
     sentences.extend(going_on_sentence(evidence, topology));
-    sentences.extend(answer_sentence(evidence, topology, live));
+    sentences.extend(answer_sentence(evidence, topology, view));
     sentences.extend(activity_sentence(evidence, timeline));
     sentences.extend(component_sentence(evidence, topology, timeline));
     if !evidence.missing.is_empty() {
@@ -121,7 +121,7 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<Strin
     const MOST: usize = 3;
     let decided = evidence.episode.decided.time;
     let before = faults.iter().take_while(|fault| fault.time <= decided).count();
-    let mut latest = courses(&faults[..before]);
+    let mut latest = FaultCourse::of(&faults[..before]);
     latest.sort_by_key(|course| course.records.last().map(|record| record.time));
     latest.drain(..latest.len().saturating_sub(MOST));
     latest
@@ -131,7 +131,7 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<Strin
                 1 => String::new(),
                 times => format!(", for the first of {times} times"),
             };
-            format!("At {} a fault took hold{again}: {}.", words::time(course.first().time), course.fault.words())
+            format!("At {} a fault took hold{again}: {}.", words::time(course.first().time), course.fault.words)
         })
         .collect()
 }
@@ -167,7 +167,7 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
     }
     let mut statuses: Vec<String> = Vec::new();
     for span in timeline.navigation().spans(timeline.end()).filter(|span| span.from < to && span.to > from) {
-        let name = span.state.status.name().replace('_', " ");
+        let name = span.state.status.replace('_', " ");
         if !statuses.contains(&name) {
             statuses.push(name);
         }
@@ -251,14 +251,13 @@ fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<Str
 }
 
 /// What the leaves that the property concerns answered the tree.
-fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, live: &Live) -> Option<String> {
+fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, view: &RunView) -> Option<String> {
     if evidence.missing.is_empty() {
         return None;
     }
     let (from, _) = window(evidence);
     let decided = evidence.episode.decided.step;
-    let leaves: Vec<&str> = live.scenario().charts.keys().map(String::as_str).collect();
-    let asked = evidence.concerned.iter().filter(|name| leaves.contains(&name.as_str()));
+    let asked = evidence.concerned.iter().filter(|name| view.header().skills.contains(name));
     let answers = |name: &String| {
         let mut counts: Vec<(String, usize)> = Vec::new();
         let messages = evidence.episode.events.iter().filter(|event| event.time >= from && event.step <= decided);

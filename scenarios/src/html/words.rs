@@ -5,6 +5,8 @@ use std::time::Duration;
 use channels::{Message, Relation, Value};
 use monitors::MessageCondition;
 
+pub(super) use recording::decimals;
+
 /// A time or duration: `21.02 s`, `24 min 43.94 s`.
 pub(super) fn time(time: Duration) -> String {
     let seconds = time.as_secs_f64();
@@ -24,13 +26,6 @@ pub(super) fn roughly(seconds: f64) -> String {
         ..7200.0 => format!("{:.0} min", seconds / 60.0),
         _ => format!("{:.1} h", seconds / 3600.0),
     }
-}
-
-/// A number with at most so many decimals.
-pub(super) fn decimals(number: f64, most: usize) -> String {
-    let text = format!("{number:.most$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 /// A count with its noun: `1 tick`, `3 ticks`.
@@ -124,13 +119,6 @@ mod tests {
     fn times_are_said_as_people_say_them() {
         let said = [0.02, 21.02, 119.0, 120.0, 1483.94, 7201.0].map(|seconds| time(Duration::from_secs_f64(seconds)));
         assert_eq!(said, ["0.02 s", "21.02 s", "119 s", "2 min 0 s", "24 min 43.94 s", "2 h 0 min"]);
-    }
-
-    #[test]
-    fn numbers_have_no_tail() {
-        let said = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
-        assert_eq!(said, ["9.974", "10", "0", "100"]);
-        assert_eq!(decimals(100.0, 0), "100");
     }
 
     #[test]

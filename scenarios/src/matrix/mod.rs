@@ -3,14 +3,15 @@
 mod page;
 mod table;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
+use diagnostics::Staging;
+use monitors::Outcome;
 use serde::Serialize;
 
 use crate::Error;
-use crate::batch;
-use crate::conduct::{Outputs, conduct};
+use crate::conduct::report_of;
 use crate::report::Report;
 use crate::scenario::Scenario;
 
@@ -69,7 +70,7 @@ pub struct Onset {
 #[derive(Clone, Debug, Serialize)]
 pub struct Notice {
     /// `satisfied`, `violated` or `inconclusive`.
-    pub verdict: &'static str,
+    pub verdict: Outcome,
     /// How many ticks after the fault's onset it was violated; null if it was not, or before the onset.
     pub ticks_after_onset: Option<u64>,
     /// Whether it was violated before any fault took hold.
@@ -111,8 +112,7 @@ impl Matrix {
         let faulty = scenarios.into_iter().map(|scenario| Job { seed: scenario.file.seed, scenario });
         let sound = (1..=runs).map(|seed| Job { scenario: Arc::clone(fault_free), seed });
         let jobs: Vec<Job> = faulty.chain(sound).collect();
-        let no_output = Outputs::default();
-        let one = |job: &Job| conduct(Arc::clone(&job.scenario), job.seed, true, &no_output, |_| {});
+        let one = |job: &Job| report_of(Arc::clone(&job.scenario), job.seed);
         let reports = batch::run(&jobs, one, |done| progress(done, jobs.len()));
         let reports = reports.into_iter().collect::<Result<Vec<_>, _>>()?;
         let (faulty, sound) = reports.split_at(jobs.len() - runs as usize);
@@ -125,7 +125,7 @@ impl Matrix {
 
     /// The rows whose fault no property notices.
     pub fn unnoticed(&self) -> impl Iterator<Item = &Row> {
-        self.rows.iter().filter(|row| !row.notices.iter().flatten().any(|notice| notice.verdict == "violated"))
+        self.rows.iter().filter(|row| !row.notices.iter().flatten().any(|notice| notice.verdict == Outcome::Violated))
     }
 
     /// False alarms in words: violations without a fault, and before one.
@@ -147,14 +147,10 @@ impl Matrix {
     /// # Errors
     /// [`Error::Write`].
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        let failed = |path: PathBuf| move |source| Error::Write { path, source };
-        std::fs::create_dir_all(folder).map_err(failed(folder.to_owned()))?;
-        let json = serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n";
-        for (name, text) in [("matrix.json", json), ("index.html", page::page(self))] {
-            let path = folder.join(name);
-            std::fs::write(&path, text).map_err(failed(path.clone()))?;
-        }
-        Ok(())
+        let staging = Staging::begin(folder)?;
+        staging.write("matrix.json", serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;
+        staging.write("index.html", page::page(self))?;
+        Ok(staging.publish(&["matrix.json", "index.html"])?)
     }
 }
 
@@ -203,7 +199,7 @@ fn ticks_after(last_before: Option<u64>, tick: u64) -> Option<u64> {
 impl Alarm {
     /// The alarm that a run without a fault is; none if all is as it should be.
     fn of(report: &Report) -> Option<Self> {
-        let violated = report.monitors.iter().filter(|monitor| monitor.verdict == "violated");
+        let violated = report.monitors.iter().filter(|monitor| monitor.verdict == Outcome::Violated);
         let mut what: Vec<String> = violated.map(|monitor| format!("{} is violated", monitor.name)).collect();
         what.extend(report.differences.iter().cloned());
         (!what.is_empty()).then_some(Self { seed: report.seed, what })

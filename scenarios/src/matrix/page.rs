@@ -1,5 +1,7 @@
 //! The matrix as a page.
 
+use monitors::Outcome;
+
 use super::table::{onset, robot};
 use super::{Matrix, Notice, Row};
 use crate::html::{document, escape, text};
@@ -50,10 +52,10 @@ fn line(row: &Row, properties: &[String]) -> String {
 fn cell(property: &str, notice: Option<&Notice>) -> String {
     let Some(notice) = notice else { return "<td></td>".to_owned() };
     let (words, title) = match (notice.verdict, notice.ticks_after_onset) {
-        ("violated", Some(ticks)) => (format!("+{ticks}"), "violated"),
-        ("violated", None) => ("early".to_owned(), "violated before the fault"),
-        ("satisfied", _) => ("–".to_owned(), "satisfied"),
-        _ => ("?".to_owned(), "inconclusive"),
+        (Outcome::Violated, Some(ticks)) => (format!("+{ticks}"), "violated"),
+        (Outcome::Violated, None) => ("early".to_owned(), "violated before the fault"),
+        (Outcome::Satisfied, _) => ("–".to_owned(), "satisfied"),
+        (Outcome::Inconclusive, _) => ("?".to_owned(), "inconclusive"),
     };
     let property = escape(property);
     format!("<td class=\"{}\" title=\"{title}\" data-of=\"{property}\">{words}</td>", notice.verdict)

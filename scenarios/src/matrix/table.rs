@@ -1,5 +1,7 @@
 //! The matrix for the terminal.
 
+use monitors::Outcome;
+
 use std::fmt::Write;
 
 use super::{Matrix, Notice, Row};
@@ -13,8 +15,9 @@ pub(crate) fn table(matrix: &Matrix) -> String {
 }
 
 fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
-    let widest = matrix.rows.iter().map(|row| row.scenario.chars().count()).max().unwrap_or(0).max(8);
-    let widths: Vec<usize> = matrix.properties.iter().map(|name| name.chars().count().max(7)).collect();
+    // A very long name stands out of its column.
+    let widest = matrix.rows.iter().map(|row| row.scenario.chars().count()).max().unwrap_or(0).clamp(8, 60);
+    let widths: Vec<usize> = matrix.properties.iter().map(|name| name.chars().count().clamp(7, 60)).collect();
     write!(text, "{:<widest$}  {:>8}", "scenario", "onset")?;
     for (name, width) in matrix.properties.iter().zip(&widths) {
         write!(text, "  {name:>width$}")?;
@@ -73,9 +76,22 @@ pub(super) fn robot(row: &Row) -> String {
 fn cell(notice: Option<&Notice>) -> String {
     let Some(notice) = notice else { return String::new() };
     match (notice.verdict, notice.ticks_after_onset) {
-        ("violated", Some(ticks)) => format!("+{ticks}"),
-        ("violated", None) => "early!".to_owned(),
-        ("satisfied", _) => "-".to_owned(),
-        _ => "?".to_owned(),
+        (Outcome::Violated, Some(ticks)) => format!("+{ticks}"),
+        (Outcome::Violated, None) => "early!".to_owned(),
+        (Outcome::Satisfied, _) => "-".to_owned(),
+        (Outcome::Inconclusive, _) => "?".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::FaultFree;
+
+    #[test]
+    fn a_name_may_be_longer_than_any_column() {
+        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, alarms: Vec::new() };
+        let name = "p".repeat(70_000);
+        assert!(table(&Matrix { properties: vec![name.clone()], rows: Vec::new(), fault_free }).contains(&name));
     }
 }

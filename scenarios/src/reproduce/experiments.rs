@@ -1,6 +1,18 @@
-//! What the paper says must happen, claim by claim, with where it says so.
+//! What the paper says must happen, claim by claim, with where it says so; and what this project adds.
+
+use monitors::Outcome;
 
 use crate::report::{MonitorReport, Report};
+use crate::scenario::Figure;
+
+use super::observed::{Observed, SafetyPath};
+
+/// A run that was carried out: its report, and what was seen on the way.
+#[derive(Clone, Debug)]
+pub(super) struct Run {
+    pub(super) report: Report,
+    pub(super) observed: Observed,
+}
 
 /// An experiment of the paper and the scenario that repeats it.
 #[derive(Debug)]
@@ -9,7 +21,12 @@ pub(super) struct Experiment {
     pub(super) scenario: &'static str,
     /// What the paper calls it.
     pub(super) title: &'static str,
+    /// How it is carried out here.
+    pub(super) here: &'static str,
+    /// What the paper says.
     pub(super) claims: &'static [Claim],
+    /// What the paper does not say, and what should be so all the same.
+    pub(super) ours: &'static [Claim],
 }
 
 /// Something that must be so in every run.
@@ -17,25 +34,35 @@ pub(super) struct Experiment {
 pub(super) struct Claim {
     /// What, in words.
     pub(super) says: &'static str,
-    /// Where the paper says so.
+    /// Where the paper says so; what it follows from, if it is ours.
     pub(super) source: &'static str,
     /// `None` if it is so in that run, else what was found instead.
-    pub(super) differs: fn(&Report) -> Option<String>,
+    pub(super) differs: fn(&Run) -> Option<String>,
 }
 
 const STATION: &str = "RechargingStation";
 const DESTINATION: &str = "Destination";
 /// θ of φ2, in ticks: the paper names it, and the value is that of its published code.
 const THETA_TICKS: u64 = 10;
+/// Below this the robot breaks off, in percent.
+const LOW_PCT: f64 = 30.0;
+/// At this level the published code calls the battery full, in percent.
+const FULL_PCT: f64 = 99.7;
 
 /// The paper's experiments, and the scenario that they disturb.
 pub(super) const EXPERIMENTS: [Experiment; 4] = [
     Experiment {
         scenario: "nominal",
-        title: "The scenario, undisturbed",
+        title: "The scenario of Section II, undisturbed",
+        here: "Simulated here. The battery starts at 31.5 %, so that its level falls below 30 % on the way.",
         claims: &[
             Claim {
-                says: "below 30 % the robot breaks off and reaches the charging station",
+                says: "the robot breaks off for the charging station when the level falls below 30 %, and not before",
+                source: "Section II",
+                differs: breaks_off_below_thirty,
+            },
+            Claim {
+                says: "it reaches the charging station before the destination",
                 source: "Section II",
                 differs: |run| {
                     let Some(station) = reached(run, STATION) else { return Some("it did not get there".to_owned()) };
@@ -44,24 +71,35 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 },
             },
             Claim {
-                says: "it waits there until the battery is fully charged",
-                source: "Section II",
-                differs: |run| {
-                    let (end_pct, least_pct) = (run.battery.r#final, run.battery.minimum);
-                    // What is left after the rest of the way: 1 % is 20 s of driving.
-                    (end_pct < 97.0 || least_pct >= 30.0)
-                        .then(|| format!("the charge was {least_pct:.1} % at least and {end_pct:.1} % at the end"))
+                says: "it waits there until the battery is full: it leaves only at 99.7 %",
+                source: "Section II; 99.7 % is the published code's",
+                differs: |run| match run.observed.charges.as_slice() {
+                    [charge] if charge.from_pct < LOW_PCT && charge.to_pct >= FULL_PCT => None,
+                    [] => Some("it was never charged to the end".to_owned()),
+                    charges => {
+                        let each =
+                            charges.iter().map(|charge| format!("{:.2} to {:.2} %", charge.from_pct, charge.to_pct));
+                        Some(format!("it was charged from {}", each.collect::<Vec<_>>().join(", ")))
+                    }
                 },
             },
             Claim {
                 says: "then it resumes the navigation task and arrives",
                 source: "Section II",
-                differs: |run| reached(run, DESTINATION).is_none().then(|| "it did not arrive".to_owned()),
+                differs: |run| match (reached(run, STATION), reached(run, DESTINATION)) {
+                    (Some(station), Some(destination)) if station < destination => None,
+                    _ => Some("it did not arrive".to_owned()),
+                },
             },
             Claim {
                 says: "the level read is never below 20 %: φ1 holds",
                 source: "Section II, Figure 4",
-                differs: |run| verdict(run, "phi1", "satisfied"),
+                differs: |run| verdict(run, "phi1", Outcome::Satisfied),
+            },
+            Claim {
+                says: "the safety monitor goes idle → get → idle with each level that is read",
+                source: "Figure 5 (a)",
+                differs: |run| path(run, |readings| SafetyPath { get: readings, idle: readings, failure: 0 }),
             },
             Claim {
                 says: "it starts for the station in time: φ2 holds",
@@ -69,28 +107,36 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 differs: |run| holds_with_reason(run, "phi2"),
             },
         ],
+        ours: &[],
     },
     Experiment {
         scenario: "battery_fault",
         title: "Experiment 1: a runtime monitor for a safety property",
+        here: "Simulated in the paper and here. The level is set to 10 % at 20.5 s, on the way to the destination.",
         claims: &[
             Claim {
                 says: "the level is imposed to be 10 % and φ1 is violated",
                 source: "Experiment 1, Figure 6 (b)",
-                differs: |run| verdict(run, "phi1", "violated"),
+                differs: |run| verdict(run, "phi1", Outcome::Violated),
             },
             Claim {
-                says: "φ1's monitor goes to the state failure",
-                source: "Experiment 1, Figure 6 (e)",
+                says: "the safety monitor goes idle → get → idle while the level is above 20 %, \
+                       and idle → get → failure with the first one below",
+                source: "Experiment 1, Figure 6 (c) to (e)",
                 differs: |run| {
-                    let state = monitor(run, "phi1").map_or("nothing", |monitor| monitor.state.as_str());
-                    (state != "failure").then(|| format!("it is in {state}"))
+                    path(run, |_| {
+                        let get = run.observed.safety.get;
+                        SafetyPath { get, idle: get.saturating_sub(1), failure: 1 }
+                    })
                 },
             },
             Claim {
-                says: "it does so at the first level that is read after the fault",
+                says: "it does so with the first level that is read after the fault",
                 source: "Experiment 1",
-                differs: |run| at_tick_after_fault(run, "phi1", 0),
+                differs: |run| {
+                    let figure = at_tick_after_fault(run, Figure::Safety.name(), 0);
+                    at_tick_after_fault(run, "phi1", 0).or(figure)
+                },
             },
             Claim {
                 says: "the robot goes to the charging station",
@@ -98,57 +144,70 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 differs: |run| reached(run, STATION).is_none().then(|| "it did not get there".to_owned()),
             },
         ],
+        ours: &[],
     },
     Experiment {
         scenario: "skill_bug",
         title: "Experiment 2: a runtime monitor for a responsive property",
+        here: "Simulated in the paper and here. BatteryLevel says success above 20 %; the level is set to 25 % at 20.5 s, \
+               on the way to the destination.",
         claims: &[
             Claim {
-                says: "BatteryLevel says success above 20 %, and φ2 is violated",
+                says: "BatteryLevel says success above 20 %, the level falls below 30 % on the way, and φ2 is violated",
                 source: "Experiment 2",
-                differs: |run| verdict(run, "phi2", "violated"),
+                differs: |run| verdict(run, "phi2", Outcome::Violated),
             },
             Claim {
-                says: "it is violated θ = 10 ticks after the first level below 30 % is read",
-                source: "Figure 5 (b), θ of the published code",
+                says: "φ2 is violated when θ = 10 ticks have gone by: time_until … < θ leaves out the tick i + θ",
+                source: "Figure 4 and Section V-A; θ is the published code's",
                 differs: |run| at_tick_after_fault(run, "phi2", THETA_TICKS),
             },
             Claim {
-                says: "the robot does not go to the charging station",
+                says: "the response monitor as published goes to Err one tick later, at θ + 1: its timer starts at θ and \
+                       has to be found at 0",
+                source: "Figure 5 (b) and Section V-B; θ is the published code's",
+                differs: |run| at_tick_after_fault(run, Figure::Response.name(), THETA_TICKS + 1),
+            },
+            Claim {
+                says: "that happens before the robot gets to the charging station",
                 source: "Experiment 2",
                 differs: |run| reached(run, STATION).map(|at| format!("it was there at {at:.1} s")),
             },
-            Claim {
-                says: "no level below 20 % is read: φ1 holds",
-                source: "Experiment 2",
-                differs: |run| verdict(run, "phi1", "satisfied"),
-            },
         ],
+        ours: &[Claim {
+            says: "no level below 20 % is read: φ1 holds",
+            source: "follows from the 25 % of the published code's instructions",
+            differs: |run| verdict(run, "phi1", Outcome::Satisfied),
+        }],
     },
     Experiment {
         scenario: "joypad",
-        title: "Experiment 3: a monitor on a real robot",
+        title: "Experiment 3: a monitor on a real robot (simulated here)",
+        here: "On a real robot in the paper, simulated here: no robot took part. The battery drains three times as fast as in \
+               the other runs; a simulated joypad drives the robot back at 0.4 m/s for 10 s whenever it comes within 3 m of \
+               the station.",
         claims: &[
             Claim {
-                says: "the battery is at 35 % at the start",
+                says: "at 35 %, here the level at the start, φ1 is not violated",
                 source: "Figure 8 (a)",
                 differs: |run| {
-                    let start_pct = run.battery.initial;
-                    (start_pct != 35.0).then(|| format!("it is at {start_pct:.1} %"))
+                    let (start_pct, violated) = (run.report.battery.initial, violated_at(run, "phi1"));
+                    (start_pct != 35.0 || violated.is_some_and(|at_s| at_s < 2.0))
+                        .then(|| format!("the level is {start_pct:.1} % at the start, and φ1 is violated at once"))
                 },
             },
             Claim {
-                says: "below 30 % the robot sets out for the charging station: φ2 holds",
+                says: "when the level gets below 30 %, the robot moves towards the charging station",
                 source: "Experiment 3, Figure 7 (a)",
-                differs: |run| holds_with_reason(run, "phi2"),
+                differs: breaks_off_below_thirty,
             },
             Claim {
-                says: "somebody with a joypad drives it away, and again when it has resumed",
+                says: "somebody with a joypad drives it away, it resumes, and is driven away again",
                 source: "Experiment 3, Figure 7 (b) to (d)",
                 differs: |run| {
-                    let until_s = monitor(run, "phi1").and_then(|monitor| monitor.time_s).unwrap_or(0.0);
-                    let times =
-                        run.faults.iter().filter(|fault| fault.kind == "joypad" && fault.time_s < until_s).count();
+                    let until_s = violated_at(run, "phi1").unwrap_or(0.0);
+                    let joypad = |fault: &&crate::report::FaultReport| fault.kind == "joypad" && fault.time_s < until_s;
+                    let times = run.report.faults.iter().filter(joypad).count();
                     (times < 2).then(|| format!("that happened {times} times before φ1 was violated"))
                 },
             },
@@ -167,28 +226,60 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 },
             },
         ],
+        ours: &[Claim {
+            says: "it sets out in time: φ2 holds",
+            source: "Figure 4, which the paper does not watch in this experiment",
+            differs: |run| holds_with_reason(run, "phi2"),
+        }],
     },
 ];
 
-fn monitor<'r>(run: &'r Report, name: &str) -> Option<&'r MonitorReport> {
-    run.monitors.iter().find(|monitor| monitor.name == name)
+fn monitor<'r>(run: &'r Run, name: &str) -> Option<&'r MonitorReport> {
+    run.report.monitors.iter().find(|monitor| monitor.name == name)
 }
 
-fn verdict(run: &Report, name: &str, wanted: &str) -> Option<String> {
-    let found = monitor(run, name).map_or("not watched", |monitor| monitor.verdict);
-    (found != wanted).then(|| format!("{name} is {found}"))
+fn violated_at(run: &Run, name: &str) -> Option<f64> {
+    monitor(run, name)?.time_s
+}
+
+fn verdict(run: &Run, name: &str, wanted: Outcome) -> Option<String> {
+    let found = monitor(run, name).map(|monitor| monitor.verdict);
+    let words = found.map_or("not watched", Outcome::name);
+    (found != Some(wanted)).then(|| format!("{name} is {words}"))
 }
 
 /// That a property holds, and not only because there was no occasion for it to fail.
-fn holds_with_reason(run: &Report, name: &str) -> Option<String> {
+fn holds_with_reason(run: &Run, name: &str) -> Option<String> {
     let vacuous = monitor(run, name).and_then(|monitor| monitor.vacuous.first().cloned());
-    verdict(run, name, "satisfied").or(vacuous)
+    verdict(run, name, Outcome::Satisfied).or(vacuous)
+}
+
+/// That the robot sets out for the station at the first level that is not above 30 %.
+fn breaks_off_below_thirty(run: &Run) -> Option<String> {
+    let Some(departure) = run.observed.first_departure_for(STATION) else {
+        return Some("it never set out for the station".to_owned());
+    };
+    match (departure.level_before_pct, departure.level_pct) {
+        (Some(before_pct), Some(level_pct)) if before_pct > LOW_PCT && level_pct <= LOW_PCT => None,
+        (before_pct, level_pct) => {
+            let words = |level_pct: Option<f64>| level_pct.map_or("nothing".to_owned(), |pct| format!("{pct:.2} %"));
+            Some(format!("it set out when it had read {} and then {}", words(before_pct), words(level_pct)))
+        }
+    }
+}
+
+/// That the safety monitor took the way that is wanted, given how many levels were read.
+fn path(run: &Run, wanted: impl Fn(u64) -> SafetyPath) -> Option<String> {
+    let (found, wanted) = (run.observed.safety, wanted(run.observed.readings));
+    (found != wanted || found.get == 0).then(|| {
+        format!("it entered get {} times, idle {} times, failure {} times", found.get, found.idle, found.failure)
+    })
 }
 
 /// That a property is violated so many ticks after the first level that is read once the battery's level has been set; ticks
 /// come once a second, the first just after the start.
-fn at_tick_after_fault(run: &Report, name: &str, ticks: u64) -> Option<String> {
-    let Some(fault) = run.faults.iter().find(|fault| fault.kind == "battery_level") else {
+fn at_tick_after_fault(run: &Run, name: &str, ticks: u64) -> Option<String> {
+    let Some(fault) = run.report.faults.iter().find(|fault| fault.kind == "battery_level") else {
         return Some("the battery's level was never set".to_owned());
     };
     let wanted = fault.time_s.ceil() as u64 + ticks;
@@ -204,6 +295,6 @@ fn level_that_decided(monitor: &MonitorReport) -> Option<f64> {
     monitor.witness.as_ref()?["message"][1].as_f64()
 }
 
-fn reached(run: &Report, place: &str) -> Option<f64> {
-    run.places.iter().find(|visit| visit.name == place)?.reached_at_s
+fn reached(run: &Run, place: &str) -> Option<f64> {
+    run.report.places.iter().find(|visit| visit.name == place)?.reached_at_s
 }

@@ -46,9 +46,10 @@ pub(super) enum Shows {
 pub(super) const FIGURE_1: &str = "Figure 1: the behavior tree of the scenario";
 pub(super) const FIGURE_5: &str = "Figure 5: runtime monitors";
 pub(super) const FIGURE_6: &str = "Figure 6: Experiment 1";
-pub(super) const EXPERIMENT_2: &str = "Experiment 2, for which the paper has no figure";
-pub(super) const FIGURE_7: &str = "Figure 7: Experiment 3";
-pub(super) const FIGURE_8: &str = "Figure 8: the monitor in Experiment 3";
+pub(super) const FIGURE_7: &str = "Figure 7: Experiment 3 (simulated here)";
+pub(super) const FIGURE_8: &str = "Figure 8: the monitor in Experiment 3 (simulated here)";
+/// Ours: the paper has no figure of it.
+pub(super) const EXPERIMENT_2: &str = "Experiment 2";
 
 const fn shot(
     scenario: &'static str,
@@ -62,10 +63,12 @@ const fn shot(
 }
 
 /// All panels, in the order of the paper.
-pub(super) const SHOTS: [Shot; 19] = [
+pub(super) const SHOTS: &[Shot] = &[
     shot("nominal", FIGURE_1, "", "BT for the validation scenario.", When::Start, Shows::Tree),
-    shot("nominal", FIGURE_5, "a", "Safety.", When::Start, Shows::Monitor("phi1")),
-    shot("nominal", FIGURE_5, "b", "Response.", When::Start, Shows::Monitor("phi2")),
+    shot("nominal", FIGURE_5, "a", "Safety: the monitor as published.", When::Start, Shows::Monitor("figure_5a")),
+    shot("nominal", FIGURE_5, "a, here", "Safety: the monitor made from φ1.", When::Start, Shows::Monitor("phi1")),
+    shot("nominal", FIGURE_5, "b", "Response: the monitor as published.", When::Start, Shows::Monitor("figure_5b")),
+    shot("nominal", FIGURE_5, "b, here", "Response: the monitor made from φ2.", When::Start, Shows::Monitor("phi2")),
     shot(
         "battery_fault",
         FIGURE_6,
@@ -88,7 +91,7 @@ pub(super) const SHOTS: [Shot; 19] = [
         "c",
         "The monitor at state Idle; waiting for the skill to send a request to the component.",
         When::BeforeFault(0),
-        Shows::Monitor("phi1"),
+        Shows::Monitor("figure_5a"),
     ),
     shot(
         "battery_fault",
@@ -96,7 +99,7 @@ pub(super) const SHOTS: [Shot; 19] = [
         "d",
         "The monitor at state Get; waiting for the component to respond.",
         When::BeforeFault(0),
-        Shows::Passing("phi1", "get"),
+        Shows::Passing("figure_5a", "get"),
     ),
     shot(
         "battery_fault",
@@ -104,7 +107,7 @@ pub(super) const SHOTS: [Shot; 19] = [
         "e",
         "The monitor at state Failure. Property violated.",
         When::AfterVerdict("phi1", 0.0),
-        Shows::Monitor("phi1"),
+        Shows::Monitor("figure_5a"),
     ),
     shot("skill_bug", EXPERIMENT_2, "", "Before: the level is above 30 %.", When::BeforeFault(1), Shows::Scene),
     shot(
@@ -115,7 +118,7 @@ pub(super) const SHOTS: [Shot; 19] = [
         When::AfterVerdict("phi2", 0.0),
         Shows::Scene,
     ),
-    shot("skill_bug", EXPERIMENT_2, "", "Before: nothing is owed.", When::BeforeFault(1), Shows::Monitor("phi2")),
+    shot("skill_bug", EXPERIMENT_2, "", "Before: nothing is pending.", When::BeforeFault(1), Shows::Monitor("phi2")),
     shot(
         "skill_bug",
         EXPERIMENT_2,
@@ -128,9 +131,17 @@ pub(super) const SHOTS: [Shot; 19] = [
         "skill_bug",
         EXPERIMENT_2,
         "",
-        "The monitor goes to an error state.",
+        "The monitor made from φ2 goes to an error state.",
         When::AfterVerdict("phi2", 0.0),
         Shows::Monitor("phi2"),
+    ),
+    shot(
+        "skill_bug",
+        EXPERIMENT_2,
+        "",
+        "A tick later, the monitor as published goes to an error state.",
+        When::AfterVerdict("figure_5b", 0.0),
+        Shows::Monitor("figure_5b"),
     ),
     shot("joypad", FIGURE_7, "a", "The robot navigates to the charging station.", When::BeforeFault(0), Shows::Scene),
     shot(
@@ -157,13 +168,20 @@ pub(super) const SHOTS: [Shot; 19] = [
         When::AfterVerdict("phi1", 0.0),
         Shows::Scene,
     ),
-    shot("joypad", FIGURE_8, "a", "Battery level 35%. The property is satisfied.", When::Start, Shows::Monitor("phi1")),
+    shot(
+        "joypad",
+        FIGURE_8,
+        "a",
+        "Battery level 35%. The property is satisfied.",
+        When::Start,
+        Shows::Monitor("figure_5a"),
+    ),
     shot(
         "joypad",
         FIGURE_8,
         "b",
         "Battery level 19%. The property is violated.",
         When::AfterVerdict("phi1", 0.0),
-        Shows::Monitor("phi1"),
+        Shows::Monitor("figure_5a"),
     ),
 ];

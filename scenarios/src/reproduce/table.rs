@@ -2,9 +2,9 @@
 
 use std::fmt::Write;
 
-use super::Reproduction;
+use super::{ClaimResult, Reproduction};
 
-/// One table: what the paper says, where, and in how many runs it was so; then the runs in which it was not.
+/// What the paper says, where, and in how many runs it was so, with the runs in which it was not; then what this project adds.
 pub(crate) fn table(reproduction: &Reproduction) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -13,25 +13,26 @@ pub(crate) fn table(reproduction: &Reproduction) -> String {
 }
 
 fn write_table(text: &mut String, reproduction: &Reproduction) -> std::fmt::Result {
-    let widest = |of: fn(&super::ClaimResult) -> &str| {
-        reproduction.claims().map(|claim| of(claim).chars().count()).max().unwrap_or(0)
-    };
-    let (says, source) = (widest(|claim| claim.says), widest(|claim| claim.source));
+    let seeds = reproduction.seeds;
     for experiment in &reproduction.experiments {
         writeln!(text, "{} ({})", experiment.title, experiment.scenario)?;
-        for claim in &experiment.claims {
-            let sign = if claim.differences.is_empty() { ' ' } else { '!' };
-            let runs = format!("{}/{}", claim.runs, reproduction.seeds);
-            writeln!(text, "{sign} {:<says$}  {:<source$}  {runs:>7}", claim.says, claim.source)?;
-            for difference in &claim.differences {
-                writeln!(text, "    seed {}: {}", difference.seed, difference.found)?;
-            }
-        }
+        experiment.claims.iter().try_for_each(|claim| write_claim(text, claim, seeds))?;
         writeln!(text)?;
     }
-    let runs = reproduction.seeds * reproduction.experiments.len() as u64;
-    match reproduction.is_as_printed() {
-        true => writeln!(text, "All {runs} runs are as the paper says."),
-        false => writeln!(text, "Not all of the {runs} runs are as the paper says."),
+    writeln!(text, "Ours, not the paper's")?;
+    for experiment in &reproduction.experiments {
+        writeln!(text, " {}", experiment.scenario)?;
+        experiment.ours.iter().try_for_each(|claim| write_claim(text, claim, seeds))?;
     }
+    writeln!(text, "\n{}", reproduction.outcome())
+}
+
+fn write_claim(text: &mut String, claim: &ClaimResult, seeds: u64) -> std::fmt::Result {
+    let sign = if claim.holds() { ' ' } else { '!' };
+    writeln!(text, "{sign} {:>7}  {}", format!("{}/{seeds}", claim.runs), claim.says)?;
+    writeln!(text, "           [{}]", claim.source)?;
+    for difference in &claim.differences {
+        writeln!(text, "           seed {}: {}", difference.seed, difference.found)?;
+    }
+    Ok(())
 }

@@ -5,10 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-use maps::{OccupancyGrid, Span, Spanned};
+use diagnostics::{Span, Spanned};
+use maps::OccupancyGrid;
 use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
 
-use super::{Loader, ScenarioFile, unknown};
+use super::{Loader, ScenarioFile, Skill, unknown};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
 
 /// The machines that a skill runs while faults hold that change it, by the places of those faults in the scenario, in
@@ -45,21 +46,21 @@ impl Loader<'_> {
     pub(super) fn faulty_machines(
         &mut self,
         file: &ScenarioFile,
-        charts: &BTreeMap<String, Arc<Chart>>,
+        skills: &BTreeMap<String, Skill>,
     ) -> BTreeMap<String, FaultyMachines> {
         let mut faults: BTreeMap<String, Vec<(usize, &Fault, MachineChange)>> = BTreeMap::new();
         for (index, fault) in file.faults.iter().enumerate() {
             let Effect::Machine { skill, change } = fault.effect() else { continue };
-            if charts.contains_key(&skill.value) {
+            if skills.contains_key(&skill.value) {
                 faults.entry(skill.value).or_default().push((index, fault, change));
             } else {
-                self.complaints.push(unknown("skill", &skill, charts.keys().map(String::as_str)));
+                self.complaints.push(unknown("skill", &skill, skills.keys().map(String::as_str)));
             }
         }
         let mut machines = BTreeMap::new();
         for (skill, faults) in faults {
-            let path = file.skills.value.join(format!("{skill}.scxml"));
-            let Some(text) = self.text(&file.skills.span, "machine", &path) else { continue };
+            let path = &skills[&skill].path;
+            let Some(text) = self.text(&file.skills.span, "machine", path) else { continue };
             let sound = (path.display().to_string(), text);
             let changing = faults.into_iter().filter_map(|(index, fault, change)| {
                 let change = self.change(change, &skill, &sound)?;

@@ -1,18 +1,22 @@
 //! The scenario file: what a user writes, read and checked.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
 use components::StopRule;
-use maps::document::{Document, FromItem, Item, Table};
-use maps::{FileProblems, Pose, Problem, Spanned, pose};
+use diagnostics::document::{Document, FromItem, Item, Table};
+use diagnostics::{FileProblems, Problem, Span, Spanned};
+use maps::{Pose, pose};
 use monitors::Outcome;
+use recording::{Expected, Moment, Snapshots};
 use sim::{DriftNoise, SimConfig};
 
+use super::find::{self, Found};
+use super::ready_made::ReadyMade;
+use super::skill::{LeafEntry, read_leaves};
 use super::stop::Stop;
 use super::world::{WorldBody, read_world};
-use crate::Error;
 use crate::faults::Fault;
 use crate::files::Files;
 
@@ -23,16 +27,26 @@ pub struct ScenarioFile {
     pub about: String,
     /// The root seed where the command line gives none.
     pub seed: u64,
+    /// The folder in which the other files are looked for first, if it is not the scenario's own.
+    pub folder: Option<Spanned<PathBuf>>,
     /// The map's YAML file.
     pub map: Spanned<PathBuf>,
     /// The places file.
     pub places: Spanned<PathBuf>,
     /// The behavior tree.
     pub tree: Spanned<PathBuf>,
-    /// The folder that holds a machine for each leaf of the tree: `<Leaf>.scxml`.
+    /// The folder that holds the machines of the tree's leaves: `<Leaf>.scxml`.
     pub skills: Spanned<PathBuf>,
+    /// Leaves whose machines are other files, or start with other data.
+    pub leaves: Vec<LeafEntry>,
     /// The property files; all their properties are watched.
     pub properties: Vec<Spanned<PathBuf>>,
+    /// Where the file, a base or the command line names the property files.
+    properties_said: Option<Span>,
+    /// The scenario's own file, its base, the base of that, and so on.
+    sources: Vec<String>,
+    /// The monitors that are attached as they stand.
+    pub monitors: Vec<ReadyMade>,
     /// The places that the scenario needs.
     pub sites: Sites,
     /// The simulated robot and its world.
@@ -46,7 +60,7 @@ pub struct ScenarioFile {
     /// When the run ends.
     pub stop: Stop,
     /// When pictures are taken.
-    pub snapshots: Moments,
+    pub snapshots: Snapshots,
     /// What the run must come to.
     pub expect: Expectations,
 }
@@ -56,10 +70,10 @@ pub struct ScenarioFile {
 pub struct Sites {
     /// Where the robot starts.
     pub start: Spanned<Start>,
-    /// Where the charging station stands: a point.
-    pub station: Spanned<String>,
+    /// Where the charging station stands, a point, if there is one.
+    pub station: Option<Spanned<String>>,
     /// Where the robot is sent, for pictures.
-    pub destination: Spanned<String>,
+    pub destination: Option<Spanned<String>>,
 }
 
 /// Where a robot starts.
@@ -136,32 +150,6 @@ pub struct Execution {
     pub run_budget: u64,
 }
 
-/// An occasion for a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Moment {
-    /// The first step.
-    Start,
-    /// A fault takes hold.
-    Fault,
-    /// A monitor gives its verdict.
-    Verdict,
-    /// The robot comes to rest at a place.
-    Arrival,
-    /// The last step.
-    End,
-}
-
-/// When pictures are taken.
-#[derive(Clone, Debug, Default)]
-pub struct Moments {
-    /// On these occasions.
-    pub at: Vec<Moment>,
-    /// At these times.
-    pub at_times: Vec<Duration>,
-    /// Every so often.
-    pub every: Option<Duration>,
-}
-
 /// What a run must come to.
 #[derive(Clone, Debug, Default)]
 pub struct Expectations {
@@ -179,6 +167,21 @@ pub struct Expectations {
     pub max_localization_m: Option<f64>,
 }
 
+impl Expectations {
+    /// What records tell of them.
+    pub(crate) fn told(&self) -> Expected {
+        let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
+        Expected {
+            outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),
+            reached: names(&self.reached),
+            not_reached: names(&self.not_reached),
+            max_collisions: self.max_collisions,
+            min_battery_pct: self.min_battery_pct,
+            max_localization_m: self.max_localization_m,
+        }
+    }
+}
+
 impl ScenarioFile {
     /// Reads a scenario; `name` is what diagnostics call it, `overrides` are assignments as `--set` takes them. What the
     /// text does not say itself it takes over from the scenario that it names as its `base`, which is looked for in
@@ -192,39 +195,54 @@ impl ScenarioFile {
         files: &Files,
         overrides: impl IntoIterator<Item = &'a str>,
     ) -> Result<Self, FileProblems> {
-        let mut document = with_base(Document::parse_toml(name, text)?, files, &mut Vec::new())?;
+        let overrides: Vec<&str> = overrides.into_iter().collect();
+        let mut document = Document::parse_toml(name, text)?;
+        // What comes from a base can be set only once it is there; which base, only before.
+        let sets_base = |set: &&str| set.split_once('=').is_some_and(|(key, _)| key.trim() == "base");
+        document.override_with(overrides.iter().copied().filter(sets_base))?;
+        let mut bases = Vec::new();
+        let mut document = with_base(document, files, &mut bases)?;
         document.override_with(overrides)?;
-        document.read(read_file)
+        let mut file = document.read(read_file)?;
+        file.sources =
+            std::iter::once(name.to_owned()).chain(bases.iter().map(|base| base.display().to_string())).collect();
+        Ok(file)
     }
 }
 
 impl ScenarioFile {
+    /// Whether the scenario means that there is a property of that name. What a file says of its own properties does not
+    /// count where whoever takes it over names other property files: those properties may be gone.
+    pub(crate) fn means(&self, property: &Spanned<String>) -> bool {
+        // How far away something is said: by the command line, by the scenario itself, by its base, by the base of that.
+        let distance =
+            |span: &Span| self.sources.iter().position(|file| file == span.source().name()).map_or(0, |at| at + 1);
+        self.properties_said.as_ref().is_none_or(|said| distance(&property.span) <= distance(said))
+    }
+
     /// The files that a scenario takes something over from: its base, the base of that, and so on.
     ///
     /// # Errors
     /// What is wrong with one of them.
-    pub fn bases(path: &str, files: &Files) -> Result<Vec<String>, Error> {
-        let text = files.read_text(Path::new(path)).map_err(|error| {
-            Error::refused(format!("cannot read {path}: {error}"), "a scenario and its bases are TOML files")
-        })?;
+    pub fn bases(found: &Found) -> Result<Vec<PathBuf>, FileProblems> {
         let mut bases = Vec::new();
-        let document = Document::parse_toml(path, &text).map_err(Error::bad_input)?;
-        with_base(document, files, &mut bases).map_err(Error::bad_input)?;
-        Ok(bases.iter().map(|base| base.display().to_string()).collect())
+        with_base(Document::parse_toml(&found.path, &found.text)?, &found.files, &mut bases)?;
+        Ok(bases)
     }
 }
 
 /// The document with all that it takes over from its base, and from the base of that.
 fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf>) -> Result<Document, FileProblems> {
     let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(document) };
-    let path = PathBuf::from(value);
+    let path = base(value, files);
     if on_the_way.contains(&path) {
         let problem = span.problem(format!("{value} is in the end its own base"));
         return Err(problem.with_label("this base").with_help("a base must not come back to itself").into());
     }
     let text = files.read_text(&path).map_err(|error| {
         let problem = span.problem(format!("cannot read the base {value}: {error}"));
-        let help = "a base is a scenario's file, looked for beside this one and then among the program's own";
+        let help =
+            "a base is a scenario: a file, looked for beside this one, or the name of one that comes with the program";
         problem.with_label("this base").with_help(help)
     })?;
     on_the_way.push(path.clone());
@@ -233,14 +251,25 @@ fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf
     Ok(document)
 }
 
+/// The file of a base: one beside the scenario, else the one of that name that comes with the program.
+fn base(name: &str, files: &Files) -> PathBuf {
+    let path = PathBuf::from(name);
+    let named = || if files.on_disk(&path).is_none() { find::shipped(name) } else { None };
+    named().map_or(path.clone(), PathBuf::from)
+}
+
 fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
-    root.know("base");
+    let _ = root.text("base").optional();
     let path = |key| root.text(key).map(PathBuf::from).spanned().required();
     let about = root.text("about").or(String::new());
     let seed = root.get::<u64>("seed").or(1);
+    let folder = root.text("folder").map(PathBuf::from).spanned().optional();
     let (map, places, tree, skills) = (path("map"), path("places"), path("tree"), path("skills"));
-    let properties = root.get::<Vec<Spanned<String>>>("properties").or(Vec::new());
+    let properties = root.get::<Vec<Spanned<String>>>("properties").spanned().optional();
+    let (properties, said) = properties.map_or_else(Default::default, |said| (said.value, Some(said.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: value.into(), span });
+    let monitors = root.tables("monitors").each(ReadyMade::read).or(Vec::new());
+    let leaves = root.table("leaves").optional().map_or_else(Vec::new, read_leaves);
     let sites = root.table("sites").required().and_then(read_sites);
     let mut sim = read_sim(root);
     let world = read_world(root);
@@ -248,16 +277,21 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let execution = read_execution(root);
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
     let stop = root.table("stop").optional().map_or_else(Stop::default, Stop::read);
-    let snapshots = root.table("snapshots").optional().map_or_else(Moments::default, read_moments);
+    let snapshots = root.table("snapshots").optional().map_or_else(Snapshots::default, read_snapshots);
     let expect = root.table("expect").optional().map_or_else(|| Some(Expectations::default()), read_expectations);
     Some(ScenarioFile {
         about,
         seed,
+        folder,
         map: map?,
         places: places?,
         tree: tree?,
         skills: skills?,
+        leaves,
         properties: properties.collect(),
+        properties_said: said,
+        sources: Vec::new(),
+        monitors,
         sites: sites?,
         sim,
         world,
@@ -270,10 +304,10 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
 }
 
 fn read_sites(table: Table<'_>) -> Option<Sites> {
-    let site = |key| table.text(key).spanned().required();
+    let site = |key| table.text(key).spanned().optional();
     let start = table.get("start").spanned().required();
     let (station, destination) = (site("station"), site("destination"));
-    Some(Sites { start: start?, station: station?, destination: destination? })
+    Some(Sites { start: start?, station, destination })
 }
 
 fn read_sim(root: Table<'_>) -> SimConfig {
@@ -344,7 +378,7 @@ fn read_order(table: Table<'_>) -> Option<Order> {
     Some(Order { first: first?, then: then? })
 }
 
-fn read_moments(table: Table<'_>) -> Moments {
+fn read_snapshots(table: Table<'_>) -> Snapshots {
     const MOMENTS: [(&str, Moment); 5] = [
         ("start", Moment::Start),
         ("fault", Moment::Fault),
@@ -363,7 +397,7 @@ fn read_moments(table: Table<'_>) -> Moments {
         names.into_iter().map(moment).collect::<Result<Vec<_>, _>>()
     });
     let every = table.seconds("every_s").check(|every| *every >= Duration::from_millis(20), "be at least 0.02");
-    Moments { at: at.or(Vec::new()), at_times: table.get("at_s").or(Vec::new()), every: every.optional() }
+    Snapshots { at: at.or(Vec::new()), at_times: table.get("at_s").or(Vec::new()), every: every.optional() }
 }
 
 fn read_expectations(table: Table<'_>) -> Option<Expectations> {

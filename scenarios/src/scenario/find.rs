@@ -28,29 +28,25 @@ pub struct Found {
 pub fn find(scenario: &str) -> Result<Found, Error> {
     let path = Path::new(scenario);
     let is_path = path.extension().is_some() || path.components().count() > 1 || path.is_file();
-    if is_path && shipped(scenario).is_err() { on_disk(path) } else { by_name(scenario) }
+    if is_path && shipped(scenario).is_none() { on_disk(path) } else { by_name(scenario) }
 }
 
-/// The path, among the files that come with the program, of the scenario of that name.
-///
-/// # Errors
-/// If there is none, with the nearest name.
-pub fn shipped(name: &str) -> Result<&'static str, Error> {
+/// The path, among the files that come with the program, of the scenario of that name, if there is one.
+#[must_use]
+pub fn shipped(name: &str) -> Option<&'static str> {
     let wanted = format!("scenarios/{name}.toml");
-    crate::files::shipped_paths().find(|path| *path == wanted).ok_or_else(|| unknown(name))
+    crate::files::shipped_paths().find(|path| *path == wanted)
 }
 
 fn by_name(name: &str) -> Result<Found, Error> {
-    let path = shipped(name)?;
+    let path = shipped(name).ok_or_else(|| unknown(name))?;
     let files = Files::shipped();
     let text = files.read_text(Path::new(path)).map_err(|_| unknown(name))?;
     Ok(Found { name: name.to_owned(), argument: name.to_owned(), path: path.to_owned(), text, files })
 }
 
 fn on_disk(path: &Path) -> Result<Found, Error> {
-    let read = std::fs::read(path)
-        .and_then(|bytes| String::from_utf8(bytes).map_err(|_| std::io::Error::other("the file is not UTF-8 text")));
-    let text = read.map_err(|error| {
+    let text = diagnostics::text_from_disk(path).map_err(|error| {
         let message = format!("cannot read the scenario {}: {error}", path.display());
         Error::refused(message, format!("a scenario is a TOML file, or one of {}", names()))
     })?;
@@ -64,8 +60,8 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
 fn unknown(name: &str) -> Error {
     let faults = KINDS.iter().map(|kind| format!("faults/{}", kind.name));
     let known: Vec<String> = shipped_scenarios().into_iter().map(str::to_owned).chain(faults).collect();
-    let help = match maps::nearest(name, known.iter().map(String::as_str)) {
-        Some(known) => format!("did you mean `{known}`? There are {}, or the path of a file", names()),
+    let help = match diagnostics::did_you_mean(name, known.iter().map(String::as_str)) {
+        Some(meant) => format!("{meant} There are {}, or the path of a file", names()),
         None => format!("there are {}, or the path of a file", names()),
     };
     Error::refused(format!("there is no scenario `{name}`"), help)

@@ -3,6 +3,10 @@
 mod faulty;
 mod file;
 pub mod find;
+mod places;
+mod ready_made;
+pub(crate) mod settings;
+mod skill;
 mod stop;
 mod world;
 
@@ -12,32 +16,25 @@ use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use channels::Topology;
-use maps::{OccupancyGrid, Place, Places, PlacesFile, Pose, Problem, Spanned};
-use nav::{Atlas, LocalizationParameters};
+use diagnostics::{Problem, Spanned};
+use maps::{OccupancyGrid, Places, PlacesFile, Pose};
+use nav::{Atlas, LocalizationParameters, Reach};
+use recording::Origin;
 use robot::RobotModel;
 use sim::Building;
 use skills::Chart;
 
 pub use faulty::FaultyMachines;
-pub use file::{Execution, Expectations, Moment, Moments, Order, Policy, ScenarioFile, Sites, Start, TreeForm};
+pub use file::{Execution, Expectations, Order, Policy, ScenarioFile, Sites, Start, TreeForm};
 pub use find::Found;
+pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
+pub use skill::{LeafEntry, Skill};
 pub use stop::{Stop, StopOnViolation};
 pub use world::WorldBody;
 
 use crate::error::Complaints;
 use crate::monitoring::Monitoring;
 use crate::{Error, wiring};
-
-/// Where a scenario comes from, for running it again.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Origin {
-    /// How the command line calls it.
-    pub argument: String,
-    /// The text of its file.
-    pub text: String,
-    /// What the command line changed, as `--set` takes it.
-    pub overrides: Vec<String>,
-}
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
 #[derive(Clone, Debug)]
@@ -54,18 +51,26 @@ pub struct Scenario {
     pub places: Places,
     /// The behavior tree.
     pub tree: Arc<Tree>,
-    /// The machine of each leaf, by the leaf's ID.
-    pub charts: BTreeMap<String, Arc<Chart>>,
+    /// The skill of each leaf, by the name of the leaf's process.
+    pub skills: BTreeMap<String, Skill>,
     /// The machines that skills run while faults hold that change them, by skill.
     pub machines: BTreeMap<String, FaultyMachines>,
     /// The map that the software has, where a fault gives it another one than the world's.
     pub wrong_map: Option<Arc<OccupancyGrid>>,
     /// The property files: their names and texts.
     pub properties: Vec<(String, String)>,
+    /// The machines that watch the run, by their place among the monitors of the file.
+    pub watching: BTreeMap<usize, Arc<Chart>>,
     /// Where the robot starts, in the `map` frame.
     pub start: Pose,
-    /// Where the charging station stands and how a docked robot faces, in the `map` frame.
-    pub station: Pose,
+    /// Where the charging station stands and how a docked robot faces, in the `map` frame, if there is one.
+    pub station: Option<Pose>,
+    /// The places that skills always drive to, each with such a skill.
+    driven_to: BTreeMap<String, String>,
+    /// Where the places are written.
+    written: Arc<PlacesFile>,
+    /// Where the robot can drive on the map.
+    reach: Arc<Reach>,
     /// What localization and navigation work out of the map, once somebody has asked.
     atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
     /// What the simulation works out of the map, once somebody has asked.
@@ -96,6 +101,16 @@ impl Scenario {
         let assignments = overrides.iter().map(String::as_str);
         let file =
             ScenarioFile::parse(&found.path, &found.text, &found.files, assignments).map_err(Error::bad_input)?;
+        let mut found = found.clone();
+        if let Some(folder) = &file.folder {
+            found.files = found.files.in_folder(&folder.value);
+            if found.files.on_disk(&file.tree.value).is_none() {
+                let problem = folder.span.problem(format!("there is no {} in this folder", file.tree.value.display()));
+                let help = "`--set folder=DIR` names the folder that the scenario's files are in";
+                return Err(Error::bad_input(problem.with_label("this folder").with_help(help)));
+            }
+        }
+        let found = &found;
         let mut complaints = Complaints::default();
         let loaded = Loader { found, overrides, like, complaints: &mut complaints }.load(file);
         complaints.check()?;
@@ -134,7 +149,7 @@ impl Scenario {
         if let Some(made) = self.monitoring.get().filter(|made| made.fits(topology, tick)) {
             return Ok(Arc::clone(made));
         }
-        let made = Arc::new(Monitoring::new(&self.properties, &self.file.properties, topology, tick)?);
+        let made = Arc::new(Monitoring::new(self, topology)?);
         // Shared with a scenario whose channels are others, there is one already: that one stays.
         let _ = self.monitoring.set(Arc::clone(&made));
         Ok(made)
@@ -142,7 +157,15 @@ impl Scenario {
 
     /// The machines that a skill may run: its own, and those that faults put in its place.
     pub(crate) fn machines_of(&self, skill: &str) -> impl Iterator<Item = &Arc<Chart>> {
-        self.charts.get(skill).into_iter().chain(self.machines.get(skill).into_iter().flat_map(FaultyMachines::values))
+        let sound = self.skills.get(skill).map(|skill| &skill.machine);
+        sound.into_iter().chain(self.machines.get(skill).into_iter().flat_map(FaultyMachines::values))
+    }
+
+    /// What looks odd about the tree and its skills, to be rendered; none if there is nothing.
+    #[must_use]
+    pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
+        let concerns = skill::concerns(&self.tree, &self.skills);
+        (!concerns.is_empty()).then(|| self.tree.error(&concerns))
     }
 }
 
@@ -160,16 +183,24 @@ impl Loader<'_> {
         let map = self.map(&file);
         let places = self.places(&file);
         let tree = self.tree(&file);
-        let charts = tree.as_ref().map(|tree| self.charts(&file, tree));
-        let shared = self.shares(&file, |file| &file.places) && self.shares(&file, |file| &file.tree);
-        let checked = shared && self.shares(&file, |file| &file.skills);
-        if let (Some(tree), Some(charts), Some(places), false) = (&tree, &charts, &places, checked) {
-            wiring::check_skills(tree, charts, places, self.complaints);
+        let skills = tree.as_ref().map(|tree| self.skills_of(&file, tree));
+        let checked = self.shares(&file, |file| &file.places) && self.shares_skills(&file);
+        let driven_to = match (&tree, &skills, &places, self.like) {
+            (.., Some(like)) if checked => like.driven_to.clone(),
+            (Some(tree), Some(skills), Some(places), _) => {
+                wiring::check_skills(tree, skills, places.places(), self.complaints)
+            }
+            _ => BTreeMap::new(),
+        };
+        let poses = places.as_ref().and_then(|places| self.check_places(&file, places.places()));
+        let reach = map.as_ref().and_then(|map| self.reach(&file, map));
+        if let (Some(map), Some(places), Some(reach), Some((start, _))) = (&map, &places, &reach, &poses) {
+            self.check_reach(&file, &driven_to, places, map, reach, start);
         }
-        let poses = places.as_ref().and_then(|places| self.check_places(&file, places));
-        let machines = charts.as_ref().map(|charts| self.faulty_machines(&file, charts));
+        let machines = skills.as_ref().map(|skills| self.faulty_machines(&file, skills));
         let wrong_map = self.wrong_map(&file);
         let properties = self.properties(&file);
+        let watching = self.watching(&file);
         if let Some(map) = &map {
             self.check_world(&file.world, map);
         }
@@ -177,17 +208,24 @@ impl Loader<'_> {
         let atlas = self.like.filter(|like| same_map && like.wrong_map.is_none()).map(|like| like.atlas.clone());
         let same_world = self.shares(&file, |file| &file.map);
         let building = self.like.filter(|_| same_world).map(|like| like.building.clone());
-        let monitoring = self.like.filter(|like| like.properties == properties).map(|like| like.monitoring.clone());
+        let same_monitors = |like: &&Scenario| {
+            like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty()
+        };
+        let monitoring = self.like.filter(same_monitors).map(|like| like.monitoring.clone());
         let (start, station) = poses?;
         Some(Scenario {
             name: self.found.name.clone(),
             map: map?,
-            places: places?,
+            places: places.as_ref()?.places().clone(),
+            driven_to,
+            written: places?,
+            reach: reach?,
             tree: tree?,
-            charts: charts?,
+            skills: skills?,
             machines: machines?,
             wrong_map: wrong_map.map(Arc::new),
             properties,
+            watching,
             start,
             station,
             atlas: atlas.unwrap_or_default(),
@@ -204,7 +242,8 @@ impl Loader<'_> {
 
     /// Whether the scenario to share with names the same file.
     fn shares(&self, file: &ScenarioFile, path: impl Fn(&ScenarioFile) -> &Spanned<PathBuf>) -> bool {
-        self.like.is_some_and(|like| path(&like.file).value == path(file).value)
+        let folder = |file: &ScenarioFile| file.folder.as_ref().map(|folder| folder.value.clone());
+        self.like.is_some_and(|like| path(&like.file).value == path(file).value && folder(&like.file) == folder(file))
     }
 
     fn map(&mut self, file: &ScenarioFile) -> Option<Arc<OccupancyGrid>> {
@@ -215,18 +254,18 @@ impl Loader<'_> {
         self.loaded(&file.map, "map", map).map(Arc::new)
     }
 
-    fn places(&mut self, file: &ScenarioFile) -> Option<Places> {
+    fn places(&mut self, file: &ScenarioFile) -> Option<Arc<PlacesFile>> {
         if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.places)) {
-            return Some(like.places.clone());
+            return Some(Arc::clone(&like.written));
         }
         let places = PlacesFile::load(&file.places.value, &|path: &Path| self.found.files.read(path));
-        self.loaded(&file.places, "places", places).map(PlacesFile::into_places)
+        self.loaded(&file.places, "places", places).map(Arc::new)
     }
 
-    /// What a loader of `maps` gave; a file that cannot be read is a problem of the line that names it.
-    fn loaded<T>(&mut self, path: &Spanned<PathBuf>, what: &str, result: Result<T, maps::Error>) -> Option<T> {
+    /// What reading a file gave; a file that cannot be read is a problem of the line that names it.
+    fn loaded<T>(&mut self, path: &Spanned<PathBuf>, what: &str, result: Result<T, diagnostics::Error>) -> Option<T> {
         match result {
-            Err(maps::Error::Read { path: file, source }) => {
+            Err(diagnostics::Error::Read { path: file, source }) => {
                 self.complaints.push(unreadable(&path.span, what, &file, &source));
                 None
             }
@@ -234,7 +273,7 @@ impl Loader<'_> {
         }
     }
 
-    fn text(&mut self, span: &maps::Span, what: &str, path: &Path) -> Option<String> {
+    fn text(&mut self, span: &diagnostics::Span, what: &str, path: &Path) -> Option<String> {
         let text = self.found.files.read_text(path);
         text.map_err(|error| self.complaints.push(unreadable(span, what, path, &error))).ok()
     }
@@ -247,79 +286,16 @@ impl Loader<'_> {
         self.complaints.note(Tree::from_xml(&file.tree.value, &text)).map(Arc::new)
     }
 
-    /// The machine of each leaf: the file of its name in the folder of the skills.
-    fn charts(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Arc<Chart>> {
-        let shared = self.shares(file, |file| &file.tree) && self.shares(file, |file| &file.skills);
-        if let Some(like) = self.like.filter(|_| shared) {
-            return like.charts.clone();
-        }
-        let mut charts = BTreeMap::new();
-        let mut missing = Vec::new();
-        for leaf in tree.leaves() {
-            let id = leaf.type_id();
-            let path = file.skills.value.join(format!("{id}.scxml"));
-            if charts.contains_key(id) {
-                continue;
-            }
-            match self.found.files.read_text(&path) {
-                Ok(text) => {
-                    let chart = self.complaints.note(Chart::load(&path.display().to_string(), &text));
-                    charts.extend(chart.map(|chart| (id.to_owned(), chart)));
-                }
-                Err(error) => missing.push(tree.problem_at(
-                    leaf.id(),
-                    format!("the leaf `{id}` has no skill: cannot read {}: {error}", path.display()),
-                    "no skill for this leaf",
-                    "a leaf needs an SCXML machine of its own name in the folder that the scenario's `skills` names",
-                )),
-            }
-        }
-        if !missing.is_empty() {
-            self.complaints.push(tree.error(missing));
-        }
-        charts
+    /// Whether the scenario to share with has the same skills.
+    fn shares_skills(&self, file: &ScenarioFile) -> bool {
+        let same_files = self.shares(file, |file| &file.tree) && self.shares(file, |file| &file.skills);
+        same_files && self.like.is_some_and(|like| skill::same_entries(&like.file.leaves, &file.leaves))
     }
 
-    /// Checks every place that the scenario names; the poses of start and station.
-    fn check_places(&mut self, file: &ScenarioFile, places: &Places) -> Option<(Pose, Pose)> {
-        for name in file
-            .expect
-            .reached
-            .iter()
-            .chain(&file.expect.not_reached)
-            .chain(&file.stop.at)
-            .chain([&file.sites.destination])
-        {
-            let _ = self.place(name, places);
-        }
-        let start = match &file.sites.start {
-            Spanned { value: Start::Named(name), span } => {
-                self.point(&Spanned { value: name.clone(), span: span.clone() }, places)
-            }
-            Spanned { value: Start::At(pose), .. } => Some(*pose),
-        };
-        let station = self.point(&file.sites.station, places);
-        Some((start?, station?))
-    }
-
-    fn place<'p>(&mut self, name: &Spanned<String>, places: &'p Places) -> Option<&'p Place> {
-        let place = places.get(&name.value);
-        if place.is_none() {
-            let names = places.iter().map(|(name, _)| name);
-            self.complaints.push(unknown("place", name, names));
-        }
-        place
-    }
-
-    fn point(&mut self, name: &Spanned<String>, places: &Places) -> Option<Pose> {
-        match self.place(name, places)? {
-            Place::Point { pose, .. } => Some(*pose),
-            Place::Area { .. } => {
-                let problem = name.span.problem(format!("`{}` is an area, and a point is needed", name.value));
-                self.complaints
-                    .push(problem.with_label("this place").with_help("a point has a position and a heading"));
-                None
-            }
+    fn skills_of(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
+        match self.like.filter(|_| self.shares_skills(file)) {
+            Some(like) => like.skills.clone(),
+            None => self.skills(file, tree),
         }
     }
 
@@ -334,22 +310,33 @@ impl Loader<'_> {
         };
         file.properties.iter().filter_map(read).collect()
     }
+
+    /// The machines among the monitors that are attached as they stand.
+    fn watching(&mut self, file: &ScenarioFile) -> BTreeMap<usize, Arc<Chart>> {
+        let mut charts = BTreeMap::new();
+        for (index, entry) in file.monitors.iter().enumerate() {
+            let ReadyMadeKind::Machine(WatchingMachine { machine, .. }) = &entry.kind else { continue };
+            let Some(text) = self.text(&machine.span, "machine", &machine.value) else { continue };
+            let chart = self.complaints.note(Chart::load(&machine.value.display().to_string(), &text));
+            charts.extend(chart.map(|chart| (index, chart)));
+        }
+        charts
+    }
 }
 
 /// A problem with a name that is none of those there are.
 pub(crate) fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<Item = &'n str>) -> Problem {
     let known: Vec<&str> = known.into_iter().collect();
-    let list = || known.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let help = match maps::nearest(&name.value, known.iter().copied()) {
-        Some(nearest) => format!("did you mean `{nearest}`?"),
-        None if known.is_empty() => "there is none".to_owned(),
-        None => format!("there are {}", list()),
+    let list = || match known.as_slice() {
+        [] => "there is none".to_owned(),
+        known => format!("there are `{}`", known.join("`, `")),
     };
+    let help = diagnostics::did_you_mean(&name.value, known.iter().copied()).unwrap_or_else(list);
     let problem = name.span.problem(format!("unknown {what} `{}`", name.value));
     problem.with_label(format!("no such {what}")).with_help(help)
 }
 
-fn unreadable(span: &maps::Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
+fn unreadable(span: &diagnostics::Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
     let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
     let help = "a path is looked up beside the scenario's file, and then among the files that come with the program";
     problem.with_label(format!("this {what}")).with_help(help)

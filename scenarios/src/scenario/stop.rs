@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use maps::document::{FromItem, Item, Table};
-use maps::{Problem, Spanned};
+use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::{Problem, Spanned};
 
 /// When a run ends, besides at its limit of time: at the first of these.
 #[derive(Clone, Debug, Default)]
@@ -60,7 +60,7 @@ impl StopOnViolation {
 }
 
 /// A name, or several.
-struct Names(Vec<Spanned<String>>);
+pub(super) struct Names(pub(super) Vec<Spanned<String>>);
 
 impl FromItem<'_> for Names {
     fn wanted() -> String {

@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use maps::document::Table;
-use maps::{Cell, OccupancyGrid, Point, Pose, Problem, Spanned, pose};
+use diagnostics::document::Table;
+use diagnostics::{Problem, Spanned};
+use maps::{Cell, OccupancyGrid, Point, Pose, pose};
 use sim::{Door, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
 
 use super::Loader;

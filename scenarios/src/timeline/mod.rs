@@ -6,21 +6,17 @@
 //! by the number of changes, not of steps.
 
 mod course;
-mod navigation;
 mod recent;
 mod track;
 mod trail;
 
 use std::time::Duration;
 
-use channels::Verdict;
+use recording::{Happening, Navigation, RunView};
 
-use crate::draw;
-use crate::live::{Live, News};
 use crate::pictures;
 
 pub use course::Course;
-pub use navigation::Navigation;
 pub use recent::Episode;
 pub use track::{Lane, Span, Track};
 pub use trail::{Stage, Trail};
@@ -31,7 +27,7 @@ use recent::Recent;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MonitorState {
     /// What can be said of the property so far.
-    pub verdict: draw::Verdict,
+    pub verdict: drawing::Verdict,
     /// The monitor's location.
     pub location: String,
 }
@@ -42,7 +38,7 @@ pub struct Timeline {
     battery: Course,
     charging: Track<bool>,
     navigation: Track<Navigation>,
-    leaves: Vec<Lane<draw::NodeStatus>>,
+    leaves: Vec<Lane<drawing::NodeStatus>>,
     skills: Vec<Lane<String>>,
     components: Vec<Lane<String>>,
     monitors: Vec<Lane<MonitorState>>,
@@ -55,85 +51,72 @@ pub struct Timeline {
 impl Timeline {
     /// The timeline of a run that is about to begin.
     #[must_use]
-    pub fn new(live: &Live) -> Self {
-        let tree = &live.scenario().tree;
-        let skills = live.scenario().charts.keys();
-        let components = [components::BATTERY_READER, components::LOCALIZATION, components::NAVIGATION];
+    pub fn new(view: &RunView) -> Self {
+        let header = view.header();
+        let lanes = |names: &[String]| names.iter().map(|name| Lane::new(name)).collect();
+        let leaves = header.tree.iter().filter(|node| node.is_leaf);
         let mut timeline = Self {
             battery: Course::default(),
             charging: Track::default(),
             navigation: Track::default(),
-            leaves: tree.leaves().map(|leaf| Lane::new(leaf.label())).collect(),
-            skills: skills.map(|name| Lane::new(name)).collect(),
-            components: components.map(Lane::new).to_vec(),
-            monitors: live.watched().iter().map(|watched| Lane::new(&watched.name)).collect(),
+            leaves: leaves.map(|leaf| Lane::new(&leaf.process)).collect(),
+            skills: lanes(&header.skills),
+            components: lanes(&header.components),
+            monitors: header.monitors.iter().map(|monitor| Lane::new(&monitor.name)).collect(),
             trail: Trail::default(),
             recent: Recent::default(),
             episodes: Vec::new(),
-            end: live.time(),
+            end: view.time(),
         };
-        timeline.look(live);
-        timeline.look_at_processes(live);
+        timeline.look(view);
+        timeline.look_at_processes(view);
         timeline
     }
 
-    /// Writes down what a step has changed. Call it after every step, with what the step brought.
-    pub fn follow(&mut self, live: &Live, news: &[News]) {
-        let events = live.events();
+    /// Writes down what a step has changed. Call it after every step.
+    pub fn follow(&mut self, view: &RunView) {
+        let events = view.events();
         if !events.is_empty() {
             self.recent.see(events);
-            self.look_at_processes(live);
+            self.look_at_processes(view);
         }
-        self.look(live);
-        for news in news {
-            if let News::Verdict(property) = news {
-                self.keep_episode(live, *property);
+        self.look(view);
+        for happening in view.happenings() {
+            if let Happening::Verdict { monitor, .. } = happening
+                && let Some(decision) = view.monitor(*monitor).violation()
+            {
+                self.episodes.push(self.recent.episode(*monitor, decision.event.clone()));
             }
         }
     }
 
     /// What may change in any step.
-    fn look(&mut self, live: &Live) {
-        let (now, truth) = (live.time(), live.truth());
-        let battery = truth.battery();
+    fn look(&mut self, view: &RunView) {
+        let (now, robot) = (view.time(), view.robot());
         self.end = now;
-        self.battery.note(now, battery.charge_pct);
-        self.charging.note(now, &battery.charging);
-        self.navigation.note(now, &Navigation::of(live.software()));
-        self.trail.note(now, truth.pose().translation.vector.into());
+        self.battery.note(now, robot.charge_pct);
+        self.charging.note(now, &robot.charging);
+        self.navigation.note(now, view.navigation());
+        self.trail.note(now, view.position());
     }
 
     /// What only changes where a message is received or a tick is generated.
-    fn look_at_processes(&mut self, live: &Live) {
-        let (now, system) = (live.time(), live.system());
-        let states = live.tree_states();
-        let mut running = Vec::new();
-        for (lane, leaf) in self.leaves.iter_mut().zip(live.scenario().tree.leaves()) {
-            let status = pictures::node_status(&states[leaf.id().index()]);
-            lane.track.note(now, &status);
-            if status == draw::NodeStatus::Running {
-                running.push(leaf.label());
-            }
+    fn look_at_processes(&mut self, view: &RunView) {
+        let now = view.time();
+        let nodes = view.header().tree.iter().zip(view.outcomes());
+        let leaves = nodes.filter(|(node, _)| node.is_leaf);
+        for (lane, (_, outcome)) in self.leaves.iter_mut().zip(leaves) {
+            lane.track.note(now, &pictures::node_status(*outcome));
         }
-        self.trail.set_doing(now, &running.join(", "));
+        self.trail.set_doing(now, &view.running().collect::<Vec<_>>().join(", "));
         for lane in self.skills.iter_mut().chain(&mut self.components) {
-            let process = system.topology().find_process(&lane.name);
-            if let Some(location) = process.and_then(|process| system.location(process)) {
-                lane.track.note(now, &location);
+            if let Some(location) = view.location(&lane.name) {
+                lane.track.note(now, &location.to_owned());
             }
         }
-        for (lane, attached) in self.monitors.iter_mut().zip(system.monitors()) {
-            let monitor = attached.monitor.as_ref();
-            let state = MonitorState { verdict: pictures::verdict(monitor, false), location: monitor.location() };
-            lane.track.note(now, &state);
-        }
-    }
-
-    fn keep_episode(&mut self, live: &Live, property: usize) {
-        let verdict = live.system().monitors()[property].monitor.verdict();
-        let decided = &live.watched()[property].decided;
-        if let (Verdict::False, Some(decided)) = (verdict, decided) {
-            self.episodes.push(self.recent.episode(property, decided.clone()));
+        for (lane, monitor) in self.monitors.iter_mut().zip(view.monitors()) {
+            let location = monitor.state.location.clone();
+            lane.track.note(now, &MonitorState { verdict: pictures::verdict(monitor.state, false), location });
         }
     }
 
@@ -163,7 +146,7 @@ impl Timeline {
 
     /// What each leaf of the tree answered last, in document order.
     #[must_use]
-    pub fn leaves(&self) -> &[Lane<draw::NodeStatus>] {
+    pub fn leaves(&self) -> &[Lane<drawing::NodeStatus>] {
         &self.leaves
     }
 
@@ -202,7 +185,7 @@ impl Timeline {
 impl Timeline {
     /// Goes on until `end` with leaves and skills that change their minds ten times a second.
     pub(crate) fn shake(&mut self, end: Duration) {
-        let statuses = [draw::NodeStatus::Success, draw::NodeStatus::Failure, draw::NodeStatus::Running];
+        let statuses = [drawing::NodeStatus::Success, drawing::NodeStatus::Failure, drawing::NodeStatus::Running];
         for (count, now) in (0_usize..).map(|i| (i, self.end + Duration::from_millis(100) * i as u32)) {
             if now > end {
                 break;
@@ -223,42 +206,45 @@ impl Timeline {
 mod tests {
     use std::sync::Arc;
 
+    use recording::Detail;
+
     use super::*;
+    use crate::live::Live;
     use crate::scenario::{Scenario, find};
 
     /// The timeline of the first experiment, together with its last moment.
-    fn battery_fault() -> (Live, Timeline) {
+    fn battery_fault() -> (RunView, Timeline) {
         let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &[]).unwrap();
-        let mut live = Live::new(Arc::new(scenario), 1, true).unwrap();
-        let mut timeline = Timeline::new(&live);
-        while live.time() < Duration::from_secs(30) {
-            let news = live.step(None).unwrap();
-            timeline.follow(&live, &news);
-        }
-        (live, timeline)
+        let live = Live::new(Arc::new(scenario), 1, true).unwrap();
+        let mut timeline = None;
+        let view = live.run_until(Detail::Full, Duration::from_secs(30), |view| match &mut timeline {
+            None => timeline = Some(Timeline::new(view)),
+            Some(timeline) => timeline.follow(view),
+        });
+        (view, timeline.unwrap())
     }
 
     #[test]
     fn a_run_leaves_its_turning_points_and_no_more() {
-        let (live, timeline) = battery_fault();
-        assert_eq!(timeline.end(), live.time());
+        let (view, timeline) = battery_fault();
+        assert_eq!(timeline.end(), view.time());
         let levels = timeline.battery().points().len();
         assert!((4..60).contains(&levels), "{levels} levels for a line with one step");
         let goto = timeline.leaves().iter().find(|lane| lane.name == "GotoRechargingStation").unwrap();
         let statuses: Vec<_> = goto.track.spans(timeline.end()).map(|span| *span.state).collect();
-        assert_eq!(statuses, [draw::NodeStatus::NotTicked, draw::NodeStatus::Running]);
+        assert_eq!(statuses, [drawing::NodeStatus::NotTicked, drawing::NodeStatus::Running]);
         let stages = timeline.trail().stages(timeline.end());
         let doings: Vec<_> = stages.iter().map(|stage| stage.doing.as_str()).collect();
         assert_eq!(doings, ["GoToDestination", "GotoRechargingStation"]);
         let way_m: f64 = stages.iter().map(Stage::distance_m).sum();
-        assert!((way_m - live.truth().distance_m()).abs() < 0.1, "{way_m} m");
+        assert!((way_m - view.robot().distance_m).abs() < 0.1, "{way_m} m");
     }
 
     #[test]
     fn the_messages_before_a_violation_are_kept() {
-        let (live, timeline) = battery_fault();
+        let (view, timeline) = battery_fault();
         let [episode] = timeline.episodes() else { panic!("one violation, {} episodes", timeline.episodes().len()) };
-        assert_eq!(live.watched()[episode.property].name, "phi1");
+        assert_eq!(view.monitor(episode.property).name(), "phi1");
         assert!(episode.events.contains(&episode.decided));
         assert_eq!(episode.events.first().map(|event| event.tick), Some(0));
     }

@@ -1,6 +1,6 @@
 //! How fast scans are cast against walls: the sweep, and in the same run what else one might use.
 //!
-//! `cargo bench -p sim --bench laser_scan`; divan's filter picks some, for example `-- sweep`. With
+//! `cargo bench -p steward-sim --bench laser_scan`; divan's filter picks some, for example `-- sweep`. With
 //! `STEWARD_BENCH_MAP=path/to/map.yaml` the map of that file joins the drawn ones.
 
 mod dda;

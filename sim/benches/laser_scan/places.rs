@@ -3,7 +3,8 @@
 use std::fmt;
 use std::path::Path;
 
-use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, from_disk, load_map, pose};
+use diagnostics::from_disk;
+use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, load_map, pose};
 
 use crate::floor;
 

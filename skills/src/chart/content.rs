@@ -3,11 +3,12 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use miette::SourceSpan;
+
 use super::{Chart, DataId, EventClass};
 use crate::Datum;
 use crate::engine::Code;
 use crate::expression::{Expr, Location, Statement};
-use crate::problem::Span;
 
 /// What one `<onentry>`, `<onexit>` or transition does; an error ends it early and touches no other block.
 pub(crate) type Block = Vec<Action>;
@@ -16,7 +17,7 @@ pub(crate) type Block = Vec<Action>;
 #[derive(Clone, Debug)]
 pub(crate) struct Action {
     pub(crate) kind: ActionKind,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 #[derive(Clone, Debug)]
@@ -53,7 +54,7 @@ pub(crate) struct Branch {
 pub(crate) struct Condition {
     pub(crate) test: Expr,
     pub(crate) text: Arc<str>,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 #[derive(Clone, Debug)]
@@ -75,7 +76,7 @@ pub(crate) enum Source {
 #[derive(Clone, Debug)]
 pub(crate) struct Attribute {
     pub(crate) source: Source,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 impl Attribute {
@@ -98,7 +99,15 @@ pub(crate) struct Send {
     pub(crate) delay: Delay,
     pub(crate) name_list: Vec<Named>,
     pub(crate) payload: Payload,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
+}
+
+impl Send {
+    /// The data that it sends by name: name, value and where that is written.
+    pub(crate) fn named(&self) -> impl Iterator<Item = (&Arc<str>, &Expr, SourceSpan)> {
+        let listed = self.name_list.iter().map(|named| (&named.name, &named.value, named.span));
+        listed.chain(self.payload.params.iter().map(|param| (&param.name, &param.value, param.span)))
+    }
 }
 
 /// A word of a `namelist`: the name, and where its value is.
@@ -108,7 +117,7 @@ pub(crate) struct Named {
     pub(crate) value: Expr,
     /// Where a value that comes back goes; none if the word is no location.
     pub(crate) location: Option<Place>,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 /// What an assignment changes.
@@ -132,7 +141,7 @@ pub(crate) struct Invoke {
     pub(crate) params: Vec<Param>,
     pub(crate) auto_forward: bool,
     pub(crate) finalize: Option<Block>,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 /// What an `<invoke>` starts.
@@ -175,12 +184,12 @@ pub(crate) struct Param {
     pub(crate) value: Expr,
     /// Where a value that comes back goes, if the parameter is given by its location.
     pub(crate) location: Option<Place>,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 #[derive(Clone, Debug)]
 pub(crate) enum Content {
-    Computed(Expr, Span),
+    Computed(Expr, SourceSpan),
     Literal(Datum),
 }
 

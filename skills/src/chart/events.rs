@@ -1,20 +1,38 @@
 //! Matching events with descriptors (SCXML 3.12.1), without comparing strings more than once an event.
 
-use std::collections::BTreeMap;
+use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What the descriptors of a chart can tell of an event's name: the longest sequence of tokens at its beginning that
 /// any of them mentions. Events of the same class match the same transitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub(crate) struct EventClass(u32);
 
-/// The classes of the events that a descriptor matches.
+/// The classes of the events that a descriptor matches. In order, one that covers another comes before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Matches {
     first: EventClass,
     last: EventClass,
 }
 
+impl Ord for Matches {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.first.cmp(&other.first).then(other.last.cmp(&self.last))
+    }
+}
+
+impl PartialOrd for Matches {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
 impl Matches {
+    /// Whether it begins where the other does, or before.
+    pub(crate) fn begins_before(self, other: Self) -> bool {
+        self.first <= other.first
+    }
+
     /// Whether whatever the other descriptor matches is matched by this one too.
     pub(crate) fn covers(self, other: Self) -> bool {
         self.first <= other.first && other.last <= self.last
@@ -23,6 +41,11 @@ impl Matches {
     /// Whether the descriptor matches events of that class.
     pub(crate) fn contains(self, class: EventClass) -> bool {
         self.first <= class && class <= self.last
+    }
+
+    /// Whether the descriptor matches events of one of these classes.
+    pub(crate) fn meets(self, classes: &BTreeSet<EventClass>) -> bool {
+        classes.range(self.first..=self.last).next().is_some()
     }
 }
 
@@ -38,6 +61,8 @@ struct Node {
     parent: usize,
     /// The last node below this one.
     last: usize,
+    /// Whether a transition has the descriptor that ends here.
+    is_heard: bool,
     children: BTreeMap<Box<str>, usize>,
 }
 
@@ -74,10 +99,21 @@ impl EventTree {
         EventClass(node as u32)
     }
 
-    /// The classes that one of the descriptors of this tree matches.
-    pub(crate) fn matches(&self, descriptor: &str) -> Matches {
+    /// Whether a descriptor that is listened to matches events of that name.
+    pub(crate) fn hears(&self, name: &str) -> bool {
+        let mut tokens = name.split('.');
+        let mut node = Some(&self.nodes[0]);
+        while let Some(here) = node.filter(|here| !here.is_heard) {
+            node = tokens.next().and_then(|token| here.children.get(token)).map(|child| &self.nodes[*child]);
+        }
+        node.is_some()
+    }
+
+    /// Listens to one of the descriptors of this tree: the classes that it matches.
+    pub(crate) fn listen(&mut self, descriptor: &str) -> Matches {
         let node =
             tokens(descriptor).fold(0, |node, token| self.nodes[node].children.get(token).copied().unwrap_or(node));
+        self.nodes[node].is_heard = true;
         Matches { first: EventClass(node as u32), last: EventClass(self.nodes[node].last as u32) }
     }
 }
@@ -95,6 +131,7 @@ fn numbered(nodes: &[Node]) -> Vec<Node> {
     let moved = |(new, old): (usize, &usize)| Node {
         parent: number[nodes[*old].parent],
         last: new,
+        is_heard: nodes[*old].is_heard,
         children: nodes[*old].children.iter().map(|(token, child)| (token.clone(), number[*child])).collect(),
     };
     let mut sorted: Vec<Node> = order.iter().enumerate().map(moved).collect();
@@ -131,8 +168,10 @@ mod tests {
     #[test]
     fn a_descriptor_matches_whole_tokens_at_the_beginning() {
         let matches = |descriptor: &str, name: &str| {
-            let tree = EventTree::of(["door", "error.x.y", descriptor, "zoo"]);
-            tree.matches(descriptor).contains(tree.class(name))
+            let mut tree = EventTree::of(["door", "error.x.y", descriptor, "zoo"]);
+            let matches = tree.listen(descriptor).contains(tree.class(name));
+            assert_eq!(tree.hears(name), matches, "{descriptor} {name}");
+            matches
         };
         for descriptor in ["error", "error.", "error.*", "*"] {
             assert!(matches(descriptor, "error"), "{descriptor}");

@@ -10,8 +10,12 @@ mod state;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::hash::{Hash, Hasher};
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
+
+use diagnostics::{Problem, did_you_mean};
+use miette::SourceSpan;
 
 pub(crate) use bit_set::BitSet;
 pub(crate) use content::{
@@ -22,11 +26,13 @@ pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_
 pub(crate) use state::{Descriptor, Domain, Initial};
 pub use state::{HistoryKind, State, StateId, StateKind, Transition, TransitionId};
 
-use miette::NamedSource;
-
 use crate::expression::Expr;
-use crate::problem::{Problem, Span};
 use crate::{Concerns, Strictness};
+
+/// A stretch of a file as its first byte and the one after its last.
+pub(crate) fn range(span: SourceSpan) -> Range<usize> {
+    span.offset()..span.offset() + span.len()
+}
 
 /// The name of SCXML's own event I/O processor (SCXML C.1); `scxml` is accepted as well.
 pub(crate) const SCXML_PROCESSOR: &str = "http://www.w3.org/TR/scxml/#SCXMLEventProcessor";
@@ -56,7 +62,7 @@ pub(crate) struct DataItem {
     pub(crate) id: Arc<str>,
     /// Its first value; `None` is `undefined`.
     pub(crate) init: Option<Expr>,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
     /// Whether it stands in the data model of the whole machine, where whoever starts it may give another value.
     pub(crate) top_level: bool,
 }
@@ -75,7 +81,7 @@ pub(crate) enum Binding {
 ///
 /// Two charts are equal if they were compiled from the same place of the same text.
 pub struct Chart {
-    pub(crate) file: NamedSource<Arc<str>>,
+    pub(crate) file: diagnostics::Source,
     pub(crate) name: Arc<str>,
     pub(crate) binding: Binding,
     pub(crate) states: Vec<State>,
@@ -86,7 +92,7 @@ pub struct Chart {
     /// Data that code for the engine may change.
     pub(crate) foreign: BTreeSet<DataId>,
     /// Where `<scxml>` stands in the file: a file may hold machines inside of machines.
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
     /// The folder that `src` is looked up in; none if files are out of reach.
     pub(crate) folder: Option<Arc<Path>>,
     pub(crate) strictness: Strictness,
@@ -102,7 +108,7 @@ impl Chart {
 
     /// The file that the machine was read from, with its text.
     #[must_use]
-    pub fn file(&self) -> &NamedSource<Arc<str>> {
+    pub fn file(&self) -> &diagnostics::Source {
         &self.file
     }
 
@@ -162,6 +168,11 @@ impl Chart {
         self.data.iter().position(|item| &*item.id == id).map(DataId::new)
     }
 
+    /// The datum of that id that whoever starts the machine may give another value.
+    pub(crate) fn find_parameter(&self, id: &str) -> Option<DataId> {
+        self.find_data(id).filter(|data| self.data[data.index()].top_level)
+    }
+
     /// Every block of executable content.
     pub(crate) fn blocks(&self) -> impl Iterator<Item = &Block> {
         let of_states = self.states.iter().flat_map(|state| {
@@ -176,9 +187,31 @@ impl Chart {
     /// Whether some transition takes events of that name.
     #[must_use]
     pub fn hears(&self, event: &str) -> bool {
-        let class = self.events.class(event);
-        let mut descriptors = self.transitions.iter().flat_map(|transition| &transition.descriptors);
-        descriptors.any(|descriptor| descriptor.matches.contains(class))
+        self.events.hears(event)
+    }
+
+    /// Whether a transition may take such an event, here or in a machine that everything is forwarded to.
+    pub(crate) fn may_hear(&self, event: &str) -> bool {
+        self.hears(event) || self.invokes().any(|invoke| invoke.auto_forward)
+    }
+
+    /// What the machine sends over channels to processes other than these, to be rendered; none if there is nothing. `hint`
+    /// says what can be done about it.
+    #[must_use]
+    pub fn sends_elsewhere(&self, known: &[&str], hint: &str) -> Option<Concerns> {
+        let mut problems: Vec<Problem> = Vec::new();
+        self.visit_sends(&mut |send| {
+            let processor = send.processor.as_ref().and_then(|processor| processor.literal());
+            if let (Some(CHANNEL_PROCESSOR), Some(target)) = (processor.map(|name| &**name), &send.target)
+                && let Some(name) = target.literal().filter(|name| !known.contains(&&***name))
+            {
+                let problem = Problem::new(format!("the machine sends to the process `{name}`")).as_warning();
+                let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| hint.to_owned());
+                problems.push(problem.at(target.span, "not one that the program has").with_help(help));
+            }
+        });
+        problems.dedup_by_key(|problem| problem.to_string());
+        (!problems.is_empty()).then(|| Concerns::new(self.file.clone(), problems))
     }
 
     /// What the machine sends over channels, as far as that is written out: the process it goes to, and the symbol that the
@@ -231,7 +264,7 @@ impl fmt::Debug for Chart {
 
 impl PartialEq for Chart {
     fn eq(&self, other: &Self) -> bool {
-        self.file.name() == other.file.name() && self.span == other.span && self.file.inner() == other.file.inner()
+        self.file.name() == other.file.name() && self.span == other.span && self.file.text() == other.file.text()
     }
 }
 

@@ -41,6 +41,9 @@ impl Chart {
             let nested = a == b || self.is_descendant(a, b) || self.is_descendant(b, a);
             !nested && around_both(a, b).is_some_and(|state| self.state(state).kind == StateKind::Parallel)
         };
-        states.iter().enumerate().all(|(index, a)| states[index + 1..].iter().all(|b| orthogonal(*a, *b)))
+        // The innermost state around two of them is that around two neighbours between them.
+        let mut in_order = states.to_vec();
+        in_order.sort_unstable();
+        in_order.windows(2).all(|pair| orthogonal(pair[0], pair[1]))
     }
 }

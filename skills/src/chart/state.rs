@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use miette::SourceSpan;
+
 use super::{Block, Condition, DataId, EventClass, Invoke, Matches, Payload};
-use crate::problem::Span;
 
 /// A state of a chart: its place in document order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -85,7 +86,9 @@ pub struct State {
     pub(crate) done_data: Payload,
     /// `done.state.<id>` and its class.
     pub(crate) done_event: (Arc<str>, EventClass),
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
+    /// From the beginning of its element to the end.
+    pub(crate) extent: SourceSpan,
 }
 
 /// A transition without event or condition, out of `<initial>` or a history state.
@@ -141,7 +144,7 @@ impl State {
     /// Where in the file the state's element begins: the bytes of its name.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
-        self.span.into()
+        super::range(self.span)
     }
 
     pub(crate) fn is_atomic(&self) -> bool {
@@ -160,7 +163,7 @@ pub struct Transition {
     pub(crate) internal: bool,
     pub(crate) domain: Domain,
     pub(crate) content: Block,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 /// An event descriptor.
@@ -168,7 +171,7 @@ pub struct Transition {
 pub(crate) struct Descriptor {
     pub(crate) text: Arc<str>,
     pub(crate) matches: Matches,
-    pub(crate) span: Span,
+    pub(crate) span: SourceSpan,
 }
 
 /// The state within which a transition exits and enters (SCXML Appendix D, getTransitionDomain).
@@ -214,6 +217,6 @@ impl Transition {
     /// Where in the file the transition's element begins: the bytes of its name.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
-        self.span.into()
+        super::range(self.span)
     }
 }

@@ -5,6 +5,8 @@ mod json;
 mod memory;
 mod xml;
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
@@ -85,11 +87,29 @@ impl Datum {
     /// ```
     pub fn object<N: Into<Arc<str>>>(members: impl IntoIterator<Item = (N, Self)>) -> Result<Self, TooLarge> {
         let mut object = Object::default();
+        let mut places: BTreeMap<Arc<str>, usize> = BTreeMap::new();
         for (name, value) in members {
-            object.put(name.into(), value);
+            let name: Arc<str> = name.into();
+            match places.entry(Arc::clone(&name)) {
+                Entry::Occupied(place) => object.members[*place.get()].1 = value,
+                Entry::Vacant(place) => {
+                    place.insert(object.members.len());
+                    object.members.push((name, value));
+                }
+            }
         }
         object.extent = Extent::around(object.members.iter().map(|(_, value)| value))?;
         Ok(Self::Object(Arc::new(object)))
+    }
+
+    /// How many bytes its text has or, where it has parts, about as many as they stand for.
+    pub(crate) fn size(&self) -> usize {
+        match self {
+            Self::Text(text) | Self::Function(text) | Self::Xml(text) => text.len(),
+            Self::Array(array) => array.extent.bytes(),
+            Self::Object(object) => object.extent.bytes(),
+            Self::Undefined | Self::Null | Self::Bool(_) | Self::Number(_) => 0,
+        }
     }
 
     /// The member of that name, if the value is an object that has it.
@@ -154,16 +174,14 @@ impl Object {
         self.members.iter().find(|(known, _)| &**known == name).map(|(_, value)| value)
     }
 
+    /// How many members there are.
+    pub(crate) fn len(&self) -> usize {
+        self.members.len()
+    }
+
     /// The members in the order they were put in.
     pub fn members(&self) -> impl Iterator<Item = (&str, &Datum)> {
         self.members.iter().map(|(name, value)| (&**name, value))
-    }
-
-    fn put(&mut self, name: Arc<str>, value: Datum) {
-        match self.members.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, old)) => *old = value,
-            None => self.members.push((name, value)),
-        }
     }
 
     /// The member of that name, which is put in as `undefined` where there is none.
@@ -197,6 +215,10 @@ impl Extent {
     const MAX_HEIGHT: u32 = 64;
     const MAX_WEIGHT: u32 = 100_000;
     const BYTES_PER_PART: usize = 64;
+
+    fn bytes(self) -> usize {
+        self.weight as usize * Self::BYTES_PER_PART
+    }
 
     fn of(datum: &Datum) -> Self {
         match datum {

@@ -8,14 +8,20 @@
 //! and a class is known in its own script only;
 //! what has a `toJSON` (a `Date`) is kept as that. A `Map`, a `RegExp` and their kin cannot be kept.
 //!
-//! The engine is deterministic: `Date` tells simulated time, counted from 1970, `Math.random` continues a sequence that the
-//! machine carries along, the functions of `Math` are those of libm. Code is strict, the engine's own objects are frozen,
-//! there is no `eval`. `**` is refused: how exact it is depends on the machine that runs it. Loops are bounded.
+//! Every evaluation has an engine of its own: what a program changes in the engine's objects is gone with it, and so is
+//! what it has thrown. Promises are settled before the program has ended.
+//!
+//! The engine is deterministic: `Date` tells simulated time, counted from 1970, in UTC, `Math.random` continues a sequence
+//! that the machine carries along, the functions of `Math` are those of libm. Code is strict, there is no `eval`. `**` is
+//! refused: how exact it is depends on the machine that runs it.
+//!
+//! It is bounded in memory, stack and steps, which are counted ([`crate::steps`]). `Proxy`, `BigInt`, typed arrays and
+//! `WeakRef` are left out: what is done with them could not be counted.
 
 #[cfg(not(feature = "ecmascript"))]
 mod absent;
 #[cfg(feature = "ecmascript")]
-mod boa;
+mod quickjs;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -24,13 +30,14 @@ use std::time::Duration;
 #[cfg(not(feature = "ecmascript"))]
 use absent as present;
 #[cfg(feature = "ecmascript")]
-use boa as present;
+use quickjs as present;
 
 use crate::Datum;
 use crate::chart::DataId;
 use crate::datum::Memory;
 use crate::expression::scan::{Declarations, Piece, declarations, pieces, too_deep, words};
 use crate::expression::{EvaluationError, ExpressionProblem, Names, Scope};
+use crate::steps::Steps;
 
 /// What a piece of code is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -64,6 +71,8 @@ pub(crate) struct World<'a> {
     pub(crate) now: Duration,
     /// Where the sequence of `Math.random` stands.
     pub(crate) random: &'a mut u64,
+    /// What running may cost.
+    pub(crate) steps: &'a Steps,
 }
 
 /// A source may be so long.
@@ -111,20 +120,23 @@ fn refuse(source: &str) -> Result<(), ExpressionProblem> {
         return Err(ExpressionProblem::new("this is nested too deeply", span, "here"));
     }
     let pieces = pieces(source);
-    let power = pieces.windows(2).find(|pair| {
-        let [(first, at), (second, next)] = pair else {
-            return false;
-        };
-        (*first, *second) == (Piece::Mark(b'*'), Piece::Mark(b'*')) && at.end == next.start
-    });
-    match power {
-        Some([(_, at), (_, next)]) => {
-            let problem =
-                ExpressionProblem::new("`**` has not the same value everywhere", at.start..next.end, "refused");
-            Err(problem.help("Math.pow(a, b)"))
+    let mark = |piece: Piece| piece == Piece::Mark(b'*');
+    for (index, (piece, at)) in pieces.iter().enumerate() {
+        let text = &source[at.clone()];
+        // What stands in a template is not read: there, what looks like it is refused.
+        let hidden = *piece == Piece::Text && text.contains("${");
+        let next = pieces.get(index + 1).filter(|(next, place)| mark(*next) && place.start == at.end);
+        if mark(*piece) && next.is_some() || hidden && text.contains("**") {
+            let problem = ExpressionProblem::new("`**` has not the same value everywhere", at.clone(), "refused");
+            return Err(problem.with_help("Math.pow(a, b)"));
         }
-        _ => Ok(()),
+        let is_big = |word: &str| word.ends_with('n') && word.starts_with(|first: char| first.is_ascii_digit());
+        let has_big = |text: &str| text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').any(is_big);
+        if *piece == Piece::Word && is_big(text) || hidden && has_big(text) {
+            return Err(ExpressionProblem::new("there are no BigInts here", at.clone(), "refused"));
+        }
     }
+    Ok(())
 }
 
 /// The program that evaluates a source: strict code in a function of its own, with the functions that a script declares

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 use super::{BinaryOp, EventField, Expr, LogicOp, UnaryOp};
 use crate::chart::{BitSet, Chart};
 use crate::datum::MAX_TEXT_BYTES;
+use crate::steps::Steps;
 use crate::{Datum, Event, TooLarge};
 
 /// Why an expression has no value; it becomes `error.execution`.
@@ -24,6 +25,8 @@ pub(crate) enum EvaluationError {
     TooLarge(#[from] TooLarge),
     #[error("{0} cannot be assigned to")]
     NotAssignable(String),
+    #[error("this does not come to an end: it takes too many steps")]
+    TooLong,
     /// What the engine has thrown.
     #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "there is no engine to throw it"))]
     #[error("{0}")]
@@ -43,6 +46,8 @@ pub(crate) struct Scope<'a> {
     /// `_event` as an object, once somebody has asked for it: it is the same one until the next event.
     pub(crate) event_object: Option<&'a OnceLock<Datum>>,
     pub(crate) io_processors: Option<&'a Datum>,
+    /// What evaluating may cost.
+    pub(crate) steps: Option<&'a Steps>,
 }
 
 impl Scope<'_> {
@@ -61,6 +66,15 @@ impl Scope<'_> {
             Some(cell) => cell.get_or_init(|| object).clone(),
             None => object,
         })
+    }
+
+    /// Takes the steps for handling a value.
+    fn weigh(&self, value: &Datum) -> Result<()> {
+        self.take_size(value.size())
+    }
+
+    fn take_size(&self, size: usize) -> Result<()> {
+        self.steps.map_or(Ok(()), |steps| steps.take_size(size))
     }
 
     fn is_active(&self, state: usize) -> bool {
@@ -95,10 +109,20 @@ impl Expr {
                 let [value, index] = &**parts;
                 let value = value.evaluate(scope)?;
                 let index = index.evaluate(scope)?;
+                scope.weigh(&value)?;
                 member_of(&value, &index.to_primitive())?
             }
-            Self::Unary(op, operand) => unary(*op, &operand.evaluate(scope)?),
-            Self::Binary(op, parts) => binary(*op, &parts[0].evaluate(scope)?, &parts[1].evaluate(scope)?)?,
+            Self::Unary(op, operand) => {
+                let operand = operand.evaluate(scope)?;
+                scope.weigh(&operand)?;
+                unary(*op, &operand)
+            }
+            Self::Binary(op, parts) => {
+                let (left, right) = (parts[0].evaluate(scope)?, parts[1].evaluate(scope)?);
+                scope.weigh(&left)?;
+                scope.weigh(&right)?;
+                binary(*op, &left, &right)?
+            }
             Self::Logic(op, parts) => {
                 let left = parts[0].evaluate(scope)?;
                 if is_settled(*op, &left) { left } else { parts[1].evaluate(scope)? }
@@ -131,7 +155,10 @@ impl Expr {
             Self::EventField(EventField::Data) => Ok(Some(&current_event(scope, "data")?.data)),
             Self::Member(value, name) => Ok(match value.place(scope)? {
                 // What is not there is looked for once more, with the care that takes.
-                Some(Datum::Object(object)) => object.get(name),
+                Some(Datum::Object(object)) => {
+                    scope.take_size(object.len())?;
+                    object.get(name)
+                }
                 _ => None,
             }),
             _ => Ok(None),
@@ -140,7 +167,11 @@ impl Expr {
 
     fn computed_member(&self, scope: &Scope<'_>) -> Result<Datum> {
         match self {
-            Self::Member(value, name) => member_of(&value.evaluate(scope)?, &Datum::Text(Arc::clone(name))),
+            Self::Member(value, name) => {
+                let value = value.evaluate(scope)?;
+                scope.weigh(&value)?;
+                member_of(&value, &Datum::Text(Arc::clone(name)))
+            }
             _ => Ok(Datum::Undefined),
         }
     }
@@ -184,6 +215,7 @@ fn event_field(field: EventField, scope: &Scope<'_>) -> Result<Datum> {
         EventField::OriginType => optional(&event.origin_type),
         EventField::InvokeId => optional(&event.invoke_id),
         EventField::Data => event.data.clone(),
+        EventField::Raw => Datum::text(&event.raw()),
     })
 }
 

@@ -47,12 +47,14 @@ impl Location {
                     let problem = ExpressionProblem::new("system variables cannot be assigned to", span, "read-only");
                     return Err(problem
                         .of_kind(ProblemKind::Name)
-                        .help("copy what you need of it to a <data> item of your own"));
+                        .with_help("copy what you need of it to a <data> item of your own"));
                 }
                 _ => {
                     let problem =
                         ExpressionProblem::new("this is not a place that can be assigned to", span, "a value");
-                    return Err(problem.help("`x`, `x.member` and `x[index]` can be, where `x` is the id of a <data>"));
+                    return Err(
+                        problem.with_help("`x`, `x.member` and `x[index]` can be, where `x` is the id of a <data>")
+                    );
                 }
             };
         }

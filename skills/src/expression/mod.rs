@@ -88,10 +88,11 @@ pub(crate) enum EventField {
     OriginType,
     InvokeId,
     Data,
+    Raw,
 }
 
 impl EventField {
-    pub(crate) const ALL: [(&'static str, Self); 7] = [
+    pub(crate) const ALL: [(&'static str, Self); 8] = [
         ("name", Self::Name),
         ("type", Self::Type),
         ("sendid", Self::SendId),
@@ -99,6 +100,7 @@ impl EventField {
         ("origintype", Self::OriginType),
         ("invokeid", Self::InvokeId),
         ("data", Self::Data),
+        ("raw", Self::Raw),
     ];
 }
 

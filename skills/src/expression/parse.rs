@@ -3,11 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use diagnostics::did_you_mean;
+
 use super::token::{Kind, Token, tokens};
 use super::vocabulary::{Infix, UNARY_POWER, infix, is_reserved, prefix, system_name};
 use super::{EventField, Expr, ExpressionProblem, Location, Names, ProblemKind, Scope, UnaryOp};
 use crate::Datum;
-use crate::suggest::did_you_mean;
 
 /// Parentheses, brackets and prefix operators may be nested so deeply; more would cost too much stack.
 const MAX_NESTING: usize = 48;
@@ -101,7 +102,7 @@ impl<'s, 't> Parser<'s, 't> {
             return Ok(());
         }
         let message = format!("`{mark}` is missing");
-        Err(self.unexpected(&message).help(format!("to close what was opened at character {}", opened.start + 1)))
+        Err(self.unexpected(&message).with_help(format!("to close what was opened at character {}", opened.start + 1)))
     }
 
     pub(super) fn end(&mut self) -> Result<()> {
@@ -109,15 +110,15 @@ impl<'s, 't> Parser<'s, 't> {
             Kind::End => Ok(()),
             Kind::Mark("=") => {
                 let help = "`==` or `===` compares; an assignment is an <assign> element";
-                let problem = self.unexpected("`=` assigns and does not compare").help(help);
+                let problem = self.unexpected("`=` assigns and does not compare").with_help(help);
                 Err(problem.of_kind(ProblemKind::Suspicious))
             }
             Kind::Mark(mark @ ("++" | "--" | "+=" | "-=" | "*=" | "/=" | "%=")) => {
                 let message = format!("`{mark}` assigns, which an expression here may not");
-                Err(self.unexpected(&message).help("an assignment is an <assign> element"))
+                Err(self.unexpected(&message).with_help("an assignment is an <assign> element"))
             }
-            Kind::Name("and") => Err(self.unexpected("the expression should end here").help("`&&` means and")),
-            Kind::Name("or") => Err(self.unexpected("the expression should end here").help("`||` means or")),
+            Kind::Name("and") => Err(self.unexpected("the expression should end here").with_help("`&&` means and")),
+            Kind::Name("or") => Err(self.unexpected("the expression should end here").with_help("`||` means or")),
             Kind::Name(name @ ("instanceof" | "in")) => {
                 Err(ExpressionProblem::outside_subset(&format!("`{name}`"), self.peek().span.clone()))
             }
@@ -272,7 +273,7 @@ impl<'s, 't> Parser<'s, 't> {
         let known = self.names.data.keys().map(String::as_str).chain(["_event", "In", "undefined"]);
         let help = did_you_mean(name, known).unwrap_or_else(|| "declare it with <data> in a <datamodel>".to_owned());
         let problem = ExpressionProblem::new(format!("there is no data named `{name}`"), span, "unknown name");
-        self.unknown.push(problem.help(help));
+        self.unknown.push(problem.with_help(help));
         Ok(Expr::Unknown(name.into()))
     }
 

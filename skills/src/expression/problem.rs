@@ -30,7 +30,7 @@ impl ExpressionProblem {
         Self { message: message.into(), span, label: label.into(), help: None, kind: ProblemKind::Grammar }
     }
 
-    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+    pub(crate) fn with_help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
@@ -44,7 +44,7 @@ impl ExpressionProblem {
     pub(crate) fn outside_subset(what: &str, span: Range<usize>) -> Self {
         let subset = "without the feature `ecmascript`, expressions may use literals, data, `_event`, member access, operators, `?:` and `In('state')`";
         Self::new(format!("{what} cannot be evaluated here"), span, "outside the expression subset")
-            .help(subset)
+            .with_help(subset)
             .of_kind(ProblemKind::Beyond)
     }
 }

@@ -194,8 +194,7 @@ fn starts_statement(before: Piece) -> bool {
 
 /// How deeply the parts of a source may lie in each other: what reads it goes down as deep.
 const MAX_DEPTH: usize = 250;
-/// What a bracket counts: boa goes through all of the grammar's levels for each, and survives 60 of them on 2 MiB of stack,
-/// but 400 of anything else.
+/// What a bracket counts: a reader goes through all of the grammar's levels for each.
 const BRACKET: usize = 6;
 
 /// Where a source becomes too deeply nested to be read, if it does: brackets in brackets and operators on operators, for

@@ -1,11 +1,10 @@
 //! Whether the file is made of the elements and attributes that SCXML has, each where it belongs.
 
+use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use roxmltree::Node;
 
 use super::rules::{EXCLUSIVE, RULES, Rule};
 use super::xml::{NAMESPACE, Written, is_scxml, name_span};
-use crate::problem::Problem;
-use crate::suggest::{did_you_mean, nearest_or_all};
 
 /// Elements may be nested so deeply.
 const MAX_DEPTH: usize = 64;
@@ -33,18 +32,20 @@ pub(super) fn is_machine(root: &Node<'_, '_>) -> bool {
 pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
     if !is_machine(&root) {
         let help = format!("a machine begins with <scxml xmlns=\"{NAMESPACE}\" version=\"1.0\">");
-        problems.push(Problem::new("this is not an SCXML machine").at(name_span(root), "the first element").help(help));
+        problems.push(
+            Problem::new("this is not an SCXML machine").at(name_span(root), "the first element").with_help(help),
+        );
         return;
     }
     match Written::attribute(root, "version") {
         Some(version) if version.value != "1.0" => {
             let problem = Problem::new(format!("there is no version {} of SCXML here", version.value));
-            problems.push(problem.at(version.span(), "unknown version").help("version=\"1.0\""));
+            problems.push(problem.at(version.span(), "unknown version").with_help("version=\"1.0\""));
         }
         Some(_) => {}
         None => {
-            let problem = Problem::new("the machine does not say of which version it is").warning();
-            problems.push(problem.at(name_span(root), "here").help("version=\"1.0\""));
+            let problem = Problem::new("the machine does not say of which version it is").as_warning();
+            problems.push(problem.at(name_span(root), "here").with_help("version=\"1.0\""));
         }
     }
     if let Some(rule) = Rule::of("scxml") {
@@ -60,7 +61,7 @@ fn element(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
         } else if !rule.text && child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
             let message = format!("text has no meaning in <{}>", rule.element);
             let span = Written::text(node).map_or(child.range(), |text| text.span());
-            problems.push(Problem::new(message).at(span, "this text").help("<!-- a comment --> perhaps?"));
+            problems.push(Problem::new(message).at(span, "this text").with_help("<!-- a comment --> perhaps?"));
         }
     }
 }
@@ -78,7 +79,7 @@ fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
     }
     if !is_scxml(&node) {
         // Whoever put it there knows what it is for (SCXML 4.10).
-        let problem = Problem::new(format!("<{name}> is not of SCXML and is ignored")).warning();
+        let problem = Problem::new(format!("<{name}> is not of SCXML and is ignored")).as_warning();
         problems.push(problem.at(name_span(node), "of another namespace"));
         return;
     }
@@ -86,12 +87,13 @@ fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
         let known: Vec<&str> = RULES.iter().map(|rule| rule.element).collect();
         let near = did_you_mean(name, parent.contents()).or_else(|| did_you_mean(name, known));
         let problem = Problem::new(format!("there is no element <{name}> in SCXML"));
-        problems.push(problem.at(name_span(node), "unknown element").help(near.unwrap_or_else(|| contents(parent))));
+        problems
+            .push(problem.at(name_span(node), "unknown element").with_help(near.unwrap_or_else(|| contents(parent))));
         return;
     };
     if !parent.may_contain(name) {
         let problem = Problem::new(format!("<{name}> does not belong in <{}>", parent.element));
-        problems.push(problem.at(name_span(node), "not here").help(contents(parent)));
+        problems.push(problem.at(name_span(node), "not here").with_help(contents(parent)));
     }
     element(node, rule, problems);
 }
@@ -111,7 +113,7 @@ fn attributes(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
         }
         let problem = Problem::new(format!("<{}> has no attribute `{name}`", rule.element));
         let problem = problem.at(attribute.range_qname(), "unknown attribute");
-        problems.push(problem.help(nearest_or_all(name, "its attributes", &rule.attributes())));
+        problems.push(problem.with_help(nearest_or_all(name, "its attributes", &rule.attributes())));
     }
     for name in rule.required {
         if Written::attribute(node, name).is_none() {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::NamedSource;
+use diagnostics::{Problem, Source, nearest_or_all};
 use roxmltree::Node;
 
 use super::outline::{Outline, descriptors};
@@ -14,13 +14,11 @@ use super::{files, reach, targets};
 use crate::Strictness;
 use crate::chart::{Binding, Chart, DataId, DataItem, EventTree, State, StateId, StateKind, Transition, TransitionId};
 use crate::expression::{Expr, Names};
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 
 /// Where a machine comes from, and how strictly it is read.
 #[derive(Clone, Debug)]
 pub(super) struct Origin<'o> {
-    pub(super) file: NamedSource<Arc<str>>,
+    pub(super) file: Source,
     /// What the machine is called if it does not say so itself.
     pub(super) stem: &'o str,
     pub(super) strictness: Strictness,
@@ -46,8 +44,9 @@ impl Origin<'_> {
     }
 }
 
-/// Compiles a machine whose elements are as SCXML has them, and reports what is wrong nevertheless.
-pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> Chart {
+/// Compiles a machine whose elements are as SCXML has them, and reports what is wrong nevertheless; also how much of that the
+/// recommendation would forgive.
+pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> (Chart, usize) {
     let is_sound = !problems.iter().any(Problem::is_error);
     let name = root.attribute("name").filter(|name| !name.is_empty()).unwrap_or(origin.stem).into();
     let Outline { states, data, names, .. } = Outline::of(root, origin, problems);
@@ -55,13 +54,22 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
     let null_model = choice(root, "datamodel", &["ecmascript", "null"], problems) == 1;
     let late = choice(root, "binding", &["early", "late"], problems) == 1;
     let (transitions, foreign) = (Vec::new(), BTreeSet::new());
-    let mut compiler =
-        Compiler { origin, null_model, names, events, transitions, foreign, leads_nowhere: false, problems };
+    let mut compiler = Compiler {
+        origin,
+        null_model,
+        names,
+        events,
+        transitions,
+        foreign,
+        leads_nowhere: false,
+        forgivable: 0,
+        problems,
+    };
     let data = data.into_iter().map(|(node, item)| compiler.data(node, item)).collect();
     let scripts = elements_named(root, "script").map(|script| vec![compiler.script(script)]).collect();
     let compile = |(id, (node, state))| compiler.state(StateId::new(id), node, state);
     let states = states.into_iter().enumerate().map(compile).collect();
-    let Compiler { events, transitions, foreign, leads_nowhere, .. } = compiler;
+    let Compiler { events, transitions, foreign, leads_nowhere, forgivable, .. } = compiler;
     let mut chart = Chart {
         file: origin.file.clone(),
         name,
@@ -83,7 +91,7 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
     if is_sound && !leads_nowhere {
         reach::check(&chart, problems);
     }
-    chart
+    (chart, forgivable)
 }
 
 /// Which of the values an attribute of the root has; the first if it is not there.
@@ -93,7 +101,7 @@ fn choice(root: Node<'_, '_>, name: &'static str, values: &[&str], problems: &mu
     };
     values.iter().position(|value| *value == written.value).unwrap_or_else(|| {
         let problem = Problem::new(format!("there is no {name} `{}` here", written.value));
-        problems.push(problem.at(written.span(), "unknown").help(nearest_or_all(written.value, name, values)));
+        problems.push(problem.at(written.span(), "unknown").with_help(nearest_or_all(written.value, name, values)));
         0
     })
 }
@@ -109,6 +117,8 @@ pub(super) struct Compiler<'p> {
     pub(super) foreign: BTreeSet<DataId>,
     /// Whether a state or an event is named that there is not, or it is left open which of two is meant.
     pub(super) leads_nowhere: bool,
+    /// How many problems let the machine run nevertheless, by the recommendation.
+    pub(super) forgivable: usize,
     pub(super) problems: &'p mut Vec<Problem>,
 }
 
@@ -119,7 +129,7 @@ impl Compiler<'_> {
         };
         if self.null_model {
             let problem = Problem::new("the null data model has no data").at(name_span(node), "a datum");
-            self.problems.push(problem.help("datamodel=\"ecmascript\""));
+            self.problems.push(problem.with_help("datamodel=\"ecmascript\""));
         }
         if let Some(src) = Written::attribute(node, "src") {
             item.init = Some(self.file_value(&src));
@@ -175,8 +185,11 @@ impl Compiler<'_> {
     pub(super) fn defer(&mut self, problem: Problem) -> Arc<str> {
         let reason = problem.to_string().into();
         self.problems.push(match self.origin.strictness {
-            Strictness::Strict => problem.forgivable(),
-            Strictness::Standard => problem.warning(),
+            Strictness::Strict => {
+                self.forgivable += 1;
+                problem
+            }
+            Strictness::Standard => problem.as_warning(),
         });
         reason
     }

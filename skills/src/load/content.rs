@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use diagnostics::Problem;
 use roxmltree::Node;
 
 use super::compile::Compiler;
@@ -14,7 +15,6 @@ use crate::chart::{
 };
 use crate::engine::Form;
 use crate::expression::{self, Expr, is_identifier};
-use crate::problem::Problem;
 
 impl Compiler<'_> {
     /// The executable content of an element.
@@ -45,7 +45,7 @@ impl Compiler<'_> {
                 Some(id) => ActionKind::Cancel(id.source),
                 None => {
                     let problem = Problem::new("<cancel> does not say what").at(name_span(node), "`sendid` is missing");
-                    self.problems.push(problem.help("the `id` of the <send> that is taken back"));
+                    self.problems.push(problem.with_help("the `id` of the <send> that is taken back"));
                     return None;
                 }
             },
@@ -63,7 +63,8 @@ impl Compiler<'_> {
     pub(super) fn event_name(&mut self, written: &Written<'_>) {
         if !is_event_name(written.value) {
             let problem = Problem::new(format!("`{}` cannot be the name of an event", written.value));
-            self.problems.push(problem.at(written.span(), "not a name").help("words joined by dots: `door.opened`"));
+            self.problems
+                .push(problem.at(written.span(), "not a name").with_help("words joined by dots: `door.opened`"));
         }
     }
 
@@ -76,7 +77,7 @@ impl Compiler<'_> {
             if name == "elseif" || name == "else" {
                 if closed {
                     let problem = Problem::new(format!("<{name}> after <else>")).at(name_span(child), "never reached");
-                    self.problems.push(problem.help("<else/> is the last branch of an <if>"));
+                    self.problems.push(problem.with_help("<else/> is the last branch of an <if>"));
                 }
                 closed = name == "else";
                 let condition = Written::attribute(child, "cond").filter(|_| name == "elseif");

@@ -3,12 +3,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use diagnostics::Problem;
+
 use super::compile::Compiler;
 use super::xml::Written;
 use crate::chart::Condition;
 use crate::engine::{Code, Form};
 use crate::expression::{self, Expr, ExpressionProblem, Parsed, ProblemKind};
-use crate::problem::Problem;
 
 impl Compiler<'_> {
     pub(super) fn condition(&mut self, written: &Written<'_>) -> Condition {
@@ -22,7 +23,7 @@ impl Compiler<'_> {
             Ok(expr) if self.null_model && !matches!(expr, Expr::In(_)) => {
                 let problem =
                     Problem::new("the null data model has no expressions").at(written.span(), "an expression");
-                Expr::Broken(self.defer(problem.help("`In('state')`, or datamodel=\"ecmascript\"")))
+                Expr::Broken(self.defer(problem.with_help("`In('state')`, or datamodel=\"ecmascript\"")))
             }
             Ok(expr) => expr,
             Err(reason) => Expr::Broken(reason),
@@ -48,7 +49,7 @@ impl Compiler<'_> {
         match for_engine {
             Some((Ok(code), problem)) => {
                 if problem.kind == ProblemKind::Suspicious {
-                    self.problems.push(in_file(written, problem).warning());
+                    self.problems.push(in_file(written, problem).as_warning());
                 }
                 self.foreign.extend(code.mentions());
                 Ok(there(Arc::new(code)))
@@ -81,5 +82,5 @@ impl Compiler<'_> {
 
 fn in_file(written: &Written<'_>, problem: ExpressionProblem) -> Problem {
     let span = written.span_of(problem.span);
-    Problem::new(problem.message).at(span, problem.label).maybe_help(problem.help)
+    Problem::new(problem.message).at(span, problem.label).with_help_if(problem.help)
 }

@@ -1,7 +1,8 @@
 //! Files beside a machine's file: `src` and `srcexpr`.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+
+use diagnostics::from_disk_up_to;
 
 /// A file may be so long.
 pub(super) const MAX_BYTES: usize = 4 << 20;
@@ -23,11 +24,7 @@ pub(super) fn path(address: &str, folder: Option<&Path>) -> Result<PathBuf, Stri
 /// The text of a file: UTF-8, UTF-16 with a byte order mark, or ISO 8859-1 if its first line says so.
 pub(super) fn read(path: &Path) -> Result<String, String> {
     let unreadable = |reason: &dyn std::fmt::Display| format!("cannot read {}: {reason}", path.display());
-    let length = fs::metadata(path).map_err(|error| unreadable(&error))?.len();
-    if usize::try_from(length).map_or(true, |length| length > MAX_BYTES) {
-        return Err(unreadable(&format!("it may be {MAX_BYTES} bytes long at most")));
-    }
-    let bytes = fs::read(path).map_err(|error| unreadable(&error))?;
+    let bytes = from_disk_up_to(path, MAX_BYTES as u64).map_err(|error| unreadable(&error))?;
     decode(bytes).ok_or_else(|| unreadable(&"it is neither UTF-8 nor UTF-16"))
 }
 

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use diagnostics::{Problem, nearest_or_all};
 use roxmltree::Node;
 
 use super::compile::{self, Compiler};
@@ -10,8 +11,6 @@ use crate::chart::{ActionKind, Block};
 use crate::chart::{INVOKE_KINDS, Invoke, InvokeSource, Named, Param, Place, Source, visit_actions};
 use crate::engine::Form;
 use crate::expression::Expr;
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 
 impl Compiler<'_> {
     pub(super) fn invoke(&mut self, node: Node<'_, '_>) -> Invoke {
@@ -20,7 +19,7 @@ impl Compiler<'_> {
         {
             let problem = Problem::new(format!("there is no service of type `{}`", kind.value));
             let help = nearest_or_all(kind.value, "types", &["scxml"]);
-            self.defer(problem.at(kind.span(), "unknown type").help(help));
+            self.defer(problem.at(kind.span(), "unknown type").with_help(help));
         }
         let id_location = Written::attribute(node, "idlocation").and_then(|written| self.place(&written).ok());
         Invoke {
@@ -42,7 +41,7 @@ impl Compiler<'_> {
         };
         if !["true", "false"].contains(&written.value) {
             let problem = Problem::new(format!("`{}` is neither true nor false", written.value));
-            self.problems.push(problem.at(written.span(), "not a truth").help("`true` or `false`"));
+            self.problems.push(problem.at(written.span(), "not a truth").with_help("`true` or `false`"));
         }
         written.value == "true"
     }
@@ -63,7 +62,7 @@ impl Compiler<'_> {
         });
         for span in misplaced {
             let problem = Problem::new("<finalize> sends and raises no events").at(span, "not here");
-            self.defer(problem.help("it takes what a message brings into the data; a transition reacts to it"));
+            self.defer(problem.with_help("it takes what a message brings into the data; a transition reacts to it"));
         }
         block
     }
@@ -89,7 +88,7 @@ impl Compiler<'_> {
             (None, None) => {
                 let problem = Problem::new("<invoke> does not say what").at(name_span(node), "nothing to invoke");
                 let help = "<content> with a machine in it, or `src` with the name of a file";
-                InvokeSource::Broken(self.defer(problem.help(help)))
+                InvokeSource::Broken(self.defer(problem.with_help(help)))
             }
         }
     }
@@ -99,7 +98,11 @@ impl Compiler<'_> {
             return InvokeSource::Computed(self.expression(&written));
         }
         match elements(content).find(|child| child.tag_name().name() == "scxml") {
-            Some(machine) => InvokeSource::Inline(Arc::new(compile::chart(machine, self.origin, self.problems))),
+            Some(machine) => {
+                let (chart, forgivable) = compile::chart(machine, self.origin, self.problems);
+                self.forgivable += forgivable;
+                InvokeSource::Inline(Arc::new(chart))
+            }
             None => {
                 let text = Written::text(content).map_or("", |text| text.value);
                 InvokeSource::Computed(Expr::Constant(text.into()))

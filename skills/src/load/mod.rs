@@ -3,6 +3,7 @@
 mod check;
 mod compile;
 mod content;
+mod dialect;
 mod expression;
 mod files;
 mod invoke;
@@ -15,25 +16,27 @@ mod transition;
 mod value;
 mod xml;
 
+pub(crate) use reach::can_be_done;
 pub(crate) use send::INTERNAL_TARGET;
 pub(crate) use xml::{Written, name_span, own_elements};
 
 use std::path::Path;
 use std::sync::Arc;
 
-use miette::NamedSource;
+use diagnostics::{Problem, Source};
 use roxmltree::{Document, ParsingOptions};
 
 use compile::Origin;
 use files::MAX_BYTES;
 
 use crate::chart::Chart;
-use crate::problem::Problem;
-use crate::suggest::did_you_mean;
 use crate::{SkillError, Strictness};
 
 /// A file may have so many elements, attributes and texts.
 const MAX_NODES: u32 = 100_000;
+
+/// An element may have so many attributes.
+const MAX_ATTRIBUTES: usize = 1000;
 
 impl Chart {
     /// Compiles a machine. `file` names the text in messages and, without folder and ending, the machine if it does not
@@ -98,26 +101,29 @@ impl Chart {
         folder: Option<Arc<Path>>,
         looks_further: bool,
     ) -> Result<Arc<Self>, SkillError> {
-        let named = NamedSource::new(file, Arc::from(text)).with_language("XML");
-        let refuse = |mut problems: Vec<Problem>| {
+        let named = Source::new(file, text);
+        let refuse = |mut problems: Vec<Problem>, forgivable: usize| {
             problems.sort_by_key(Problem::offset);
-            Err(SkillError::load(named.clone(), problems))
+            Err(SkillError::load(named.clone(), problems, forgivable))
         };
         let document = match parse_xml(text) {
             Ok(document) => document,
-            Err(problem) => return refuse(vec![problem]),
+            Err(problem) => return refuse(vec![problem], 0),
         };
         let root = document.root_element();
+        if let Some(problem) = dialect::foreign(root) {
+            return refuse(vec![problem], 0);
+        }
         let mut problems = Vec::new();
         check::structure(root, &mut problems);
         if !check::is_machine(&root) {
-            return refuse(problems);
+            return refuse(problems, 0);
         }
         let stem = Path::new(file).file_stem().map_or(file.into(), |stem| stem.to_string_lossy());
         let origin = Origin { file: named.clone(), stem: &stem, strictness, folder, looks_further };
-        let mut chart = compile::chart(root, &origin, &mut problems);
+        let (mut chart, forgivable) = compile::chart(root, &origin, &mut problems);
         if problems.iter().any(Problem::is_error) {
-            return refuse(problems);
+            return refuse(problems, forgivable);
         }
         problems.sort_by_key(Problem::offset);
         chart.warnings = problems;
@@ -131,35 +137,16 @@ pub(crate) fn parse_xml(text: &str) -> Result<Document<'_>, Problem> {
         let problem = Problem::new(format!("a machine may be {MAX_BYTES} bytes long at most"));
         return Err(problem.at(0..0, format!("this one has {}", text.len())));
     }
+    diagnostics::xml::check_attributes(text, MAX_ATTRIBUTES)?;
     let options = ParsingOptions { allow_dtd: false, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|error| {
-        let offset = offset_of(text, error.pos());
-        let problem = Problem::new(format!("this is not XML: {error}")).at(offset..offset, "here");
-        match error {
-            roxmltree::Error::DtdDetected => problem.help("document types and entities of one's own are refused"),
-            roxmltree::Error::NodesLimitReached => problem.help(format!("a file may have {MAX_NODES} nodes")),
-            roxmltree::Error::UnexpectedCloseTag(opened, closed, _) => problem.maybe_help(misspelt(&opened, &closed)),
-            _ => problem,
+    let document = Document::parse_with_options(text, options).map_err(|error| match error {
+        roxmltree::Error::NodesLimitReached => {
+            Problem::new(format!("this is too large: more than {MAX_NODES} nodes")).at(0..0, "here")
         }
+        error => diagnostics::xml::problem(text, &error, |name| rules::Rule::of(name).is_some()),
     })?;
     match check::depth(&document) {
         Some(problem) => Err(problem),
         None => Ok(document),
     }
-}
-
-/// What was meant by an element that begins with one name and ends with one much like it.
-fn misspelt(opened: &str, closed: &str) -> Option<String> {
-    did_you_mean(opened, [closed])?;
-    let meant = [closed, opened].into_iter().find(|name| rules::Rule::of(name).is_some())?;
-    Some(format!("<{opened}> ends as </{closed}>: did you mean <{meant}>?"))
-}
-
-/// The byte at a row and column.
-fn offset_of(text: &str, position: roxmltree::TextPos) -> usize {
-    let row = position.row.saturating_sub(1) as usize;
-    let start: usize = text.split_inclusive('\n').take(row).map(str::len).sum();
-    let line = text.get(start..).unwrap_or_default();
-    let column = position.col.saturating_sub(1) as usize;
-    start + line.char_indices().nth(column).map_or(line.trim_end().len(), |(offset, _)| offset)
 }

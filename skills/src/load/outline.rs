@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
+use diagnostics::Problem;
 use roxmltree::Node;
 
 use super::compile::Origin;
@@ -11,7 +12,6 @@ use super::xml::{Written, elements, elements_named, name_span, own_elements};
 use crate::chart::{DataId, DataItem, EventClass, HistoryKind, Payload, State, StateId, StateKind, is_descriptor};
 use crate::expression::scan::{Declarations, declarations};
 use crate::expression::{Names, is_identifier};
-use crate::problem::Problem;
 
 const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
 
@@ -22,19 +22,21 @@ pub(super) struct Outline<'a, 'i> {
     pub(super) data: Vec<(Option<Node<'a, 'i>>, DataItem)>,
     pub(super) names: Names,
     defined: BTreeMap<String, Range<usize>>,
+    /// A place in the file, in bytes, and its line. States come one after the other.
+    line: (usize, usize),
 }
 
 impl<'a, 'i: 'a> Outline<'a, 'i> {
     pub(super) fn of(root: Node<'a, 'i>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> Self {
         let names = Names::default();
-        let mut outline = Self { states: Vec::new(), data: Vec::new(), names, defined: BTreeMap::new() };
+        let mut outline = Self { states: Vec::new(), data: Vec::new(), names, defined: BTreeMap::new(), line: (0, 1) };
         outline.state(root, None, problems);
         for node in own_elements(root) {
             outline.declared_in_passing(node, origin);
         }
         if outline.states.len() == 1 {
             let problem = Problem::new("the machine has no states").at(name_span(root), "nothing in here is a state");
-            problems.push(problem.help("<state id=\"idle\"/> is one"));
+            problems.push(problem.with_help("<state id=\"idle\"/> is one"));
         }
         outline
     }
@@ -64,13 +66,15 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
             return "scxml".into();
         }
         let Some(written) = Written::attribute(node, "id") else {
-            let line = node.document().text_pos_at(node.range().start).row;
-            return format!("{}@{line}", node.tag_name().name()).into();
+            let (start, (before, line)) = (node.range().start, self.line);
+            let between = node.document().input_text().get(before..start).unwrap_or_default();
+            self.line = (start, line + between.matches('\n').count());
+            return format!("{}@{}", node.tag_name().name(), self.line.1).into();
         };
         let name = written.value;
         if name.is_empty() || name.contains(char::is_whitespace) {
             let problem = Problem::new("a state's id is one word").at(written.span(), "not one word");
-            problems.push(problem.help("transitions name their targets by id, separated by blanks"));
+            problems.push(problem.with_help("transitions name their targets by id, separated by blanks"));
         } else if let Some(first) = self.defined.get(name) {
             let problem = Problem::new(format!("there are two states `{name}`"));
             problems.push(problem.at(written.span(), "once more").at(first.clone(), "the first"));
@@ -89,13 +93,15 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         if !is_identifier(name) {
             let problem =
                 Problem::new(format!("`{name}` cannot be the name of a datum")).at(span.clone(), "not a name");
-            problems.push(problem.help("letters, digits, `_` and `$`, and no word that ECMAScript or SCXML has taken"));
+            problems.push(
+                problem.with_help("letters, digits, `_` and `$`, and no word that ECMAScript or SCXML has taken"),
+            );
         }
         if let Some(first) = self.names.data.get(name) {
             let first = self.data[first.index()].1.span;
             let problem = Problem::new(format!("there are two data `{name}`"));
             problems.push(
-                problem.at(span, "once more").at(first, "the first").help("all data of a machine share one scope"),
+                problem.at(span, "once more").at(first, "the first").with_help("all data of a machine share one scope"),
             );
             return;
         }
@@ -149,7 +155,7 @@ fn kind(node: Node<'_, '_>, is_root: bool, problems: &mut Vec<Problem>) -> State
             Some(written) if written.value == "deep" => HistoryKind::Deep,
             Some(written) if written.value != "shallow" => {
                 let problem = Problem::new(format!("there is no `{}` history", written.value));
-                problems.push(problem.at(written.span(), "unknown type").help("`shallow` or `deep`"));
+                problems.push(problem.at(written.span(), "unknown type").with_help("`shallow` or `deep`"));
                 HistoryKind::Shallow
             }
             _ => HistoryKind::Shallow,
@@ -176,5 +182,6 @@ fn skeleton(node: Node<'_, '_>, id: Arc<str>, kind: StateKind, parent: Option<St
         done_data: Payload::default(),
         done_event: ("".into(), EventClass::default()),
         span: name_span(node).into(),
+        extent: node.range().into(),
     }
 }

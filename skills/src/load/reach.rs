@@ -1,20 +1,41 @@
 //! What can never happen in a machine: states that nothing enters, transitions that nothing enables.
 
-use crate::chart::{BitSet, Chart, Matches, StateId, StateKind, Transition, TransitionId};
-use crate::expression::Scope;
-use crate::problem::Problem;
+use std::collections::BTreeMap;
 
-/// Warns of states that are never entered and transitions that are never taken, as far as the file alone tells.
+use diagnostics::Problem;
+use miette::SourceSpan;
+
+use crate::chart::{
+    BitSet, Chart, Matches, SCXML_PROCESSOR, StateId, StateKind, Transition, TransitionId, is_event_name,
+};
+use crate::expression::Scope;
+
+/// Warns of states that are never entered, transitions that are never taken and events that the machine sends itself and
+/// never takes, as far as the file alone tells.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
-    let never: Vec<Option<Problem>> = chart.transitions().map(|id| never_taken(chart, id)).collect();
+    problems.extend(unheard(chart));
+    let ends = Ends::of(chart);
+    let mut never: Vec<Option<Problem>> = Vec::new();
+    never.resize_with(chart.transitions.len(), || None);
+    for state in std::iter::once(StateId::ROOT).chain(chart.states()) {
+        let mut earlier = Vec::new();
+        for id in chart.state(state).transitions().iter().copied() {
+            let value = constant(chart, chart.transition(id));
+            let taken = Taken::by(chart, id);
+            never[id.index()] = never_taken(chart, &taken, value, &earlier, &ends);
+            if value == Some(true) && earlier.len() < MAX_EARLIER {
+                earlier.push(taken);
+            }
+        }
+    }
     let reached = reached(chart, &never);
     for id in chart.states().filter(|id| !reached.contains(id.index())) {
         let state = chart.state(id);
         let is_outermost = state.parent.is_none_or(|parent| reached.contains(parent.index()));
         if is_outermost && !matches!(state.kind, StateKind::History(_)) {
-            let problem = Problem::new(format!("the state `{}` is never entered", state.id())).warning();
+            let problem = Problem::new(format!("the state `{}` is never entered", state.id())).as_warning();
             let help = "no transition and no initial state leads here";
-            problems.push(problem.at(state.span, "unreachable").help(help));
+            problems.push(problem.at(state.span, "unreachable").with_help(help));
         }
     }
     let sources = chart.transitions().map(|id| chart.transition(id).source);
@@ -23,20 +44,77 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     );
 }
 
-/// Why a transition is never taken, if that can be told.
-fn never_taken(chart: &Chart, id: TransitionId) -> Option<Problem> {
-    let transition = chart.transition(id);
-    let warning = |message: String| Problem::new(message).warning();
+/// Events that the machine sends to itself and no transition takes, each once.
+fn unheard(chart: &Chart) -> Vec<Problem> {
+    if chart.invokes().any(|invoke| invoke.auto_forward) {
+        // A machine that it invokes may take what it does not.
+        return Vec::new();
+    }
+    let mut sends: BTreeMap<&str, Vec<SourceSpan>> = BTreeMap::new();
+    chart.visit_sends(&mut |send| {
+        if let Some(event) = send.event.as_ref().and_then(|event| event.literal())
+            && send.target.is_none()
+            && send.processor.as_ref().is_none_or(|processor| processor.literal().is_some_and(|name| is_own(name)))
+            && is_event_name(event)
+            && !chart.hears(event)
+        {
+            sends.entry(event).or_default().push(send.span);
+        }
+    });
+    let warning = |(event, spans): (&str, Vec<SourceSpan>)| {
+        let more = match spans.len() - 1 {
+            0 => String::new(),
+            1 => ", here and once more".to_owned(),
+            more => format!(", here and {more} times more"),
+        };
+        let problem = Problem::new(format!("the machine sends itself the event `{event}`{more}, and nothing takes it"))
+            .as_warning();
+        let help = "without `target` and `type`, an event comes back to the machine; <send type=\"channel\" target=\"BT\" \
+                    event=\"success\"/> answers the tree";
+        problem.at(spans[0], "comes back, and is dropped").with_help(help)
+    };
+    sends.into_iter().map(warning).collect()
+}
+
+/// Whether that event I/O processor brings a machine its own events.
+fn is_own(processor: &str) -> bool {
+    [SCXML_PROCESSOR, "scxml"].contains(&processor)
+}
+
+/// Whether `done.state.…` ever comes of that state.
+pub(crate) fn can_be_done(chart: &Chart, id: StateId) -> bool {
+    match chart.state(id).kind {
+        StateKind::Compound => {
+            chart.state(id).children.iter().any(|child| chart.state(*child).kind == StateKind::Final)
+        }
+        kind => kind == StateKind::Parallel,
+    }
+}
+
+/// With so many earlier transitions of its state a transition is compared.
+const MAX_EARLIER: usize = 1000;
+
+/// Why a transition is never taken, if that can be told. Its condition always has that value, if it always has the same;
+/// these come before it in its state, whatever holds.
+fn never_taken(
+    chart: &Chart,
+    taken: &Taken,
+    value: Option<bool>,
+    earlier: &[Taken],
+    ends: &Ends<'_>,
+) -> Option<Problem> {
+    let transition = chart.transition(taken.transition);
+    let warning = |message: String| Problem::new(message).as_warning();
     if let Some(condition) = &transition.condition
-        && constant(chart, transition) == Some(false)
+        && value == Some(false)
     {
         return Some(warning("this condition never holds".to_owned()).at(condition.span, "always false"));
     }
-    if let Some(first) = shadow(chart, id) {
+    if let Some(first) = earlier.iter().find(|first| first.covers(taken)) {
         let problem = warning("this transition is never taken".to_owned()).at(transition.span, "comes too late");
-        return Some(problem.at(chart.transition(first).span, "this one takes every such event"));
+        return Some(problem.at(chart.transition(first.transition).span, "this one takes every such event"));
     }
-    let hopeless = transition.descriptors.iter().map(|descriptor| hopeless(chart, &descriptor.text));
+    let hopeless = transition.descriptors.iter().map(|descriptor| ends.hopeless(&descriptor.text));
     let reasons: Vec<String> = hopeless.collect::<Option<_>>()?;
     let descriptor = transition.descriptors.first()?;
     Some(warning(reasons.into_iter().next()?).at(descriptor.span, "never comes"))
@@ -51,42 +129,74 @@ fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     if condition.test.is_fixed(&|_| false) { condition.test.truth(&scope).ok() } else { None }
 }
 
-/// An earlier transition of the same state that takes every event that this one could take.
-fn shadow(chart: &Chart, id: TransitionId) -> Option<TransitionId> {
-    let transition = chart.transition(id);
-    let earlier = chart.state(transition.source).transitions().iter().copied().take_while(|other| *other != id);
-    let mut unconditional = earlier.filter(|other| constant(chart, chart.transition(*other)) == Some(true));
-    unconditional.find(|other| {
-        let other = chart.transition(*other);
-        let covered = |matches: Matches| other.descriptors.iter().any(|wider| wider.matches.covers(matches));
-        other.descriptors.is_empty() == transition.descriptors.is_empty()
-            && transition.descriptors.iter().all(|descriptor| covered(descriptor.matches))
-    })
+/// Which events a transition takes.
+struct Taken {
+    transition: TransitionId,
+    /// What its descriptors match, upwards, none of them within another; nothing if it takes no event.
+    matches: Vec<Matches>,
 }
 
-/// Why an event never comes that only the processor makes.
-fn hopeless(chart: &Chart, descriptor: &str) -> Option<String> {
-    let name = descriptor.strip_prefix("done.state.")?;
-    let name = name.strip_suffix(".*").or_else(|| name.strip_suffix('.')).unwrap_or(name);
-    if name.is_empty() || name == "*" {
-        return None;
+impl Taken {
+    fn by(chart: &Chart, transition: TransitionId) -> Self {
+        let descriptors = &chart.transition(transition).descriptors;
+        let mut matches: Vec<Matches> = descriptors.iter().map(|descriptor| descriptor.matches).collect();
+        // What covers another comes before it.
+        matches.sort();
+        matches.dedup_by(|inner, outer| outer.covers(*inner));
+        Self { transition, matches }
     }
-    // An id may contain dots, and the descriptor may be its beginning only.
-    let meant = |id: &StateId| {
-        let rest = chart.state(*id).id().strip_prefix(name);
-        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-    };
-    let mut states = chart.states().filter(meant).peekable();
-    if states.peek().is_none() {
-        return Some(format!("there is no state `{name}` that could be done"));
+
+    /// Whether every event that the other takes is one that this takes.
+    fn covers(&self, other: &Self) -> bool {
+        // Of two descriptors one covers the other, or they have nothing in common.
+        let is_covered = |inner: &Matches| {
+            let before = self.matches.partition_point(|outer| outer.begins_before(*inner));
+            before.checked_sub(1).is_some_and(|place| self.matches[place].covers(*inner))
+        };
+        self.matches.is_empty() == other.matches.is_empty() && other.matches.iter().all(is_covered)
     }
-    let can_be_done = |id: StateId| match chart.state(id).kind {
-        StateKind::Compound => {
-            chart.state(id).children.iter().any(|child| chart.state(*child).kind == StateKind::Final)
+}
+
+/// Which states can be done.
+struct Ends<'c> {
+    /// Ids in alphabetical order, each with the number of states up to it that can be done.
+    states: Vec<(&'c str, usize)>,
+}
+
+impl<'c> Ends<'c> {
+    fn of(chart: &'c Chart) -> Self {
+        let mut states: Vec<(&str, usize)> =
+            chart.states().map(|id| (chart.state(id).id(), usize::from(can_be_done(chart, id)))).collect();
+        states.sort_unstable();
+        let mut done = 0;
+        for (_, count) in &mut states {
+            done += *count;
+            *count = done;
         }
-        kind => kind == StateKind::Parallel,
-    };
-    if states.any(can_be_done) { None } else { Some(format!("the state `{name}` is never done: it has no <final>")) }
+        Self { states }
+    }
+
+    /// Why an event never comes that only the processor makes.
+    fn hopeless(&self, descriptor: &str) -> Option<String> {
+        let name = descriptor.strip_prefix("done.state.")?;
+        let name = name.strip_suffix(".*").or_else(|| name.strip_suffix('.')).unwrap_or(name);
+        if name.is_empty() || name == "*" {
+            return None;
+        }
+        // An id may contain dots, and the descriptor may be its beginning only; `/` is what follows `.`.
+        let up_to = |id: &str| self.states.partition_point(|(state, _)| *state < id);
+        let done_in = |from: usize, to: usize| {
+            let done = |end: usize| end.checked_sub(1).map_or(0, |last| self.states[last].1);
+            done(to) - done(from)
+        };
+        let same = (up_to(name), up_to(&format!("{name}\0")));
+        let longer = (up_to(&format!("{name}.")), up_to(&format!("{name}/")));
+        if same.0 == same.1 && longer.0 == longer.1 {
+            return Some(format!("there is no state `{name}` that could be done"));
+        }
+        let can_be_done = done_in(same.0, same.1) + done_in(longer.0, longer.1) > 0;
+        (!can_be_done).then(|| format!("the state `{name}` is never done: it has no <final>"))
+    }
 }
 
 /// The states that can be entered, if every transition is taken some time that is not known never to be.

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
+use diagnostics::Problem;
 use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::xml::{Written, elements_named, name_span};
 use crate::chart::{ActionKind, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId};
 use crate::delay;
-use crate::problem::Problem;
 
 /// Where an event goes that is meant for the internal queue of its own machine.
 pub(crate) const INTERNAL_TARGET: &str = "#_internal";
@@ -49,23 +49,23 @@ impl Compiler<'_> {
                 if !has("target") && !has("targetexpr") {
                     let problem = Problem::new("the message does not say where it goes");
                     self.problems
-                        .push(problem.at(name_span(node), "`target` is missing").help("the name of a process"));
+                        .push(problem.at(name_span(node), "`target` is missing").with_help("the name of a process"));
                 }
                 if !has("event") && !has("eventexpr") {
                     let problem = Problem::new("the message does not say what it is");
                     let help = "`event` is the message's first field: event=\"tick\" sends [<tick>]";
-                    self.problems.push(problem.at(name_span(node), "`event` is missing").help(help));
+                    self.problems.push(problem.at(name_span(node), "`event` is missing").with_help(help));
                 }
                 if let Some(content) = has_content {
                     let problem =
                         Problem::new("a message has fields by name").at(name_span(content), "no field's name");
-                    self.problems.push(problem.help("<param name=\"place\" expr=\"…\"/>"));
+                    self.problems.push(problem.with_help("<param name=\"place\" expr=\"…\"/>"));
                 }
             }
             Some(written) if ![SCXML_PROCESSOR, "scxml"].contains(&written.value) => {
                 let problem = Problem::new(format!("there is no event processor `{}`", written.value));
                 self.defer(
-                    problem.at(written.span(), "unknown type").help(format!("`{CHANNEL_PROCESSOR}` or `scxml`")),
+                    problem.at(written.span(), "unknown type").with_help(format!("`{CHANNEL_PROCESSOR}` or `scxml`")),
                 );
             }
             _ if !has("event") && !has("eventexpr") && has_content.is_none() => {
@@ -83,14 +83,14 @@ impl Compiler<'_> {
             && node.attribute("target") == Some(INTERNAL_TARGET)
         {
             let problem = Problem::new("the internal queue takes no delayed events").at(span, "a delay");
-            self.problems.push(problem.help("leave the target out: the event then comes back as an external one"));
+            self.problems.push(problem.with_help("leave the target out: the event then comes back as an external one"));
         }
         match (literal, computed) {
             (Some(written), _) => match delay::parse(written.value) {
                 Some(delay) => Delay::Literal(delay),
                 None => {
                     let problem = Problem::new(format!("`{}` is no delay", written.value));
-                    let reason = self.defer(problem.at(written.span(), "not a delay").help(delay::FORMS));
+                    let reason = self.defer(problem.at(written.span(), "not a delay").with_help(delay::FORMS));
                     Delay::Computed(crate::expression::Expr::Broken(reason))
                 }
             },

@@ -1,7 +1,8 @@
 //! Whether transitions lead where they can lead.
 
+use diagnostics::Problem;
+
 use crate::chart::{Chart, Domain, HistoryKind, StateId, StateKind};
-use crate::problem::Problem;
 
 /// Reports targets that cannot be active at once, and initial states that do not lie inside.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
@@ -11,7 +12,7 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
             let targets: Vec<String> = transition.targets.iter().map(id).collect();
             let problem = Problem::new(format!("{} cannot be active at once", targets.join(" and ")));
             let problem = problem.at(transition.span, "leads to all of them");
-            problems.push(problem.help("several targets lie in different children of a <parallel>"));
+            problems.push(problem.with_help("several targets lie in different children of a <parallel>"));
         }
     }
     for state in std::iter::once(StateId::ROOT).chain(chart.states()) {
@@ -35,7 +36,7 @@ fn check_initial(chart: &Chart, id: StateId, problems: &mut Vec<Problem>) {
     }
     if !chart.are_orthogonal(targets) {
         let problem = Problem::new(format!("the initial states of {} cannot be active at once", name(within)));
-        problems.push(at(problem).help("several initial states lie in different children of a <parallel>"));
+        problems.push(at(problem).with_help("several initial states lie in different children of a <parallel>"));
     }
     let is_history = |target: &StateId| matches!(chart.state(*target).kind, StateKind::History(_));
     match state.kind {
@@ -45,7 +46,7 @@ fn check_initial(chart: &Chart, id: StateId, problems: &mut Vec<Problem>) {
         StateKind::History(HistoryKind::Shallow)
             if targets.iter().any(|target| chart.state(*target).parent != Some(within)) =>
         {
-            let problem = Problem::new("the default of a shallow history state is a child of its parent").warning();
+            let problem = Problem::new("the default of a shallow history state is a child of its parent").as_warning();
             problems.push(at(problem));
         }
         _ => {}

@@ -1,12 +1,11 @@
 //! Compiling transitions, and what states enter by default (SCXML 3.3 to 3.6, 3.10).
 
+use diagnostics::{MAX_HINTS, Problem, nearest_or_all};
 use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::xml::{Written, elements, elements_named, name_span};
 use crate::chart::{Block, Descriptor, Domain, Initial, State, StateId, StateKind, Transition, is_descriptor};
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 
 impl Compiler<'_> {
     pub(super) fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {
@@ -17,7 +16,7 @@ impl Compiler<'_> {
             // It would be taken again and again, for ever (SCXML 3.5.1).
             let problem = Problem::new("a transition has an event, a condition or a target");
             let problem = problem.at(name_span(node), "has none of them");
-            self.problems.push(problem.help("what is done on entering the state belongs in <onentry>"));
+            self.problems.push(problem.with_help("what is done on entering the state belongs in <onentry>"));
         }
         Transition {
             source,
@@ -34,7 +33,7 @@ impl Compiler<'_> {
     fn is_internal(&mut self, written: &Written<'_>) -> bool {
         if !["internal", "external"].contains(&written.value) {
             let problem = Problem::new(format!("there are no {} transitions", written.value));
-            self.problems.push(problem.at(written.span(), "unknown type").help("`internal` or `external`"));
+            self.problems.push(problem.at(written.span(), "unknown type").with_help("`internal` or `external`"));
         }
         written.value == "internal"
     }
@@ -43,23 +42,23 @@ impl Compiler<'_> {
         let words = event.words();
         if words.is_empty() {
             let problem = Problem::new("no event is named").at(event.span(), "empty");
-            self.problems.push(problem.help("leave the attribute out to take the transition without an event"));
+            self.problems.push(problem.with_help("leave the attribute out to take the transition without an event"));
         }
         let mut descriptors = Vec::new();
         for (word, span) in words {
             if word == ".*" {
                 let problem = Problem::new("`.*` has nothing before its dot").at(span.clone(), "every event is meant?");
-                self.defer(problem.help("`*`"));
+                self.defer(problem.with_help("`*`"));
             }
             if is_descriptor(word) || word == ".*" {
-                let matches = self.events.matches(word);
+                let matches = self.events.listen(word);
                 descriptors.push(Descriptor { text: word.into(), matches, span: span.into() });
             } else {
                 self.leads_nowhere = true;
                 let problem = Problem::new(format!("`{word}` matches no event")).at(span, "not an event descriptor");
                 let forms =
                     "`BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
-                self.problems.push(problem.help(forms));
+                self.problems.push(problem.with_help(forms));
             }
         }
         descriptors
@@ -70,7 +69,7 @@ impl Compiler<'_> {
         let words = written.words();
         if words.is_empty() {
             let problem = Problem::new("no state is named").at(written.span(), "empty");
-            self.problems.push(problem.help("leave the attribute out to stay in the state"));
+            self.problems.push(problem.with_help("leave the attribute out to stay in the state"));
         }
         let mut targets = Vec::new();
         for (word, span) in words {
@@ -78,9 +77,12 @@ impl Compiler<'_> {
                 Some(state) => targets.push(*state),
                 None => {
                     self.leads_nowhere = true;
-                    let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
                     let problem = Problem::new(format!("there is no state `{word}`")).at(span, "unknown state");
-                    self.problems.push(problem.help(nearest_or_all(word, "states", &known)));
+                    let help = (self.problems.len() < MAX_HINTS).then(|| {
+                        let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
+                        nearest_or_all(word, "states", &known)
+                    });
+                    self.problems.push(problem.with_help_if(help));
                 }
             }
         }
@@ -124,7 +126,7 @@ impl Compiler<'_> {
             self.leads_nowhere = true;
             let message = format!("<{name}> has one transition, not {}", transitions.len());
             let problem = Problem::new(message).at(name_span(node), "in here");
-            self.problems.push(problem.help("<transition target=\"…\"/>"));
+            self.problems.push(problem.with_help("<transition target=\"…\"/>"));
             return None;
         };
         for unwanted in ["event", "cond"] {

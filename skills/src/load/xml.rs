@@ -4,6 +4,8 @@ use std::ops::Range;
 
 use roxmltree::Node;
 
+pub(crate) use diagnostics::xml::name_span;
+
 /// The namespace of SCXML.
 pub(super) const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
@@ -33,14 +35,6 @@ pub(crate) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> 
         }
     }
     found
-}
-
-/// Where an element's name stands.
-pub(crate) fn name_span(node: Node<'_, '_>) -> Range<usize> {
-    let start = (node.range().start + 1).min(node.range().end);
-    let written = node.document().input_text().get(start..).unwrap_or_default();
-    let length = written.find(|c: char| c.is_whitespace() || c == '/' || c == '>').unwrap_or(written.len());
-    start..start + length
 }
 
 /// A piece of text out of the file: an attribute's value, or what stands between two tags.
@@ -85,27 +79,12 @@ impl<'a> Written<'a> {
 
     /// Where a part of the value stands, given in bytes of the value.
     pub(crate) fn span_of(&self, part: Range<usize>) -> Range<usize> {
-        self.offset_of(part.start)..self.offset_of(part.end)
+        let mut walk = self.walk();
+        walk.advance(part.start)..walk.advance(part.len())
     }
 
-    /// Where a byte of the value stands in the file: an entity takes more room there than the letter it stands for.
-    fn offset_of(&self, value_offset: usize) -> usize {
-        let mut value_rest = value_offset;
-        let mut raw = self.raw;
-        let mut letters = self.value.chars();
-        while value_rest > 0
-            && let Some(letter) = letters.next()
-        {
-            value_rest = value_rest.saturating_sub(letter.len_utf8());
-            let length = match raw.chars().next() {
-                Some('&') => raw.find(';').map_or(1, |end| end + 1),
-                Some('\r') if raw[1..].starts_with('\n') => 2,
-                Some(written) => written.len_utf8(),
-                None => break,
-            };
-            raw = &raw[length..];
-        }
-        self.start + self.raw.len() - raw.len()
+    fn walk(&self) -> Walk<'a> {
+        Walk { value: self.value, raw: self.raw, place: self.start }
     }
 
     /// Another text in the place of this one: it stands in a file that the attribute names, and what is wrong with it is
@@ -122,12 +101,44 @@ impl<'a> Written<'a> {
 
     /// The words of the value, each with its place in the file.
     pub(crate) fn words(&self) -> Vec<(&'a str, Range<usize>)> {
-        let base = self.value.as_ptr() as usize;
+        let (base, mut walk, mut end) = (self.value.as_ptr() as usize, self.walk(), 0);
         let place = |word: &'a str| {
             let start = word.as_ptr() as usize - base;
-            (word, self.span_of(start..start + word.len()))
+            let begins = walk.advance(start - end);
+            end = start + word.len();
+            (word, begins..walk.advance(word.len()))
         };
         self.value.split_whitespace().map(place).collect()
+    }
+}
+
+/// A way through a text, as it is meant and as it stands in the file: an entity takes more room there than the letter
+/// that it stands for.
+struct Walk<'a> {
+    /// What is left of both.
+    value: &'a str,
+    raw: &'a str,
+    place: usize,
+}
+
+impl Walk<'_> {
+    /// Goes on by so many bytes of the value. The place in the file where that is.
+    fn advance(&mut self, mut bytes: usize) -> usize {
+        while bytes > 0
+            && let Some(letter) = self.value.chars().next()
+        {
+            bytes = bytes.saturating_sub(letter.len_utf8());
+            self.value = &self.value[letter.len_utf8()..];
+            let length = match self.raw.chars().next() {
+                Some('&') => self.raw.find(';').map_or(1, |end| end + 1),
+                Some('\r') if self.raw[1..].starts_with('\n') => 2,
+                Some(written) => written.len_utf8(),
+                None => break,
+            };
+            self.raw = &self.raw[length..];
+            self.place += length;
+        }
+        self.place
     }
 }
 

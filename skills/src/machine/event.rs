@@ -22,7 +22,12 @@ pub struct Event {
     pub invoke_id: Option<Arc<str>>,
     /// `_event.data`
     pub data: Datum,
+    /// All parameters in order, if two of them have one name; `data` has the last of them alone.
+    pub(crate) repeated: Option<Params>,
 }
+
+/// Parameters in the order they were sent.
+pub type Params = Arc<[(Arc<str>, Datum)]>;
 
 /// Where an event comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -53,7 +58,36 @@ impl Event {
     }
 
     pub(crate) fn new(name: Arc<str>, kind: EventKind) -> Self {
-        Self { name, kind, send_id: None, origin: None, origin_type: None, invoke_id: None, data: Datum::Undefined }
+        Self {
+            name,
+            kind,
+            send_id: None,
+            origin: None,
+            origin_type: None,
+            invoke_id: None,
+            data: Datum::Undefined,
+            repeated: None,
+        }
+    }
+
+    /// `_event.raw`: the event as text, every parameter included.
+    pub(crate) fn raw(&self) -> String {
+        let mut fields = vec![format!("\"name\": {:?}, \"type\": {:?}", self.name, self.kind.name())];
+        let optional = [
+            ("sendid", &self.send_id),
+            ("origin", &self.origin),
+            ("origintype", &self.origin_type),
+            ("invokeid", &self.invoke_id),
+        ];
+        fields.extend(optional.iter().filter_map(|(name, value)| Some(format!("\"{name}\": {:?}", value.as_ref()?))));
+        fields.push(match &self.repeated {
+            None => format!("\"data\": {}", self.data),
+            Some(params) => {
+                let params: Vec<String> = params.iter().map(|(name, value)| format!("{name:?}: {value}")).collect();
+                format!("\"data\": {{{}}}", params.join(", "))
+            }
+        });
+        format!("{{{}}}", fields.join(", "))
     }
 
     /// The same event with these data.

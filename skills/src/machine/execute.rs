@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
+use miette::SourceSpan;
+
 use super::run::Run;
+use super::send::no_room;
 use super::{Event, EventKind, Note};
 use crate::Datum;
 use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload, Place};
 use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary};
-use crate::problem::Span;
 
 /// An action failed: the rest of its block is left out (SCXML 3.12.2). The error event is in the queue already.
 pub(super) struct Aborted;
@@ -15,6 +17,7 @@ pub(super) struct Aborted;
 impl Run<'_, '_> {
     /// Executes a block; if one of its actions fails, not the actions behind it.
     pub(super) fn execute(&mut self, block: &[Action]) {
+        self.steps.begin();
         let _ = self.actions(block);
     }
 
@@ -23,8 +26,12 @@ impl Run<'_, '_> {
     }
 
     fn action(&mut self, action: &Action) -> Result<(), Aborted> {
+        self.count(1, action.span)?;
         match &action.kind {
             ActionKind::Raise { event, class } => {
+                if !self.machine.has_room() {
+                    return self.abort(no_room(), action.span);
+                }
                 self.raise(Event::new(Arc::clone(event), EventKind::Internal), *class);
                 Ok(())
             }
@@ -48,13 +55,18 @@ impl Run<'_, '_> {
         }
     }
 
+    /// Takes steps, and ends the block if there are none left.
+    fn count(&mut self, steps: u64, span: SourceSpan) -> Result<(), Aborted> {
+        self.steps.take(steps).or_else(|error| self.abort(error.to_string(), span))
+    }
+
     /// Reports what went wrong, and ends the block.
-    pub(super) fn abort<T>(&mut self, reason: String, span: Span) -> Result<T, Aborted> {
+    pub(super) fn abort<T>(&mut self, reason: String, span: SourceSpan) -> Result<T, Aborted> {
         self.fail(reason, span, None);
         Err(Aborted)
     }
 
-    pub(super) fn value(&mut self, expr: &Expr, span: Span) -> Result<Datum, Aborted> {
+    pub(super) fn value(&mut self, expr: &Expr, span: SourceSpan) -> Result<Datum, Aborted> {
         match self.evaluate(expr) {
             Ok(value) => Ok(value),
             Err(error) => self.abort(error.to_string(), span),
@@ -73,7 +85,7 @@ impl Run<'_, '_> {
         })
     }
 
-    pub(super) fn assign(&mut self, place: &Place, value: Datum, span: Span) -> Result<(), Aborted> {
+    pub(super) fn assign(&mut self, place: &Place, value: Datum, span: SourceSpan) -> Result<(), Aborted> {
         let outcome = match place {
             Place::Compiled(location) => self.try_assign(location, value),
             Place::Foreign(code) => self.run_code(code, Some(&value)).map(|_| ()),
@@ -81,12 +93,16 @@ impl Run<'_, '_> {
         outcome.or_else(|error| self.abort(error.to_string(), span))
     }
 
-    fn assign_here(&mut self, location: &Location, value: Datum, span: Span) -> Result<(), Aborted> {
+    fn assign_here(&mut self, location: &Location, value: Datum, span: SourceSpan) -> Result<(), Aborted> {
         self.try_assign(location, value).or_else(|error| self.abort(error.to_string(), span))
     }
 
     fn try_assign(&mut self, location: &Location, value: Datum) -> Result<(), EvaluationError> {
         let keys = location.keys(&self.scope())?;
+        if !keys.is_empty() {
+            // All data may have to be looked through for the object that changes.
+            self.steps.take_size(self.machine.data.iter().map(Datum::size).sum())?;
+        }
         self.machine.data.put(location.data, &keys, value)
     }
 
@@ -99,11 +115,12 @@ impl Run<'_, '_> {
         Ok(())
     }
 
-    fn foreach(&mut self, foreach: &Foreach, span: Span) -> Result<(), Aborted> {
+    fn foreach(&mut self, foreach: &Foreach, span: SourceSpan) -> Result<(), Aborted> {
         let Datum::Array(array) = self.value(&foreach.array, span)? else {
             return self.abort("<foreach> goes through an array, and this is none".to_owned(), span);
         };
         for (position, item) in array.items().iter().enumerate() {
+            self.count(1, span)?;
             self.set(foreach.item, item.clone());
             if let Some(index) = foreach.index {
                 self.set(index, Datum::Number(position as f64));
@@ -117,7 +134,7 @@ impl Run<'_, '_> {
         self.machine.data.set(data, value);
     }
 
-    fn log(&mut self, label: &Arc<str>, value: Option<&Expr>, span: Span) -> Result<(), Aborted> {
+    fn log(&mut self, label: &Arc<str>, value: Option<&Expr>, span: SourceSpan) -> Result<(), Aborted> {
         let text = match value {
             None => String::new(),
             Some(expr) => match self.value(expr, span)? {
@@ -125,11 +142,12 @@ impl Run<'_, '_> {
                 simple => simple.to_text().to_string(),
             },
         };
+        self.count(text.len() as u64 / 64, span)?;
         self.host.note(Note::Log { label: Arc::clone(label), text });
         Ok(())
     }
 
-    fn statement(&mut self, statement: &Statement, span: Span) -> Result<(), Aborted> {
+    fn statement(&mut self, statement: &Statement, span: SourceSpan) -> Result<(), Aborted> {
         match statement {
             Statement::Assign(location, value) => {
                 let value = self.value(value, span)?;
@@ -157,13 +175,19 @@ impl Run<'_, '_> {
             Some(Content::Computed(expr, span)) => return self.value(expr, *span).unwrap_or_default(),
             None => {}
         }
+        let members = self.params(payload);
+        self.object(members)
+    }
+
+    /// The parameters that can be evaluated.
+    pub(super) fn params(&mut self, payload: &Payload) -> Vec<(Arc<str>, Datum)> {
         let mut members = Vec::new();
         for param in &payload.params {
             if let Ok(value) = self.value(&param.value, param.span) {
                 members.push((Arc::clone(&param.name), value));
             }
         }
-        self.object(members)
+        members
     }
 
     /// An object, or `undefined` where it would have no members or be too large.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::Machine;
+use super::{Machine, Params};
 use crate::Datum;
 
 /// Whoever runs a machine: takes what it sends away and what it has to say.
@@ -38,6 +38,8 @@ pub struct Outgoing {
     pub send_id: Option<Arc<str>>,
     /// An object with a member per parameter, or the content.
     pub data: Datum,
+    /// All parameters in order, if two of them have one name; `data` has the last of them alone.
+    pub repeated: Option<Params>,
 }
 
 /// Why an event could not be delivered.
@@ -67,6 +69,11 @@ pub enum Note {
     },
     /// No transition was enabled by an error event.
     UnhandledError {
+        /// The event's name.
+        event: Arc<str>,
+    },
+    /// The machine has sent itself an event that none of its transitions takes.
+    Unheard {
         /// The event's name.
         event: Arc<str>,
     },

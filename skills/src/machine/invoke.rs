@@ -4,7 +4,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::run::{Kin, Mail, Run};
-use super::{Event, Host, Machine, Note, Outgoing, Queued, Status, Undelivered};
+use super::send::no_room;
+use super::{Event, Host, MAX_WAITING, Machine, Note, Outgoing, Queued, Status, Undelivered};
 use crate::Datum;
 use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
 
@@ -26,6 +27,15 @@ pub(super) struct Invoked {
 }
 
 impl Machine {
+    /// Takes what another machine sends, if there is room for it.
+    pub(super) fn admit(&mut self, event: Event) -> Result<(), String> {
+        if !self.has_room() {
+            return Err(no_room());
+        }
+        self.enqueue(event);
+        Ok(())
+    }
+
     /// Puts an event into the external queue.
     pub(super) fn enqueue(&mut self, event: Event) {
         if self.status == Status::Running {
@@ -86,6 +96,7 @@ impl Run<'_, '_> {
 
     /// The machine that is to be started; without one, why not, if that is not in the queue yet.
     fn prepare(&mut self, state: StateId, index: usize, invoke: &Invoke) -> Result<Invoked, Option<String>> {
+        self.steps.begin();
         let kind = self.attribute(invoke.kind.as_ref())?;
         if let Some(kind) = kind.filter(|kind| !INVOKE_KINDS.contains(&&**kind)) {
             return Err(Some(format!("there is no service of type `{kind}`")));
@@ -202,8 +213,11 @@ impl Run<'_, '_> {
         self.machine.descendants(&mut outside);
         let chart = Arc::clone(&invoked.machine.chart);
         let mut host = Inside { id: &invoked.id, host: self.host };
-        let kin = Kin { outside: &outside, mail: Vec::new() };
-        let mut run = Run { chart: &chart, machine: &mut invoked.machine, now: self.now, host: &mut host, kin };
+        let room_here = MAX_WAITING.saturating_sub(self.machine.external.len());
+        let room = self.kin.room.saturating_sub(self.kin.mail.len()).min(room_here);
+        let kin = Kin { outside: &outside, mail: Vec::new(), room };
+        let (machine, now, steps) = (&mut invoked.machine, self.now, self.steps);
+        let mut run = Run { chart: &chart, machine, now, host: &mut host, kin, steps };
         act(&mut run);
         run.kin.mail
     }

@@ -13,13 +13,15 @@ use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-pub use event::{Event, EventKind};
+use diagnostics::nearest_or_all;
+
+pub use event::{Event, EventKind, Params};
 pub(crate) use host::Silence;
 pub use host::{Host, Note, Outgoing, Transcript, Undelivered};
 
 use crate::chart::{BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
 use crate::datum::Memory;
-use crate::suggest::nearest_or_all;
+use crate::steps::Steps;
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use invoke::{Invoked, earlier};
@@ -131,6 +133,10 @@ pub enum Status {
     Stuck,
 }
 
+/// So many events may wait in a machine, the delayed ones among them, and so many messages in a skill. A machine can take
+/// more than twice as many before it has to be at rest.
+pub(crate) const MAX_WAITING: usize = 4096;
+
 /// An event in a queue, with what the chart can tell of its name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Queued {
@@ -199,8 +205,7 @@ impl Machine {
         let mut machine = Self::new(chart);
         for (name, value) in parameters {
             let chart = &machine.chart;
-            let id = chart.find_data(name).filter(|id| chart.data[id.index()].top_level);
-            let id = id.ok_or_else(|| {
+            let id = chart.find_parameter(name).ok_or_else(|| {
                 let known: Vec<&str> = chart.parameters().collect();
                 let help = nearest_or_all(name, "its parameters", &known);
                 SkillError::UnknownParameter { name: name.to_owned(), file: chart.file.name().to_owned(), help }
@@ -214,6 +219,11 @@ impl Machine {
     pub(crate) fn set_session(&mut self, session: &str) {
         self.session = Session::new(session);
         self.random = self.session.seed();
+    }
+
+    /// Whether it may get another event. The caller's events and errors are taken whether or not there is room.
+    fn has_room(&self) -> bool {
+        self.internal.len() + self.external.len() + self.timers.len() < MAX_WAITING
     }
 
     /// Another machine before its start, with the same chart, parameters and session.
@@ -232,7 +242,7 @@ impl Machine {
     pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
         if self.status == Status::Ready {
             let chart = Arc::clone(&self.chart);
-            Run::new(&chart, self, now, host).start();
+            Run::new(&chart, self, now, host, &Steps::default()).start();
         }
     }
 
@@ -241,7 +251,7 @@ impl Machine {
         if self.status == Status::Running {
             self.enqueue(event);
             let chart = Arc::clone(&self.chart);
-            Run::new(&chart, self, now, host).until_rest();
+            Run::new(&chart, self, now, host, &Steps::default()).until_rest();
         }
     }
 
@@ -257,7 +267,14 @@ impl Machine {
     pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
         let chart = Arc::clone(&self.chart);
         while self.status == Status::Running && self.next_timer().is_some_and(|due| due <= now) {
-            Run::new(&chart, self, now, host).fire_next();
+            Run::new(&chart, self, now, host, &Steps::default()).fire_next();
+        }
+    }
+
+    /// Puts a value into the datum of the whole machine that has this id; a machine without one goes without it.
+    pub(crate) fn put(&mut self, id: &str, value: Datum) {
+        if let Some(id) = self.chart.find_parameter(id) {
+            self.data.set(id, value);
         }
     }
 
@@ -310,7 +327,7 @@ impl Machine {
     pub(crate) fn first_values(&self) -> Memory {
         let mut machine = self.clone();
         let chart = Arc::clone(&self.chart);
-        Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence).initialise_all();
+        Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence, &Steps::default()).initialise_all();
         machine.data
     }
 }

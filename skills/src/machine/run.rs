@@ -3,12 +3,14 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::{Event, EventKind, Host, Machine, Note, Queued, Status};
+use miette::SourceSpan;
+
+use super::{Event, EventKind, Host, MAX_WAITING, Machine, Note, Queued, Status};
 use crate::Datum;
-use crate::chart::{Binding, BitSet, Chart, DataId, EventClass, StateId, StateKind};
+use crate::chart::{Binding, BitSet, Chart, DataId, EventClass, StateId, StateKind, range};
 use crate::engine::{Code, World};
 use crate::expression::{EvaluationError, Expr, Scope};
-use crate::problem::Span;
+use crate::steps::Steps;
 use crate::unobserved::Unobserved;
 
 /// A machine that has not come to rest after so many microsteps runs in circles.
@@ -21,6 +23,7 @@ pub(super) struct Run<'c, 'm> {
     pub(super) now: Duration,
     pub(super) host: &'m mut dyn Host,
     pub(super) kin: Kin<'m>,
+    pub(super) steps: &'m Steps,
 }
 
 /// The machines around one that was invoked.
@@ -29,6 +32,8 @@ pub(super) struct Kin<'k> {
     pub(super) outside: &'k [Arc<str>],
     /// What it sends to them.
     pub(super) mail: Vec<Mail>,
+    /// So much of it they may get.
+    pub(super) room: usize,
 }
 
 /// An event for a machine further out.
@@ -38,8 +43,14 @@ pub(super) enum Mail {
 }
 
 impl<'c, 'm> Run<'c, 'm> {
-    pub(super) fn new(chart: &'c Chart, machine: &'m mut Machine, now: Duration, host: &'m mut dyn Host) -> Self {
-        Self { chart, machine, now, host, kin: Kin { outside: &[], mail: Vec::new() } }
+    pub(super) fn new(
+        chart: &'c Chart,
+        machine: &'m mut Machine,
+        now: Duration,
+        host: &'m mut dyn Host,
+        steps: &'m Steps,
+    ) -> Self {
+        Self { chart, machine, now, host, kin: Kin { outside: &[], mail: Vec::new(), room: MAX_WAITING }, steps }
     }
 
     /// The procedure `interpret` of Appendix D up to its first rest.
@@ -58,7 +69,7 @@ impl<'c, 'm> Run<'c, 'm> {
         let mut microsteps = 0;
         while self.machine.status == Status::Running && self.next_microstep() {
             microsteps += 1;
-            if microsteps == MAX_MICROSTEPS {
+            if microsteps == MAX_MICROSTEPS || self.steps.are_over() {
                 self.host.note(Note::Stuck { microsteps });
                 self.machine.status = Status::Stuck;
                 self.drop_events();
@@ -72,6 +83,7 @@ impl<'c, 'm> Run<'c, 'm> {
     /// Takes the transitions that are enabled without an event, or else by the next event, internal ones first.
     /// False if there is nothing left to do.
     fn next_microstep(&mut self) -> bool {
+        self.steps.begin();
         self.select(None);
         if self.machine.scratch.enabled.is_empty() {
             if let Some(next) = self.machine.internal.pop_front() {
@@ -167,6 +179,7 @@ impl<'c, 'm> Run<'c, 'm> {
     }
 
     fn initialise(&mut self, id: DataId) {
+        self.steps.begin();
         let item = &self.chart.data[id.index()];
         let given = self.machine.given.iter().rev().find(|(data, _)| *data == id);
         let value = match (given, &item.init) {
@@ -202,8 +215,10 @@ impl<'c, 'm> Run<'c, 'm> {
             event: machine.event.as_ref(),
             event_object: Some(&machine.event_object),
             io_processors: Some(&machine.session.io_processors),
+            steps: Some(self.steps),
         };
-        let mut world = World { scope, memory: &mut machine.data, now: self.now, random: &mut machine.random };
+        let (memory, random) = (&mut machine.data, &mut machine.random);
+        let mut world = World { scope, memory, now: self.now, random, steps: self.steps };
         code.run(&mut world, argument)
     }
 
@@ -217,6 +232,7 @@ impl<'c, 'm> Run<'c, 'm> {
             event: self.machine.event.as_ref(),
             event_object: Some(&self.machine.event_object),
             io_processors: Some(&self.machine.session.io_processors),
+            steps: Some(self.steps),
         }
     }
 
@@ -234,14 +250,20 @@ impl<'c, 'm> Run<'c, 'm> {
     }
 
     /// Puts `error.execution` into the internal queue.
-    pub(super) fn fail(&mut self, reason: String, span: Span, send_id: Option<Arc<str>>) {
+    pub(super) fn fail(&mut self, reason: String, span: SourceSpan, send_id: Option<Arc<str>>) {
         self.raise_error("error.execution", reason, span, send_id);
     }
 
-    pub(super) fn raise_error(&mut self, name: &'static str, reason: String, span: Span, send_id: Option<Arc<str>>) {
+    pub(super) fn raise_error(
+        &mut self,
+        name: &'static str,
+        reason: String,
+        span: SourceSpan,
+        send_id: Option<Arc<str>>,
+    ) {
         let event = Event::new(name.into(), EventKind::Platform).with_data(Datum::text(&reason));
         let class = self.chart.events.class(name);
         self.raise(Event { send_id, ..event }, class);
-        self.host.note(Note::Error { event: name, reason, span: span.into() });
+        self.host.note(Note::Error { event: name, reason, span: range(span) });
     }
 }

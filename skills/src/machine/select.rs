@@ -44,7 +44,11 @@ impl Run<'_, '_> {
             Some(class) => transition.descriptors.iter().any(|descriptor| descriptor.matches.contains(class)),
             None => transition.descriptors.is_empty(),
         };
-        matches && transition.condition.as_ref().is_none_or(|condition| self.holds(condition))
+        matches
+            && transition.condition.as_ref().is_none_or(|condition| {
+                self.steps.begin();
+                self.holds(condition)
+            })
     }
 
     /// Of two transitions that would leave the same state, the one whose source lies deeper is taken, else the one that

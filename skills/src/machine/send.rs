@@ -3,15 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use miette::SourceSpan;
+
 use super::execute::Aborted;
 use super::invoke::Invoked;
 use super::run::{Mail, Run};
-use super::{Event, EventKind, Outgoing, Queued, Session, Status};
+use super::{Event, EventKind, MAX_WAITING, Note, Outgoing, Queued, Session, Status};
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
 use crate::delay;
 use crate::load::INTERNAL_TARGET;
-use crate::problem::Span;
 
 /// Where an event goes that is meant for the machine that has invoked this one.
 const PARENT_TARGET: &str = "#_parent";
@@ -37,7 +38,7 @@ pub(super) enum Parcel {
 
 /// Where a `<send>` stands in the file, for messages; two machines of one chart have equal places for equal parcels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Spot(Span);
+pub(super) struct Spot(SourceSpan);
 
 impl std::hash::Hash for Spot {
     fn hash<H: std::hash::Hasher>(&self, _: &mut H) {}
@@ -47,8 +48,7 @@ impl Run<'_, '_> {
     /// Evaluates what is sent now, and sends it now or later.
     pub(super) fn send(&mut self, send: &Send) -> Result<(), Aborted> {
         let id = self.send_id(send)?;
-        let sent = self.parcel(send, id.clone()).and_then(|parcel| Ok((parcel, self.delay(send)?)));
-        let (parcel, delay) = sent.map_err(|reason| {
+        let (parcel, delay) = self.parcel_to_deliver(send, id.clone()).map_err(|reason| {
             self.fail(reason, send.span, id.clone());
             Aborted
         })?;
@@ -61,6 +61,14 @@ impl Run<'_, '_> {
             timers.insert(position, Timer { due, send_id: id, parcel });
         }
         Ok(())
+    }
+
+    /// What is sent, and how long it waits.
+    fn parcel_to_deliver(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<(Parcel, Duration), String> {
+        let parcel = self.parcel(send, send_id)?;
+        let delay = self.delay(send)?;
+        let waits_here = !delay.is_zero() || !matches!(parcel, Parcel::Away(..));
+        if waits_here && !self.machine.has_room() { Err(no_room()) } else { Ok((parcel, delay)) }
     }
 
     fn send_id(&mut self, send: &Send) -> Result<Option<Arc<str>>, Aborted> {
@@ -86,21 +94,24 @@ impl Run<'_, '_> {
             let value = self.evaluate(&named.value).map_err(|error| error.to_string())?;
             members.push((Arc::clone(&named.name), value));
         }
-        let data = match self.payload(&send.payload) {
-            Datum::Object(params) if !members.is_empty() => {
-                members.extend(params.members().map(|(name, value)| (Arc::from(name), value.clone())));
-                self.object(members)
-            }
-            Datum::Undefined => self.object(members),
-            data => data,
+        let (data, repeated) = if send.payload.content.is_some() {
+            (self.payload(&send.payload), None)
+        } else {
+            members.extend(self.params(&send.payload));
+            let is_again = |(index, (name, _)): (usize, &(Arc<str>, Datum))| {
+                members[..index].iter().any(|(earlier, _)| earlier == name)
+            };
+            let is_repeated = members.iter().enumerate().any(is_again);
+            let repeated = is_repeated.then(|| members.as_slice().into());
+            (self.object(members), repeated)
         };
         let processor = processor.unwrap_or_else(|| Arc::clone(&self.machine.session.processor));
-        self.route(Outgoing { processor, target, event, send_id, data }, send.span)
+        self.route(Outgoing { processor, target, event, send_id, data, repeated }, send.span)
     }
 
     /// Where an event goes: by channel to somebody else, by SCXML's own processor to this machine, as there are no
     /// others that it could reach.
-    fn route(&self, outgoing: Outgoing, span: Span) -> Result<Parcel, String> {
+    fn route(&self, outgoing: Outgoing, span: SourceSpan) -> Result<Parcel, String> {
         if &*outgoing.processor == CHANNEL_PROCESSOR {
             return Ok(Parcel::Away(outgoing, Spot(span)));
         }
@@ -155,6 +166,9 @@ impl Run<'_, '_> {
                 self.raise(event, class);
             }
             Parcel::Own(event) => {
+                if !self.chart.may_hear(&event.name) {
+                    self.host.note(Note::Unheard { event: Arc::clone(&event.name) });
+                }
                 let class = self.chart.events.class(&event.name);
                 self.machine.external.push_back(Queued { event, class });
             }
@@ -178,29 +192,37 @@ impl Run<'_, '_> {
         let target = outgoing.target.clone().unwrap_or_default();
         let event = own_event(outgoing, EventKind::External).with_origin(Arc::clone(location), Arc::clone(processor));
         if &*target == PARENT_TARGET && self.machine.under.is_some() {
-            self.kin.mail.push(Mail::Parent(event));
+            self.post(Mail::Parent(event))
         } else if let Some(session) = target.strip_prefix("#_scxml_") {
             match self.machine.descendant(session) {
-                Some(machine) => machine.enqueue(event),
+                Some(machine) => machine.admit(event),
                 None if self.kin.outside.iter().any(|known| &**known == session) => {
-                    self.kin.mail.push(Mail::Session(session.into(), event));
+                    self.post(Mail::Session(session.into(), event))
                 }
-                None => return Err(format!("there is no session {session}")),
+                None => Err(format!("there is no session {session}")),
             }
         } else {
             let is_meant = |invoked: &&mut Invoked| {
                 target.strip_prefix("#_") == Some(&*invoked.id) && invoked.machine.status == Status::Running
             };
             match self.machine.invoked.iter_mut().find(is_meant) {
-                Some(invoked) => invoked.machine.enqueue(event),
-                None => return Err(format!("there is nobody at `{target}`")),
+                Some(invoked) => invoked.machine.admit(event),
+                None => Err(format!("there is nobody at `{target}`")),
             }
         }
+    }
+
+    /// Sends an event further out, where it may find no room.
+    fn post(&mut self, letter: Mail) -> Result<(), String> {
+        if self.kin.mail.len() >= self.kin.room {
+            return Err(no_room());
+        }
+        self.kin.mail.push(letter);
         Ok(())
     }
 
     /// Takes back the delayed events of that id; one that is on its way already cannot be.
-    pub(super) fn cancel(&mut self, id: &Source, span: Span) -> Result<(), Aborted> {
+    pub(super) fn cancel(&mut self, id: &Source, span: SourceSpan) -> Result<(), Aborted> {
         match self.source(id) {
             Ok(id) => {
                 self.machine.timers.retain(|timer| timer.send_id.as_ref() != Some(&id));
@@ -211,7 +233,12 @@ impl Run<'_, '_> {
     }
 }
 
+/// Why an event is not sent.
+pub(super) fn no_room() -> String {
+    format!("{MAX_WAITING} events are waiting already")
+}
+
 fn own_event(outgoing: Outgoing, kind: EventKind) -> Event {
-    let Outgoing { event, send_id, data, .. } = outgoing;
-    Event { send_id, data, ..Event::new(event.unwrap_or_default(), kind) }
+    let Outgoing { event, send_id, data, repeated, .. } = outgoing;
+    Event { send_id, data, repeated, ..Event::new(event.unwrap_or_default(), kind) }
 }

@@ -2,14 +2,13 @@
 
 use std::ops::Range;
 
+use diagnostics::{Problem, nearest_or_all};
 use roxmltree::Node;
 
 use super::place::Site;
 use super::{Mutation, TransitionPlace};
 use crate::chart::{Chart, Domain, StateId, StateKind, Transition, TransitionId};
 use crate::load::{Written, name_span};
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 
 /// Bytes of the file and what stands there instead.
 pub(super) type Edit = (Range<usize>, String);
@@ -109,15 +108,15 @@ fn escaped(text: &str) -> String {
 fn data(site: &Site<'_>, id: &str, expr: &str) -> Result<Vec<Edit>, Problem> {
     let Some((node, name)) = site.data().find(|(_, name)| name.value == id) else {
         let known: Vec<&str> = site.data().map(|(_, name)| name.value).collect();
-        return Err(Problem::new(format!("there is no datum `{id}`")).help(nearest_or_all(id, "data", &known)));
+        return Err(Problem::new(format!("there is no datum `{id}`")).with_help(nearest_or_all(id, "data", &known)));
     };
     if let Some(src) = Written::attribute(node, "src") {
         let problem = Problem::new(format!("the value of `{id}` stands in another file"));
-        return Err(problem.at(src.span(), "there").help("change that file, or write the value here"));
+        return Err(problem.at(src.span(), "there").with_help("change that file, or write the value here"));
     }
     if node.children().any(|child| child.is_element()) {
         let problem = Problem::new(format!("the value of `{id}` is written as XML"));
-        return Err(problem.at(name.span(), "this datum").help("write it as `expr` to change it"));
+        return Err(problem.at(name.span(), "this datum").with_help("write it as `expr` to change it"));
     }
     if let Some(old) = Written::attribute(node, "expr") {
         return Ok(vec![(old.span(), escaped(expr))]);
@@ -136,10 +135,10 @@ fn guard<'a>(site: &Site<'a>, place: &TransitionPlace) -> Result<Written<'a>, Pr
     let problem = |message: String| Problem::new(message).at(name_span(node), "this transition");
     let guard = Written::attribute(node, "cond").ok_or_else(|| {
         let help = "`swap_target` and `drop_transition` need no condition";
-        problem(format!("{place} has no condition")).help(help)
+        problem(format!("{place} has no condition")).with_help(help)
     })?;
     if is_null_model(node) {
-        return Err(problem("the null data model knows no negation".to_owned()).help("datamodel=\"ecmascript\""));
+        return Err(problem("the null data model knows no negation".to_owned()).with_help("datamodel=\"ecmascript\""));
     }
     Ok(guard)
 }
@@ -148,7 +147,7 @@ fn targets<'a>(site: &Site<'a>, place: &TransitionPlace) -> Result<Written<'a>, 
     let node = site.node(site.transition(place)?);
     Written::attribute(node, "target").ok_or_else(|| {
         let problem = Problem::new(format!("{place} has no target")).at(name_span(node), "this transition");
-        problem.help("it only does something; `drop_transition` takes it away")
+        problem.with_help("it only does something; `drop_transition` takes it away")
     })
 }
 
@@ -161,7 +160,7 @@ fn stuck(site: &Site<'_>, state: StateId) -> Result<Vec<Edit>, Problem> {
         return Err(here(Problem::new(format!("no transition leaves `{id}` anyway"))));
     };
     if is_null_model(site.node(first)) {
-        return Err(here(Problem::new("the null data model knows no negation")).help("datamodel=\"ecmascript\""));
+        return Err(here(Problem::new("the null data model knows no negation")).with_help("datamodel=\"ecmascript\""));
     }
     let quoted = id.replace('\\', "\\\\").replace('\'', "\\'");
     let elsewhere = escaped(&format!("!In('{quoted}')"));

@@ -2,13 +2,12 @@
 
 use std::ops::Range;
 
+use diagnostics::{Problem, nearest_or_all};
 use roxmltree::{Document, Node};
 
 use super::{SendPlace, TransitionPlace};
 use crate::chart::{Chart, StateId, Transition, TransitionId};
 use crate::load::{Written, name_span, own_elements};
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 
 /// A machine and the elements that it was made from.
 pub(super) struct Site<'a> {
@@ -42,7 +41,7 @@ impl<'a> Site<'a> {
     pub(super) fn state(&self, id: &str) -> Result<StateId, Problem> {
         self.chart.find_state(id).ok_or_else(|| {
             let known: Vec<&str> = self.chart.states().map(|state| self.chart.state(state).id()).collect();
-            Problem::new(format!("there is no state `{id}`")).help(nearest_or_all(id, "states", &known))
+            Problem::new(format!("there is no state `{id}`")).with_help(nearest_or_all(id, "states", &known))
         })
     }
 
@@ -107,5 +106,5 @@ fn missing(place: &impl ToString, found: usize, what: &str, help: String) -> Pro
         1 => format!("there is 1 such {what}, number 1"),
         more => format!("there are {more} such {what}s, counted from 1"),
     };
-    Problem::new(format!("there is nothing like {}", place.to_string())).help(help)
+    Problem::new(format!("there is nothing like {}", place.to_string())).with_help(help)
 }

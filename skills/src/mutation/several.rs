@@ -1,15 +1,12 @@
 //! Several mutations of one machine at once.
 
-use std::sync::Arc;
-
-use miette::NamedSource;
+use diagnostics::{Problem, Source};
 
 use super::edit::{self, Edit};
 use super::{Mutation, Subject, place};
 use crate::SkillError;
 use crate::chart::Chart;
 use crate::load;
-use crate::problem::Problem;
 
 /// Changes a machine's text as all the mutations say. Each speaks of the machine as it was, whatever the others do, so
 /// that their order does not matter; the same mutation twice is one. Otherwise as [`mutate`](super::mutate).
@@ -52,7 +49,7 @@ fn turn(mutation: &Mutation) -> u8 {
 pub(super) fn changed(chart: &Chart, file: &str, text: &str, mutations: &[&Mutation]) -> Result<String, SkillError> {
     let refuse = |words: String, problem: Problem| SkillError::Mutation {
         mutation: words,
-        text: NamedSource::new(file, Arc::from(text)).with_language("XML"),
+        text: Source::new(file, text),
         problems: vec![problem],
     };
     let mut all: Vec<(Edit, &Mutation)> = Vec::new();

@@ -4,23 +4,25 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use channels::{FieldKind, Message, Shape, Topology};
+use diagnostics::{Problem, did_you_mean, nearest_or_all};
+use miette::SourceSpan;
 
+use super::CLIENT;
 use super::wiring::{Incoming, Outgoing, Wiring};
 use crate::Datum;
 use crate::chart::{
-    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Param, Place, Send, SendId,
+    ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Place, Send, SendId,
     is_event_name, visit_actions,
 };
 use crate::datum::Memory;
 use crate::expression::{Expr, Scope, Statement};
+use crate::load::can_be_done;
 use crate::machine::Machine;
-use crate::problem::{Problem, Span};
-use crate::suggest::{did_you_mean, nearest_or_all};
 
 /// Everything that does not fit.
 pub(super) fn problems(machine: &Machine, wiring: &Wiring, topology: &Topology) -> Vec<Problem> {
     let chart = machine.chart();
-    let constants = Constants::of(machine);
+    let constants = Constants::of(machine, wiring);
     let mut check = Check { wiring, topology, constants, missed: Vec::new(), problems: Vec::new() };
     chart.visit_sends(&mut |send| check.send(send));
     check.events(chart);
@@ -36,9 +38,10 @@ pub(super) struct Constants<'a> {
 }
 
 impl<'a> Constants<'a> {
-    pub(super) fn of(machine: &'a Machine) -> Self {
+    pub(super) fn of(machine: &'a Machine, wiring: &Wiring) -> Self {
         let chart = machine.chart();
         let mut changed = chart.foreign.clone();
+        changed.extend(wiring.inputs().filter_map(|port| chart.find_parameter(port)));
         for block in chart.blocks() {
             visit_actions(block, &mut |action| changed.extend(changed_by(&action.kind)));
         }
@@ -54,8 +57,8 @@ impl<'a> Constants<'a> {
 
     /// The message that a `<send>` sends, if it is always the same.
     pub(super) fn message(&self, head: &str, send: &Send, out: &Outgoing) -> Option<Message> {
-        let param = |param: &Param| Some((Arc::clone(&param.name), self.value(&param.value)?));
-        let fields: Vec<(Arc<str>, Datum)> = send.payload.params.iter().map(param).collect::<Option<_>>()?;
+        let field = |(name, value, _): (&Arc<str>, &Expr, SourceSpan)| Some((Arc::clone(name), self.value(value)?));
+        let fields: Vec<(Arc<str>, Datum)> = send.named().map(field).collect::<Option<_>>()?;
         out.message(head, &Datum::object(fields).ok()?).ok()
     }
 }
@@ -115,16 +118,43 @@ impl<'a> Check<'a> {
         let reached: Vec<&str> = self.wiring.outgoing.iter().map(|out| &*out.peer).collect();
         let problem = if self.topology.find_process(peer).is_some() {
             let problem = Problem::new(format!("there is no channel {} → {peer}", self.wiring.name));
-            problem.help(nearest_or_all(peer, "it can send to", &reached))
+            problem.with_help(nearest_or_all(peer, "it can send to", &reached))
         } else {
             self.missed.push(peer);
             let processes: Vec<&str> = self.topology.processes().map(|process| self.topology.name(process)).collect();
             let near = did_you_mean(peer, processes);
-            let help = near.unwrap_or_else(|| nearest_or_all(peer, "it can send to", &reached));
-            Problem::new(format!("there is no process {peer}")).help(help)
+            let help = near.unwrap_or_else(|| {
+                let known = nearest_or_all(peer, "it can send to", &self.reachable());
+                format!("{known}; which components there are, the scenario says")
+            });
+            Problem::new(format!("there is no process {peer}")).with_help(help)
         };
         self.problems.push(problem.at(target.span, "cannot be reached"));
         None
+    }
+
+    /// The processes that a skill may send to: those that it has a channel to, and the components, with which the tree has
+    /// nothing to do.
+    fn reachable(&self) -> Vec<&'a str> {
+        let topology = self.topology;
+        let has_channel = |one, other| {
+            topology
+                .channels()
+                .map(|channel| topology.get(channel))
+                .any(|channel| channel.source == one && channel.target == other)
+        };
+        let client = topology.find_process(CLIENT);
+        let is_component = |process| {
+            client.is_none_or(|client| {
+                process != client && !has_channel(process, client) && !has_channel(client, process)
+            })
+        };
+        let processes = topology.processes().filter(|process| topology.whole(*process) == *process);
+        let names = processes.filter(|process| {
+            let name = topology.name(*process);
+            name != &*self.wiring.name && (self.wiring.outgoing_to(name).is_some() || is_component(*process))
+        });
+        names.map(|process| topology.name(process)).collect()
     }
 
     /// What a message begins with; none if that is computed, or reported to be nothing that the channel carries.
@@ -133,7 +163,7 @@ impl<'a> Check<'a> {
         if out.shapes_of(head).next().is_none() {
             let problem = Problem::new(format!("the channel {} → {} carries no <{head}>", self.wiring.name, out.peer));
             let help = nearest_or_all(head, "its messages", &out.heads());
-            self.problems.push(problem.at(event.span, "unknown message").help(help));
+            self.problems.push(problem.at(event.span, "unknown message").with_help(help));
             return None;
         }
         Some(head)
@@ -142,34 +172,35 @@ impl<'a> Check<'a> {
     /// Reports parameters that are no fields, and fields without a parameter.
     fn fields(&mut self, send: &Send, out: &Outgoing, head: &str) {
         let help = carried(out, head);
-        let params = send.payload.params.iter().map(|param| (&*param.name, param.span));
-        let given: Vec<(&str, Span)> =
-            params.chain(send.name_list.iter().map(|named| (&*named.name, named.span))).collect();
+        let given: Vec<(&str, SourceSpan)> = send.named().map(|(name, _, span)| (&**name, span)).collect();
         for (name, span) in &given {
             if !fields(out, head).any(|(field, _)| field == name) {
                 let problem = Problem::new(format!("<{head}> has no field `{name}`")).at(*span, "unknown field");
-                self.problems.push(problem.help(&*help));
+                self.problems.push(problem.with_help(&*help));
             }
         }
-        let is_missing = |field: &&(String, FieldKind)| !given.iter().any(|(name, _)| *name == field.0);
+        let is_missing = |(name, kind): &&(String, FieldKind)| {
+            !matches!(kind, FieldKind::Optional(_)) && !given.iter().any(|(given, _)| given == name)
+        };
         let is_complete = |shape: &Shape| !shape.fields().iter().skip(1).any(|field| is_missing(&field));
         if !out.shapes_of(head).any(is_complete)
             && let Some((field, _)) = fields(out, head).find(is_missing)
         {
             let problem = Problem::new(format!("<{head}> lacks the field `{field}`")).at(send.span, "incomplete");
-            self.problems.push(problem.help(format!("<param name=\"{field}\" expr=\"…\"/>; {help}")));
+            self.problems.push(problem.with_help(format!("<param name=\"{field}\" expr=\"…\"/>; {help}")));
         }
     }
 
-    /// Reports parameters that never hold what their field does.
+    /// Reports data that never hold what their field does.
     fn values(&mut self, send: &Send, out: &Outgoing, head: &str) {
-        let is_field = |param: &&Param| fields(out, head).any(|(field, _)| *field == *param.name);
-        for param in send.payload.params.iter().filter(is_field) {
-            if let Some(value) = self.constants.value(&param.value)
-                && !out.takes(head, &param.name, &value)
+        for (name, value, span) in
+            send.named().filter(|(name, ..)| fields(out, head).any(|(field, _)| **field == ***name))
+        {
+            if let Some(value) = self.constants.value(value)
+                && !out.takes(head, name, &value)
             {
-                let problem = Problem::new(format!("the field `{}` of <{head}> cannot be {value}", param.name));
-                self.problems.push(problem.at(param.span, "always this value").help(carried(out, head)));
+                let problem = Problem::new(format!("the field `{name}` of <{head}> cannot be {value}"));
+                self.problems.push(problem.at(span, "always this value").with_help(carried(out, head)));
             }
         }
     }
@@ -190,7 +221,7 @@ impl<'a> Check<'a> {
         let classes: BTreeSet<EventClass> = names.iter().map(|name| chart.events.class(name)).collect();
         let known: Vec<&str> = names.iter().map(String::as_str).filter(|name| name.contains('.')).collect();
         let transitions = chart.transitions().map(|transition| chart.transition(transition));
-        let never_comes = |descriptor: &&Descriptor| !classes.iter().any(|class| descriptor.matches.contains(*class));
+        let never_comes = |descriptor: &&Descriptor| !descriptor.matches.meets(&classes);
         for descriptor in transitions.flat_map(|transition| &transition.descriptors).filter(never_comes) {
             let text = &*descriptor.text;
             let first = text.split('.').next().unwrap_or_default();
@@ -202,7 +233,7 @@ impl<'a> Check<'a> {
                 None => format!("the event `{text}` never comes"),
             };
             let problem = Problem::new(message).at(descriptor.span, "nobody sends it");
-            self.problems.push(problem.help(nearest_or_all(text, "events that come", &known)));
+            self.problems.push(problem.with_help(nearest_or_all(text, "events that come", &known)));
         }
     }
 }
@@ -218,16 +249,21 @@ fn carried(out: &Outgoing, head: &str) -> String {
 }
 
 /// The events that the machine makes itself; `None` if it computes their names.
-fn own_events(chart: &Chart) -> Option<Vec<String>> {
-    let mut names = vec!["error.execution".to_owned(), "error.communication".to_owned()];
-    names.extend(chart.states().map(|state| format!("done.state.{}", chart.state(state).id())));
+fn own_events(chart: &Chart) -> Option<BTreeSet<String>> {
+    let mut names: BTreeSet<String> = ["error.execution", "error.communication"].map(str::to_owned).into();
+    let done = chart.states().filter(|state| can_be_done(chart, *state));
+    names.extend(done.map(|state| format!("done.state.{}", chart.state(state).id())));
     let mut is_known = true;
     for block in chart.blocks() {
         visit_actions(block, &mut |action| match &action.kind {
-            ActionKind::Raise { event, .. } => names.push(event.to_string()),
+            ActionKind::Raise { event, .. } => {
+                names.insert(event.to_string());
+            }
             ActionKind::Send(send) if !goes_by_channel(send) => {
                 match send.event.as_ref().map(|event| event.literal()) {
-                    Some(Some(event)) if is_event_name(event) => names.push(event.to_string()),
+                    Some(Some(event)) if is_event_name(event) => {
+                        names.insert(event.to_string());
+                    }
                     Some(None) => is_known = false,
                     _ => {}
                 }

@@ -1,6 +1,7 @@
 //! A machine as a process of a channel system.
 
 mod check;
+mod mishap;
 mod system;
 mod translate;
 mod wiring;
@@ -10,13 +11,15 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Action, Envelope, Offer, Pattern, Process, RequestNumber, Topology, TransitionId, Use};
+use diagnostics::nearest_or_all;
 
 use crate::chart::{Attribute, CHANNEL_PROCESSOR, Chart};
-use crate::machine::{Event, Host, Machine, Note, Outgoing, Undelivered};
-use crate::suggest::nearest_or_all;
+use crate::machine::{Event, Host, MAX_WAITING, Machine, Note, Outgoing, Undelivered};
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use check::Constants;
+pub use mishap::Mishap;
+use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 use wiring::Wiring;
 
@@ -48,6 +51,8 @@ struct Desk {
     pending: Option<RequestNumber>,
     last_request: u64,
     notes: Unobserved<VecDeque<Note>>,
+    mishaps: Unobserved<Mishaps>,
+    chart: Unobserved<Arc<Chart>>,
 }
 
 impl SkillProcess {
@@ -80,7 +85,7 @@ impl SkillProcess {
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }
-        let mut desk = Desk::new(Arc::new(wiring), 0);
+        let mut desk = Desk::new(Arc::new(wiring), 0, chart);
         machine.start(Duration::ZERO, &mut desk);
         Ok(Self { machine, desk })
     }
@@ -91,7 +96,8 @@ impl SkillProcess {
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         let mut machine = self.machine.unstarted();
-        let mut desk = Desk::new(Arc::clone(&self.desk.wiring), predecessor.desk.last_request);
+        let mut desk = Desk::new(Arc::clone(&self.desk.wiring), predecessor.desk.last_request, machine.chart());
+        desk.mishaps = predecessor.desk.mishaps.clone();
         machine.start(now, &mut desk);
         Self { machine, desk }
     }
@@ -108,6 +114,13 @@ impl SkillProcess {
         self.desk.notes.drain(..).collect()
     }
 
+    /// What has gone wrong in its machine, and in those whose place it has taken, so far. It is no part of the process's
+    /// state.
+    #[must_use]
+    pub fn mishaps(&self) -> &[Mishap] {
+        self.desk.mishaps.all()
+    }
+
     fn receive(&mut self, index: usize, envelope: &Envelope, now: Duration) {
         let wiring = Arc::clone(&self.desk.wiring);
         let incoming = &wiring.incoming[index];
@@ -119,15 +132,23 @@ impl SkillProcess {
             }
             self.desk.asked[asked_on] = None;
         }
+        let data = incoming.data(&envelope.message);
+        if incoming.is_client {
+            for port in wiring.inputs() {
+                if let Some(value) = data.member(port) {
+                    self.machine.put(port, value.clone());
+                }
+            }
+        }
         let event = Event::external(incoming.event_name(&envelope.message))
-            .with_data(incoming.data(&envelope.message))
+            .with_data(data)
             .with_origin(Arc::clone(&incoming.peer), CHANNEL_PROCESSOR);
         self.machine.handle(event, now, &mut self.desk);
     }
 }
 
 impl Desk {
-    fn new(wiring: Arc<Wiring>, last_request: u64) -> Self {
+    fn new(wiring: Arc<Wiring>, last_request: u64, chart: &Arc<Chart>) -> Self {
         let channels = wiring.outgoing.len();
         Self {
             wiring,
@@ -136,6 +157,8 @@ impl Desk {
             pending: None,
             last_request,
             notes: Unobserved::default(),
+            mishaps: Unobserved::default(),
+            chart: Unobserved(Arc::clone(chart)),
         }
     }
 
@@ -158,12 +181,17 @@ impl Host for Desk {
         let message = self.wiring.outgoing[out]
             .message(head, &outgoing.data)
             .map_err(|problem| Undelivered(format!("<{head}> cannot be sent to {peer}: {problem}")))?;
+        if self.outboxes[out].len() >= MAX_WAITING {
+            return Err(Undelivered(format!("{MAX_WAITING} messages to {peer} are waiting already")));
+        }
         let request = self.request_number(out, peer)?;
         self.outboxes[out].push_back(Envelope { message, request });
         Ok(())
     }
 
     fn note(&mut self, note: Note) {
+        let chart = Arc::clone(&self.chart);
+        self.mishaps.note(&note, &chart);
         if self.notes.len() == MAX_NOTES {
             self.notes.pop_front();
         }
@@ -212,7 +240,7 @@ impl Process for SkillProcess {
     fn uses(&self) -> Vec<Use> {
         let wiring = &self.desk.wiring;
         let mut uses: Vec<Use> = wiring.incoming.iter().map(|incoming| Use::Receives(incoming.channel, None)).collect();
-        let constants = Constants::of(&self.machine);
+        let constants = Constants::of(&self.machine, wiring);
         self.machine.chart().visit_sends(&mut |send| {
             if !check::goes_by_channel(send) {
                 return;

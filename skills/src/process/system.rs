@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use channels::{ProcessId, Topology};
+use diagnostics::{Problem, nearest_or_all};
 
 use super::{CLIENT, SkillProcess};
 use crate::chart::{Attribute, CHANNEL_PROCESSOR, Chart, InvokeSource};
-use crate::problem::Problem;
-use crate::suggest::nearest_or_all;
 use crate::{Datum, SkillError};
 
 /// A leaf of the tree, as its skill sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LeafOfSystem<'a> {
-    /// The leaf's ID, which is the name of its skill.
+    /// The name of the leaf's process, which is its skill.
     pub name: &'a str,
     /// Whether the tree ever halts it; a condition, for one, answers at once, and there is nothing to halt.
     pub is_halted: bool,
@@ -90,7 +89,7 @@ fn silence(name: &str, chart: &Chart, skill: ProcessId, topology: &Topology) -> 
         return Some(problem.at(chart.span, "cannot answer"));
     }
     let problem = Problem::new(format!("{name} never answers {CLIENT}")).at(chart.span, "says nothing to it");
-    let problem = problem.help(format!("<send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>"));
+    let problem = problem.with_help(format!("<send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>"));
     (!may_send_to(CLIENT, chart)).then_some(problem)
 }
 

@@ -30,7 +30,8 @@ pub(super) fn heads(shape: &Shape) -> &[Symbol] {
     }
 }
 
-/// A message's fields as an object, by the names of its shape; `m1`, `m2`, … where it has none.
+/// A message's fields as an object, by the names of its shape; `m1`, `m2`, … where it has none. An optional field without a
+/// value is no member.
 pub(super) fn data(message: &Message, shape: Option<&Shape>) -> Datum {
     let name = |index: usize| -> Arc<str> {
         match shape.and_then(|shape| shape.fields().get(index)) {
@@ -38,7 +39,12 @@ pub(super) fn data(message: &Message, shape: Option<&Shape>) -> Datum {
             None => format!("m{}", index + 1).into(),
         }
     };
-    let members = message.fields().iter().enumerate().map(|(index, value)| (name(index), datum(value)));
+    let kind = |index: usize| shape.and_then(|shape| shape.fields().get(index)).map(|(_, kind)| kind);
+    let is_there = |(index, value): &(usize, &Value)| {
+        !(value.is_symbol(FieldKind::NONE) && matches!(kind(*index), Some(FieldKind::Optional(_))))
+    };
+    let fields = message.fields().iter().enumerate().filter(is_there);
+    let members = fields.map(|(index, value)| (name(index), datum(value)));
     // Only a text of megabytes is too large; the machine then sees no fields.
     Datum::object(members).unwrap_or_default()
 }
@@ -64,7 +70,11 @@ pub(super) fn message(head: &str, shape: &Shape, fields: &Datum) -> Result<Vec<V
     }
     let mut values = vec![Value::symbol(head)];
     for (field, kind) in rest {
-        let given = fields.member(field).ok_or_else(|| Unsendable::Missing { field: field.clone() })?;
+        let given = match (fields.member(field), kind) {
+            (Some(given), _) => given,
+            (None, FieldKind::Optional(_)) => &Datum::Undefined,
+            (None, _) => return Err(Unsendable::Missing { field: field.clone() }),
+        };
         let unfit = || Unsendable::Kind { field: field.clone(), kind: kind.to_string(), value: given.to_string() };
         values.push(value(given, kind).ok_or_else(unfit)?);
     }
@@ -83,6 +93,8 @@ pub(super) fn value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
         }
         (FieldKind::Real, Datum::Number(number)) if !number.is_nan() => Some(Value::Real(*number)),
         (FieldKind::Text, Datum::Text(text)) => Some(Value::Text(Arc::clone(text))),
+        (FieldKind::Optional(_), Datum::Undefined) => Some(Value::symbol(FieldKind::NONE)),
+        (FieldKind::Optional(kind), datum) => value(datum, kind),
         _ => None,
     }
 }

@@ -1,5 +1,6 @@
 //! The channels of a skill, and what it may say on them.
 
+use std::collections::BTreeSet;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ pub(super) struct Incoming {
     pub(super) asked_on: Option<usize>,
     pub(super) is_client: bool,
     domain: Domain,
-    /// The names of the events that messages become, by the symbol they begin with.
+    /// The names of the events that messages become, by the symbol they begin with; each once, whatever shapes there are.
     events: Vec<(Symbol, Arc<str>)>,
 }
 
@@ -68,6 +69,14 @@ impl Wiring {
         Self { name: topology.name(process).into(), incoming, outgoing }
     }
 
+    /// What comes with the client's requests, by the fields' names: what the ports of a leaf read.
+    pub(super) fn inputs(&self) -> impl Iterator<Item = &str> {
+        let clients = self.incoming.iter().filter(|incoming| incoming.is_client);
+        let fields =
+            clients.flat_map(|incoming| incoming.domain.shapes()).flat_map(|shape| shape.fields().iter().skip(1));
+        fields.map(|(name, _)| name.as_str())
+    }
+
     /// The channel to the process of that name, by position.
     pub(super) fn outgoing_to(&self, peer: &str) -> Option<usize> {
         self.outgoing.iter().position(|out| &*out.peer == peer)
@@ -95,7 +104,9 @@ impl Incoming {
 
 fn event_names(peer: &str, domain: &Domain) -> Vec<(Symbol, Arc<str>)> {
     let heads = domain.shapes().iter().flat_map(translate::heads);
-    heads.map(|head| (head.clone(), format!("{peer}.{}", head.name()).into())).collect()
+    let mut seen = BTreeSet::new();
+    let new = heads.filter(|head| seen.insert(*head));
+    new.map(|head| (head.clone(), format!("{peer}.{}", head.name()).into())).collect()
 }
 
 impl Outgoing {

@@ -3,13 +3,11 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use miette::NamedSource;
+use diagnostics::{Problem, Source, did_you_mean};
 
 use crate::chart::is_event_name;
 use crate::expression::literal;
 use crate::machine::Event;
-use crate::problem::Problem;
-use crate::suggest::did_you_mean;
 use crate::{Datum, SkillError};
 
 /// An event and when it comes.
@@ -50,13 +48,13 @@ impl Cues {
                     last = cue.at;
                     cues.push(cue);
                 }
-                Err((message, help)) => problems.push(Problem::new(message).at(span, "this line").maybe_help(help)),
+                Err((message, help)) => problems.push(Problem::new(message).at(span, "this line").with_help_if(help)),
             }
         }
         if problems.is_empty() {
             return Ok(Self(cues));
         }
-        let text = NamedSource::new(file, Arc::from(text));
+        let text = Source::new(file, text);
         Err(SkillError::Events { file: file.to_owned(), text, problems })
     }
 

@@ -68,7 +68,7 @@ impl Situation {
 
 /// Line and column of a byte of the chart's file, from 1.
 pub(super) fn place(chart: &Chart, offset: usize) -> (usize, usize) {
-    let before = chart.file().inner().get(..offset).unwrap_or_default();
+    let before = chart.file().text().get(..offset).unwrap_or_default();
     let line = before.rsplit('\n').next().unwrap_or_default();
     (before.matches('\n').count() + 1, line.chars().count() + 1)
 }
@@ -102,6 +102,7 @@ fn write_note(note: &Note, place: Option<(usize, usize)>, f: &mut fmt::Formatter
             None => write!(f, "{event}: {reason}"),
         },
         Note::UnhandledError { event } => write!(f, "nobody handles {event}"),
+        Note::Unheard { event } => write!(f, "sends {event} to itself, and nothing takes it"),
         Note::Invoked { id, note } => {
             write!(f, "[{id}] ")?;
             write_note(note, None, f)
@@ -111,7 +112,7 @@ fn write_note(note: &Note, place: Option<(usize, usize)>, f: &mut fmt::Formatter
 }
 
 impl Line {
-    /// The line as a JSON object: `time_s` and one of `configuration` (with `active`), `log`, `error`, `unhandled`, `sent`,
+    /// The line as a JSON object: `time_s` and one of `configuration` (with `active`), `log`, `error`, `unhandled`, `unheard`, `sent`,
     /// `stuck`, `invoked` and `final` (with `active`, `status` and `result`).
     #[must_use]
     pub fn to_json(&self) -> String {
@@ -122,7 +123,7 @@ impl Line {
                 members.push(("active", list(&situation.active)));
             }
             LineKind::Note(note, place) => members.extend(note_members(note, *place)),
-            LineKind::Sent(Outgoing { processor, target, event, send_id, data }) => {
+            LineKind::Sent(Outgoing { processor, target, event, send_id, data, .. }) => {
                 let optional = |text: &Option<std::sync::Arc<str>>| text.clone().map_or(Datum::Null, Datum::Text);
                 let sent = [
                     ("type", Datum::Text(std::sync::Arc::clone(processor))),
@@ -158,6 +159,7 @@ fn note_members(note: &Note, place: Option<(usize, usize)>) -> Vec<(&'static str
             vec![("error", object(error))]
         }
         Note::UnhandledError { event } => vec![("unhandled", text(event))],
+        Note::Unheard { event } => vec![("unheard", text(event))],
         Note::Invoked { id, note } => {
             let mut inner = vec![("id", text(id))];
             inner.extend(note_members(note, None));

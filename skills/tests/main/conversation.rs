@@ -18,7 +18,7 @@ fn replies(field: &str, kind: FieldKind) -> Domain {
     Domain::new([ok, Shape::new([("status", symbols(["error"])), ("reason", FieldKind::Text)])])
 }
 
-/// The processes and channels of the shipped system, as DESIGN §3 has them.
+/// The processes and channels of the shipped system.
 pub(crate) fn topology() -> Topology {
     let places = || symbols(["RechargingStation", "Destination"]);
     let simple = |request| Domain::new([Shape::new([("request", symbols([request]))])]);
@@ -47,6 +47,24 @@ pub(crate) fn topology() -> Topology {
         let component = topology.find_process(component).unwrap_or_else(|| topology.process(component).unwrap());
         topology.channel(skill, component, Capacity::One, request).unwrap();
         topology.channel(component, skill, Capacity::One, reply).unwrap();
+    }
+    topology
+}
+
+/// The same, and then those of the Blackboard, which the published system has.
+pub(crate) fn topology_with_blackboard() -> Topology {
+    let entry = |request| [("request", request), ("skill", FieldKind::Text), ("key", symbols(["navigation"]))];
+    let [request, skill, key] = entry(symbols(["write_data"]));
+    let write = Shape::new([request, skill, key, ("value", FieldKind::Int)]);
+    let board = Domain::new([Shape::new(entry(symbols(["lock", "unlock", "read_data"]))), write]);
+    let ok = |field, kind| Shape::new([("status", symbols(["ok"])), (field, kind)]);
+    let answers = Domain::new([ok("done", FieldKind::Bool), ok("value", FieldKind::Int)]);
+    let mut topology = topology();
+    let blackboard = topology.process("Blackboard").unwrap();
+    for skill in ["GotoRechargingStation", "GoToDestination"] {
+        let skill = topology.find_process(skill).unwrap();
+        topology.channel(skill, blackboard, Capacity::One, board.clone()).unwrap();
+        topology.channel(blackboard, skill, Capacity::One, answers.clone()).unwrap();
     }
     topology
 }
@@ -90,8 +108,12 @@ impl Conversation {
     }
 
     pub(crate) fn with_parameters(leaf: &str, parameters: &[(&str, Datum)]) -> Self {
-        let process = skill(leaf, parameters).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
-        Self { process, topology: topology(), now: Duration::ZERO, calls: 100, asked: BTreeMap::new() }
+        Self::of(skill(leaf, parameters).unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error))))
+    }
+
+    pub(crate) fn of(process: SkillProcess) -> Self {
+        // What both topologies have, they number alike.
+        Self { process, topology: topology_with_blackboard(), now: Duration::ZERO, calls: 100, asked: BTreeMap::new() }
     }
 
     /// Hands the skill a message.

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
+use diagnostics::Problem;
 use miette::{Diagnostic, NarratableReportHandler};
-use skills::{Chart, Problem, SHIPPED, SkillError, SkillProcess, shipped};
+use skills::{Chart, SHIPPED, SkillError, SkillProcess, shipped};
 
 use crate::conversation::{skill, topology};
 use crate::stage::file;
@@ -226,7 +227,7 @@ fn of_a_state_with_two_initial_ones_nothing_is_said_to_be_unreachable() {
 #[test]
 fn of_a_machine_of_no_namespace_only_that_is_said() {
     let said = problems("<scxml version='1.0'><state id='a'/></scxml>");
-    assert!(said.starts_with("«scxml» this is not an SCXML machine\n"), "{said}");
+    assert!(said.starts_with("«scxml» this <scxml> has no namespace\n"), "{said}");
     assert_eq!(said.matches('«').count(), 1, "{said}");
 }
 
@@ -303,4 +304,70 @@ fn names_that_stand_for_nothing_are_refused() {
 fn shipped_names_are_leaves() {
     assert_eq!(shipped("Nobody"), None);
     assert!(SHIPPED.iter().all(|(leaf, text)| shipped(leaf) == Some(*text)));
+}
+
+/// A file that is something else is said to be that, once, whatever else SCXML does not have in it.
+#[test]
+fn a_foreign_dialect_is_named_once() {
+    let roaml = |namespace: &str| {
+        format!(
+            "<scxml xmlns=\"{namespace}\" version='1.0' datamodel='ecmascript' name='Go' initial='idle'>
+               <datamodel><data id='far' type='float32' expr='0.5'/></datamodel>
+               <ros_service_server service_name='/Go/tick' type='TickAction'/>
+               <state id='idle'><ros_service_handle_request name='/Go/tick' target='go'/></state> <state id='go'/>
+             </scxml>"
+        )
+    };
+    let said = problems(&roaml("http://www.w3.org/2005/07/scxml"));
+    assert!(said.starts_with("«ros_service_server» this is RoAML"), "{said}");
+    assert_eq!(said.matches('«').count(), 1, "{said}");
+
+    let said = problems(&roaml("..."));
+    assert!(said.contains("xmlns=\"...\"") && said.contains("this is RoAML"), "{said}");
+    assert_eq!(said.matches('«').count(), 1, "{said}");
+
+    let said = problems("<scxml version='1.0' xmlns='http://example.org/other'><state id='a'/></scxml>");
+    assert!(
+        said.starts_with(
+            "«xmlns='http://example.org/other'» `xmlns=\"http://example.org/other\"` is not the namespace"
+        )
+    );
+    assert_eq!(said.matches('«').count(), 1, "{said}");
+
+    let said = problems(&file(
+        "datamodel='cplusplus:GoData:GoData.h'",
+        "<state id='a'><transition event='e' cond='isFar(m_place.c_str())'/><onentry><script>drive(&amp;x);</script></onentry></state>",
+    ));
+    assert!(said.contains("this is a machine for Qt with a C++ data model"), "{said}");
+    assert_eq!(said.matches('«').count(), 1, "{said}");
+}
+
+#[test]
+fn a_blank_line_before_the_xml_declaration_is_called_that() {
+    let said = problems(
+        "\n<?xml version='1.0'?><scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
+    );
+    assert!(
+        said.contains("`<?xml …?>` must be the very first thing in a file\n    remove the blanks and lines"),
+        "{said}"
+    );
+}
+
+#[test]
+fn an_event_that_a_machine_sends_itself_and_nothing_takes_is_noticed() {
+    let answer = "<send event='TICK_RESPONSE'><param name='status' expr='1'/></send>";
+    let text = file(
+        "",
+        &format!(
+            "<state id='a'><onentry><send event='heard'/></onentry><transition event='TICK'>{answer}</transition>
+           <transition event='HALT'>{answer}</transition><transition event='heard'/></state>"
+        ),
+    );
+    let chart = Chart::load("t.scxml", &text).unwrap();
+    let said = in_short(&text, chart.warnings());
+    assert_eq!(
+        said.lines().next(),
+        Some("«send» the machine sends itself the event `TICK_RESPONSE`, here and once more, and nothing takes it")
+    );
+    assert_eq!(chart.warnings().len(), 1, "{said}");
 }

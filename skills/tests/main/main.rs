@@ -3,11 +3,14 @@
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed, and says where")]
 
 mod appendix_d;
+mod bombs;
 mod broken_machines;
 mod conversation;
 mod diagnostics;
 mod eighth_skill;
+mod large;
 mod mutations;
+mod original;
 mod properties;
 mod seven_skills;
 mod spec_3_core;

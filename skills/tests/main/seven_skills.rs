@@ -33,17 +33,6 @@ fn twins_differ_in_name_and_place_only() {
 }
 
 #[test]
-fn the_original_actions_are_twins_and_load_without_a_warning() {
-    let [station, destination] = skills::ORIGINAL.map(|(leaf, text)| {
-        let chart = skills::Chart::load(leaf, text).unwrap();
-        assert_eq!(chart.name(), leaf);
-        assert!(chart.warnings().is_empty(), "{leaf}: {:?}", chart.warnings());
-        text.replace(leaf, "LEAF")
-    });
-    assert_eq!(station.replace("'RechargingStation'", "PLACE"), destination.replace("'Destination'", "PLACE"));
-}
-
-#[test]
 fn battery_level_succeeds_above_thirty_per_cent() {
     for (level, answer) in [(83.2, SUCCESS), (30.1, SUCCESS), (30.0, FAILURE), (10.0, FAILURE)] {
         let mut skill = Conversation::with("BatteryLevel");

@@ -125,6 +125,16 @@ fn spec_6_2_an_error_carries_the_id_of_the_send() {
 }
 
 #[test]
+fn spec_6_2_4_parameters_of_one_name_are_all_sent() {
+    let stage = stage(
+        "<datamodel><data id='Var0' expr='1'/></datamodel><state id='a'><onentry><send event='e' namelist='Var0'><param name='Var1' expr='2'/><param name='Var1' expr=\"'3'\"/></send></onentry>
+           <transition event='e'><log expr='_event.data.Var1'/><log expr='_event.raw'/></transition></state>",
+    );
+    let raw = r##"{"name": "e", "type": "external", "origin": "#_scxml_test", "origintype": "http://www.w3.org/TR/scxml/#SCXMLEventProcessor", "data": {"Var0": 1, "Var1": 2, "Var1": "3"}}"##;
+    assert_eq!(stage.log(), format!("3 {raw}"));
+}
+
+#[test]
 fn spec_6_2_an_id_may_be_made_up_and_differs_each_time() {
     let stage = stage(
         "<datamodel><data id='one'/><data id='two'/></datamodel>

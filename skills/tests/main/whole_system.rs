@@ -12,7 +12,10 @@ fn topology() -> Topology {
     topology.channel(tree, skill, Capacity::One, head(["tick", "halt"])).unwrap();
     topology.channel(skill, tree, Capacity::One, head(["success", "halted"])).unwrap();
     topology.channel(skill, reader, Capacity::One, head(["get", "stop"])).unwrap();
-    topology.channel(reader, skill, Capacity::One, head(["ok", "error"])).unwrap();
+    // Two shapes begin alike.
+    let level = Shape::new([("m", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+    let answers = [Shape::new([("m", FieldKind::symbols(["ok", "error"]))]), level];
+    topology.channel(reader, skill, Capacity::One, Domain::new(answers)).unwrap();
     topology
 }
 

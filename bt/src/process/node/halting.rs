@@ -73,6 +73,9 @@ impl NodeProcess {
     }
 
     pub(super) fn record_halt(&mut self, child: usize) {
-        self.records[child] = Record { mark: Mark::Idle, outcome: Some(Outcome::Halted), tick: self.tick };
+        let skipped = Some(Outcome::Answered(Status::Skipped));
+        let was_skipped = self.records[child].outcome == skipped && self.records[child].tick == self.tick;
+        let outcome = if was_skipped { skipped } else { Some(Outcome::Halted) };
+        self.records[child] = Record { mark: Mark::Idle, outcome, tick: self.tick };
     }
 }

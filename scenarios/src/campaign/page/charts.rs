@@ -1,14 +1,15 @@
 //! The charts of a report.
 
+use drawing::canvas::{Anchor, Paint, TextStyle};
+use drawing::path::Path;
+use drawing::text::Font;
+use drawing::theme;
+
 use super::super::statistics::{Confidence, Count};
 use super::against::ModelSurvey;
 use super::axis::{Axis, Scale, short};
 use super::histogram::Histogram;
 use super::plot::{Plot, Size};
-use crate::draw::canvas::{Anchor, Paint, TextStyle};
-use crate::draw::path::Path;
-use crate::draw::text::Font;
-use crate::draw::theme;
 use crate::html::{Drawing, Layout};
 
 /// Cells narrower than this have no number in them, in pixels.

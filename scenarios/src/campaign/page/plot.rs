@@ -1,10 +1,11 @@
 //! What all charts of a report have in common: a frame with its axes.
 
+use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::text::Font;
+use drawing::{Area, Spot, theme};
+
 use super::super::Value;
 use super::axis::{Axis, Scale, short};
-use crate::draw::canvas::{Anchor, Canvas, Paint, TextStyle};
-use crate::draw::text::Font;
-use crate::draw::{Area, Spot, theme};
 use crate::html::{Drawing, Layout, NARROW};
 
 /// Width of a chart that has another beside it, and of one that has not, in pixels.

@@ -1,5 +1,7 @@
 //! The sections that name single runs.
 
+use monitors::Outcome;
+
 use super::super::{Named, RunOutcome, RunRecord};
 use super::instructive::{Instructive, pattern_words};
 use super::plot::written;
@@ -148,13 +150,13 @@ impl Page<'_> {
             .iter()
             .zip(monitors)
             .map(|(name, monitor)| {
-                let words = match (monitor.verdict.as_str(), monitor.time_s) {
-                    ("violated", Some(time_s)) => format!("{time_s:.2} s"),
-                    ("violated", None) => "violated".to_owned(),
-                    ("satisfied", _) => "–".to_owned(),
-                    _ => "?".to_owned(),
+                let words = match (monitor.verdict, monitor.time_s) {
+                    (Outcome::Violated, Some(time_s)) => format!("{time_s:.2} s"),
+                    (Outcome::Violated, None) => "violated".to_owned(),
+                    (Outcome::Satisfied, _) => "–".to_owned(),
+                    (Outcome::Inconclusive, _) => "?".to_owned(),
                 };
-                format!("<td class=\"{}\" data-of=\"{}\">{words}</td>", escape(&monitor.verdict), escape(name))
+                format!("<td class=\"{}\" data-of=\"{}\">{words}</td>", monitor.verdict, escape(name))
             })
             .collect();
         let none: String =

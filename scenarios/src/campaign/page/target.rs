@@ -1,5 +1,7 @@
 //! What can happen in a run, and is counted.
 
+use monitors::Outcome;
+
 use super::super::journal::Layout;
 use super::super::{RunOutcome, RunRecord};
 
@@ -28,7 +30,7 @@ impl Target {
     /// Whether it happened; none if the run failed, and nobody knows.
     pub(super) fn happened(&self, record: &RunRecord) -> Option<bool> {
         match self.place {
-            Some(place) => Some(record.facts.as_ref()?.monitors.get(place)?.verdict == "violated"),
+            Some(place) => Some(record.facts.as_ref()?.monitors.get(place)?.verdict == Outcome::Violated),
             None => Some(record.outcome != RunOutcome::AsExpected),
         }
     }

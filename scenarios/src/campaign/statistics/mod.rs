@@ -7,7 +7,7 @@
 //!
 //! **Stopping and order.** A campaign that stops when its numbers suffice must not look at the runs in the order in which
 //! they end: on many cores, short runs end first, and a violation often ends a run early. Results go through
-//! [`InOrder`], so that the rule sees run 0, run 1, run 2, … whatever ended when, and stops at the same run on every
+//! [`batch::InOrder`], so that the rule sees run 0, run 1, run 2, … whatever ended when, and stops at the same run on every
 //! machine.
 //!
 //! ```
@@ -22,13 +22,11 @@
 mod beta;
 mod comparison;
 mod count;
-mod order;
 mod precision;
 mod sprt;
 
 pub use comparison::{Comparison, OddsInterval, Paired};
 pub use count::{Confidence, Count, Interval};
-pub use order::InOrder;
 pub use precision::Precision;
 pub use sprt::{Side, Sprt};
 

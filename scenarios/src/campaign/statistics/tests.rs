@@ -279,7 +279,7 @@ fn stopping_on_many_cores_does_not_favour_short_runs() {
     for _ in 0..campaigns {
         let runs: Vec<bool> = (0..goal.max_runs() + 8).map(|_| rng.random_bool(p)).collect();
         let mut cores: Vec<(u64, u64)> = (0..8).map(|k| (if runs[k] { 1 } else { 4 }, k as u64)).collect();
-        let (mut order, mut counted, mut early) = (InOrder::from(0), Count::default(), Count::default());
+        let (mut order, mut counted, mut early) = (batch::InOrder::from(0), Count::default(), Count::default());
         let (mut stopped, mut next) = (None, 8);
         while stopped.is_none() {
             cores.sort_unstable();
@@ -307,17 +307,6 @@ fn stopping_on_many_cores_does_not_favour_short_runs() {
     }
     let biased = first_to_end.rate().unwrap();
     assert!(biased > p + 0.1, "what ends first is violated in {biased}: the test would notice");
-}
-
-#[test]
-fn results_come_out_in_the_order_of_the_runs() {
-    let mut order = InOrder::from(5);
-    order.put(7, 'c');
-    order.put(6, 'b');
-    assert_eq!((order.take(), order.held_back()), (None, 2));
-    order.put(5, 'a');
-    let all: Vec<_> = std::iter::from_fn(|| order.take()).collect();
-    assert_eq!(all, [(5, 'a'), (6, 'b'), (7, 'c')]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Faults of skills and tree.
 
-use maps::Spanned;
+use diagnostics::Spanned;
 use skills::{Mutation, TransitionPlace};
 
 use super::{Domain, FaultKind, Place, required, whole};

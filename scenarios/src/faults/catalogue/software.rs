@@ -1,7 +1,7 @@
 //! Faults of localization, navigation and the other components.
 
 use components::Component;
-use maps::Spanned;
+use diagnostics::Spanned;
 
 use super::{Domain, FaultKind, Place, number, required};
 use crate::faults::effect::{Damage, Effect, Which};

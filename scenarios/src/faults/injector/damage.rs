@@ -7,7 +7,7 @@ use channels::{
     FieldKind, Message, Symbol, Topology, Value,
 };
 use components::Component;
-use maps::Spanned;
+use diagnostics::Spanned;
 use robot::Streams;
 
 use crate::error::Complaints;

@@ -34,7 +34,8 @@ impl Machines {
             let Some((id, sound)) = found else { continue };
             let mut faulty = BTreeMap::new();
             for (faults, chart) in machines {
-                let process = complaints.note(SkillProcess::new(name, chart, topology, []));
+                let process =
+                    complaints.note(SkillProcess::new(name, chart, topology, scenario.skills[name].data_of(chart)));
                 faulty.extend(process.map(|process| (faults.clone(), process)));
             }
             skills.push(Skill { id, sound: sound.clone(), faulty, holding: Vec::new() });

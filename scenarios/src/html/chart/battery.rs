@@ -1,17 +1,16 @@
 //! The battery's level over time.
 
 use super::Chart;
-use crate::draw::canvas::{Anchor, Paint, TextStyle};
-use crate::draw::icons::Icon;
-use crate::draw::path::Path;
-use crate::draw::{Area, Spot, theme};
-use crate::live::Live;
 use crate::pictures;
 use crate::timeline::Timeline;
+use drawing::canvas::{Anchor, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::path::Path;
+use drawing::{Area, Spot, theme};
 
 impl Chart {
     /// The level as a line, with thresholds and the times of charging.
-    pub(super) fn battery(&mut self, _live: &Live, timeline: &Timeline) {
+    pub(super) fn battery(&mut self, timeline: &Timeline) {
         self.heading("Battery, in percent");
         let height = if self.sizes.names_above { 92.0 } else { 120.0 };
         let plot = Area::new(self.plot.x, self.y + 4.0, self.plot.width, height);
@@ -23,7 +22,7 @@ impl Chart {
             .iter()
             .map(|&(time, level)| (self.axis.x(time), height_of(plot, level)))
             .collect();
-        let spots = crate::draw::map_panel::thinned(spots.into_iter(), 0.6);
+        let spots = drawing::map_panel::thinned(spots.into_iter(), 0.6);
         if let (Some(first), Some(last)) = (spots.first(), spots.last()) {
             let ground = [(last.0, plot.bottom()), (first.0, plot.bottom())];
             let filled = Path::through(spots.iter().copied().chain(ground)).close();

@@ -3,12 +3,12 @@
 use std::time::Duration;
 
 use super::Chart;
-use crate::draw::Area;
-use crate::draw::canvas::{Canvas, Paint, TextStyle};
-use crate::draw::icons::Icon;
-use crate::draw::theme::{self, Color};
-use crate::live::{FaultCourse, Live};
 use crate::timeline::Timeline;
+use drawing::Area;
+use drawing::canvas::{Canvas, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::theme::{self, Color};
+use recording::{FaultCourse, RunView};
 
 /// An arrival this early is where the robot stood from the start.
 const FROM_THE_START: Duration = Duration::from_secs(1);
@@ -27,27 +27,27 @@ pub(super) struct Happening {
 }
 
 /// All that happened, in order.
-pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
-    let faults = live.fault_courses().into_iter().map(|course| Happening {
+pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
+    let faults = view.fault_courses().into_iter().map(|course| Happening {
         time: course.first().time,
         words: course.words(),
         icon: Icon::Alert,
         color: theme::BAD,
         across: true,
-        held: held(&course, live.time()),
+        held: held(&course, view.time()),
     });
     let violations = timeline.episodes().iter().map(|episode| Happening {
         time: episode.decided.time,
-        words: format!("{} violated", live.watched()[episode.property].name),
+        words: format!("{} violated", view.monitor(episode.property).name()),
         icon: Icon::Cross,
         color: theme::BAD,
         across: true,
         held: Vec::new(),
     });
-    let visits = live.visits().iter().filter_map(|visit| Some((visit, visit.at?)));
-    let arrivals = visits.filter(|(_, at)| *at > FROM_THE_START).map(|(visit, at)| Happening {
+    let visits = view.visits().filter_map(|(place, at)| Some((place, at?)));
+    let arrivals = visits.filter(|(_, at)| *at > FROM_THE_START).map(|(place, at)| Happening {
         time: at,
-        words: format!("at {}", visit.place),
+        words: format!("at {place}"),
         icon: Icon::Check,
         color: theme::GOOD,
         across: false,
@@ -60,7 +60,7 @@ pub(super) fn of(live: &Live, timeline: &Timeline) -> Vec<Happening> {
 
 /// When a fault held; nothing for one that happens at an instant.
 fn held(course: &FaultCourse<'_>, end: Duration) -> Vec<(Duration, Duration)> {
-    if course.fault.kind().momentary {
+    if course.fault.momentary {
         return Vec::new();
     }
     course.records.iter().map(|record| (record.time, record.until.unwrap_or(end))).collect()

@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
+use drawing::canvas::{Anchor, Paint, TextStyle};
+use drawing::icons::{Icon, Look};
+use drawing::text::{Font, Weight};
+use drawing::theme::{self, Color};
+use drawing::{Area, NodeStatus, Verdict};
+
 use super::Chart;
-use crate::draw::canvas::{Anchor, Paint, TextStyle};
-use crate::draw::icons::{Icon, Look};
-use crate::draw::text::{Font, Weight};
-use crate::draw::theme::{self, Color};
-use crate::draw::{Area, NodeStatus, Verdict};
 use crate::html::activities::{self, Activity};
 use crate::timeline::{Lane, Span, Timeline, Track};
 
@@ -72,7 +73,7 @@ impl BarStyle {
 pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
     let mut components = vec![bars("navigation's status", timeline.navigation(), end, |status| {
-        (status.words(), BarStyle::of_name(status.status.name()))
+        (status.words(), BarStyle::of_name(&status.status))
     })];
     components.extend(timeline.components().iter().map(|lane| named(lane, end)));
     let leaves = timeline.leaves().iter().map(|lane| {

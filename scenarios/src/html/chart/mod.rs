@@ -9,11 +9,11 @@ use std::time::Duration;
 use super::axis::{Piece, TimeAxis};
 use super::figure::{Drawing, Layout, NARROW};
 use super::words;
-use crate::draw::canvas::{Anchor, Canvas, Paint, TextStyle};
-use crate::draw::text::Font;
-use crate::draw::{Area, Spot, theme};
-use crate::live::Live;
 use crate::timeline::Timeline;
+use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::text::Font;
+use drawing::{Area, Spot, theme};
+use recording::RunView;
 
 use happenings::Happening;
 use lanes::Group;
@@ -54,14 +54,14 @@ impl Sizes {
 }
 
 /// Draws the timeline of a run.
-pub(super) fn draw(live: &Live, timeline: &Timeline, layout: Layout) -> Drawing {
+pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawing {
     let sizes = Sizes::of(layout);
-    let happenings = happenings::of(live, timeline);
+    let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
     let plot = Area::new(sizes.left, 0.0, sizes.width - sizes.left - 14.0, 0.0);
     let axis = TimeAxis::new(timeline.end(), changes(timeline, &happenings), plot);
     let mut chart = Chart { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0 };
-    chart.draw(live, timeline, &happenings, &groups);
+    chart.draw(timeline, &happenings, &groups);
     let height = chart.y;
     let mut canvas = Canvas::for_browsers();
     chart.grid(&mut canvas, height);
@@ -97,12 +97,12 @@ struct Chart {
 }
 
 impl Chart {
-    fn draw(&mut self, live: &Live, timeline: &Timeline, happenings: &[Happening], groups: &[Group]) {
+    fn draw(&mut self, timeline: &Timeline, happenings: &[Happening], groups: &[Group]) {
         self.axis_labels();
         self.shortened_labels();
         let top = self.y;
         self.happenings(happenings);
-        self.battery(live, timeline);
+        self.battery(timeline);
         for group in groups {
             self.group(group);
         }

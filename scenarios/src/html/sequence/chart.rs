@@ -1,12 +1,13 @@
 //! Drawing a sequence chart.
 
+use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::path::Path;
+use drawing::text::Font;
+use drawing::theme::{self, Color};
+use drawing::{Area, Spot};
+
 use super::select::{Row, Sequence, Weight};
-use crate::draw::canvas::{Anchor, Canvas, Paint, TextStyle};
-use crate::draw::icons::Icon;
-use crate::draw::path::Path;
-use crate::draw::text::Font;
-use crate::draw::theme::{self, Color};
-use crate::draw::{Area, Spot};
 use crate::html::figure::{Drawing, Layout, NARROW};
 use crate::html::words;
 
@@ -157,7 +158,7 @@ impl Chart<'_> {
         let y = self.y + 17.0;
         let left = 2.0 + self.sizes.small.width(text) + 10.0;
         self.canvas.line((left, y), (self.sizes.width, y), Paint::stroke(theme::RULE, 1.2));
-        let style = TextStyle::new(Font { weight: crate::draw::text::Weight::Bold, ..self.sizes.small }, theme::MUTED);
+        let style = TextStyle::new(Font { weight: drawing::text::Weight::Bold, ..self.sizes.small }, theme::MUTED);
         self.canvas.centered_text((2.0, y), text, style.with_halo());
     }
 
@@ -214,11 +215,8 @@ impl Chart<'_> {
 
     /// The text of an arrow, above its middle.
     fn label(&mut self, (from, to): (usize, usize), y: f64, text: &str, color: Color, strong: bool) {
-        let font = if strong {
-            Font { weight: crate::draw::text::Weight::Bold, ..self.sizes.label }
-        } else {
-            self.sizes.label
-        };
+        let font =
+            if strong { Font { weight: drawing::text::Weight::Bold, ..self.sizes.label } } else { self.sizes.label };
         let middle = (self.x(from) + self.x(to)) / 2.0;
         self.label_at(middle, y - 4.0 - self.sizes.label.line_height() / 2.0, text, TextStyle::new(font, color));
     }

@@ -7,7 +7,7 @@ use channels::{Event, EventKind, Topology};
 
 use crate::html::evidence::{Evidence, Seen};
 use crate::html::words;
-use crate::live::FaultRecord;
+use recording::FaultRecord;
 
 /// Ticks beyond this number are summed up even if something happened at them.
 const MOST_TICKS: usize = 8;
@@ -191,7 +191,8 @@ impl Teller<'_> {
 
     fn tell_faults(&mut self, after: Duration, until: Duration) {
         let new = self.faults.iter().filter(|fault| fault.time > after && fault.time <= until);
-        let rows: Vec<Row> = new.map(|fault| Row::Fault { words: fault.fault.words(), time: fault.time }).collect();
+        let rows: Vec<Row> =
+            new.map(|fault| Row::Fault { words: fault.fault.words.clone(), time: fault.time }).collect();
         self.rows.extend(rows);
     }
 

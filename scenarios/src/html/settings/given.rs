@@ -1,7 +1,7 @@
 //! What the scenario's file says, and what the command line changed.
 
 use crate::html::markup::{code, escape, row};
-use crate::scenario::Origin;
+use recording::Origin;
 
 /// A key of the scenario's file.
 #[derive(Clone, Debug, PartialEq)]

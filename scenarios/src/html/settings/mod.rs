@@ -1,21 +1,17 @@
 //! Every parameter of a scenario with the value that was in effect, and the command that runs it again.
 
-mod effective;
 mod given;
 
-use super::markup::{code, escape};
-use crate::live::Live;
+use super::markup::{code, escape, row};
 use crate::report::{Report, SnapshotReport};
+use recording::{RunView, SettingGroup};
 
-use effective::Group;
 use given::Given;
 
 /// The section of the parameters.
-pub(super) fn section(live: &Live) -> String {
-    let scenario = live.scenario();
-    let given: String = given::of(&scenario.origin).iter().map(Given::row).collect();
-    let (sim, execution) = (&scenario.file.sim, &scenario.file.execution);
-    let groups: String = effective::of(sim, execution).iter().map(Group::table).collect();
+pub(super) fn section(view: &RunView) -> String {
+    let given: String = given::of(&view.header().origin).iter().map(Given::row).collect();
+    let groups: String = view.header().settings.iter().map(table).collect();
     format!(
         "<section id=\"parameters\">\n<h2>Parameters</h2>\n<div class=\"panel\">\n<h3>What the scenario says</h3>\n\
          <div class=\"scroll\"><table class=\"parameters\"><tbody>\n{given}</tbody></table></div>\n\
@@ -24,8 +20,14 @@ pub(super) fn section(live: &Live) -> String {
     )
 }
 
+/// Parameters that belong together as a table.
+fn table(group: &SettingGroup) -> String {
+    let rows: String = group.rows.iter().map(|(name, value)| row(&escape(name), &[escape(value)])).collect();
+    format!("<div><h4>{}</h4><table class=\"parameters\"><tbody>\n{rows}</tbody></table></div>\n", group.title)
+}
+
 /// The section with the command line.
-pub(super) fn reproduction(live: &Live, report: &Report) -> String {
+pub(super) fn reproduction(view: &RunView, report: &Report) -> String {
     let link = |picture: &SnapshotReport| format!("<li><a href=\"{0}\">{0}</a></li>", escape(&picture.file));
     let pictures: String = report.snapshots.iter().map(link).collect();
     let pictures = if pictures.is_empty() { pictures } else { format!("<ul class=\"files\">{pictures}</ul>\n") };
@@ -34,20 +36,20 @@ pub(super) fn reproduction(live: &Live, report: &Report) -> String {
          <p>With version {} of the program this gives the same run to the last bit, on any machine of its kind. \
          The hash of its trace is {}.</p>\n<p>Beside this page: <a href=\"report.json\">report.json</a>, the same for programs.</p>\n\
          {pictures}</div>\n</section>\n",
-        escape(&command(live, report)),
+        escape(&command(view, report)),
         escape(&report.version),
         code(&report.trace_hash),
     )
 }
 
 /// The command line that runs the scenario again.
-pub(super) fn command(live: &Live, report: &Report) -> String {
-    let origin = &live.scenario().origin;
+pub(super) fn command(view: &RunView, report: &Report) -> String {
+    let origin = &view.header().origin;
     let mut command = format!("steward --scenario {} --seed {}", quoted(&origin.argument), report.seed);
     for assignment in &origin.overrides {
         command += &format!(" --set {}", quoted(assignment));
     }
-    if live.watched().is_empty() && !live.scenario().file.properties.is_empty() {
+    if view.header().unwatched {
         command += " --no-monitors";
     }
     command

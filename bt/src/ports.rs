@@ -1,0 +1,164 @@
+//! The ports of leaves, and what goes through them while a tree runs: from the blackboard to a leaf with each tick, and
+//! back with each answer.
+
+use channels::{FieldKind, Value as Field};
+
+use crate::blackboard::{Blackboard, Slot, Type, Value};
+use crate::program::LeafPort;
+use crate::settings::Input;
+use crate::{Direction, NodeId, PortError, Tree};
+
+/// A port of a leaf, as the file gives it to this one node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Port<'t> {
+    /// Its name.
+    pub name: &'t str,
+    /// Which way things go through it: both, if no model declares it.
+    pub direction: Direction,
+    /// Its type; [`Type::Any`] if no model declares one.
+    pub of: &'t Type,
+    /// What it stands for.
+    pub source: Source<'t>,
+}
+
+/// What a port stands for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source<'t> {
+    /// The value in the file, of the port's type.
+    Constant(&'t Value),
+    /// The entry of the blackboard with that key.
+    Entry(&'t str),
+    /// Nothing: the model declares the port, and the file gives it no value.
+    Nothing,
+}
+
+impl Tree {
+    /// The ports of a leaf, in alphabetical order: its attributes, and all that its model declares.
+    ///
+    /// # Panics
+    /// If it is no leaf of this tree.
+    pub fn ports(&self, leaf: NodeId) -> impl Iterator<Item = Port<'_>> {
+        self.program.leaf_ports(leaf).iter().map(|(name, port)| Port {
+            name,
+            direction: port.direction,
+            of: &port.of,
+            source: match &port.input {
+                Some(Input::Constant(value)) => Source::Constant(value),
+                Some(Input::Entry(_, key)) => Source::Entry(key),
+                None => Source::Nothing,
+            },
+        })
+    }
+}
+
+/// The ports of a leaf through which values go in messages, in alphabetical order.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) struct Traffic {
+    leaf: String,
+    inputs: Vec<Lane>,
+    outputs: Vec<Lane>,
+}
+
+/// A port, and the entry of the blackboard that it stands for; outputs may go nowhere.
+#[derive(Debug, PartialEq, Eq)]
+struct Lane {
+    port: String,
+    of: Type,
+    entry: Option<Slot>,
+}
+
+impl Traffic {
+    pub(crate) fn of(tree: &Tree, leaf: NodeId) -> Self {
+        let is_input = |port: &LeafPort| port.direction != Direction::Output && port.entry().is_some();
+        // A machine may write to every output that is declared; it goes nowhere where the file says nothing of it.
+        let is_output =
+            |port: &LeafPort| port.direction != Direction::Input && (port.is_declared || port.entry().is_some());
+        let lanes = |goes: &dyn Fn(&LeafPort) -> bool| {
+            let ports = tree.program.leaf_ports(leaf).iter().filter(|(_, port)| goes(port));
+            ports.map(|(name, port)| Lane { port: name.clone(), of: port.of.clone(), entry: port.entry() }).collect()
+        };
+        Self { leaf: tree.node(leaf).process().to_owned(), inputs: lanes(&is_input), outputs: lanes(&is_output) }
+    }
+
+    /// Whether the leaf reads from the blackboard.
+    pub(crate) fn reads(&self) -> bool {
+        !self.inputs.is_empty()
+    }
+
+    /// Whether the leaf may write to the blackboard.
+    pub(crate) fn writes(&self) -> bool {
+        !self.outputs.is_empty()
+    }
+
+    /// The fields that come behind `<tick>`.
+    pub(crate) fn input_fields(&self) -> impl Iterator<Item = (String, FieldKind)> {
+        self.inputs.iter().map(Lane::field)
+    }
+
+    /// The fields that come behind an answer.
+    pub(crate) fn output_fields(&self) -> impl Iterator<Item = (String, FieldKind)> {
+        self.outputs.iter().map(Lane::field)
+    }
+
+    /// What the inputs are now.
+    pub(crate) fn read(&self, board: &Blackboard) -> Result<Vec<Field>, PortError> {
+        self.inputs.iter().map(|lane| lane.read(board).map_err(|message| self.error(lane, message))).collect()
+    }
+
+    /// Writes what has come behind an answer. What fails keeps nothing else from being written.
+    pub(crate) fn write(&self, fields: &[Field], board: &mut Blackboard) -> Result<(), PortError> {
+        let mut failed = Ok(());
+        for (lane, field) in self.outputs.iter().zip(fields) {
+            if let Err(message) = lane.write(field, board) {
+                failed = failed.and(Err(self.error(lane, message)));
+            }
+        }
+        failed
+    }
+
+    fn error(&self, lane: &Lane, message: String) -> PortError {
+        PortError::Value { leaf: self.leaf.clone(), port: lane.port.clone(), message }
+    }
+}
+
+impl Lane {
+    /// Messages have the types that ports declare; what is no number or truth value there is a text.
+    fn field(&self) -> (String, FieldKind) {
+        let kind = match self.of {
+            Type::Bool => FieldKind::Bool,
+            Type::Int { .. } => FieldKind::Int,
+            Type::Real => FieldKind::Real,
+            _ => FieldKind::Text,
+        };
+        (self.port.clone(), FieldKind::Optional(Box::new(kind)))
+    }
+
+    /// An entry that has no value yet is `<none>`.
+    fn read(&self, board: &Blackboard) -> Result<Field, String> {
+        let Some(value) = self.entry.and_then(|entry| board.value(entry)) else {
+            return Ok(Field::symbol(FieldKind::NONE));
+        };
+        let field = match self.of {
+            Type::Bool => self.of.convert(value).and_then(|value| value.to_bool()).map(Field::Bool),
+            Type::Int { .. } => self.of.convert(value).and_then(|value| value.to_int()).map(Field::Int),
+            Type::Real => self.of.convert(value).and_then(|value| value.to_real()).map(Field::Real),
+            _ => Ok(Field::Text(value.to_text())),
+        };
+        match field {
+            Ok(Field::Real(number)) if number.is_nan() => Err("`NaN` is not a number".to_owned()),
+            field => field.map_err(|error| error.to_string()),
+        }
+    }
+
+    fn write(&self, field: &Field, board: &mut Blackboard) -> Result<(), String> {
+        let value = match field {
+            Field::Bool(truth) => Value::from(*truth),
+            Field::Int(number) => Value::Int(*number),
+            Field::Real(number) => Value::Real(*number),
+            Field::Text(text) => self.of.parse(text).map_err(|error| error.to_string())?,
+            Field::Symbol(_) => return Ok(()),
+        };
+        let Some(entry) = self.entry else { return Ok(()) };
+        board.write(entry, value).map_err(|error| error.to_string())
+    }
+}

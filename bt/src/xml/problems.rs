@@ -1,0 +1,79 @@
+//! What is said of tree files in more than one place.
+
+use diagnostics::Problem;
+use miette::SourceSpan;
+
+use crate::Category;
+
+/// The file, or the tree with its subtrees, is too large.
+pub(super) fn too_large(limit: usize, span: SourceSpan) -> Problem {
+    Problem::new(format!("this is too large: more than {limit} nodes")).at(span, "here")
+}
+
+/// There are too many ports.
+pub(super) fn too_many(what: &str, limit: usize, span: SourceSpan) -> Problem {
+    Problem::new(format!("there are more than {limit} {what}")).at(span, "one too many")
+}
+
+/// Nodes are nested too deeply.
+pub(super) fn too_deep(limit: usize, span: SourceSpan) -> Problem {
+    let problem = Problem::new(format!("nodes are nested more than {limit} deep")).at(span, "one level too deep");
+    problem.with_help("move a part into a tree of its own, or loosen the nesting; BehaviorTree.CPP has the same limit")
+}
+
+/// BehaviorTree.CPP knows or knew it; this crate does not.
+pub(super) fn not_supported(what: &str, span: SourceSpan, help: &str) -> Problem {
+    Problem::new(format!("{what} is not supported")).at(span, "not supported").with_help(help)
+}
+
+/// A node has the wrong number of children.
+pub(super) fn child_count(node: &str, expected: &str, found: usize, span: SourceSpan) -> Problem {
+    Problem::new(format!("{node} must have {expected}, and has {found}")).at(span, format!("must have {expected}"))
+}
+
+/// A node is used as something else than what it is; `declared` is where the file says what.
+pub(super) fn wrong_category(
+    id: &str,
+    is: Category,
+    used_as: Category,
+    span: SourceSpan,
+    declared: Option<SourceSpan>,
+) -> Problem {
+    let message = format!("`{id}` is {}, not {}", with_article(is), with_article(used_as));
+    let problem = Problem::new(message).at(span, format!("used as <{used_as}> here"));
+    match declared {
+        Some(declared) => problem.at(declared, format!("<{is}> here")),
+        None => problem,
+    }
+}
+
+fn with_article(category: Category) -> String {
+    let article = if category == Category::Action { "an" } else { "a" };
+    format!("{article} <{category}>")
+}
+
+/// An element has a name that nobody knows, and so have that many more of the file.
+pub(super) fn unknown_node(name: &str, more: usize) -> Problem {
+    let repeated = match more {
+        0 => String::new(),
+        1 => ", here and once more".to_owned(),
+        more => format!(", here and {more} more times"),
+    };
+    Problem::new(format!("unknown node type <{name}>{repeated}"))
+}
+
+/// A port that a node can't do without is not there.
+pub(super) fn missing_port(node: &str, port: &str, span: SourceSpan, help: Option<String>) -> Problem {
+    let problem = Problem::new(format!("{node} needs the port `{port}`"));
+    problem.at(span, format!("needs {port}=\"…\"")).with_help_if(help)
+}
+
+/// An attribute is none of a node's ports.
+pub(super) fn unknown_port(node: &str, port: &str, span: SourceSpan, help: Option<String>) -> Problem {
+    Problem::new(format!("{node} has no port `{port}`")).at(span, "no such port").with_help_if(help)
+}
+
+/// A port's value is not of its type, or cannot be right.
+pub(super) fn port_value(port: &str, message: &str, span: SourceSpan, help: Option<String>) -> Problem {
+    Problem::new(format!("the port `{port}`: {message}")).at(span, "not accepted here").with_help_if(help)
+}

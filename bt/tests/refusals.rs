@@ -1,0 +1,204 @@
+//! What BehaviorTree.CPP 4 refuses when a tree is loaded, case by case, and what it accepts beside it.
+
+use bt::{Loader, Tree, TreeError};
+
+/// A file of format 4 with these trees and models; the first tree is the main tree.
+fn file(trees: &[(&str, &str)], models: &str) -> String {
+    let tree = |(id, body): &(&str, &str)| format!("<BehaviorTree ID=\"{id}\">{body}</BehaviorTree>");
+    let (main, trees) = (trees[0].0, trees.iter().map(tree).collect::<String>());
+    format!(
+        "<root BTCPP_format=\"4\" main_tree_to_execute=\"{main}\">{trees}<TreeNodesModel>{models}</TreeNodesModel></root>"
+    )
+}
+
+fn load(text: &str) -> Result<Tree, TreeError> {
+    Tree::from_xml("tree.xml", text)
+}
+
+/// All that is wrong with a file, which is refused.
+fn refused(text: &str) -> Vec<String> {
+    let error = load(text).expect_err(text);
+    error.problems().iter().filter(|problem| problem.is_error()).map(ToString::to_string).collect()
+}
+
+#[track_caller]
+fn accepted(text: &str) {
+    let tree = load(text).unwrap_or_else(|error| panic!("{error:?}"));
+    assert!(tree.concerns().is_none(), "{:?}", tree.concerns());
+}
+
+/// The same file as version 3 wrote it: what it is warned of.
+fn warned(text: &str) -> Vec<String> {
+    let tree = load(&text.replace(" BTCPP_format=\"4\"", "")).unwrap_or_else(|error| panic!("{error:?}"));
+    tree.concerns().map_or(Vec::new(), |concerns| concerns.problems().iter().map(ToString::to_string).collect())
+}
+
+#[test]
+fn the_id_of_a_tree_has_no_space() {
+    let text = file(&[("Clean Up", "<AlwaysSuccess/>")], "");
+    assert_eq!(refused(&text), ["`Clean Up` cannot be an ID: it contains a space"]);
+}
+
+#[test]
+fn the_id_of_a_tree_has_no_dot() {
+    assert_eq!(
+        refused(&file(&[("Clean.Up", "<AlwaysSuccess/>")], "")),
+        ["`Clean.Up` cannot be an ID: it contains `.`"]
+    );
+}
+
+#[test]
+fn a_tree_is_not_called_root() {
+    for id in ["Root", "root"] {
+        let text = file(&[(id, "<AlwaysSuccess/>")], "");
+        assert_eq!(refused(&text), [format!("`{id}` cannot be an ID: BehaviorTree.CPP reserves it")]);
+    }
+}
+
+#[test]
+fn the_id_of_a_subtree_has_no_space() {
+    let text = file(&[("Main", "<SubTree ID=\"Clean Up\"/>"), ("Clean Up", "<AlwaysSuccess/>")], "");
+    assert_eq!(
+        refused(&text),
+        ["`Clean Up` cannot be an ID: it contains a space"; 2],
+        "where it is used, and where it is"
+    );
+}
+
+#[test]
+fn the_name_of_a_port_has_no_space() {
+    let model = "<SubTree ID=\"Arm\"><input_port name=\"how far\"/></SubTree>";
+    assert_eq!(refused(&file(&[("Main", "<AlwaysSuccess/>")], model)), ["no port can be called `how far`"]);
+}
+
+#[test]
+fn no_id_has_any_of_the_forbidden_characters() {
+    for written in
+        [" ", "\t", "&#10;", "&#13;", "&lt;", ">", "&amp;", "&quot;", "'", "/", "\\", ":", "*", "?", "|", ".", "\u{7f}"]
+    {
+        let id = format!("Clean{written}Up");
+        let text = file(&[(&id, "<AlwaysSuccess/>")], "");
+        assert_eq!(refused(&text).len(), 1, "{text}");
+        let used = file(&[("Main", &format!("<SubTree ID=\"{id}\"/>")), (&id, "<AlwaysSuccess/>")], "");
+        assert_eq!(refused(&used).len(), 2, "{used}");
+    }
+    assert_eq!(
+        refused(&file(&[("Main", "<clean.up/>")], "<Action ID=\"clean.up\"/>")),
+        ["`clean.up` cannot be an ID: it contains `.`"]
+    );
+}
+
+#[test]
+fn letters_of_all_languages_and_hyphens_are_allowed_in_ids_and_anything_in_names() {
+    accepted(&file(&[("检查门", "<SubTree ID=\"Türöffner-2_b\"/>"), ("Türöffner-2_b", "<AlwaysSuccess/>")], ""));
+    accepted(&file(&[("Main", "<AlwaysSuccess name=\"Clean up, root: 1/2 done? *\"/>")], ""));
+    accepted(&file(&[("Main", "<Action ID=\"Clean Up\"/>")], ""));
+}
+
+#[test]
+fn two_subtrees_of_a_parallel_node_do_not_have_the_same_name() {
+    let pair = "<ParallelAll><SubTree ID=\"Arm\" name=\"left\"/><SubTree ID=\"Arm\" name=\"left\"/></ParallelAll>";
+    let text = file(&[("Main", pair), ("Arm", "<AlwaysSuccess name=\"lift\"/>")], "");
+    assert_eq!(refused(&text), ["there are two subtrees `left` in this tree"]);
+}
+
+#[test]
+fn two_subtrees_of_a_sequence_do_not_have_the_same_name() {
+    let pair = "<Sequence><SubTree ID=\"Arm\" name=\"one\"/><SubTree ID=\"Leg\" name=\"one\"/></Sequence>";
+    let trees = [("Main", pair), ("Arm", "<AlwaysSuccess/>"), ("Leg", "<AlwaysSuccess/>")];
+    assert_eq!(refused(&file(&trees, "")), ["there are two subtrees `one` in this tree"]);
+}
+
+#[test]
+fn two_subtrees_of_one_tree_do_not_have_the_same_name_wherever_they_stand() {
+    let pair = "<Sequence><SubTree ID=\"Arm\" name=\"one\"/><Inverter><SubTree ID=\"Arm\" name=\"one\"/></Inverter></Sequence>";
+    let trees = [("Main", "<SubTree ID=\"Body\" name=\"one\"/>"), ("Body", pair), ("Arm", "<AlwaysSuccess/>")];
+    assert_eq!(refused(&file(&trees, "")), ["there are two subtrees `one` in this tree"]);
+}
+
+#[test]
+fn subtrees_of_other_names_or_none_and_leaves_of_one_name_are_accepted() {
+    let others = "<Sequence><SubTree ID=\"Arm\" name=\"left\"/><SubTree ID=\"Arm\" name=\"right\"/>\
+                  <SubTree ID=\"Arm\"/><SubTree ID=\"Arm\"/></Sequence>";
+    let leaves = "<Sequence><AlwaysSuccess name=\"left\"/><AlwaysSuccess name=\"left\"/></Sequence>";
+    accepted(&file(&[("Main", others), ("Arm", leaves)], ""));
+}
+
+#[test]
+fn a_tree_is_not_called_like_a_node() {
+    let say = "<Action ID=\"Say\"><input_port name=\"text\"/></Action>";
+    let trees =
+        [("Main", "<Sequence><Say text=\"hi\"/><SubTree ID=\"Say\"/></Sequence>"), ("Say", "<Say text=\"there\"/>")];
+    assert_eq!(refused(&file(&trees, say)), ["`Say` is an <Action>, not a <SubTree>"]);
+    let spelled_out =
+        [("Main", "<Sequence><Condition ID=\"Say\"/><SubTree ID=\"Say\"/></Sequence>"), ("Say", "<AlwaysSuccess/>")];
+    assert_eq!(refused(&file(&spelled_out, "")), ["`Say` is a <Condition>, not a <SubTree>"]);
+    let error =
+        Loader::default().leaves(["Say"]).load("tree.xml", &file(&[("Say", "<AlwaysSuccess/>")], "")).unwrap_err();
+    assert_eq!(error.problems()[0].to_string(), "`Say` is an <Action>, not a <SubTree>");
+}
+
+#[test]
+fn a_reactive_sequence_does_not_have_two_asynchronous_children() {
+    let child = "<AsyncSequence><AlwaysSuccess/><AlwaysSuccess/></AsyncSequence>";
+    let reactive = |inside: &str| file(&[("Main", &format!("<ReactiveSequence>{inside}</ReactiveSequence>"))], "");
+    assert_eq!(refused(&reactive(&child.repeat(2))), ["a <ReactiveSequence> cannot have two <AsyncSequence>"]);
+    let spelled_out =
+        child.replace("<AsyncSequence>", "<Control ID=\"AsyncSequence\">").replace("</AsyncSequence>", "</Control>");
+    assert_eq!(refused(&reactive(&format!("{child}{spelled_out}"))).len(), 1);
+    accepted(&reactive(child));
+    accepted(&file(&[("Main", &format!("<Sequence>{}</Sequence>", child.repeat(2)))], ""));
+}
+
+const NODES: &str = "<Action ID=\"Count\"><output_port name=\"out\" type=\"int\"/></Action>\
+    <Action ID=\"Say\"><input_port name=\"in\" type=\"std::string\"/><output_port name=\"out\" type=\"std::string\"/></Action>\
+    <Action ID=\"Measure\"><input_port name=\"in\" type=\"double\"/></Action>\
+    <Action ID=\"Any\"><inout_port name=\"both\"/></Action>";
+
+fn in_order(nodes: &[&str]) -> String {
+    file(&[("Main", &format!("<Sequence>{}</Sequence>", nodes.concat()))], NODES)
+}
+
+#[test]
+fn a_whole_number_is_not_the_input_of_a_text() {
+    assert_eq!(
+        refused(&in_order(&["<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"])),
+        ["the entry `x` is of the type int already, and cannot be used as std::string"]
+    );
+}
+
+#[test]
+fn a_whole_number_is_not_the_input_of_a_real_one() {
+    assert_eq!(
+        refused(&in_order(&["<Count out=\"{x}\"/>", "<Measure in=\"{x}\"/>"])),
+        ["the entry `x` is of the type int already, and cannot be used as double"]
+    );
+}
+
+#[test]
+fn a_text_is_the_input_of_anything_and_an_entry_of_any_type_too() {
+    accepted(&in_order(&["<Say out=\"{x}\"/>", "<Measure in=\"{x}\"/>", "<Count out=\"{x}\"/>"]));
+    // The first port to name an entry says of which type it is.
+    accepted(&in_order(&["<Any both=\"{x}\"/>", "<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"]));
+    let given = "<SubTree ID=\"Arm\" x=\"2\"/>";
+    let inside = "<Sequence><Measure in=\"{x}\"/><Say in=\"{x}\"/></Sequence>";
+    accepted(&file(&[("Main", given), ("Arm", inside)], NODES));
+}
+
+#[test]
+fn a_port_that_no_model_declares_is_refused() {
+    assert_eq!(refused(&in_order(&["<Measure volume=\"3\"/>"])), ["Measure has no port `volume`"]);
+    let text = in_order(&["<Measure volume=\"3\"/>"]);
+    assert_eq!(warned(&text), ["Measure declares no port `volume`"]);
+    let without_ports = file(&[("Main", "<Action ID=\"Wait\" how_long=\"3\"/>")], "<Action ID=\"Wait\"/>");
+    assert_eq!(refused(&without_ports), ["Wait has no port `how_long`"]);
+    assert!(warned(&without_ports).is_empty(), "a note of Groot's that says nothing of ports");
+    accepted(&file(&[("Main", "<Action ID=\"Wait\" how_long=\"3\"/>")], ""));
+}
+
+#[test]
+fn a_misspelt_port_is_refused_in_both_versions() {
+    let text = in_order(&["<Say inn=\"{x}\"/>"]);
+    assert_eq!(refused(&text), ["Say has no port `inn`"]);
+    assert_eq!(refused(&text.replace(" BTCPP_format=\"4\"", "")), ["Say has no port `inn`"]);
+}

@@ -1,0 +1,111 @@
+//! Lets processes exchange messages under every schedule that there is: `cargo run --example all_schedules`.
+//!
+//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up; no test that happens to
+//! run one schedule would tell.
+
+use std::error::Error;
+use std::sync::Arc;
+
+use channels::{
+    Capacity, ChannelSystem, Domain, EventKind, FieldKind, GraphProcess, Message, Process, ProcessId, ProgramGraph,
+    Shape, Topology,
+};
+
+const GUESTS: [&str; 2] = ["Anna", "Ben"];
+const FORKS: [&str; 2] = ["LeftFork", "RightFork"];
+
+/// A table at which each guest picks up the forks in an order of their own.
+fn table(orders: [[usize; 2]; 2]) -> Result<ChannelSystem, Box<dyn Error>> {
+    let mut topology = Topology::default();
+    let mut processes = |names: [&str; 2]| -> Result<[ProcessId; 2], Box<dyn Error>> {
+        Ok([topology.process(names[0])?, topology.process(names[1])?])
+    };
+    let (guests, forks) = (processes(GUESTS)?, processes(FORKS)?);
+
+    // A channel of capacity 0 from each guest to each fork: both move together, when the fork is ready to be taken.
+    let mut channels = Vec::new();
+    for guest in guests {
+        for fork in forks {
+            let words = Shape::new([("word", FieldKind::symbols(["take", "put"]))]);
+            channels.push(topology.channel(guest, fork, Capacity::Zero, Domain::new([words]))?);
+        }
+    }
+    let between = |guest: usize, fork: usize| channels[2 * guest + fork];
+    let [take, put] = ["take", "put"].map(|word| Message::symbols([word]));
+
+    let mut behaviors: Vec<(ProcessId, Box<dyn Process>)> = Vec::new();
+    for (guest, [first, second]) in orders.into_iter().enumerate() {
+        let mut graph = ProgramGraph::builder(GUESTS[guest]);
+        let names = ["hungry", "waiting", "eating", "leaving", "full"];
+        let [hungry, waiting, eating, leaving, full] = names.map(|name| graph.location(name));
+        graph.send(hungry, between(guest, first), take.clone(), waiting);
+        graph.send(waiting, between(guest, second), take.clone(), eating);
+        graph.send(eating, between(guest, second), put.clone(), leaving);
+        graph.send(leaving, between(guest, first), put.clone(), full);
+        let graph = graph.initial(hungry).build()?;
+        behaviors.push((guests[guest], Box::new(GraphProcess::new(Arc::new(graph)))));
+    }
+    for (fork, name) in FORKS.into_iter().enumerate() {
+        let mut graph = ProgramGraph::builder(name);
+        let free = graph.location("free");
+        for (guest, holder) in GUESTS.into_iter().enumerate() {
+            let held = graph.location(&format!("held by {holder}"));
+            graph.receive(free, between(guest, fork), take.clone(), held);
+            graph.receive(held, between(guest, fork), put.clone(), free);
+        }
+        let graph = graph.initial(free).build()?;
+        behaviors.push((forks[fork], Box::new(GraphProcess::new(Arc::new(graph)))));
+    }
+    Ok(ChannelSystem::new(Arc::new(topology), behaviors)?)
+}
+
+/// A state that can be reached, and the messages that lead there.
+struct Reached {
+    system: ChannelSystem,
+    by: Vec<String>,
+}
+
+/// Every state that some schedule leads to, each once, by a shortest way.
+fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
+    let mut states = vec![Reached { system: start, by: Vec::new() }];
+    let mut next = 0;
+    while next < states.len() {
+        for transition in states[next].system.enabled() {
+            let (mut system, mut by) = (states[next].system.fork(), states[next].by.clone());
+            if let Some(EventKind::Received { channel, message }) = system.take(&transition)?.map(|event| event.kind) {
+                let (from, to) = system.topology().ends(channel);
+                by.push(format!("{from} → {to} {message}"));
+            }
+            // Where there are many states, keep them by `hash_state`.
+            if !states.iter().any(|known| known.system.same_state(&system)) {
+                states.push(Reached { system, by });
+            }
+        }
+        next += 1;
+    }
+    Ok(states)
+}
+
+#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+fn main() -> Result<(), Box<dyn Error>> {
+    for (what, orders) in
+        [("each their own fork first", [[0, 1], [1, 0]]), ("both the left fork first", [[0, 1], [0, 1]])]
+    {
+        let mut states = explore(table(orders)?)?;
+        println!("{what}: {} states", states.len());
+        for Reached { system, by } in &mut states {
+            if !system.enabled().is_empty() {
+                continue;
+            }
+            let guests: Vec<ProcessId> = system.topology().processes().take(GUESTS.len()).collect();
+            let stand = guests.iter().filter_map(|guest| system.location(*guest));
+            let stand: Vec<(&str, String)> = GUESTS.into_iter().zip(stand).collect();
+            let words = stand.iter().map(|(name, location)| format!("{name} is {location}"));
+            println!("  it can end with: {}", words.collect::<Vec<_>>().join(", "));
+            if stand.iter().any(|(_, location)| location != "full") {
+                println!("    after: {}", by.join(", "));
+            }
+        }
+    }
+    Ok(())
+}

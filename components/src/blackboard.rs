@@ -1,0 +1,108 @@
+//! Blackboard: lets one skill navigate at a time, as in the paper's published system.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Envelope, Message, Offer, Process, ProcessId, Topology, TransitionId, Use, Value, WiringError};
+
+use crate::service::Service;
+
+/// The process Blackboard: an integer that a skill must lock before it may write it.
+///
+/// The published component (`BlackboardComponent.cpp`) keeps any number of entries; the one that is used counts how many
+/// skills may navigate, and is 1 at the start. Each request names its skill and the entry:
+///
+/// - `[<lock>, skill, <navigation>]` and `[<unlock>, …]` are answered `[<ok>, true]`;
+/// - `[<read_data>, …]` is answered `[<ok>, value]`;
+/// - `[<write_data>, …, value]` is answered `[<ok>, true]`.
+///
+/// A request takes effect when it is answered. Who may not read, write or unlock is answered
+/// `[<error>, "unauthorized client"]`.
+///
+/// Where the published component refuses a lock, and its client asks again until it is granted, this one answers when it
+/// can grant it: to one client at a time, and to a client that has found 0 only when it would find something else.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Blackboard {
+    service: Service,
+    entry: Entry,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Entry {
+    holder: Option<Arc<str>>,
+    value: i64,
+    /// The skills that have read 0 since the last write.
+    found_zero: BTreeSet<Arc<str>>,
+}
+
+impl Entry {
+    /// The answer to a request, if there is one yet, and the entry after it.
+    fn serve(&self, request: &Message) -> Option<(Message, Self)> {
+        let refused = || Some((Message::new([Value::symbol("error"), "unauthorized client".into()]), self.clone()));
+        let (Some(head), Some(Value::Text(skill))) = (request.head(), request.field(2)) else { return refused() };
+        let is_holder = self.holder.as_ref() == Some(skill);
+        let is_open = is_holder || self.holder.is_none();
+        let mut after = self.clone();
+        let answer: Value = match (head, request.field(4)) {
+            ("lock", _) => {
+                if !is_open || self.found_zero.contains(skill) {
+                    return None;
+                }
+                after.holder = Some(Arc::clone(skill));
+                true.into()
+            }
+            ("unlock", _) if is_holder => {
+                after.holder = None;
+                true.into()
+            }
+            ("read_data", _) if is_open => {
+                if self.value == 0 {
+                    after.found_zero.insert(Arc::clone(skill));
+                }
+                Value::Int(self.value)
+            }
+            ("write_data", Some(&Value::Int(value))) if is_holder => {
+                (after.value, after.found_zero) = (value, BTreeSet::new());
+                true.into()
+            }
+            _ => return refused(),
+        };
+        Some((Message::new([Value::symbol("ok"), answer]), after))
+    }
+}
+
+impl Blackboard {
+    /// The blackboard for everybody who has a channel to `process`.
+    ///
+    /// # Errors
+    /// [`WiringError::MissingChannel`] if a client cannot be answered.
+    pub fn new(topology: &Topology, process: ProcessId) -> Result<Self, WiringError> {
+        let entry = Entry { holder: None, value: 1, found_zero: BTreeSet::new() };
+        Ok(Self { service: Service::new(topology, process)?, entry })
+    }
+}
+
+impl Process for Blackboard {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        self.service.offers(|request| Some(self.entry.serve(request)?.0), offers);
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        if received.is_none()
+            && let Some((_, after)) = self.service.pending(transition).and_then(|request| self.entry.serve(request))
+        {
+            self.entry = after;
+        }
+        self.service.take(transition, received);
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.service.uses()
+    }
+
+    fn location(&self) -> String {
+        let Entry { holder, value, .. } = &self.entry;
+        holder.as_ref().map_or_else(|| format!("navigation: {value}"), |skill| format!("navigation: {value}, {skill}"))
+    }
+}

@@ -1,0 +1,172 @@
+//! A single value of a document, and the types that one can be turned into.
+
+use std::cell::RefCell;
+use std::time::Duration;
+
+use super::Table;
+use super::node::{Kind, Node};
+use crate::{Problem, Span, Spanned};
+
+/// A value of a document whose type is still open.
+#[derive(Clone, Debug)]
+pub struct Item<'d> {
+    node: &'d Node,
+    /// How problems call the value: "`origin`", "item 2 of `origin`".
+    name: String,
+    log: &'d RefCell<Vec<Problem>>,
+}
+
+impl<'d> Item<'d> {
+    pub(super) fn new(node: &'d Node, name: String, log: &'d RefCell<Vec<Problem>>) -> Self {
+        Self { node, name, log }
+    }
+
+    /// Where the value is written; a table's header if it has one.
+    #[must_use]
+    pub fn span(&self) -> &'d Span {
+        &self.node.span
+    }
+
+    /// The number, if the value is one; an integer is a number too. May be infinite or NaN.
+    #[must_use]
+    pub fn as_number(&self) -> Option<f64> {
+        match self.node.kind {
+            Kind::Real(number) => Some(number),
+            Kind::Integer(number) => Some(number as f64),
+            _ => None,
+        }
+    }
+
+    /// The integer, if the value is one of 64 bits.
+    #[must_use]
+    pub fn as_integer(&self) -> Option<i64> {
+        if let Kind::Integer(number) = self.node.kind { number.try_into().ok() } else { None }
+    }
+
+    /// The boolean, if the value is one.
+    #[must_use]
+    pub fn as_boolean(&self) -> Option<bool> {
+        if let Kind::Boolean(value) = self.node.kind { Some(value) } else { None }
+    }
+
+    /// The text, if the value is one.
+    #[must_use]
+    pub fn as_text(&self) -> Option<&'d str> {
+        if let Kind::Text(text) = &self.node.kind { Some(text) } else { None }
+    }
+
+    /// The items, if the value is an array.
+    #[must_use]
+    pub fn as_array(&self) -> Option<Vec<Self>> {
+        let Kind::Array(nodes) = &self.node.kind else { return None };
+        let name = |place: usize| format!("item {} of {}", place + 1, self.name);
+        Some(nodes.iter().enumerate().map(|(place, node)| Self::new(node, name(place), self.log)).collect())
+    }
+
+    /// The table, if the value is one. Once a key of it has been asked for, all others have to be.
+    #[must_use]
+    pub fn as_table(&self) -> Option<Table<'d>> {
+        let Kind::Table(entries) = &self.node.kind else { return None };
+        Some(Table::open(entries, self.span(), self.log))
+    }
+
+    /// A problem that says what the value must be (such as "a number") and what it is.
+    #[must_use]
+    pub fn wrong(&self, wanted: &str) -> Problem {
+        let problem = self.span().problem(format!("{} must be {wanted}", self.name));
+        problem.with_label(format!("this is {}", self.node.kind.name()))
+    }
+
+    /// Turns the value into a `T`.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn get<T: FromItem<'d>>(&self) -> Result<T, Vec<Problem>> {
+        T::from_item(self)
+    }
+}
+
+/// A type that a value of a document can be turned into.
+pub trait FromItem<'d>: Sized {
+    /// What is accepted, to be put after "must be": "a number".
+    fn wanted() -> String;
+
+    /// Turns `item` into a value.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>>;
+}
+
+/// Implements [`FromItem`] for a type that an item either plainly is or is not.
+macro_rules! plain {
+    ($type:ty, $wanted:literal, $convert:expr) => {
+        impl<'d> FromItem<'d> for $type {
+            fn wanted() -> String {
+                $wanted.into()
+            }
+
+            fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
+                let convert: fn(&Item<'d>) -> Option<Self> = $convert;
+                convert(item).ok_or_else(|| vec![item.wrong($wanted)])
+            }
+        }
+    };
+}
+
+plain!(f64, "a number", |item| item.as_number().filter(|number| number.is_finite()));
+plain!(i64, "an integer", Item::as_integer);
+plain!(u64, "an integer of at least 0", |item| {
+    if let Kind::Integer(number) = item.node.kind { number.try_into().ok() } else { None }
+});
+plain!(bool, "true or false", Item::as_boolean);
+plain!(String, "a text", |item| item.as_text().map(str::to_owned));
+plain!(Duration, "a number of seconds from 0 to 1e9", |item| {
+    let seconds = item.as_number().filter(|seconds| (0.0..=1e9).contains(seconds))?;
+    Duration::try_from_secs_f64(seconds).ok()
+});
+plain!(Item<'d>, "a value", |item| Some(item.clone()));
+plain!(Table<'d>, "a table", Item::as_table);
+
+impl<'d, T: FromItem<'d>> FromItem<'d> for Spanned<T> {
+    fn wanted() -> String {
+        T::wanted()
+    }
+
+    fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
+        Ok(Self { value: item.get()?, span: item.span().clone() })
+    }
+}
+
+impl<'d, T: FromItem<'d>> FromItem<'d> for Vec<T> {
+    fn wanted() -> String {
+        format!("an array, each item {}", T::wanted())
+    }
+
+    fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
+        let Some(items) = item.as_array() else { return Err(vec![item.wrong(&Self::wanted())]) };
+        let (mut values, mut problems) = (Vec::with_capacity(items.len()), Vec::new());
+        for item in &items {
+            match item.get() {
+                Ok(value) => values.push(value),
+                Err(more) => problems.extend(more),
+            }
+        }
+        if problems.is_empty() { Ok(values) } else { Err(problems) }
+    }
+}
+
+impl<'d, T: FromItem<'d>, const N: usize> FromItem<'d> for [T; N] {
+    fn wanted() -> String {
+        format!("an array of {N} items, each {}", T::wanted())
+    }
+
+    fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>> {
+        if item.as_array().is_none() {
+            return Err(vec![item.wrong(&Self::wanted())]);
+        }
+        let values: Vec<T> = item.get()?;
+        let count = values.len();
+        values.try_into().map_err(|_| vec![item.wrong(&Self::wanted()).with_label(format!("this has {count}"))])
+    }
+}

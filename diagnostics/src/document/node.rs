@@ -1,0 +1,131 @@
+//! The tree that a parsed file is, whatever its syntax, with the places of all keys and values.
+
+use std::cell::{Cell, RefCell};
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::{MAX_HINTS, Problem, Span, nearest};
+
+/// Deeper nesting than this is refused: the walks over the tree are recursive.
+pub(super) const MAX_DEPTH: usize = 64;
+
+/// A value and its place. A table that has a header is placed at its header.
+#[derive(Debug)]
+pub(super) struct Node {
+    pub(super) span: Span,
+    pub(super) kind: Kind,
+}
+
+/// What a value is.
+#[derive(Debug)]
+pub(super) enum Kind {
+    Text(String),
+    Integer(i128),
+    /// May be infinite or NaN.
+    Real(f64),
+    Boolean(bool),
+    /// A date or a time of day: nothing in this project takes one.
+    Moment,
+    /// A YAML key without a value.
+    Nothing,
+    /// A YAML value whose tag contradicts it.
+    Unreadable,
+    Array(Vec<Node>),
+    Table(Entries),
+}
+
+/// The entries of a table, and what its reader asked for so far.
+#[derive(Debug, Default)]
+pub(super) struct Entries {
+    pub(super) by_key: BTreeMap<String, Entry>,
+    /// Whether keys that nobody knows are allowed as long as they don't look like a slip of the pen.
+    pub(super) lenient: Cell<bool>,
+    /// The keys that are known. A table of which nobody asked anything is not judged.
+    pub(super) asked: RefCell<BTreeSet<String>>,
+    /// Required keys that are not there, each with the complaint to make about it.
+    pub(super) missing: RefCell<Vec<(String, Problem)>>,
+}
+
+/// A key's place and its value.
+#[derive(Debug)]
+pub(super) struct Entry {
+    pub(super) key: Span,
+    pub(super) value: Node,
+}
+
+impl Node {
+    /// Takes over what only the other has, tables inside tables included.
+    pub(super) fn inherit(&mut self, base: Self) {
+        let (Kind::Table(own), Kind::Table(base)) = (&mut self.kind, base.kind) else { return };
+        for (key, entry) in base.by_key {
+            match own.by_key.get_mut(&key) {
+                Some(own) => own.value.inherit(entry.value),
+                None => drop(own.by_key.insert(key, entry)),
+            }
+        }
+    }
+
+    /// Collects the complaints that can only be made when reading is over: keys that nobody asked for, and required
+    /// keys that are missing and were not just misspelt.
+    pub(super) fn left_over(&self, problems: &mut Vec<Problem>) {
+        match &self.kind {
+            Kind::Array(items) => items.iter().for_each(|item| item.left_over(problems)),
+            Kind::Table(entries) => entries.left_over(problems),
+            _ => {}
+        }
+    }
+}
+
+impl Kind {
+    /// What the value is, for a label.
+    pub(super) fn name(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "a text",
+            Self::Integer(number) if i64::try_from(*number).is_err() => "an integer of more than 64 bits",
+            Self::Integer(_) => "an integer",
+            Self::Real(number) if number.is_finite() => "a number",
+            Self::Real(_) => "not a finite number",
+            Self::Boolean(_) => "a boolean",
+            Self::Moment => "a date or time",
+            Self::Nothing => "empty",
+            Self::Unreadable => "not what its tag says",
+            Self::Array(_) => "an array",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+impl Entries {
+    fn left_over(&self, problems: &mut Vec<Problem>) {
+        let asked = self.asked.borrow();
+        if asked.is_empty() {
+            return;
+        }
+        let mut misspelt = BTreeSet::new();
+        for (key, entry) in &self.by_key {
+            if asked.contains(key) {
+                entry.value.left_over(problems);
+                continue;
+            }
+            let absent = asked.iter().map(String::as_str).filter(|known| !self.by_key.contains_key(*known));
+            let meant = if problems.len() < MAX_HINTS { nearest(key, absent) } else { None };
+            misspelt.extend(meant);
+            if meant.is_some() || !self.lenient.get() {
+                let problem = entry.key.problem(format!("unknown key `{key}`")).with_label("not known here");
+                let helped = problems.len() < MAX_HINTS;
+                problems.push(if helped { problem.with_help(known_keys(meant, &asked)) } else { problem });
+            }
+        }
+        let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));
+        problems.extend(missing.map(|(_, problem)| problem));
+    }
+}
+
+fn known_keys(meant: Option<&str>, known: &BTreeSet<String>) -> String {
+    match meant {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => {
+            let known: Vec<_> = known.iter().map(|key| format!("`{key}`")).collect();
+            format!("known here: {}", known.join(", "))
+        }
+    }
+}

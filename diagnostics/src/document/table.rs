@@ -1,0 +1,124 @@
+//! A table of a document: asking for keys.
+
+use std::cell::RefCell;
+use std::time::Duration;
+
+use super::node::Entries;
+use super::{Field, FromItem, Item};
+use crate::{Problem, Span, did_you_mean};
+
+/// A table of a document that is being read. Every key that has been asked for counts as known.
+#[derive(Clone, Copy, Debug)]
+pub struct Table<'d> {
+    entries: &'d Entries,
+    span: &'d Span,
+    log: &'d RefCell<Vec<Problem>>,
+}
+
+impl<'d> Table<'d> {
+    pub(super) fn open(entries: &'d Entries, span: &'d Span, log: &'d RefCell<Vec<Problem>>) -> Self {
+        Self { entries, span, log }
+    }
+
+    /// The value of `key` as a `T`.
+    pub fn get<T: FromItem<'d>>(&self, key: &str) -> Field<'d, T> {
+        self.know(key);
+        let Some(entry) = self.entries.by_key.get(key) else { return Field::missing(*self, key, T::wanted()) };
+        let item = Item::new(&entry.value, format!("`{key}`"), self.log);
+        match item.get() {
+            Ok(value) => Field::given(*self, key, value, item.span().clone()),
+            Err(problems) => {
+                problems.into_iter().for_each(|problem| self.report(problem));
+                Field::refused(*self, key)
+            }
+        }
+    }
+
+    /// The value of `key` as a finite number; an integer is accepted too.
+    pub fn number(&self, key: &str) -> Field<'d, f64> {
+        self.get(key)
+    }
+
+    /// The value of `key` as an integer.
+    pub fn integer(&self, key: &str) -> Field<'d, i64> {
+        self.get(key)
+    }
+
+    /// The value of `key` as a boolean.
+    pub fn boolean(&self, key: &str) -> Field<'d, bool> {
+        self.get(key)
+    }
+
+    /// The value of `key` as a text.
+    pub fn text(&self, key: &str) -> Field<'d, String> {
+        self.get(key)
+    }
+
+    /// The value of `key`, a number of seconds of at least 0, to the nanosecond.
+    pub fn seconds(&self, key: &str) -> Field<'d, Duration> {
+        self.get(key)
+    }
+
+    /// The table under `key`.
+    pub fn table(&self, key: &str) -> Field<'d, Table<'d>> {
+        self.get(key)
+    }
+
+    /// The array of tables under `key`.
+    pub fn tables(&self, key: &str) -> Field<'d, Vec<Table<'d>>> {
+        self.get(key)
+    }
+
+    /// The value that the text under `key` names. `choices` are all the names, each with its value.
+    pub fn one_of<T: Clone>(&self, key: &str, choices: &[(&str, T)]) -> Field<'d, T> {
+        self.text(key).try_map(|text, span| {
+            if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
+                return Ok(value.clone());
+            }
+            let problem = span.problem(format!("unknown {key} `{text}`")).with_label("not one of the choices");
+            let names = choices.iter().map(|(name, _)| *name);
+            Err(problem.with_help(did_you_mean(&text, names.clone()).unwrap_or_else(|| {
+                let names: Vec<_> = names.map(|name| format!("`{name}`")).collect();
+                format!("one of {}", names.join(", "))
+            })))
+        })
+    }
+
+    /// The keys of the table, in alphabetical order, each with its place. They are not known yet: ask for each.
+    pub fn keys(&self) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
+        self.entries.by_key.iter().map(|(key, entry)| (key.as_str(), &entry.key))
+    }
+
+    /// Whether the table has that key. Does not make the key known.
+    #[must_use]
+    pub fn has(&self, key: &str) -> bool {
+        self.entries.by_key.contains_key(key)
+    }
+
+    /// Makes a key known without reading it.
+    pub fn know(&self, key: &str) {
+        self.entries.asked.borrow_mut().insert(key.to_owned());
+    }
+
+    /// Lets keys pass that nobody asks for, but for those that look like a misspelling of a key that is not there. For
+    /// formats that other programs extend.
+    pub fn allow_other_keys(&self) {
+        self.entries.lenient.set(true);
+    }
+
+    /// Where the table stands: its header, or all of an inline table.
+    #[must_use]
+    pub fn span(&self) -> &'d Span {
+        self.span
+    }
+
+    /// Records a problem; reading can go on.
+    pub fn report(&self, problem: Problem) {
+        self.log.borrow_mut().push(problem);
+    }
+
+    /// Records that a required key is not there, unless it turns out to be merely misspelt.
+    pub(super) fn report_missing(&self, key: String, problem: Problem) {
+        self.entries.missing.borrow_mut().push((key, problem));
+    }
+}

@@ -1,0 +1,236 @@
+use std::time::Duration;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::{Problem, Span, Spanned};
+
+const SCENARIO: &str = "\
+name = \"nominal\"
+duration_s = 1.5
+seed = 7
+
+[battery]
+charge_pct = 80
+
+[[faults]]
+kind = \"battery\"
+charge_pct = 10
+
+[[faults]]
+kind = \"drop\"
+";
+
+#[derive(Clone, Debug, PartialEq)]
+struct Scenario {
+    name: String,
+    duration: Duration,
+    seed: u64,
+    charge_pct: f64,
+    record: bool,
+    faults: Vec<(Kind, Option<f64>)>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Battery,
+    Drop,
+}
+
+fn read(root: Table<'_>) -> Option<Scenario> {
+    let name = root.text("name").required();
+    let duration = root.seconds("duration_s").required();
+    let seed = root.get("seed").or(0);
+    let record = root.boolean("record").or(false);
+    let battery = root.table("battery");
+    let charge_pct = battery.and_then(|battery| battery.number("charge_pct").within(0.0..=100.0).required()).required();
+    let faults = root.tables("faults").each(read_fault).or(Vec::new());
+    Some(Scenario { name: name?, duration: duration?, seed, charge_pct: charge_pct?, record, faults })
+}
+
+fn read_fault(fault: Table<'_>) -> Option<(Kind, Option<f64>)> {
+    let kind = fault.one_of("kind", &[("battery", Kind::Battery), ("drop", Kind::Drop)]).required();
+    let charge_pct = fault.number("charge_pct").optional();
+    Some((kind?, charge_pct))
+}
+
+fn load(text: &str, overrides: &[&str]) -> Result<Scenario, FileProblems> {
+    let mut document = Document::parse_toml("nominal.toml", text)?;
+    document.override_with(overrides.iter().copied())?;
+    document.read(read)
+}
+
+#[test]
+fn typed_values_arrive() {
+    let scenario = load(SCENARIO, &[]).unwrap();
+    assert_eq!(
+        scenario,
+        Scenario {
+            name: "nominal".into(),
+            duration: Duration::from_millis(1500),
+            seed: 7,
+            charge_pct: 80.0,
+            record: false,
+            faults: vec![(Kind::Battery, Some(10.0)), (Kind::Drop, None)],
+        }
+    );
+}
+
+#[test]
+fn everything_wrong_is_reported_in_the_order_of_the_file() {
+    let text = "\
+name = 3
+duration_s = -1
+sead = 7
+record = \"yes\"
+
+[battery]
+charge_percent = 80
+
+[[faults]]
+kind = \"batery\"
+charge_pct = [10]
+
+[[faults]]
+charge_pct = 120
+when = 3
+
+[robot]
+radius_m = 3
+";
+    insta::assert_snapshot!(load(text, &[]).unwrap_err().plain());
+}
+
+#[test]
+fn a_misspelt_key_is_not_also_missing() {
+    let problems = load(&SCENARIO.replace("name", "nane"), &[]).unwrap_err().plain();
+    assert_eq!(problems, "nominal.toml:1:1: unknown key `nane` (did you mean `name`?)\n");
+}
+
+#[test]
+fn overrides_replace_values_and_make_tables() {
+    let scenario =
+        load(SCENARIO, &["battery.charge_pct=35", "faults.1.charge_pct = 5", "name=rainy-day", "record=true"]);
+    let scenario = scenario.unwrap();
+    assert_eq!((scenario.charge_pct, scenario.faults[1].1), (35.0, Some(5.0)));
+    assert_eq!((scenario.name.as_str(), scenario.record), ("rainy-day", true));
+    let made = load("duration_s = 1", &["name=\"a b\"", "battery.charge_pct=1", "faults=[{kind='drop'}]"]).unwrap();
+    assert_eq!((made.name.as_str(), made.faults), ("a b", vec![(Kind::Drop, None)]));
+}
+
+#[test]
+fn malformed_overrides_say_what_is_wrong_with_them() {
+    let overrides = [
+        "battery",
+        "=3",
+        "battery..charge_pct=3",
+        "battery.charge_pct=",
+        "name=\"unclosed",
+        "faults=[1,",
+        "faults.2.kind=drop",
+        "faults.first.kind=drop",
+        "name.first=3",
+    ];
+    insta::assert_snapshot!(load(SCENARIO, &overrides).unwrap_err().plain());
+}
+
+#[test]
+fn a_wrong_value_from_an_override_is_blamed_on_the_override() {
+    let problems = load(SCENARIO, &["battery.charge_pct=1O0", "battery.chargepct=3", "seed = -1"]).unwrap_err();
+    insta::assert_snapshot!(problems.plain());
+}
+
+#[test]
+fn values_keep_their_place_for_later() {
+    let document = Document::parse_toml("a.toml", "a = [10, [20, 30]]\nb.c = 'x'\n").unwrap();
+    let (numbers, text) = document
+        .read(|root| {
+            let items = root.get::<Vec<Item<'_>>>("a").required()?;
+            let numbers: Vec<Spanned<i64>> = items[1].get().ok()?;
+            let text = root.table("b").required()?.text("c").spanned().required()?;
+            Some((numbers, text))
+        })
+        .unwrap();
+    assert_eq!((numbers[1].value, numbers[1].span.column()), (30, 15));
+    assert_eq!((text.value.as_str(), text.span.line()), ("x", 2));
+}
+
+#[test]
+fn nested_items_are_named() {
+    let document = Document::parse_toml("a.toml", "a = [[1, 2], [3, 'x', true]]\n").unwrap();
+    let problems = document.read(|root| root.get::<Vec<Vec<f64>>>("a").required()).unwrap_err();
+    insta::assert_snapshot!(problems.plain());
+}
+
+#[test]
+fn numbers_beyond_their_types_are_refused() {
+    let document = Document::parse_toml("a.toml", "a = 99999999999999999999\nb = 1e999\nc = 1e10\nd = 2021-01-01\n");
+    let problems = document
+        .unwrap()
+        .read(|root| {
+            let a = root.integer("a").required();
+            let b = root.number("b").required();
+            let (c, d) = (root.seconds("c").required(), root.text("d").required());
+            Some((a?, b?, c?, d?))
+        })
+        .unwrap_err();
+    insta::assert_snapshot!(problems.plain());
+}
+
+/// Every root seed that the command line takes can be written down, too.
+#[test]
+fn integers_from_0_have_64_bits() {
+    assert_eq!(load(SCENARIO, &["seed=18446744073709551615"]).map(|scenario| scenario.seed).ok(), Some(u64::MAX));
+    let problems = load(SCENARIO, &["seed=18446744073709551616"]).expect_err("one too many").plain();
+    assert!(problems.contains("`seed` must be an integer of at least 0"), "{problems}");
+    let too_long = load(SCENARIO, &["seed=18446744073709551616"]).expect_err("one too many");
+    assert_eq!(too_long.problems()[0].label_text(), Some("this is an integer of more than 64 bits"));
+}
+
+proptest! {
+    #[test]
+    fn no_override_makes_reading_panic(text in "[a-z0-9.=\\[\\]{}\"' -]{0,30}") {
+        let _ = load(SCENARIO, &[&text]);
+        let _ = load(SCENARIO, &[&format!("faults.{text}")]);
+    }
+
+    #[test]
+    fn a_number_set_is_the_number_read(charge_pct in 0.0..100.0_f64) {
+        let scenario = load(SCENARIO, &[&format!("battery.charge_pct={charge_pct:?}")]).unwrap();
+        prop_assert_eq!(scenario.charge_pct, charge_pct);
+    }
+}
+
+#[test]
+fn a_document_takes_over_what_it_does_not_say_itself() {
+    let base = Document::parse_toml("base.toml", SCENARIO).expect("the base is TOML");
+    let text = "name = \"short\"\nfaults = []\n[battery]\n";
+    let mut document = Document::parse_toml("short.toml", text).expect("the document is TOML");
+    document.inherit(base);
+    assert_eq!(document.peek_text("name").map(|name| name.value), Some("short"));
+    let scenario = document.read(read).expect("both together are a scenario");
+    assert_eq!((scenario.name.as_str(), scenario.seed, scenario.charge_pct), ("short", 7, 80.0));
+    assert_eq!(scenario.faults, []);
+}
+
+#[test]
+fn what_is_wrong_with_a_base_is_shown_there() {
+    let base = Document::parse_toml("base.toml", &SCENARIO.replace("80", "180")).expect("the base is TOML");
+    let mut document = Document::parse_toml("short.toml", "nmae = \"short\"\n").expect("the document is TOML");
+    document.inherit(base);
+    let problems = document.read(read).expect_err("a misspelt key and a charge of 180 %");
+    let spans: Vec<Span> = problems.problems().iter().filter_map(Problem::span).collect();
+    let places: Vec<(&str, usize)> = spans.iter().map(|span| (span.source().name(), span.line())).collect();
+    assert_eq!(places, [("short.toml", 1), ("base.toml", 6)]);
+}
+
+/// Each of them could be compared with all others, and list all that there are.
+#[test]
+fn very_many_unknown_keys_are_each_reported() {
+    let keys = |name: &str| (0..20_000).map(|n| format!("{name}{n} = 1\n")).collect::<String>();
+    let document = Document::parse_toml("many.toml", &(keys("known") + &keys("other"))).unwrap();
+    let read = |root: Table<'_>| {
+        (0..20_000).map(|n| root.get::<u64>(&format!("known{n}")).required()).collect::<Option<Vec<_>>>()
+    };
+    assert_eq!(document.read(read).unwrap_err().problems().len(), 20_000);
+}

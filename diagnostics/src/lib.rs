@@ -1,0 +1,41 @@
+//! Files that people write and read: read within bounds, refused with everything that is wrong with them, written whole.
+//!
+//! Readers collect [`Problem`]s instead of stopping at the first one, each with its place in a [`Source`] and with what
+//! would have been right, and hand them over as one [`FileProblems`]. A misspelt name is answered with the
+//! [`nearest`] one. Everything that is wrong implements [`miette::Diagnostic`], so that a binary can render it with
+//! the offending text; line and column can be asked for without any renderer.
+//!
+//! ```
+//! use diagnostics::{FileProblems, Source, did_you_mean};
+//!
+//! let source = Source::new("robot.conf", "colour=red\nspede=3\n");
+//! let key = source.span(11..16);
+//! let problem = key.problem("unknown key `spede`").with_label("not known here");
+//! let problem = problem.with_help_if(did_you_mean(key.text(), ["colour", "speed"]));
+//! let problems = FileProblems::none_of(vec![problem]).unwrap_err();
+//! assert_eq!(problems.plain(), "robot.conf:2:1: unknown key `spede` (did you mean `speed`?)\n");
+//! ```
+//!
+//! [`text_from_disk`] and [`read_text`] read files, none without a limit. [`write_whole`], [`Unfinished`] and [`Staging`]
+//! write them: what is there under its name is whole.
+//!
+//! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
+//! `xml`, which says why a text is no XML.
+
+#[cfg(feature = "documents")]
+pub mod document;
+mod error;
+mod files;
+mod nearest;
+mod output;
+mod problem;
+mod source;
+#[cfg(feature = "xml")]
+pub mod xml;
+
+pub use error::Error;
+pub use files::{ReadFile, from_disk, from_disk_or_pipe, from_disk_up_to, read_text, text, text_from_disk};
+pub use nearest::{MAX_HINTS, did_you_mean, nearest, nearest_or_all};
+pub use output::{Staging, Unfinished, write_whole};
+pub use problem::{FileProblems, Problem};
+pub use source::{Source, Span, Spanned};

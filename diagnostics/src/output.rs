@@ -1,0 +1,300 @@
+//! How files are written: whole or not at all.
+//!
+//! What is written goes to a temporary name in the same folder and gets its own name when it is whole. A full disk, an
+//! error or a panic leaves what was there before, and nothing of the new. A program that is killed may leave the temporary
+//! behind, under a name that begins with `.steward-` and ends with `.part`.
+
+use std::ffi::OsStr;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::Error;
+
+/// How temporary names begin and end.
+const TEMPORARY: (&str, &str) = (".steward-", ".part");
+
+/// Writes a whole file, with the folders on the way.
+///
+/// # Errors
+/// [`Error::Write`]; what was there before then stays as it was.
+pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
+    let mut file = Unfinished::create(path)?;
+    match file.write_all(contents.as_ref()) {
+        Ok(()) => file.finish(),
+        Err(source) => Err(write_error(path, source)),
+    }
+}
+
+/// A file on its way: it appears under its name when it is [finished](Self::finish), in place of what was there before. If
+/// it never is, nothing remains of it.
+///
+/// A device or a pipe (`/dev/stdout`) is not replaced but written to.
+#[derive(Debug)]
+pub struct Unfinished {
+    /// The name that the caller gave.
+    path: PathBuf,
+    file: File,
+    /// The temporary name and the one that takes its place; none for a device.
+    names: Option<(PathBuf, PathBuf)>,
+}
+
+impl Unfinished {
+    /// Begins a file, with the folders on the way.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn create(path: &Path) -> Result<Self, Error> {
+        let begun = match fs::metadata(path) {
+            Ok(found) if !found.is_file() => File::create(path).map(|file| (file, None)),
+            // A link stays one: the file that it leads to is replaced.
+            Ok(_) => fs::canonicalize(path).and_then(temporary),
+            Err(_) => fs::create_dir_all(folder_of(path)).and_then(|()| temporary(path.to_owned())),
+        };
+        let (file, names) = begun.map_err(|source| write_error(path, source))?;
+        Ok(Self { path: path.to_owned(), file, names })
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn finish(mut self) -> Result<(), Error> {
+        let Some((temporary, name)) = &self.names else { return Ok(()) };
+        let done = self.file.sync_all().and_then(|()| fs::rename(temporary, name));
+        done.map_err(|source| write_error(&self.path, source))?;
+        self.names = None;
+        Ok(())
+    }
+}
+
+impl Write for Unfinished {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        if let Some((temporary, _)) = &self.names {
+            // Nobody is left to be told.
+            let _ = fs::remove_file(temporary);
+        }
+    }
+}
+
+/// Files of a folder that appear in it together.
+///
+/// Until they are [published](Self::publish) they lie in a hidden folder within it; if they never are, nothing remains of
+/// them. Several programs may write to one folder at once: the last to publish has it.
+#[derive(Debug)]
+pub struct Staging {
+    folder: PathBuf,
+    hidden: PathBuf,
+    /// Locked as long as this one lives, so that others can tell what a program that was killed has left behind.
+    _lock: Option<File>,
+}
+
+impl Staging {
+    /// Begins files of a folder, which is made if it is not there. What killed programs have left in it goes.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn begin(folder: &Path) -> Result<Self, Error> {
+        let begin = || {
+            fs::create_dir_all(folder)?;
+            // A file system without locks only means that nothing is tidied up.
+            let turn = File::open(folder).ok().filter(|turn| turn.lock().is_ok());
+            if turn.is_some() {
+                remove_abandoned(folder);
+            }
+            let hidden = first_free(folder, |path| fs::create_dir(path))?.0;
+            let lock = File::open(&hidden).ok().filter(|lock| lock.try_lock().is_ok());
+            Ok(Self { folder: folder.to_owned(), hidden, _lock: lock })
+        };
+        begin().map_err(|source| write_error(folder, source))
+    }
+
+    /// Whether the folder has nothing else in it.
+    ///
+    /// # Errors
+    /// [`Error::Write`] if it cannot be read.
+    pub fn is_alone(&self) -> Result<bool, Error> {
+        let other = |entry: io::Result<fs::DirEntry>| !entry.is_ok_and(|entry| is_temporary(&entry.path()));
+        let entries = fs::read_dir(&self.folder).map_err(|source| write_error(&self.folder, source))?;
+        Ok(!entries.into_iter().any(other))
+    }
+
+    /// Writes one of the files, with the folders on the way; `name` is relative to the folder.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, name: impl AsRef<Path>, contents: impl AsRef<[u8]>) -> Result<(), Error> {
+        let path = self.hidden.join(&name);
+        let written = fs::create_dir_all(folder_of(&path)).and_then(|()| fs::write(&path, contents));
+        written.map_err(|source| write_error(&self.folder.join(name), source))
+    }
+
+    /// What was written to one of the files.
+    ///
+    /// # Errors
+    /// [`Error::Read`].
+    pub fn read(&self, name: impl AsRef<Path>) -> Result<Vec<u8>, Error> {
+        let path = self.hidden.join(&name);
+        fs::read(path).map_err(|source| Error::Read { path: self.folder.join(name), source })
+    }
+
+    /// Gives the files their names. Those of `last` speak of the others: of before they go first, and the new ones come
+    /// last, in that order; so what is there never speaks of files that are not.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn publish(self, last: &[impl AsRef<OsStr>]) -> Result<(), Error> {
+        for path in last.iter().map(|name| self.folder.join(name.as_ref())) {
+            match fs::remove_file(&path) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(write_error(&path, source)),
+                _ => {}
+            }
+        }
+        let entries = fs::read_dir(&self.hidden)
+            .and_then(|entries| entries.map(|entry| Ok(entry?.file_name())).collect::<io::Result<Vec<_>>>());
+        let mut names = entries.map_err(|source| write_error(&self.folder, source))?;
+        names.sort_by_key(|name| last.iter().position(|last| last.as_ref() == name).map_or(0, |place| place + 1));
+        for name in names {
+            let path = self.folder.join(&name);
+            fs::rename(self.hidden.join(&name), &path).map_err(|source| write_error(&path, source))?;
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Staging {
+    fn drop(&mut self) {
+        // Nobody is left to be told.
+        let _ = fs::remove_dir_all(&self.hidden);
+    }
+}
+
+/// Removes hidden folders whose programs are no more, as far as that is possible.
+fn remove_abandoned(folder: &Path) {
+    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let is_abandoned = || path.is_dir() && File::open(&path).is_ok_and(|lock| lock.try_lock().is_ok());
+        if is_temporary(&path) && is_abandoned() {
+            let _ = fs::remove_dir_all(path);
+        }
+    }
+}
+
+fn is_temporary(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
+}
+
+/// A file under a temporary name beside the one that it is to have.
+fn temporary(name: PathBuf) -> io::Result<(File, Option<(PathBuf, PathBuf)>)> {
+    let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
+    let (temporary, file) = first_free(folder_of(&name), create)?;
+    Ok((file, Some((temporary, name))))
+}
+
+/// Makes something of a temporary name that nothing else has. The name is short, however long the one to come is.
+fn first_free<T>(folder: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
+    let (begin, end) = TEMPORARY;
+    let mut number = 0_u64;
+    loop {
+        let path = folder.join(format!("{begin}{}-{number}{end}", std::process::id()));
+        match make(&path) {
+            Ok(made) => return Ok((path, made)),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => number += 1,
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+fn write_error(path: &Path, source: io::Error) -> Error {
+    Error::Write { path: path.to_owned(), source }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let names = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+        let mut names: Vec<String> = names.collect();
+        names.sort_unstable();
+        names
+    }
+
+    #[test]
+    fn a_file_has_its_name_when_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new/some.txt");
+        write_whole(&path, "old").unwrap();
+        let mut file = Unfinished::create(&path).unwrap();
+        file.write_all(b"half").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        drop(file);
+        assert_eq!((fs::read_to_string(&path).unwrap().as_str(), names(path.parent().unwrap()).len()), ("old", 1));
+        write_whole(&path, "new").unwrap();
+        assert_eq!((fs::read_to_string(&path).unwrap().as_str(), names(path.parent().unwrap()).len()), ("new", 1));
+    }
+
+    /// The temporary name is no longer than the file's own.
+    #[test]
+    fn the_longest_name_that_a_folder_takes_can_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        write_whole(&folder.path().join("n".repeat(255)), "").unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_and_devices_stay_what_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, link) = (folder.path().join("file"), folder.path().join("link"));
+        fs::write(&file, "old").unwrap();
+        std::os::unix::fs::symlink(&file, &link).unwrap();
+        write_whole(&link, "new").unwrap();
+        assert_eq!(fs::read_to_string(&file).unwrap(), "new");
+        assert!(link.is_symlink());
+        write_whole(Path::new("/dev/null"), "gone").unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+
+    #[test]
+    fn files_of_a_folder_appear_together() {
+        let folder = tempfile::tempdir().unwrap();
+        let begin = || Staging::begin(folder.path()).unwrap();
+        let staging = begin();
+        assert!(staging.is_alone().unwrap());
+        staging.write("b.txt", "b").unwrap();
+        staging.write("sub/a.txt", "a").unwrap();
+        assert_eq!(names(folder.path()).len(), 1, "nothing but the hidden folder");
+        // Another one at the same time is in nobody's way.
+        begin().write("b.txt", "lost").unwrap();
+        assert_eq!(staging.read("b.txt").unwrap(), b"b");
+        staging.publish(&["b.txt", "not there"]).unwrap();
+        assert_eq!(names(folder.path()), ["b.txt", "sub"]);
+        assert!(!begin().is_alone().unwrap());
+        assert_eq!(fs::read_to_string(folder.path().join("b.txt")).unwrap(), "b");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_killed_program_left_is_tidied_up() {
+        let folder = tempfile::tempdir().unwrap();
+        let alive = Staging::begin(folder.path()).unwrap();
+        fs::create_dir(folder.path().join(".steward-1-0.part")).unwrap();
+        let _another = Staging::begin(folder.path()).unwrap();
+        assert_eq!(names(folder.path()).len(), 2);
+        alive.write("a.txt", "a").unwrap();
+    }
+}

@@ -1,0 +1,255 @@
+//! What is wrong with a text, each thing at its place.
+
+use std::fmt;
+use std::ops::Range;
+
+use miette::{Diagnostic, LabeledSpan, Severity, SourceCode, SourceSpan};
+
+use crate::{Source, Span};
+
+/// One thing that is wrong, or looks wrong, in a text.
+///
+/// [`Span::problem`] makes one that knows its text. A parser, which has the text's bytes before it and not its name, makes
+/// a [`new`](Self::new) one: it renders with the text of the error that it becomes part of.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    message: String,
+    source: Option<Source>,
+    labels: Vec<LabeledSpan>,
+    help: Option<String>,
+    severity: Severity,
+}
+
+impl Problem {
+    /// What is wrong, in one sentence without a full stop.
+    #[must_use]
+    pub fn new(message: impl Into<String>) -> Self {
+        Self { message: message.into(), source: None, labels: Vec::new(), help: None, severity: Severity::Error }
+    }
+
+    /// Says which text it is about.
+    #[must_use]
+    pub fn of(self, source: &Source) -> Self {
+        Self { source: Some(source.clone()), ..self }
+    }
+
+    /// Marks a stretch of the text, in bytes, and says what it is. The first that is marked is the problem's place.
+    #[must_use]
+    pub fn at(mut self, stretch: impl Into<SourceSpan>, label: impl Into<String>) -> Self {
+        self.labels.push(LabeledSpan::new_with_span(Some(label.into()), stretch));
+        self
+    }
+
+    /// Marks a stretch without a word.
+    pub(crate) fn at_plainly(mut self, stretch: Range<usize>) -> Self {
+        self.labels.push(LabeledSpan::new_with_span(None, stretch));
+        self
+    }
+
+    /// Says what the text that was marked first is.
+    #[must_use]
+    pub fn with_label(mut self, label: impl Into<String>) -> Self {
+        if let Some(first) = self.labels.first_mut() {
+            first.set_label(Some(label.into()));
+        }
+        self
+    }
+
+    /// Says it otherwise.
+    #[must_use]
+    pub fn with_message(self, message: impl Into<String>) -> Self {
+        Self { message: message.into(), ..self }
+    }
+
+    /// Adds what would be accepted, or what to do.
+    #[must_use]
+    pub fn with_help(self, help: impl Into<String>) -> Self {
+        self.with_help_if(Some(help.into()))
+    }
+
+    /// As [`with_help`](Self::with_help), where there is some.
+    #[must_use]
+    pub fn with_help_if(self, help: Option<String>) -> Self {
+        Self { help, ..self }
+    }
+
+    /// Makes it something that only looks wrong.
+    #[must_use]
+    pub fn as_warning(self) -> Self {
+        Self { severity: Severity::Warning, ..self }
+    }
+
+    /// The problem with each of its places where `place` says: in a text of which its own is a part, or in a part of it.
+    #[must_use]
+    pub fn moved(mut self, place: impl Fn(Range<usize>) -> Range<usize>) -> Self {
+        for label in &mut self.labels {
+            let moved = place(label.offset()..label.offset() + label.len());
+            *label = LabeledSpan::new_with_span(label.label().map(str::to_owned), moved);
+        }
+        self
+    }
+
+    /// What is wrong, in one sentence without a full stop.
+    #[must_use]
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What the text that was marked first is.
+    #[must_use]
+    pub fn label_text(&self) -> Option<&str> {
+        self.labels.first().and_then(LabeledSpan::label)
+    }
+
+    /// What would be accepted, or what to do.
+    #[must_use]
+    pub fn help_text(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// Whether a file with this problem is refused; a warning lets it pass.
+    #[must_use]
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+
+    /// Where it is wrong: the first byte of its first label, or the beginning of the text.
+    #[must_use]
+    pub fn offset(&self) -> usize {
+        self.labels.first().map_or(0, LabeledSpan::offset)
+    }
+
+    /// Where it is wrong, if it knows its text.
+    #[must_use]
+    pub fn span(&self) -> Option<Span> {
+        let length = self.labels.first().map_or(0, LabeledSpan::len);
+        self.source.as_ref().map(|source| source.span(self.offset()..self.offset() + length))
+    }
+
+    /// Whether it is about that text: the very same, not merely an equal one.
+    #[must_use]
+    pub fn is_of(&self, source: &Source) -> bool {
+        self.source.as_ref().is_some_and(|own| own.is(source))
+    }
+
+    /// The problem as one line: `house.yaml:2:13: message (help)`.
+    #[must_use]
+    pub fn one_line(&self) -> String {
+        let help = self.help.as_ref().map(|help| format!(" ({help})")).unwrap_or_default();
+        let place = self.span().map(|span| format!("{}:{}:{}: ", span.source().name(), span.line(), span.column()));
+        format!("{}{}{help}", place.unwrap_or_default(), self.message)
+    }
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Problem {}
+
+impl Diagnostic for Problem {
+    fn severity(&self) -> Option<Severity> {
+        Some(self.severity)
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as _)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.source.as_ref().map(|source| source as _)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        Some(Box::new(self.labels.iter().cloned()))
+    }
+}
+
+/// Everything that is wrong with a file, in the order of the places; never empty.
+///
+/// A file's problems may point into more than one text, for example into an override of the command line as well.
+#[derive(Clone, Debug)]
+pub struct FileProblems {
+    problems: Vec<Problem>,
+}
+
+impl FileProblems {
+    /// Nothing to complain about if `problems` is empty, else all of them as one error.
+    ///
+    /// # Errors
+    /// The problems, by place within a text, and the texts in the order in which they first come up.
+    pub fn none_of(mut problems: Vec<Problem>) -> Result<(), Self> {
+        if problems.is_empty() {
+            return Ok(());
+        }
+        let mut texts: Vec<Source> = Vec::new();
+        for source in problems.iter().filter_map(|problem| problem.source.as_ref()) {
+            if !texts.iter().any(|text| text.is(source)) {
+                texts.push(source.clone());
+            }
+        }
+        problems.sort_by_key(|problem| (texts.iter().position(|text| problem.is_of(text)), problem.offset()));
+        Err(Self { problems })
+    }
+
+    /// The problems, in order.
+    #[must_use]
+    pub fn problems(&self) -> &[Problem] {
+        &self.problems
+    }
+
+    /// The problems of both, for a caller who reads several files before giving up.
+    #[must_use]
+    pub fn and(mut self, others: Self) -> Self {
+        self.problems.extend(others.problems);
+        self
+    }
+
+    /// All problems, [one line](Problem::one_line) each.
+    #[must_use]
+    pub fn plain(&self) -> String {
+        self.problems.iter().map(|problem| problem.one_line() + "\n").collect()
+    }
+}
+
+impl From<Problem> for FileProblems {
+    fn from(problem: Problem) -> Self {
+        Self { problems: vec![problem] }
+    }
+}
+
+impl fmt::Display for FileProblems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut names: Vec<_> =
+            self.problems.iter().filter_map(|problem| Some(problem.source.as_ref()?.name())).collect();
+        names.dedup();
+        let count = self.problems.len();
+        write!(f, "{count} problem{} in {}", if count == 1 { "" } else { "s" }, names.join(" and "))
+    }
+}
+
+impl std::error::Error for FileProblems {}
+
+impl Diagnostic for FileProblems {
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        Some(Box::new(self.problems.iter().map(|problem| problem as _)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn problems_are_ordered_by_text_and_place() {
+        let (file, argument) = (Source::new("z.toml", "one two"), Source::new("--set", "three"));
+        let problems = [file.span(4..7), argument.span(0..5), file.span(0..3)].map(|span| span.problem("no"));
+        let problems = FileProblems::none_of(problems.to_vec()).unwrap_err();
+        let order: Vec<_> = problems.problems().iter().map(|problem| problem.span().unwrap()).collect();
+        let order: Vec<_> = order.iter().map(Span::text).collect();
+        assert_eq!(order, ["one", "two", "three"]);
+        assert_eq!(problems.to_string(), "3 problems in z.toml and --set");
+    }
+}

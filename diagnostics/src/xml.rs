@@ -1,0 +1,131 @@
+//! What can be wrong with any XML file: that it is none, or one that would take too long to read.
+
+use std::ops::Range;
+
+use roxmltree::{Error, Node, TextPos};
+
+use crate::{Problem, nearest};
+
+/// Refuses an element with more attributes than that: the XML parser compares each with all others. To be asked before it
+/// parses.
+///
+/// # Errors
+/// At the first attribute that is one too many.
+pub fn check_attributes(text: &str, limit: usize) -> Result<(), Problem> {
+    let Some(at) = crowded_element(text, limit) else { return Ok(()) };
+    let problem = Problem::new(format!("an element may have {limit} attributes at most"));
+    Err(problem.at(at..at + 1, "one too many"))
+}
+
+fn crowded_element(text: &str, limit: usize) -> Option<usize> {
+    let mut rest = 0;
+    while let Some(start) = text[rest..].find('<').map(|start| rest + start) {
+        let tag = &text[start..];
+        let no_element = [("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>")];
+        if let Some((_, end)) = no_element.into_iter().find(|(begin, _)| tag.starts_with(begin)) {
+            rest = start + tag.find(end)? + end.len();
+            continue;
+        }
+        let (mut quote, mut values) = (None, 0);
+        rest = text.len();
+        for (place, byte) in (start..).zip(tag.bytes()) {
+            match (quote, byte) {
+                (None, b'>') => {
+                    rest = place;
+                    break;
+                }
+                (None, b'"' | b'\'') if values == limit => return Some(place),
+                (None, b'"' | b'\'') => (quote, values) = (Some(byte), values + 1),
+                (Some(open), byte) if open == byte => quote = None,
+                _ => {}
+            }
+        }
+    }
+    None
+}
+
+/// The problem of a text that the XML parser refuses, where it gave up. `is_known` knows the names of elements.
+#[must_use]
+pub fn problem(text: &str, error: &Error, is_known: impl Fn(&str) -> bool) -> Problem {
+    if matches!(error, Error::DtdDetected) {
+        let start = text.find("<!DOCTYPE").unwrap_or(0);
+        let problem = Problem::new("a document type declaration is not accepted");
+        let problem = problem.at(start..text.len().min(start + "<!DOCTYPE".len()), "starts here");
+        return problem.with_help("remove it: there are no document types and no entities here");
+    }
+    let not_xml = |message: &str| Problem::new(format!("this is not well-formed XML: {message}"));
+    let before = text.len() - text.trim_start().len();
+    if before > 0 && text[before..].starts_with("<?xml ") {
+        let problem = not_xml("`<?xml …?>` must be the very first thing in a file").at(0..before, "here");
+        return problem.with_help("remove the blanks and lines before it");
+    }
+    let message = error.to_string();
+    if matches!(error, Error::UnclosedRootNode | Error::UnexpectedEndOfStream | Error::NoRootNode) {
+        return not_xml(&message).at(text.len()..text.len(), "here");
+    }
+    // The parser appends the place to what it says; the label shows it better.
+    let message = message.rsplit_once(" at ").map_or(message.as_str(), |(message, _)| message);
+    let start = offset(text, error.pos());
+    let end = text[start..].chars().next().map_or(start, |character| start + character.len_utf8());
+    not_xml(message).at(start..end, "here").with_help_if(match error {
+        Error::UnexpectedCloseTag(opened, closed, _) => misspelt(opened, closed, is_known),
+        _ => None,
+    })
+}
+
+/// What was meant by an element that begins with one name and ends with one much like it.
+fn misspelt(opened: &str, closed: &str, is_known: impl Fn(&str) -> bool) -> Option<String> {
+    nearest(opened, [closed])?;
+    let meant = if is_known(closed) { closed } else { opened };
+    Some(format!("<{opened}> ends as </{closed}>: did you mean <{meant}>?"))
+}
+
+/// The byte that a row and a column, both counted from 1, stand for.
+fn offset(text: &str, place: TextPos) -> usize {
+    let row = place.row.saturating_sub(1) as usize;
+    let line_start = text.split_inclusive('\n').take(row).map(str::len).sum::<usize>();
+    let column = place.col.saturating_sub(1) as usize;
+    text[line_start..].char_indices().nth(column).map_or(text.len(), |(offset, _)| line_start + offset)
+}
+
+/// Where an element's name stands in its start tag, with its prefix.
+#[must_use]
+pub fn name_span(element: Node<'_, '_>) -> Range<usize> {
+    let start = (element.range().start + 1).min(element.range().end);
+    let written = element.document().input_text().get(start..).unwrap_or_default();
+    let length = written.find(|c: char| c.is_whitespace() || c == '/' || c == '>').unwrap_or(written.len());
+    start..start + length
+}
+
+#[cfg(test)]
+mod tests {
+    use roxmltree::Document;
+
+    use super::*;
+
+    fn said(text: &str) -> Vec<String> {
+        let problem = problem(text, &Document::parse(text).expect_err(text), |name| name == "state");
+        let marked = problem.of(&crate::Source::new("file.xml", text));
+        let place = marked.span().map(|span| format!("{}:{} {}", span.line(), span.column(), span.text()));
+        place.into_iter().chain([marked.message().to_owned()]).chain(marked.help_text().map(str::to_owned)).collect()
+    }
+
+    #[test]
+    fn what_is_no_xml_is_said_with_its_place() {
+        let meant = "<stat> ends as </state>: did you mean <state>?";
+        assert_eq!(
+            said("<stat>\n</state>"),
+            ["2:1 <", "this is not well-formed XML: expected 'stat' tag, not 'state'", meant]
+        );
+        assert_eq!(said("<a>"), ["1:4 ", "this is not well-formed XML: the root node was opened but never closed"]);
+        assert_eq!(said("<!DOCTYPE a><a/>")[..2], ["1:1 <!DOCTYPE", "a document type declaration is not accepted"]);
+        assert_eq!(said("\n<?xml version='1.0'?><a/>")[2], "remove the blanks and lines before it");
+    }
+
+    #[test]
+    fn attributes_are_counted_element_by_element() {
+        let text = "<!-- a='' b='' c='' --><a b='<' c='>'/><d e=''><f g='' h=''/></d>";
+        assert!(check_attributes(text, 2).is_ok());
+        assert_eq!(check_attributes(text, 1).expect_err("two").offset(), text.find("'>'").expect("the second"));
+    }
+}

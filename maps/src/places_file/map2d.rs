@@ -1,0 +1,235 @@
+//! Locations files of YARP's Map2D (`locations.ini`), in which each place is a line:
+//!
+//! ```text
+//! Version:
+//! 1
+//! Locations:
+//! dock office -7.5 9.0 180.0
+//! Areas:
+//! kitchen office 4 -13.2 15.6 -10.0 15.4 -10.2 12.6 -13.4 13.0
+//! ```
+//!
+//! A location has its name, its map, x and y in metres and a heading in degrees; an area its name, its map, how many
+//! corners it has, and the corners.
+
+use std::collections::BTreeMap;
+
+use diagnostics::{FileProblems, Problem, Source, Span, Spanned};
+
+use super::{PlacesFile, area, near_enough, near_enough_text, point_at};
+use crate::{Place, Places, Point};
+
+/// The version of the format.
+const VERSION: &str = "1";
+
+/// A word of a line.
+type Word = Spanned<String>;
+
+#[derive(Clone, Copy)]
+enum Section {
+    Version,
+    Locations,
+    Areas,
+}
+
+/// Reads a locations file.
+///
+/// # Errors
+/// Everything that is wrong with it.
+pub(super) fn parse(name: &str, text: &str) -> Result<PlacesFile, FileProblems> {
+    let source = Source::new(name, text);
+    let mut reader = Reader::default();
+    let mut section = None;
+    for line in lines(&source) {
+        let heading = match line.as_slice() {
+            [only] => match only.value.as_str() {
+                "Version:" => Some(Section::Version),
+                "Locations:" => Some(Section::Locations),
+                "Areas:" => Some(Section::Areas),
+                _ => None,
+            },
+            _ => None,
+        };
+        match (heading, section) {
+            (Some(heading), _) => section = Some(heading),
+            (None, Some(Section::Version)) => reader.version(&line),
+            (None, Some(Section::Locations)) => reader.place(&line, Reader::location),
+            (None, Some(Section::Areas)) => reader.place(&line, Reader::area),
+            (None, None) => {
+                let problem = whole(&line).problem("a locations file begins with `Version:`");
+                let help = "YARP's Map2D writes such files; others are TOML, and end in .toml";
+                return Err(problem.with_label("this line comes before it").with_help(help).into());
+            }
+        }
+    }
+    if section.is_none() {
+        return Err(source
+            .span(0..0)
+            .problem("a locations file begins with `Version:`")
+            .with_label("nothing is here")
+            .into());
+    }
+    FileProblems::none_of(reader.problems)?;
+    Ok(PlacesFile { places: reader.places, spans: reader.spans })
+}
+
+/// The words of each line that has some.
+fn lines(source: &Source) -> Vec<Vec<Word>> {
+    let mut at = 0;
+    let mut lines = Vec::new();
+    for line in source.text().split_inclusive('\n') {
+        let words = line.split_ascii_whitespace().map(|word| {
+            // A word is a part of its line: how far in is how far apart they begin.
+            let start = at + (word.as_ptr().addr() - line.as_ptr().addr());
+            Spanned { value: word.to_owned(), span: source.span(start..start + word.len()) }
+        });
+        lines.push(words.collect::<Vec<Word>>());
+        at += line.len();
+    }
+    lines.retain(|words| !words.is_empty());
+    lines
+}
+
+/// From the first to the last of these words.
+fn whole(words: &[Word]) -> Span {
+    let (first, last) = (&words[0].span, &words[words.len() - 1].span);
+    first.source().span(first.range().start..last.range().end)
+}
+
+#[derive(Default)]
+struct Reader {
+    places: Places,
+    spans: BTreeMap<String, Span>,
+    /// The map that the first place belongs to.
+    map: Option<String>,
+    problems: Vec<Problem>,
+}
+
+impl Reader {
+    fn version(&mut self, line: &[Word]) {
+        if !matches!(line, [version] if version.value == VERSION) {
+            let problem = whole(line).problem("the version of the format is not known");
+            self.problems.push(problem.with_label("this version").with_help(format!("version {VERSION} can be read")));
+        }
+    }
+
+    /// A line that begins with the names of a place and of its map.
+    fn place(&mut self, line: &[Word], read: impl FnOnce(&mut Self, &[Word], &Span) -> Option<Place>) {
+        let [name, map, rest @ ..] = line else {
+            let problem = whole(line).problem("a place has a name, a map and numbers");
+            self.problems.push(problem.with_label("this line"));
+            return;
+        };
+        let first_map = self.map.get_or_insert_with(|| map.value.clone());
+        if *first_map != map.value {
+            let problem = map.span.problem(format!("`{}` belongs to another map", name.value));
+            let help = format!("the places before are of `{first_map}`: a scenario has one map");
+            self.problems.push(problem.with_label("this map").with_help(help));
+        }
+        if self.spans.contains_key(&name.value) {
+            let problem = name.span.problem(format!("there is a place `{}` already", name.value));
+            self.problems.push(problem.with_label("this name").with_help("give each place a name of its own"));
+        }
+        let span = if rest.is_empty() { whole(line) } else { whole(rest) };
+        if let Some(place) = read(self, rest, &span) {
+            self.places.insert(&*name.value, place);
+            self.spans.insert(name.value.clone(), span);
+        }
+    }
+
+    fn location(&mut self, numbers: &[Word], span: &Span) -> Option<Place> {
+        let [x_m, y_m, heading_deg] = numbers else {
+            let problem = span.problem("a location has x and y in metres and a heading in degrees");
+            self.problems.push(problem.with_label(format!("three numbers, and there are {}", numbers.len())));
+            return None;
+        };
+        let [x_m, y_m, heading_deg] = [x_m, y_m, heading_deg].map(|word| self.number(word));
+        let position = self.position([x_m?, y_m?], span)?;
+        Some(point_at(position, heading_deg?))
+    }
+
+    fn area(&mut self, numbers: &[Word], span: &Span) -> Option<Place> {
+        let (count, corners) = numbers.split_first()?;
+        let wanted = count.value.parse::<usize>().ok();
+        if wanted.and_then(|wanted| wanted.checked_mul(2)) != Some(corners.len()) {
+            let problem = count.span.problem("an area has a number of corners, and as many pairs of x and y");
+            self.problems.push(problem.with_label(format!("{} numbers follow", corners.len())));
+            return None;
+        }
+        let corner = |reader: &mut Self, pair: &[Word]| {
+            let span = whole(pair);
+            let [x_m, y_m] = [&pair[0], &pair[1]].map(|word| reader.number(word));
+            let position = reader.position([x_m?, y_m?], &span)?;
+            Some(Spanned { value: Point::from(position), span })
+        };
+        let corners: Vec<_> = corners.chunks_exact(2).map(|pair| corner(self, pair)).collect();
+        area(corners.into_iter().collect::<Option<_>>()?, span).map_err(|problems| self.problems.extend(problems)).ok()
+    }
+
+    fn number(&mut self, word: &Word) -> Option<f64> {
+        let number = word.value.parse().ok().filter(|number: &f64| number.is_finite());
+        if number.is_none() {
+            self.problems.push(word.span.problem("a number is needed here").with_label("this is none"));
+        }
+        number
+    }
+
+    fn position(&mut self, position: [f64; 2], span: &Span) -> Option<[f64; 2]> {
+        let near = near_enough(&position);
+        if !near {
+            self.problems.push(span.problem(format!("a position must {}", near_enough_text())));
+        }
+        near.then_some(position)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::heading;
+
+    const HOUSE: &str = "Version:\n1\nLocations:\ndock office -7.5 9.0 180.0\nAreas:\n\
+                         kitchen office 4 -13.2 15.6 -10.0 15.4 -10.2 12.6 -13.4 13.0\n";
+
+    fn said(text: &str) -> String {
+        parse("locations.ini", text).expect_err(text).plain()
+    }
+
+    #[test]
+    fn locations_become_points_with_degrees_and_areas_polygons() {
+        for text in [HOUSE.to_owned(), HOUSE.replace('\n', "\r\n"), HOUSE.replace("Areas", "\n\nAreas")] {
+            let file = parse("locations.ini", &text).expect(&text);
+            let dock = file.places().get("dock").expect("a place");
+            assert_eq!(dock.goal_position(), Point::new(-7.5, 9.0));
+            let Place::Point { pose, .. } = dock else { panic!("a point") };
+            assert_eq!(heading(pose), std::f64::consts::PI);
+            assert!(matches!(file.places().get("kitchen"), Some(Place::Area { corners }) if corners.len() == 4));
+            assert_eq!(
+                file.span("kitchen").expect("its corners").line(),
+                text[..text.find("kitchen").unwrap_or(0)].matches('\n').count() + 1
+            );
+        }
+    }
+
+    #[test]
+    fn every_mistake_is_told_at_its_place() {
+        for (from, to, words) in [
+            ("\n1\n", "\n7\n", "locations.ini:2:1: the version of the format is not known"),
+            ("9.0 180.0", "9.0", "locations.ini:4:13: a location has x and y in metres"),
+            ("9.0 180.0", "nine 180.0", "locations.ini:4:18: a number is needed here"),
+            ("office 4", "office 5", "locations.ini:6:16: an area has a number of corners"),
+            ("kitchen office", "kitchen garden", "`kitchen` belongs to another map"),
+            ("kitchen office", "dock office", "there is a place `dock` already"),
+            ("-13.4 13.0", "-13.2 15.6", "the same point"),
+            ("-7.5", "-7.5e9", "a position must lie within"),
+            ("Version:\n", "", "a locations file begins with `Version:`"),
+            ("dock office -7.5 9.0 180.0", "dock", "a place has a name, a map and numbers"),
+        ] {
+            let said = said(&HOUSE.replace(from, to));
+            assert!(said.contains(words), "{words} is not in\n{said}");
+        }
+        let both = said(&HOUSE.replace("9.0", "nine").replace("12.6", "twelve"));
+        assert_eq!(both.lines().count(), 2, "all problems at once: {both}");
+        assert!(said("").contains("begins with `Version:`"));
+    }
+}

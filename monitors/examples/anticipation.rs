@@ -1,0 +1,38 @@
+//! Holds verdicts against endless words: `cargo run --release -p steward-monitors --example anticipation -- 100000`.
+//!
+//! For each random formula and each prefix of a random sequence: a verdict that has fallen holds on hundreds of random
+//! endless words; where none has fallen, the automaton names an endless word for either outcome, and the oracle confirms
+//! both. So no verdict is wrong, too early or late, but for those that are counted. A second argument is the first seed.
+
+#[path = "../tests/support/mod.rs"]
+mod support;
+
+use std::process::ExitCode;
+
+use support::{Dice, Tally, check, random_formula, random_sequence, topology};
+
+#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1).map(|argument| argument.parse::<u64>());
+    let formulas = arguments.next().and_then(Result::ok).unwrap_or(10_000);
+    let first = arguments.next().and_then(Result::ok).unwrap_or(0);
+    let topology = topology();
+    let mut tally = Tally { words: 300, ..Tally::default() };
+    for seed in first..first + formulas {
+        let mut dice = Dice(seed.wrapping_mul(0x1000_0001));
+        let formula = random_formula(&mut dice, &topology, 1 + seed as u32 % 4);
+        let length = dice.roll(7) as usize;
+        let sequence = random_sequence(&mut dice, &topology, length);
+        if let Err(what) = check(&formula, &sequence, &topology, &mut tally) {
+            println!("formula {seed}: {what}\n{}\n{sequence:#?}", formula.text(&topology));
+            return ExitCode::FAILURE;
+        }
+    }
+    println!("{formulas} formulas, {} prefixes: none too early, none wrong", tally.prefixes);
+    let Tally { graphs, automata, progressions, .. } = tally;
+    println!("{graphs} by program graphs, {automata} by automata, {progressions} by progression");
+    println!("{} verdicts, each on {} random endless words", tally.settled, tally.words);
+    println!("{} outcomes were open for endless words alone", tally.endless);
+    println!("late at {} prefixes by an automaton, at {} by progression in its place", tally.delayed, tally.late);
+    ExitCode::SUCCESS
+}

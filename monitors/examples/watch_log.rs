@@ -1,0 +1,48 @@
+//! Watches an event log of your own: which properties held, which were violated, and by what.
+//!
+//! `cargo run --example watch_log -- examples/lift.jsonl examples/lift.scope`, in the crate's folder. The log is that of a
+//! lift; nothing in it knows of robots. `EventLog` says what a line has to say.
+
+use std::fs::{File, read_to_string};
+use std::io::BufReader;
+use std::time::Duration;
+
+use channels::Monitor;
+use miette::{IntoDiagnostic, Result, miette};
+use monitors::{Channels, EventLog, Outcome, load, topology_of_log, verify};
+
+/// Time between the log's ticks, in which the durations of properties are counted.
+const TICK: Duration = Duration::from_secs(1);
+
+#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+fn main() -> Result<()> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [log, properties] = arguments.as_slice() else { return Err(miette!("usage: watch_log LOG.jsonl FILE.scope")) };
+    let open = || Ok::<_, miette::Report>(BufReader::new(File::open(log).into_diagnostic()?));
+
+    // Which processes there are and who talks to whom. A system that you know yourself you would declare in a `Topology`,
+    // with the messages of each channel; then conditions are checked against those, too.
+    let topology = topology_of_log(open()?).into_diagnostic()?;
+
+    // The properties, each with its monitor. All mistakes of the file are reported at once, each at its place.
+    let text = read_to_string(properties).into_diagnostic()?;
+    let mut file = load(properties, &text, &topology, TICK)?;
+
+    // One pass over the log, in constant memory. For events that come live, call `observe` of each monitor yourself.
+    let mut events = EventLog::new(open()?, &topology, Channels::All);
+    let monitors = file.properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
+    let end = verify(&mut events, monitors).into_diagnostic()?;
+
+    println!("{} messages, {} ticks", end.messages, end.ticks);
+    for property in &file.properties {
+        println!("{}: {}", property.name, Outcome::of(property.monitor.as_ref()));
+        let Some(monitor) = property.scope_monitor() else { continue };
+        if let Some(witness) = monitor.witness() {
+            print!("{witness}");
+        }
+        for obligation in monitor.open_obligations() {
+            println!("{obligation}");
+        }
+    }
+    Ok(())
+}

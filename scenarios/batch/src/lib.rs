@@ -1,0 +1,261 @@
+//! Much work at once, on all cores, with results in the order of the work.
+
+mod order;
+
+use std::convert::Infallible;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError, mpsc};
+use std::thread::Builder;
+
+pub use order::InOrder;
+
+/// How much may begin before the earliest that has not ended: bounds the results that wait for it.
+const AHEAD: u64 = 4096;
+
+/// The stack of each thread: that of a main thread on most systems, so that all do alike.
+const STACK_BYTES: usize = 8 << 20;
+
+/// More threads than so many for each core only stand in each other's way.
+const MOST_PER_CORE: usize = 16;
+
+/// How many threads there are to be: one for each core, or as many as the environment says in `RAYON_NUM_THREADS`, as
+/// programs of this kind have it.
+#[must_use]
+pub fn threads() -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    threads_of(std::env::var("RAYON_NUM_THREADS").ok().as_deref(), cores)
+}
+
+fn threads_of(asked: Option<&str>, cores: usize) -> usize {
+    let asked = asked.and_then(|asked| asked.parse().ok()).filter(|asked| *asked > 0);
+    asked.unwrap_or(cores).min(MOST_PER_CORE * cores)
+}
+
+/// Does all jobs and gives their results in the order of the jobs, whatever the number of cores. `progress` is told how
+/// many are done, from whichever thread did one.
+pub fn run<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync, progress: impl Fn(usize) + Sync) -> Vec<R> {
+    let (done, never) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let one = |place: u64| {
+        let result = work(&jobs[place as usize]);
+        progress(done.fetch_add(1, Ordering::Relaxed) + 1);
+        result
+    };
+    let mut results = Vec::with_capacity(jobs.len());
+    let Ok(()) = in_order(0..jobs.len() as u64, threads(), &never, one, |_, result| {
+        results.push(result);
+        Ok::<bool, Infallible>(true)
+    });
+    results
+}
+
+/// Does the work of these places on so many threads, and hands the results to `take` in the order of the places, on this
+/// thread. `take` says whether to go on. Once `interrupted` is set no work begins, and what has begun is taken.
+///
+/// Where the system gives fewer threads, these do it all; where it gives none, this one does.
+pub fn in_order<T: Send, E>(
+    places: Range<u64>,
+    threads: usize,
+    interrupted: &AtomicBool,
+    work: impl Fn(u64) -> T + Sync,
+    mut take: impl FnMut(u64, T) -> Result<bool, E>,
+) -> Result<(), E> {
+    let first = places.start;
+    let threads = threads.min(usize::try_from(places.end.saturating_sub(places.start)).unwrap_or(usize::MAX));
+    let gate = Gate::new(places);
+    std::thread::scope(|scope| {
+        let (send, receive) = mpsc::channel();
+        let start = |_: &usize| {
+            let (send, gate, work) = (send.clone(), &gate, &work);
+            let worker = move || {
+                let _closing = CloseOnPanic(gate);
+                while let Some(place) = gate.enter(interrupted) {
+                    if send.send((place, work(place))).is_err() {
+                        break;
+                    }
+                }
+            };
+            Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, worker).is_ok()
+        };
+        let started = (0..threads).take_while(start).count();
+        drop(send);
+        if started == 0 {
+            while let Some(place) = gate.enter(interrupted) {
+                if !take(place, work(place))? {
+                    break;
+                }
+                gate.took(place);
+            }
+        }
+        let mut order = InOrder::from(first);
+        for (place, result) in receive {
+            order.put(place, result);
+            while let Some((place, result)) = order.take() {
+                match take(place, result) {
+                    Ok(true) => gate.took(place),
+                    over => {
+                        gate.close();
+                        return over.map(drop);
+                    }
+                }
+            }
+        }
+        Ok(())
+    })
+}
+
+/// Lets threads begin the next place, but none too far ahead of the results that were taken.
+struct Gate {
+    state: Mutex<Places>,
+    moved: Condvar,
+}
+
+struct Places {
+    next: u64,
+    taken: u64,
+    end: u64,
+}
+
+impl Gate {
+    fn new(places: Range<u64>) -> Self {
+        let state = Places { next: places.start, taken: places.start, end: places.end };
+        Self { state: Mutex::new(state), moved: Condvar::new() }
+    }
+
+    /// The next place, when it may begin; none after the last, or when it is over.
+    fn enter(&self, interrupted: &AtomicBool) -> Option<u64> {
+        let too_far = |places: &mut Places| places.next < places.end && places.next >= places.taken + AHEAD;
+        let mut places = self.moved.wait_while(self.lock(), too_far).unwrap_or_else(PoisonError::into_inner);
+        if places.next >= places.end || interrupted.load(Ordering::Relaxed) {
+            return None;
+        }
+        places.next += 1;
+        Some(places.next - 1)
+    }
+
+    fn took(&self, place: u64) {
+        self.lock().taken = place + 1;
+        self.moved.notify_all();
+    }
+
+    /// Nothing begins any more.
+    fn close(&self) {
+        self.lock().end = 0;
+        self.moved.notify_all();
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Places> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// Lets nobody wait for the result of a thread that has panicked.
+struct CloseOnPanic<'g>(&'g Gate);
+
+impl Drop for CloseOnPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.0.close();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    static NOT: AtomicBool = AtomicBool::new(false);
+
+    fn slow_first(place: u64) -> u64 {
+        std::hint::black_box((0..(300 - place) * 50).fold(place, |sum, step| sum.wrapping_mul(31) ^ step));
+        place * place
+    }
+
+    fn collected(threads: usize, stop_at: u64) -> Vec<(u64, u64)> {
+        let mut taken = Vec::new();
+        in_order(5..300, threads, &NOT, slow_first, |place, result| {
+            taken.push((place, result));
+            Ok::<bool, Infallible>(place < stop_at)
+        })
+        .unwrap();
+        taken
+    }
+
+    #[test]
+    fn results_are_taken_in_order_on_any_number_of_threads() {
+        let all: Vec<(u64, u64)> = (5..300).map(|place| (place, place * place)).collect();
+        for threads in [0, 1, 2, 7] {
+            assert_eq!(collected(threads, 300), all);
+            assert_eq!(collected(threads, 100), all[..96], "it stops where it is told to");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_taken_ends_it() {
+        let full = || "full";
+        let take = |place, _| if place == 9 { Err(full()) } else { Ok(true) };
+        let result = in_order(0..100, 3, &NOT, |place| place, take);
+        assert_eq!(result, Err("full"));
+    }
+
+    #[test]
+    fn an_interruption_lets_end_what_has_begun_and_loses_none_of_it() {
+        for threads in [0, 1, 2, 7] {
+            let (interrupted, begun) = (AtomicBool::new(false), Mutex::new(0));
+            let work = |place| {
+                *begun.lock().unwrap() += 1;
+                interrupted.fetch_or(place >= 20, Ordering::Relaxed);
+                slow_first(place)
+            };
+            let mut taken = Vec::new();
+            in_order(0..300, threads, &interrupted, work, |place, _| {
+                taken.push(place);
+                Ok::<bool, Infallible>(true)
+            })
+            .unwrap();
+            // Each thread may be at work already when the first says it.
+            assert!((21..=20 + threads.max(1)).contains(&taken.len()), "{} on {threads} threads", taken.len());
+            assert_eq!(taken, (0..*begun.lock().unwrap()).collect::<Vec<u64>>());
+        }
+    }
+
+    #[test]
+    fn no_thread_runs_too_far_ahead() {
+        let gate = Gate::new(0..3 * AHEAD);
+        let begun = (0..AHEAD).filter_map(|_| gate.enter(&NOT)).count() as u64;
+        assert_eq!(begun, AHEAD);
+        gate.took(0);
+        assert_eq!(gate.enter(&NOT), Some(AHEAD));
+        gate.close();
+        assert_eq!(gate.enter(&NOT), None);
+    }
+
+    #[test]
+    fn a_panic_is_passed_on_and_nobody_waits_for_its_result() {
+        let work = |place| assert!(place != 3, "place 3");
+        let all = || in_order(0..3 * AHEAD, 2, &NOT, work, |_, ()| Ok::<bool, Infallible>(true));
+        assert!(std::panic::catch_unwind(all).is_err());
+    }
+
+    #[test]
+    fn there_are_no_more_threads_than_make_sense() {
+        let asked = [None, Some("3"), Some("100000"), Some("0"), Some("many")].map(|asked| threads_of(asked, 2));
+        assert_eq!(asked, [2, 3, 32, 2, 2]);
+    }
+
+    #[test]
+    fn results_come_in_the_order_of_the_jobs_and_every_job_is_told_of() {
+        let jobs: Vec<u64> = (0..200).collect();
+        let told = Mutex::new(Vec::new());
+        let slow_first = |job: &u64| {
+            let steps = (200 - job) * 100;
+            std::hint::black_box((0..steps).fold(*job, |sum, step| sum.wrapping_mul(31) ^ step));
+            *job
+        };
+        let results = run(&jobs, slow_first, |done| told.lock().expect("no thread panics").push(done));
+        assert_eq!(results, jobs);
+        let mut told = told.into_inner().expect("no thread panics");
+        told.sort_unstable();
+        assert_eq!(told, (1..=200).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,59 @@
+//! Results that come as they please, taken in the order of the runs.
+
+use std::collections::BTreeMap;
+
+/// Holds results back until those of all earlier runs are there.
+///
+/// It holds as many as are ahead of the earliest run that is still going on, so whoever starts runs bounds it by not
+/// running too far ahead.
+#[derive(Clone, Debug)]
+pub struct InOrder<T> {
+    next: u64,
+    early: BTreeMap<u64, T>,
+}
+
+impl<T> InOrder<T> {
+    /// Nothing yet; `first` is the run that comes first.
+    #[must_use]
+    pub fn from(first: u64) -> Self {
+        Self { next: first, early: BTreeMap::new() }
+    }
+
+    /// Takes the result of run `k`. A run that has come before is a mistake, and the first result stays.
+    pub fn put(&mut self, k: u64, result: T) {
+        let fresh = k >= self.next && !self.early.contains_key(&k);
+        debug_assert!(fresh, "the result of run {k} came twice");
+        if fresh {
+            self.early.insert(k, result);
+        }
+    }
+
+    /// The result of the next run with its number, if it is there.
+    pub fn take(&mut self) -> Option<(u64, T)> {
+        let result = self.early.remove(&self.next)?;
+        self.next += 1;
+        Some((self.next - 1, result))
+    }
+
+    /// How many results are held back.
+    #[must_use]
+    pub fn held_back(&self) -> usize {
+        self.early.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_come_out_in_the_order_of_the_runs() {
+        let mut order = InOrder::from(5);
+        order.put(7, 'c');
+        order.put(6, 'b');
+        assert_eq!((order.take(), order.held_back()), (None, 2));
+        order.put(5, 'a');
+        let all: Vec<_> = std::iter::from_fn(|| order.take()).collect();
+        assert_eq!(all, [(5, 'a'), (6, 'b'), (7, 'c')]);
+    }
+}

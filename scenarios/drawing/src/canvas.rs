@@ -1,0 +1,309 @@
+//! An SVG picture in the making.
+
+use super::font::Face;
+use super::geometry::{Area, Spot};
+use super::path::{Path, number};
+use super::text::{Font, Run, Weight, runs};
+use super::theme::{self, Color};
+
+/// Which end of a text its position is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// The text begins there.
+    Start,
+    /// The text is centred there.
+    Middle,
+    /// The text ends there.
+    End,
+}
+
+/// What a text looks like.
+#[derive(Clone, Copy, Debug)]
+pub struct TextStyle {
+    /// Typeface and size.
+    pub font: Font,
+    /// The colour of the letters.
+    pub color: Color,
+    /// Which end of the text its spot is.
+    pub anchor: Anchor,
+    /// Whether the letters stand in a band of the colour of paper, so that lines beneath stay readable.
+    pub halo: bool,
+}
+
+impl TextStyle {
+    /// Left-aligned text without halo.
+    pub const fn new(font: Font, color: Color) -> Self {
+        Self { font, color, anchor: Anchor::Start, halo: false }
+    }
+
+    /// The same, anchored differently.
+    pub const fn anchored(self, anchor: Anchor) -> Self {
+        Self { anchor, ..self }
+    }
+
+    /// The same with a halo.
+    pub const fn with_halo(self) -> Self {
+        Self { halo: true, ..self }
+    }
+}
+
+/// How the inside and the outline of a shape are painted.
+#[derive(Clone, Copy, Debug)]
+pub struct Paint {
+    fill: Option<Color>,
+    fill_opacity: f64,
+    stroke: Option<(Color, f64)>,
+    stroke_opacity: f64,
+    dash: Option<&'static str>,
+}
+
+impl Paint {
+    /// Filled, without outline.
+    pub const fn fill(color: Color) -> Self {
+        Self { fill: Some(color), fill_opacity: 1.0, stroke: None, stroke_opacity: 1.0, dash: None }
+    }
+
+    /// An outline of that width in pixels, not filled; ends and corners are round.
+    pub const fn stroke(color: Color, width: f64) -> Self {
+        Self { fill: None, fill_opacity: 1.0, stroke: Some((color, width)), stroke_opacity: 1.0, dash: None }
+    }
+
+    /// The same with an outline.
+    pub const fn outlined(self, color: Color, width: f64) -> Self {
+        Self { stroke: Some((color, width)), ..self }
+    }
+
+    /// The same with the inside only so opaque (0 to 1).
+    pub const fn fill_opacity(self, opacity: f64) -> Self {
+        Self { fill_opacity: opacity, ..self }
+    }
+
+    /// The same with the outline only so opaque (0 to 1).
+    pub const fn stroke_opacity(self, opacity: f64) -> Self {
+        Self { stroke_opacity: opacity, ..self }
+    }
+
+    /// The same with a dashed outline (lengths of dashes and gaps in pixels).
+    pub const fn dashed(self, dash: &'static str) -> Self {
+        Self { dash: Some(dash), ..self }
+    }
+}
+
+/// Who will draw the letters of a picture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Letters {
+    /// The renderer, with the fonts that they were measured with.
+    #[default]
+    Embedded,
+    /// A browser, with whatever fonts it has: every text is told how long to be.
+    Browser,
+}
+
+/// The elements of a picture so far, in drawing order.
+#[derive(Debug, Default)]
+pub struct Canvas {
+    elements: String,
+    letters: Letters,
+}
+
+impl Canvas {
+    /// An empty picture for the renderer.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// A canvas for a picture inside a web page.
+    pub fn for_browsers() -> Self {
+        Self { letters: Letters::Browser, ..Self::default() }
+    }
+
+    /// Draws the other canvas's picture in front of this one.
+    pub fn append(&mut self, other: Self) {
+        self.elements += &other.elements;
+    }
+
+    /// What has been drawn, for a picture that is put together elsewhere.
+    pub fn into_elements(self) -> String {
+        self.elements
+    }
+
+    /// The finished picture, a standalone SVG of that size in pixels.
+    pub fn finish(self, width: f64, height: f64) -> String {
+        let (width, height) = (number(width), number(height));
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" \
+             height=\"{height}\" font-family=\"{}\" stroke-linecap=\"round\" stroke-linejoin=\"round\" \
+             xml:space=\"preserve\">\n{}</svg>\n",
+            Face::Sans.families(),
+            self.elements
+        )
+    }
+
+    /// Draws a shape.
+    pub fn path(&mut self, path: &Path, paint: Paint) {
+        if path.data().is_empty() {
+            return;
+        }
+        self.elements += &format!("<path d=\"{}\"", path.data());
+        self.paint(paint);
+        self.elements += "/>\n";
+    }
+
+    /// A circle; `radius` in pixels.
+    pub fn circle(&mut self, center: Spot, radius: f64, paint: Paint) {
+        self.path(&Path::circle(center, radius), paint);
+    }
+
+    /// A rectangle with rounded corners; `radius` in pixels.
+    pub fn rounded(&mut self, area: Area, radius: f64, paint: Paint) {
+        self.path(&Path::rounded(area, radius), paint);
+    }
+
+    /// A straight line.
+    pub fn line(&mut self, from: Spot, to: Spot, paint: Paint) {
+        self.path(&Path::through([from, to]), paint);
+    }
+
+    /// Writes a text with its baseline at `at`.
+    pub fn text(&mut self, at: Spot, text: &str, style: TextStyle) {
+        let runs = runs(text);
+        if runs.iter().all(|run| run.text.trim().is_empty()) {
+            return;
+        }
+        if style.halo {
+            let width = style.font.size * 0.34;
+            let paint = format!("fill=\"none\" stroke=\"{}\" stroke-width=\"{}\"", theme::PAPER, number(width));
+            self.letters(at, &runs, style, &format!("{paint} stroke-opacity=\"0.85\""));
+        }
+        let color = style.color;
+        let paint = match (self.letters, style.font.weight) {
+            (Letters::Browser, Weight::Regular) => format!("fill=\"{color}\""),
+            (Letters::Browser, Weight::Bold) => format!("fill=\"{color}\" font-weight=\"600\""),
+            (Letters::Embedded, weight) => {
+                let stroke = number(style.font.size * weight.stroke_em());
+                format!("fill=\"{color}\" stroke=\"{color}\" stroke-width=\"{stroke}\"")
+            }
+        };
+        self.letters(at, &runs, style, &paint);
+    }
+
+    /// Writes a text with its middle at the height of `at`.
+    pub fn centered_text(&mut self, at: Spot, text: &str, style: TextStyle) {
+        self.text((at.0, at.1 + style.font.baseline_below_middle()), text, style);
+    }
+
+    /// Draws what `draw` draws, cut off at the edges of `area`. `name` is the clip's id, one of its own.
+    pub fn clipped(&mut self, name: &str, area: Area, draw: impl FnOnce(&mut Self)) {
+        self.elements += &format!(
+            "<clipPath id=\"{name}\"><path d=\"{}\"/></clipPath><g clip-path=\"url(#{name})\">\n",
+            Path::rounded(area, 0.0).data()
+        );
+        draw(self);
+        self.elements += "</g>\n";
+    }
+
+    /// Adds ready-made path data in other coordinates; `matrix` takes them to the page (as in SVG: a b c d e f).
+    pub fn placed_path(&mut self, data: &str, matrix: [f64; 6], fill: Color) {
+        if data.is_empty() {
+            return;
+        }
+        let [a, b, c, d, e, f] = matrix;
+        self.elements += &format!(
+            "<path transform=\"matrix({a:.7} {b:.7} {c:.7} {d:.7} {e:.4} {f:.4})\" fill=\"{fill}\" \
+             fill-rule=\"evenodd\" d=\"{data}\"/>\n"
+        );
+    }
+
+    /// The letters of a text. Where it takes several faces, each run is a text chunk of its own, placed by its measured
+    /// width: the renderer draws a whole chunk in the other face if the first one lacks a character of it.
+    fn letters(&mut self, at: Spot, runs: &[Run], style: TextStyle, paint: &str) {
+        let font = style.font;
+        let spacing = match font.weight.spacing_em() {
+            ems if ems > 0.0 && self.letters == Letters::Embedded => {
+                format!(" letter-spacing=\"{}\"", number(ems * font.size))
+            }
+            _ => String::new(),
+        };
+        let fitted = |run: &Run| match self.letters {
+            Letters::Embedded => String::new(),
+            Letters::Browser => {
+                format!(" textLength=\"{}\" lengthAdjust=\"spacingAndGlyphs\"", number(font.run_width(run)))
+            }
+        };
+        let (y, size) = (number(at.1), number(font.size));
+        if let [run @ Run { face: Face::Sans, text, .. }] = runs {
+            let anchor = match style.anchor {
+                Anchor::Start => "",
+                Anchor::Middle => " text-anchor=\"middle\"",
+                Anchor::End => " text-anchor=\"end\"",
+            };
+            let (x, text, fitted) = (number(at.0), escape(text), fitted(run));
+            self.elements += &format!(
+                "<text x=\"{x}\" y=\"{y}\" font-size=\"{size}\"{anchor}{spacing}{fitted} {paint}>{text}</text>\n"
+            );
+            return;
+        }
+        let width: f64 = runs.iter().map(|run| font.run_width(run)).sum();
+        let mut x = match style.anchor {
+            Anchor::Start => at.0,
+            Anchor::Middle => at.0 - width / 2.0,
+            Anchor::End => at.0 - width,
+        };
+        self.elements += &format!("<text y=\"{y}\" font-size=\"{size}\"{spacing} {paint}>");
+        for run in runs {
+            let (start, text, fitted) = (number(x), escape(&run.text), fitted(run));
+            let family = match self.letters {
+                Letters::Embedded => format!(" font-family=\"{}\"", run.face.families()),
+                Letters::Browser => String::new(),
+            };
+            self.elements += &format!("<tspan x=\"{start}\"{family}{fitted}>{text}</tspan>");
+            x += font.run_width(run);
+        }
+        self.elements += "</text>\n";
+    }
+
+    fn paint(&mut self, paint: Paint) {
+        let out = &mut self.elements;
+        *out += &format!(" fill=\"{}\"", paint.fill.unwrap_or("none"));
+        if paint.fill_opacity < 1.0 {
+            *out += &format!(" fill-opacity=\"{}\"", number(paint.fill_opacity));
+        }
+        if let Some((color, width)) = paint.stroke {
+            *out += &format!(" stroke=\"{color}\" stroke-width=\"{}\"", number(width));
+        }
+        if paint.stroke_opacity < 1.0 {
+            *out += &format!(" stroke-opacity=\"{}\"", number(paint.stroke_opacity));
+        }
+        if let Some(dash) = paint.dash {
+            *out += &format!(" stroke-dasharray=\"{dash}\"");
+        }
+    }
+}
+
+/// The text with all that means something to XML written as entities; characters that XML forbids are dropped.
+pub fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\'' => escaped.push_str("&apos;"),
+            '\u{fffe}' | '\u{ffff}' => {}
+            _ if character.is_control() => {}
+            _ => escaped.push(character),
+        }
+    }
+    escaped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_is_escaped_and_forbidden_characters_are_dropped() {
+        assert_eq!(escape("a < b & \"c\" > 'd'\u{0}\u{ffff}"), "a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;");
+    }
+}

@@ -1,0 +1,503 @@
+//! Where the locations and transitions of a state machine are drawn.
+//!
+//! Locations stand in one row, breadth first from the initial one, or depth first where fewer arrows cross so. A transition to the next location is a straight arrow
+//! with its label above; one that skips locations runs above the row, one that goes back runs below it, a loop sits on top of
+//! its location. Transitions between the same two locations share an arrow, their labels one below the other. Arrows above
+//! and below run in tracks: one that encloses another runs further out, so that no two labels ever meet.
+
+use super::diagram_tracks::{Arc, Side, Tracks};
+use super::frame::Diagram;
+use super::geometry::{Area, Spot};
+use super::text::Font;
+
+/// Most lines of text on one arrow.
+const MOST_LINES: usize = 4;
+/// Scales and longest labels (pixels at scale 1) to try, the most pleasant first.
+const ATTEMPTS: [(f64, f64); 11] = [
+    (1.0, 150.0),
+    (1.0, 105.0),
+    (0.95, 105.0),
+    (0.9, 105.0),
+    (0.86, 105.0),
+    (0.82, 105.0),
+    (0.82, 74.0),
+    (0.82, 58.0),
+    (0.78, 58.0),
+    (0.78, 44.0),
+    (0.76, 34.0),
+];
+
+/// Where everything of a state machine is drawn, in pixels from the upper left corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DiagramLayout {
+    /// The locations, in the order of the diagram.
+    pub locations: Vec<PlacedLocation>,
+    /// The arrows.
+    pub edges: Vec<PlacedEdge>,
+    /// Extent to the right.
+    pub width: f64,
+    /// Extent downwards.
+    pub height: f64,
+    /// Size of the labels' font.
+    pub font_px: f64,
+}
+
+/// A location with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedLocation {
+    /// Its box; its corners are as round as can be.
+    pub area: Area,
+    /// The part of its name that fits.
+    pub label: String,
+}
+
+/// An arrow: all transitions from one location to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedEdge {
+    /// Index of the location it leaves.
+    pub from: usize,
+    /// Index of the location it enters.
+    pub to: usize,
+    /// Where it runs: two spots for a straight arrow, four for one that goes round three sides.
+    pub spine: Vec<Spot>,
+    /// Its labels, line by line.
+    pub labels: Vec<PlacedLabel>,
+}
+
+/// A line of text with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedLabel {
+    /// Its box.
+    pub area: Area,
+    /// The text, as far as it fits.
+    pub text: String,
+}
+
+/// Sizes of everything at one scale, in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Measures {
+    pub(super) font: Font,
+    pub(super) radius: f64,
+    /// Least room for a straight arrow beyond its label.
+    pub(super) gap: f64,
+    /// Distance from a row or track to the next.
+    pub(super) rise: f64,
+    /// Room for the arrow into the initial location.
+    pub(super) entry: f64,
+}
+
+impl Measures {
+    fn at(scale: f64) -> Self {
+        Self {
+            font: Font::regular(13.5 * scale),
+            radius: 18.0 * scale,
+            gap: 19.0 * scale,
+            rise: 9.0 * scale,
+            entry: 24.0 * scale,
+        }
+    }
+}
+
+/// All transitions between two locations, by their places in the row.
+#[derive(Clone, Debug)]
+pub(super) struct Bundle {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) lines: Vec<String>,
+    pub(super) width: f64,
+    /// How far its label may be moved along the row from its middle, beyond what the arrow's ports and length allow.
+    pub(super) sway: f64,
+}
+
+impl DiagramLayout {
+    /// Lays out a state machine in at most `width` pixels. Labels are wrapped, then everything is made smaller down to three
+    /// quarters, then labels are shortened and finally left out.
+    #[must_use]
+    pub fn new(diagram: &Diagram, width: f64) -> Self {
+        let orders = [breadth_first(diagram), depth_first(diagram)];
+        let [broad, deep] = orders.each_ref().map(|order| crossings(diagram, order));
+        let order = &orders[usize::from(deep < broad)];
+        if order.is_empty() {
+            return Self { locations: Vec::new(), edges: Vec::new(), width: 0.0, height: 0.0, font_px: 0.0 };
+        }
+        let mut attempts =
+            ATTEMPTS.iter().map(|&(scale, longest)| Row::new(diagram, order, Measures::at(scale), longest));
+        let row = attempts.find(|row| row.width() <= width);
+        let row = row.unwrap_or_else(|| {
+            let bare = Row::new(diagram, order, Measures::at(0.72), 0.0);
+            let squeeze = (width / bare.width()).min(1.0);
+            Row::new(diagram, order, Measures::at(0.72 * squeeze), 0.0)
+        });
+        row.stretched(width).placed(order)
+    }
+
+    /// Whether every name and label is there whole.
+    #[must_use]
+    pub fn is_complete(&self, diagram: &Diagram) -> bool {
+        let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<String>>();
+        let named = self.locations.iter().zip(&diagram.locations).all(|(placed, named)| placed.label == named.name);
+        let labelled = |edge: &PlacedEdge| {
+            let between = diagram
+                .transitions
+                .iter()
+                .filter(|transition| (transition.from, transition.to) == (edge.from, edge.to));
+            let wanted: Vec<String> = between.flat_map(|transition| words(&transition.label)).collect();
+            let shown: Vec<String> = edge.labels.iter().flat_map(|label| words(&label.text)).collect();
+            wanted == shown
+        };
+        named && self.edges.iter().all(labelled)
+    }
+}
+
+/// The locations in the order in which a search from the initial one first reaches them, then those it never reaches.
+fn breadth_first(diagram: &Diagram) -> Vec<usize> {
+    let count = diagram.locations.len();
+    let mut order: Vec<usize> = Vec::with_capacity(count);
+    let mut seen = vec![false; count];
+    for root in [diagram.initial].into_iter().filter(|&root| root < count).chain(0..count) {
+        if seen[root] {
+            continue;
+        }
+        seen[root] = true;
+        let mut next = order.len();
+        order.push(root);
+        while let Some(&location) = order.get(next) {
+            for transition in diagram.transitions.iter().filter(|transition| transition.from == location) {
+                if transition.to < count && !seen[transition.to] {
+                    seen[transition.to] = true;
+                    order.push(transition.to);
+                }
+            }
+            next += 1;
+        }
+    }
+    order
+}
+
+/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met all,
+/// then those it never meets.
+fn depth_first(diagram: &Diagram) -> Vec<usize> {
+    let count = diagram.locations.len();
+    let mut order: Vec<usize> = Vec::with_capacity(count);
+    let mut open: Vec<usize> =
+        (0..count).rev().chain([diagram.initial].into_iter().filter(|root| *root < count)).collect();
+    while let Some(location) = open.pop() {
+        if order.contains(&location) {
+            continue;
+        }
+        order.push(location);
+        let leaving = diagram.transitions.iter().rev().filter(|transition| transition.from == location);
+        open.extend(leaving.map(|transition| transition.to).filter(|to| *to < count));
+    }
+    order
+}
+
+/// How many pairs of arrows above the row, or below it, cross each other in that order.
+fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
+    let place = |location: usize| order.iter().position(|other| *other == location);
+    let ends =
+        diagram.transitions.iter().filter_map(|transition| Some((place(transition.from)?, place(transition.to)?)));
+    let mut arrows: Vec<(usize, usize)> = ends.filter(|(from, to)| *to != from + 1 && from != to).collect();
+    arrows.sort_unstable();
+    arrows.dedup();
+    let cross = |a: &(usize, usize), b: &(usize, usize)| {
+        let [a, b] = [a, b].map(|(from, to)| (from.min(to), from.max(to)));
+        a.0 < b.0 && b.0 < a.1 && a.1 < b.1
+    };
+    let same_side = |a: &(usize, usize), b: &(usize, usize)| (a.0 < a.1) == (b.0 < b.1);
+    arrows.iter().map(|a| arrows.iter().filter(|b| same_side(a, b) && cross(a, b)).count()).sum()
+}
+
+/// Locations in a row, with the distances that labels ask for.
+struct Row {
+    measures: Measures,
+    names: Vec<String>,
+    /// Half the width of each location.
+    halves: Vec<f64>,
+    /// Room between each location and the next.
+    gaps: Vec<f64>,
+    bundles: Vec<Bundle>,
+    /// Where the first location begins, and how far labels reach beyond the last.
+    left: f64,
+    beyond: f64,
+}
+
+impl Row {
+    fn new(diagram: &Diagram, order: &[usize], measures: Measures, longest: f64) -> Self {
+        let Measures { font, radius, gap, .. } = measures;
+        let longest = longest * font.size / 13.5;
+        let names: Vec<String> =
+            order.iter().map(|&location| font.fit(&diagram.locations[location].name, radius * 5.0)).collect();
+        let halves: Vec<f64> = names.iter().map(|name| (font.width(name) / 2.0 + radius * 0.42).max(radius)).collect();
+        let bundles = bundles(diagram, order, font, longest);
+        let mut gaps = vec![gap; order.len().saturating_sub(1)];
+        for bundle in &bundles {
+            if bundle.to == bundle.from + 1 {
+                gaps[bundle.from] = gaps[bundle.from].max(bundle.width + gap);
+            } else if bundle.from == bundle.to + 1 {
+                let ports = halves[bundle.to].min(radius) * 0.4 + halves[bundle.from].min(radius) * 0.4;
+                let inside = (halves[bundle.from] + halves[bundle.to] - ports).max(0.0);
+                gaps[bundle.to] = gaps[bundle.to].max(bundle.width + gap * 0.7 - inside);
+            }
+        }
+        Self { measures, names, halves, gaps, bundles, left: measures.entry, beyond: 4.0 }.with_margins()
+    }
+
+    /// The same row with room at its ends for labels that are wider than their arrows.
+    fn with_margins(mut self) -> Self {
+        let middles = self.middles();
+        let end = self.width() - self.beyond;
+        for bundle in self.bundles.iter().filter(|bundle| bundle.to != bundle.from + 1) {
+            let middle = (middles[bundle.from] + middles[bundle.to]) / 2.0;
+            // Where several arrows leave a location side by side, each is shifted by at most this much.
+            let shift = 0.4 * (self.halves[bundle.from] + self.halves[bundle.to]);
+            let reach = bundle.width / 2.0 + shift + bundle.sway;
+            self.left = self.left.max(self.measures.entry + reach - middle);
+            self.beyond = self.beyond.max(middle + reach - end);
+        }
+        self
+    }
+
+    fn width(&self) -> f64 {
+        self.left + self.halves.iter().sum::<f64>() * 2.0 + self.gaps.iter().sum::<f64>() + self.beyond
+    }
+
+    /// The same row with wider gaps, if there is room.
+    fn stretched(mut self, width: f64) -> Self {
+        let spare = (width - self.width()).max(0.0) / self.gaps.len().max(1) as f64;
+        self.gaps.iter_mut().for_each(|gap| *gap += spare.min(64.0));
+        self
+    }
+
+    /// The middle of each location, along the row.
+    fn middles(&self) -> Vec<f64> {
+        let mut left = self.left;
+        let mut middles = Vec::with_capacity(self.halves.len());
+        for (i, half) in self.halves.iter().enumerate() {
+            middles.push(left + half);
+            left += 2.0 * half + self.gaps.get(i).copied().unwrap_or(0.0);
+        }
+        middles
+    }
+
+    fn placed(&self, order: &[usize]) -> DiagramLayout {
+        let Measures { font, radius, .. } = self.measures;
+        let middles = self.middles();
+        let (straight, round): (Vec<&Bundle>, Vec<&Bundle>) =
+            self.bundles.iter().partition(|bundle| bundle.to == bundle.from + 1);
+        let stack = |bundle: &&Bundle| bundle.lines.len() as f64 * font.line_height() + font.size * 0.35;
+        let above_row = straight.iter().map(stack).fold(radius, f64::max);
+        let arcs: Vec<Arc> = round.into_iter().map(|bundle| Arc::new(bundle.clone())).collect();
+        let tracks = Tracks::new(arcs, &middles, &self.halves, self.measures, above_row);
+        let y = tracks.extent(Side::Above);
+        let locations = self.locations(order, &middles, y);
+        let mut edges: Vec<PlacedEdge> =
+            straight.into_iter().map(|bundle| self.straight_edge(bundle, order, &middles, y)).collect();
+        edges.extend(tracks.edges(order, y));
+        let height = y + tracks.extent(Side::Below);
+        DiagramLayout { locations, edges, width: self.width(), height, font_px: font.size }
+    }
+
+    fn locations(&self, order: &[usize], middles: &[f64], y: f64) -> Vec<PlacedLocation> {
+        let mut locations: Vec<(usize, PlacedLocation)> = (0..order.len())
+            .map(|i| {
+                let area = Area::around((middles[i], y), 2.0 * self.halves[i], 2.0 * self.measures.radius);
+                (order[i], PlacedLocation { area, label: self.names[i].clone() })
+            })
+            .collect();
+        locations.sort_by_key(|(location, _)| *location);
+        locations.into_iter().map(|(_, location)| location).collect()
+    }
+
+    fn straight_edge(&self, bundle: &Bundle, order: &[usize], middles: &[f64], y: f64) -> PlacedEdge {
+        let font = self.measures.font;
+        let from = middles[bundle.from] + self.halves[bundle.from];
+        let to = middles[bundle.to] - self.halves[bundle.to];
+        let top = y - font.size * 0.35 - bundle.lines.len() as f64 * font.line_height();
+        PlacedEdge {
+            from: order[bundle.from],
+            to: order[bundle.to],
+            spine: vec![(from, y), (to, y)],
+            labels: stacked(&bundle.lines, ((from + to) / 2.0, top), font),
+        }
+    }
+}
+
+/// Lines of text below each other, centred, from `top` downwards.
+pub(super) fn stacked(lines: &[String], top: Spot, font: Font) -> Vec<PlacedLabel> {
+    let height = font.line_height();
+    lines
+        .iter()
+        .enumerate()
+        .map(|(i, line)| {
+            let center = (top.0, top.1 + (i as f64 + 0.5) * height);
+            PlacedLabel { area: Area::around(center, font.width(line), height), text: line.clone() }
+        })
+        .collect()
+}
+
+/// The transitions, those between the same two locations together, by places in the row.
+fn bundles(diagram: &Diagram, order: &[usize], font: Font, longest: f64) -> Vec<Bundle> {
+    let mut place = vec![usize::MAX; diagram.locations.len()];
+    for (i, &location) in order.iter().enumerate() {
+        place[location] = i;
+    }
+    let mut bundles: Vec<(usize, usize, Vec<&str>)> = Vec::new();
+    for transition in &diagram.transitions {
+        let (Some(&from), Some(&to)) = (place.get(transition.from), place.get(transition.to)) else { continue };
+        let label = transition.label.as_str();
+        match bundles.iter_mut().find(|bundle| (bundle.0, bundle.1) == (from, to)) {
+            Some((_, _, labels)) => labels.push(label),
+            None => bundles.push((from, to, vec![label])),
+        }
+    }
+    // Arrows that skip locations rise beside a loop, through the middle of its label if that cannot give way.
+    let rises_at = |place: usize| bundles.iter().any(|&(from, to, _)| to > from + 1 && (from == place || to == place));
+    let bundle = |(from, to, labels): &(usize, usize, Vec<&str>)| {
+        let (from, to) = (*from, *to);
+        let lines = lines(labels, font, longest * from.abs_diff(to).max(1) as f64);
+        let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
+        let sway = if from == to && rises_at(from) { width / 2.0 } else { 0.0 };
+        Bundle { from, to, lines, width, sway }
+    };
+    bundles.iter().map(bundle).collect()
+}
+
+/// The labels of one arrow, each wrapped, no more lines than fit.
+fn lines(labels: &[&str], font: Font, room: f64) -> Vec<String> {
+    let mut lines: Vec<String> = labels.iter().flat_map(|label| font.wrap(label, room, 2)).collect();
+    if lines.len() > MOST_LINES {
+        let hidden = lines.len() - (MOST_LINES - 1);
+        lines.truncate(MOST_LINES - 1);
+        lines.push(font.fit(&format!("… {hidden} more"), room));
+    }
+    lines
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frame::{Location, Transition};
+    use crate::sample::{Chance, everything, phi1, phi2};
+
+    fn check(diagram: &Diagram, width: f64) -> DiagramLayout {
+        let layout = DiagramLayout::new(diagram, width);
+        let page = Area::new(0.0, 0.0, width, layout.height);
+        let labels = layout.edges.iter().flat_map(|edge| &edge.labels).map(|label| label.area);
+        let boxes: Vec<Area> = layout.locations.iter().map(|location| location.area).chain(labels).collect();
+        assert_eq!(layout.locations.len(), diagram.locations.len());
+        for (i, area) in boxes.iter().enumerate() {
+            assert!(page.encloses(area), "{area:?} leaves {page:?}");
+            for other in &boxes[..i] {
+                assert!(!area.inset(0.01).overlaps(other), "{area:?} overlaps {other:?} in {layout:#?}");
+            }
+        }
+        for spot in layout.edges.iter().flat_map(|edge| &edge.spine) {
+            assert!(page.inset(-1e-6).contains(*spot), "{spot:?} leaves {page:?}");
+        }
+        layout
+    }
+
+    #[test]
+    fn the_monitors_of_the_paper_keep_their_labels() {
+        for monitor in [phi1(), phi2()] {
+            let layout = check(&monitor.diagram, 572.0);
+            let shown: Vec<&str> =
+                layout.edges.iter().flat_map(|edge| &edge.labels).map(|label| label.text.as_str()).collect();
+            for transition in &monitor.diagram.transitions {
+                assert!(shown.contains(&transition.label.as_str()), "{} is not in {shown:?}", transition.label);
+            }
+        }
+    }
+
+    #[test]
+    fn locations_stand_in_breadth_first_order_and_going_back_runs_below() {
+        let layout = check(&phi2().diagram, 572.0);
+        let lefts: Vec<f64> = layout.locations.iter().map(|location| location.area.x).collect();
+        assert!(lefts.is_sorted(), "{lefts:?}");
+        let row = layout.locations[0].area.center().1;
+        for edge in &layout.edges {
+            let straight = edge.to == edge.from + 1;
+            assert_eq!(edge.spine.len(), if straight { 2 } else { 4 });
+            assert!(straight || edge.spine[1].1 > row, "{edge:?}");
+        }
+    }
+
+    #[test]
+    fn locations_stand_so_that_arrows_do_not_cross() {
+        // Breadth first, 0 → 2 and 1 → 3 would cross.
+        let transition = |from, to| Transition { from, to, label: format!("from {from} to {to}") };
+        let diagram = Diagram {
+            locations: ["wait", "count", "answer", "fail"]
+                .map(|name| Location { name: name.to_owned(), error: name == "fail" })
+                .to_vec(),
+            initial: 0,
+            active: 0,
+            transitions: vec![transition(0, 1), transition(0, 2), transition(1, 3), transition(1, 0), transition(2, 0)],
+        };
+        let layout = check(&diagram, 572.0);
+        let lefts = [0, 1, 3, 2].map(|location: usize| layout.locations[location].area.x);
+        assert!(lefts.is_sorted(), "{lefts:?}");
+        assert_eq!(layout.edges.iter().filter(|edge| edge.spine.len() == 2).count(), 2);
+    }
+
+    #[test]
+    fn loops_skips_and_parallel_transitions_do_not_overlap() {
+        for width in [300.0, 480.0, 572.0, 1200.0] {
+            let layout = check(&everything().diagram, width);
+            assert_eq!(layout.edges.len(), 12, "transitions between the same locations share an arrow");
+        }
+    }
+
+    #[test]
+    fn the_label_of_a_loop_gives_way_to_an_arrow_that_rises_beside_it() {
+        let transition = |from, to, label: &str| Transition { from, to, label: label.to_owned() };
+        let diagram = Diagram {
+            locations: ["I", "C", "T", "A"].map(|name| Location { name: name.to_owned(), error: false }).to_vec(),
+            initial: 0,
+            active: 0,
+            transitions: vec![
+                transition(0, 1, "asked"),
+                transition(1, 1, "a message that changes nothing"),
+                transition(1, 2, "tick"),
+                transition(1, 3, "answered"),
+                transition(2, 3, "late"),
+            ],
+        };
+        let layout = check(&diagram, 900.0);
+        for edge in layout.edges.iter().filter(|edge| edge.spine.len() == 4) {
+            for leg in [(edge.spine[0], edge.spine[1]), (edge.spine[2], edge.spine[3])] {
+                let x = leg.0.0;
+                for label in layout.edges.iter().filter(|other| *other != edge).flat_map(|other| &other.labels) {
+                    let (top, bottom) = (leg.0.1.min(leg.1.1), leg.0.1.max(leg.1.1));
+                    let beside = x < label.area.x || x > label.area.x + label.area.width;
+                    let apart = bottom < label.area.y || top > label.area.y + label.area.height;
+                    assert!(beside || apart, "{edge:?} cuts {label:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_diagram_without_locations_is_empty() {
+        let layout = check(&Diagram::default(), 500.0);
+        assert!(layout.edges.is_empty());
+    }
+
+    #[test]
+    fn labels_of_random_diagrams_do_not_overlap() {
+        let mut chance = Chance::new(3);
+        for _ in 0..500 {
+            let count = 1 + chance.below(12);
+            let locations =
+                (0..count).map(|_| Location { name: "loc".repeat(chance.below(5)), error: false }).collect();
+            let transitions = (0..chance.below(16)).map(|_| Transition {
+                from: chance.below(count),
+                to: chance.below(count + 1),
+                label: "on a word ".repeat(chance.below(4)),
+            });
+            let transitions = transitions.collect();
+            check(&Diagram { locations, initial: chance.below(count), active: 0, transitions }, 480.0);
+        }
+    }
+}

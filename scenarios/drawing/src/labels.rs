@@ -1,0 +1,160 @@
+//! Finding room for the labels of a map.
+
+use super::geometry::{Area, Spot};
+use super::text::Font;
+
+/// Places labels one after another, each where it covers least.
+#[derive(Clone, Debug)]
+pub struct LabelPlacer {
+    within: Area,
+    /// Symbols and labels that are there already.
+    taken: Vec<Area>,
+    /// Spots along lines that had better stay visible.
+    lines: Vec<Spot>,
+}
+
+impl LabelPlacer {
+    /// A placer that keeps all labels inside `within`.
+    pub fn new(within: Area) -> Self {
+        Self { within, taken: Vec::new(), lines: Vec::new() }
+    }
+
+    /// Keeps labels off a symbol.
+    pub fn block(&mut self, area: Area) {
+        self.taken.push(area);
+    }
+
+    /// Keeps labels off a line, where that is possible.
+    pub fn avoid_line(&mut self, spots: impl IntoIterator<Item = Spot>) {
+        const STEP: f64 = 6.0;
+        let mut previous: Option<Spot> = None;
+        for spot in spots {
+            let from = previous.unwrap_or(spot);
+            let (dx, dy) = (spot.0 - from.0, spot.1 - from.1);
+            let steps = (dx.abs().max(dy.abs()) / STEP).ceil().clamp(1.0, 400.0);
+            self.lines.extend((1..=steps as usize).map(|i| {
+                let part = i as f64 / steps;
+                (from.0 + dx * part, from.1 + dy * part)
+            }));
+            previous = Some(spot);
+        }
+    }
+
+    /// The box for a text of that width at `site`. `cost` says how bad it would be to cover what is in a box (0 to 1).
+    pub fn place(&mut self, site: &Site, (font, width): (Font, f64), cost: impl Fn(&Area) -> f64) -> Area {
+        let best = site
+            .candidates(width, font.line_height())
+            .into_iter()
+            .map(|area| self.moved_inside(area))
+            .enumerate()
+            .map(|(rank, area)| (self.price(&area) + 4.0 * cost(&area) + 0.04 * rank as f64, area))
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+            .map_or(site.symbol, |(_, area)| area);
+        self.taken.push(best);
+        best
+    }
+
+    fn moved_inside(&self, area: Area) -> Area {
+        let within = self.within;
+        let x = area.x.min(within.right() - area.width).max(within.x);
+        let y = area.y.min(within.bottom() - area.height).max(within.y);
+        Area { x, y, ..area }
+    }
+
+    fn price(&self, area: &Area) -> f64 {
+        let size = (area.width * area.height).max(1.0);
+        let covered: f64 = self.taken.iter().map(|taken| taken.shared_with(area) / size).sum();
+        let crossed = self.lines.iter().filter(|&&spot| area.contains(spot)).count();
+        let collisions = if covered > 0.0 { 10.0 } else { 0.0 };
+        collisions + 20.0 * covered + 0.12 * crossed as f64
+    }
+}
+
+/// What a label belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Site {
+    /// Its box, with some room around.
+    pub symbol: Area,
+    /// Whether the label may stand in the box: it is an area rather than a sign.
+    pub roomy: bool,
+}
+
+impl Site {
+    /// Boxes for a label to try, the most natural ones first.
+    fn candidates(&self, width: f64, height: f64) -> Vec<Area> {
+        let (x, y) = self.symbol.center();
+        let (half_width, half_height) = (self.symbol.width / 2.0, self.symbol.height / 2.0);
+        let mut centers = Vec::new();
+        if self.roomy && width <= self.symbol.width - 24.0 {
+            centers.extend([0.0, -0.5, 0.5].map(|part| (x, y + part * half_height)));
+        }
+        let around = |ring: f64| (half_width + ring + width / 2.0, half_height + ring + height / 2.0);
+        for ring in [0.0, 10.0, 24.0, 42.0] {
+            let (beside, above) = around(ring);
+            let aligned = (width / 2.0 - half_width).max(0.0);
+            let offsets = [
+                (beside, 0.0),
+                (-beside, 0.0),
+                (0.0, -above),
+                (0.0, above),
+                (aligned, -above),
+                (aligned, above),
+                (-aligned, -above),
+                (-aligned, above),
+            ];
+            centers.extend(offsets.map(|(dx, dy)| (x + dx, y + dy)));
+        }
+        for ring in [0.0, 24.0] {
+            let (beside, above) = around(ring);
+            let corners = [(beside, -above), (beside, above), (-beside, -above), (-beside, above)];
+            centers.extend(corners.map(|(dx, dy)| (x + dx, y + dy)));
+        }
+        centers.into_iter().map(|center| Area::around(center, width, height)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FONT: Font = Font::regular(14.0);
+    const PAGE: Area = Area::new(0.0, 0.0, 400.0, 300.0);
+
+    fn sign(x: f64, y: f64) -> Site {
+        Site { symbol: Area::around((x, y), 24.0, 24.0), roomy: false }
+    }
+
+    #[test]
+    fn labels_of_one_crowded_place_do_not_overlap() {
+        let mut placer = LabelPlacer::new(PAGE);
+        let site = sign(200.0, 150.0);
+        placer.block(site.symbol);
+        let placed: Vec<Area> = (0..12).map(|_| placer.place(&site, (FONT, 70.0), |_| 0.0)).collect();
+        for (i, a) in placed.iter().enumerate() {
+            assert!(!a.inset(0.01).overlaps(&site.symbol), "{a:?}");
+            assert!(placed[..i].iter().all(|b| !a.overlaps(b)), "{placed:?}");
+        }
+    }
+
+    #[test]
+    fn a_label_at_the_edge_stays_inside() {
+        let area = LabelPlacer::new(PAGE).place(&sign(399.0, 2.0), (FONT, 120.0), |_| 0.0);
+        assert!(PAGE.encloses(&area), "{area:?}");
+    }
+
+    #[test]
+    fn a_label_leaves_a_line_free() {
+        let mut placer = LabelPlacer::new(PAGE);
+        placer.avoid_line([(200.0, 150.0), (390.0, 150.0)]);
+        let area = placer.place(&sign(200.0, 150.0), (FONT, 70.0), |_| 0.0);
+        assert!(!area.contains((230.0, 150.0)), "{area:?}");
+    }
+
+    #[test]
+    fn an_area_holds_its_label_where_it_fits() {
+        let site = Site { symbol: Area::new(100.0, 100.0, 100.0, 80.0), roomy: true };
+        assert_eq!(LabelPlacer::new(PAGE).place(&site, (FONT, 70.0), |_| 0.0).center(), (150.0, 140.0));
+        let outside = LabelPlacer::new(PAGE).place(&site, (FONT, 120.0), |_| 0.0);
+        assert!(!outside.overlaps(&site.symbol), "{outside:?}");
+    }
+}

@@ -1,0 +1,102 @@
+//! Pictures of a run: snapshots and animations that a person who has never seen the project understands.
+//!
+//! A [`Frame`] is plain data about one moment: the map with everything on it, the battery, the behavior tree, the monitors.
+//! There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that same picture into a PNG with fonts that
+//! are compiled in, so that the bytes are the same on every machine; a [`GifWriter`] does so frame by frame.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use std::time::Duration;
+//!
+//! use drawing::{Battery, Frame, MapPicture, Renderer, Scene, svg};
+//!
+//! let map = Arc::new(MapPicture::new(&maps::house::draw())); // once per run
+//! let scene = Scene { laser_hits: vec![maps::Point::new(1.0, 2.0)], ..Scene::new(map, maps::pose(0.0, 0.0, 1.57), 0.3) };
+//! let frame = Frame {
+//!     scenario: "nominal".to_owned(),
+//!     seed: 1,
+//!     caption: "The robot sets off.".to_owned(),
+//!     time: Duration::from_millis(20),
+//!     tick: 0,
+//!     scene,
+//!     battery: Battery { level_pct: 83.0, ..Battery::default() },
+//!     tree: Vec::new(),
+//!     monitors: Vec::new(),
+//! };
+//! let png = Renderer::new().png(&svg(&frame)).expect("the drawing is a valid picture");
+//! assert!(png.starts_with(b"\x89PNG"));
+//! ```
+//!
+//! Text is measured with the fonts that draw it ([`TreeLayout`] and [`DiagramLayout`] say where labels come to stand), so
+//! that nothing overlaps and nothing is cut: names that are too long end in an ellipsis, large trees become small, and of
+//! many monitors the last ones are reduced to their locations, then to their verdicts, then counted. What a colour says, a
+//! sign or a word says too.
+//!
+//! What may not happen here: reading a clock, drawing random numbers, asking the system for a font, calling a function whose
+//! last bit depends on the machine. The module `path` says how shapes get by without the latter.
+
+mod animation;
+mod battery_panel;
+pub mod canvas;
+mod context;
+mod diagram_layout;
+mod diagram_tracks;
+mod error;
+mod font;
+mod frame;
+mod geometry;
+pub mod icons;
+pub mod labels;
+mod machine;
+pub mod map_panel;
+pub mod map_picture;
+mod monitor_panel;
+mod outline;
+mod page;
+mod palette;
+pub mod path;
+mod render;
+#[cfg(test)]
+mod sample;
+mod state_chart;
+#[cfg(test)]
+mod tests;
+pub mod text;
+pub mod theme;
+mod trajectories;
+mod tree_layout;
+mod tree_panel;
+mod tree_picture;
+pub mod view;
+
+pub use animation::{ANIMATION_SIZE_PX, GifWriter};
+pub use context::{Context, Level, draw_context};
+pub use diagram_layout::{DiagramLayout, PlacedEdge, PlacedLabel, PlacedLocation};
+pub use error::DrawError;
+pub use frame::{
+    Battery, Body, BodyShape, Destination, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Scene, Threshold,
+    Transition, TreeNode, Verdict,
+};
+pub use geometry::{Area, Spot};
+pub use machine::diagram_svg;
+pub use map_picture::MapPicture;
+pub use monitor_panel::draw_machine;
+pub use page::Page;
+pub use render::Renderer;
+pub use state_chart::{State, state_chart_svg};
+pub use trajectories::Trajectories;
+pub use tree_layout::{Link, PlacedNode, TreeLayout};
+pub use tree_panel::draw_nodes;
+pub use tree_picture::tree_svg;
+
+/// The frame as a standalone SVG picture of 1600 × 900 pixels.
+#[must_use]
+pub fn svg(frame: &Frame) -> String {
+    page::draw(frame, Page::Snapshot)
+}
+
+/// The frame as a standalone SVG picture of another size of page.
+#[must_use]
+pub fn svg_on(page: Page, frame: &Frame) -> String {
+    page::draw(frame, page)
+}

@@ -1,0 +1,214 @@
+//! The monitors: their properties, verdicts and state machines.
+
+use super::canvas::{Anchor, Canvas, Paint, TextStyle};
+use super::diagram_layout::{DiagramLayout, PlacedEdge};
+use super::frame::{Diagram, Monitor};
+use super::geometry::{Area, Spot};
+use super::icons::Look;
+use super::page::{PANEL_HEAD, PANEL_MARGIN, panel};
+use super::path::Path;
+use super::text::{Font, Weight};
+use super::theme::{self, Color};
+
+const NAME: Font = Font::bold(15.0);
+const WORDS: Font = Font::regular(14.0);
+const VERDICT: Font = Font::bold(13.0);
+const HEAD: f64 = 28.0;
+const CHIPS: f64 = 24.0;
+const GAP: f64 = 14.0;
+const TIGHT_GAP: f64 = 8.0;
+
+/// How much of a monitor is drawn.
+enum Detail {
+    /// Its state machine.
+    Machine(DiagramLayout),
+    /// Its locations only, in one row.
+    Chips,
+    /// Its name and verdict only.
+    Head,
+}
+
+impl Detail {
+    /// Room below it, to the next one.
+    fn gap(&self) -> f64 {
+        match self {
+            Self::Machine(_) => GAP,
+            Self::Chips | Self::Head => TIGHT_GAP,
+        }
+    }
+
+    fn height(&self) -> f64 {
+        match self {
+            Self::Machine(layout) => HEAD + layout.height + self.gap(),
+            Self::Chips => HEAD + CHIPS + self.gap(),
+            Self::Head => HEAD + self.gap(),
+        }
+    }
+}
+
+/// The height at which all monitors can be drawn in full in a panel of that width, in pixels.
+pub(super) fn wanted_height(monitors: &[Monitor], width: f64) -> f64 {
+    let room = width - 2.0 * PANEL_MARGIN;
+    let details = monitors.iter().map(|monitor| HEAD + GAP + DiagramLayout::new(&monitor.diagram, room).height);
+    PANEL_HEAD + details.sum::<f64>()
+}
+
+/// Draws the monitors' panel.
+pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
+    let inner = panel(canvas, area, "Monitors");
+    if monitors.is_empty() {
+        let nothing = TextStyle::new(WORDS, theme::MUTED);
+        canvas.centered_text((inner.x, inner.y + 11.0), "No property is being monitored.", nothing);
+    }
+    let room = Area { height: area.bottom() - 6.0 - inner.y, ..inner };
+    let (details, hidden) = details(monitors, room);
+    let used: f64 = details.iter().map(Detail::height).sum();
+    let spare = ((room.height - used) / details.len().max(1) as f64).clamp(0.0, 26.0);
+    let mut y = room.y;
+    for (i, (monitor, detail)) in monitors.iter().zip(&details).enumerate() {
+        if i > 0 {
+            let line = y - (details[i - 1].gap() + spare) / 2.0 + 1.0;
+            canvas.line((room.x, line), (room.right(), line), Paint::stroke(theme::RULE, 1.0));
+        }
+        draw_head(canvas, Area { y, height: HEAD, ..room }, monitor);
+        let body = Area { y: y + HEAD, height: detail.height() - HEAD, ..room };
+        match detail {
+            Detail::Machine(layout) => draw_machine(canvas, body, layout, &monitor.diagram),
+            Detail::Chips => draw_chips(canvas, body, &monitor.diagram),
+            Detail::Head => {}
+        }
+        y += detail.height() + spare;
+    }
+    if hidden > 0 {
+        let style = TextStyle::new(WORDS, theme::MUTED).anchored(Anchor::End);
+        let text = format!("+{hidden} more");
+        canvas.centered_text((area.right() - PANEL_MARGIN, area.y + PANEL_HEAD / 2.0 + 2.0), &text, style);
+    }
+}
+
+/// How each monitor is drawn, and how many don't fit at all. As long as room is short, the last one still drawn in full is
+/// drawn as chips; then the last ones show only their verdict; then they are left out.
+fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
+    let mut details: Vec<Detail> =
+        monitors.iter().map(|monitor| Detail::Machine(DiagramLayout::new(&monitor.diagram, room.width))).collect();
+    let fits = |details: &[Detail]| details.iter().map(Detail::height).sum::<f64>() - GAP <= room.height;
+    for shorter in [|| Detail::Chips, || Detail::Head] {
+        for i in (0..details.len()).rev() {
+            if !fits(&details) {
+                details[i] = shorter();
+            }
+        }
+    }
+    while !details.is_empty() && !fits(&details) {
+        details.pop();
+    }
+    let hidden = monitors.len() - details.len();
+    (details, hidden)
+}
+
+/// Name, description and verdict in one line.
+fn draw_head(canvas: &mut Canvas, area: Area, monitor: &Monitor) {
+    let look = Look::of_verdict(monitor.verdict);
+    let y = area.y + 11.0;
+    let text =
+        if monitor.note.is_empty() { look.words.to_owned() } else { format!("{} · {}", look.words, monitor.note) };
+    let text = VERDICT.fit(&text, area.width * 0.5);
+    let pill = Area::new(area.right() - VERDICT.width(&text) - 38.0, area.y, VERDICT.width(&text) + 38.0, 22.0);
+    canvas.rounded(pill, 11.0, Paint::fill(look.ground));
+    look.icon.draw(canvas, (pill.x + 15.0, y), 12.0, look.front);
+    canvas.centered_text((pill.x + 26.0, y), &text, TextStyle::new(VERDICT, look.front));
+    let name = NAME.fit(&monitor.name, area.width * 0.25);
+    canvas.centered_text((area.x, y), &name, TextStyle::new(NAME, theme::INK));
+    let left = area.x + NAME.width(&name) + 12.0;
+    let words = WORDS.fit(&monitor.description, pill.x - 10.0 - left);
+    canvas.centered_text((left, y), &words, TextStyle::new(WORDS, theme::MUTED));
+}
+
+/// Colours of a location: ground, outline, text.
+fn location_colors(diagram: &Diagram, i: usize) -> (Color, Color, Color) {
+    match (i == diagram.active, diagram.locations[i].error) {
+        (true, true) => (theme::BAD, theme::BAD, theme::PAPER),
+        (true, false) => (theme::GOOD, theme::GOOD, theme::PAPER),
+        (false, true) => (theme::PAPER, theme::BAD, theme::BAD),
+        (false, false) => (theme::PAPER, theme::INK, theme::INK),
+    }
+}
+
+/// Draws a state machine into `area`, where `layout` fits.
+pub fn draw_machine(canvas: &mut Canvas, area: Area, layout: &DiagramLayout, diagram: &Diagram) {
+    let (dx, dy) = (area.x + (area.width - layout.width).max(0.0) / 2.0, area.y);
+    let font = Font::regular(layout.font_px);
+    if let Some(initial) = layout.locations.get(diagram.initial) {
+        let tip = (initial.area.x + dx, initial.area.center().1 + dy);
+        let dot = (tip.0 - font.size * 1.4, tip.1);
+        canvas.circle(dot, font.size * 0.2, Paint::fill(theme::MUTED));
+        draw_arrow(canvas, &[dot, tip], font.size);
+    }
+    for edge in &layout.edges {
+        let spine: Vec<Spot> = edge.spine.iter().map(|&(x, y)| (x + dx, y + dy)).collect();
+        draw_arrow(canvas, &spine, font.size);
+    }
+    for (i, location) in layout.locations.iter().enumerate() {
+        draw_location(canvas, location.area.shifted(dx, dy), &location.label, font, diagram, i);
+    }
+    for label in layout.edges.iter().flat_map(|edge: &PlacedEdge| &edge.labels) {
+        let style = TextStyle::new(font, theme::MUTED).anchored(Anchor::Middle).with_halo();
+        canvas.centered_text(label.area.shifted(dx, dy).center(), &label.text, style);
+    }
+}
+
+fn draw_location(canvas: &mut Canvas, area: Area, label: &str, font: Font, diagram: &Diagram, i: usize) {
+    let (ground, outline, words) = location_colors(diagram, i);
+    let active = i == diagram.active;
+    if active {
+        let ring = area.inset(-3.5);
+        canvas.rounded(ring, ring.height / 2.0, Paint::stroke(outline, 1.6).stroke_opacity(0.45));
+    }
+    canvas.rounded(area, area.height / 2.0, Paint::fill(ground).outlined(outline, 1.7));
+    if diagram.locations[i].error && !active {
+        canvas.rounded(area.inset(3.2), area.height / 2.0, Paint::stroke(outline, 1.1));
+    }
+    let weight = if active { Weight::Bold } else { Weight::Regular };
+    let style = TextStyle::new(Font { weight, ..font }, words).anchored(Anchor::Middle);
+    canvas.centered_text(area.center(), label, style);
+}
+
+/// A line through all spots with rounded corners and an arrowhead at its end.
+fn draw_arrow(canvas: &mut Canvas, spine: &[Spot], font_px: f64) {
+    let [.., before, tip] = spine else { return };
+    let head = font_px * 0.62;
+    let (dx, dy) = (tip.0 - before.0, tip.1 - before.1);
+    let length = dx.abs().max(dy.abs()).max(1e-6);
+    let (ux, uy) = (dx / length, dy / length);
+    let neck = (tip.0 - ux * head * 0.8, tip.1 - uy * head * 0.8);
+    let mut path = Path::new().move_to(spine[0]);
+    for corner in spine.windows(3) {
+        let (from, at, to) = (corner[0], corner[1], corner[2]);
+        let longest = |a: Spot, b: Spot| (a.0 - b.0).abs().max((a.1 - b.1).abs());
+        let radius = 8.0_f64.min(longest(from, at) * 0.9).min(longest(at, to) / 2.0);
+        let towards = |other: Spot| {
+            let length = longest(other, at).max(1e-6);
+            (at.0 + (other.0 - at.0) / length * radius, at.1 + (other.1 - at.1) / length * radius)
+        };
+        path = path.line_to(towards(from)).corner(at, towards(to));
+    }
+    canvas.path(&path.line_to(neck), Paint::stroke(theme::MUTED, 1.5));
+    let side = |sign: f64| (tip.0 - ux * head - uy * sign * head * 0.42, tip.1 - uy * head + ux * sign * head * 0.42);
+    canvas.path(&Path::through([*tip, side(1.0), side(-1.0)]).close(), Paint::fill(theme::MUTED));
+}
+
+/// The locations as a row of chips, the active one filled.
+fn draw_chips(canvas: &mut Canvas, area: Area, diagram: &Diagram) {
+    const SPACE: f64 = 6.0;
+    let font = Font::regular(13.0);
+    let count = diagram.locations.len();
+    let natural: f64 = diagram.locations.iter().map(|location| font.width(&location.name) + 20.0 + SPACE).sum();
+    let most = if natural <= area.width { f64::INFINITY } else { area.width / count.max(1) as f64 - SPACE };
+    let mut x = area.x;
+    for (i, location) in diagram.locations.iter().enumerate() {
+        let width = (font.width(&location.name) + 20.0).min(most);
+        let chip = Area::new(x, area.y, width, CHIPS - 2.0);
+        draw_location(canvas, chip, &font.fit(&location.name, width - 8.0), font, diagram, i);
+        x += width + SPACE;
+    }
+}

@@ -1,0 +1,93 @@
+//! Pictures in pixels.
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg;
+
+use super::error::DrawError;
+use super::font;
+use super::geometry::Area;
+
+/// Turns SVG pictures into pixels, with the embedded fonts only: the same bytes on every machine.
+///
+/// Making one reads the fonts; keep it.
+#[derive(Debug)]
+pub struct Renderer {
+    options: usvg::Options<'static>,
+}
+
+impl Default for Renderer {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Renderer {
+    /// A renderer.
+    #[must_use]
+    pub fn new() -> Self {
+        Self { options: font::options() }
+    }
+
+    /// The picture as a PNG file (8-bit RGB) in the picture's own size.
+    ///
+    /// # Errors
+    /// If the text is not an SVG picture, or if it is too large to be rendered.
+    pub fn png(&self, svg: &str) -> Result<Vec<u8>, DrawError> {
+        let pixels = self.pixels(svg, 1.0)?;
+        let mut png = Vec::new();
+        PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
+            .write_image(&pixels.rgb, pixels.width, pixels.height, ExtendedColorType::Rgb8)
+            .map_err(DrawError::Encode)?;
+        Ok(png)
+    }
+
+    /// All texts of the picture, each with the box of its letters in pixels: to see that nothing overlaps.
+    ///
+    /// # Errors
+    /// If the text is not an SVG picture.
+    pub fn texts(&self, svg: &str) -> Result<Vec<(String, Area)>, DrawError> {
+        fn collect(group: &usvg::Group, found: &mut Vec<(String, Area)>) {
+            for node in group.children() {
+                match node {
+                    usvg::Node::Group(group) => collect(group, found),
+                    usvg::Node::Text(text) => {
+                        let area = text.abs_bounding_box();
+                        let [x, y, width, height] = [area.x(), area.y(), area.width(), area.height()].map(f64::from);
+                        let content = text.chunks().iter().map(|chunk| chunk.text()).collect();
+                        // The box is that of the font; letters take the middle of it.
+                        let area = Area::new(x, y + height * 0.12, width, height * 0.76);
+                        // A halo is the same text at the same place.
+                        if found.last().is_none_or(|(_, last)| *last != area) {
+                            found.push((content, area));
+                        }
+                    }
+                    _ => {}
+                }
+            }
+        }
+        let tree = usvg::Tree::from_str(svg, &self.options).map_err(DrawError::Read)?;
+        let mut found = Vec::new();
+        collect(tree.root(), &mut found);
+        Ok(found)
+    }
+
+    /// The pixels of the picture at `scale` times its size.
+    pub(super) fn pixels(&self, svg: &str, scale: f32) -> Result<Pixels, DrawError> {
+        let tree = usvg::Tree::from_str(svg, &self.options).map_err(DrawError::Read)?;
+        let size = tree.size().to_int_size().scale_by(scale).ok_or(DrawError::Size)?;
+        let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or(DrawError::Size)?;
+        resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
+        let rgb = pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        Ok(Pixels { width: size.width(), height: size.height(), rgb })
+    }
+}
+
+/// An opaque picture: red, green and blue of each pixel, row by row.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Pixels {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) rgb: Vec<u8>,
+}

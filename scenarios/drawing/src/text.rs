@@ -1,0 +1,195 @@
+//! Measuring text, shortening it and breaking it into lines, by the advance widths of the fonts that draw it.
+
+use super::font::{Face, REPLACEMENT, glyph};
+
+/// How heavy a text is. Only a light face is embedded, so weight is a stroke around the letters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// Running text.
+    Regular,
+    /// Headings, names, current values.
+    Bold,
+}
+
+impl Weight {
+    /// Width of the stroke around the letters, in ems.
+    pub fn stroke_em(self) -> f64 {
+        match self {
+            Self::Regular => 0.02,
+            Self::Bold => 0.065,
+        }
+    }
+
+    /// Room between the letters, for what the stroke takes away from it, in ems.
+    pub fn spacing_em(self) -> f64 {
+        match self {
+            Self::Regular => 0.0,
+            Self::Bold => 0.022,
+        }
+    }
+}
+
+/// The size and weight of a text: all that its width depends on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Font {
+    /// Font size, in pixels.
+    pub size: f64,
+    /// Weight.
+    pub weight: Weight,
+}
+
+impl Font {
+    /// Running text of that size, in pixels.
+    pub const fn regular(size: f64) -> Self {
+        Self { size, weight: Weight::Regular }
+    }
+
+    /// A heading of that size, in pixels.
+    pub const fn bold(size: f64) -> Self {
+        Self { size, weight: Weight::Bold }
+    }
+
+    /// The same weight at `factor` times the size.
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { size: self.size * factor, ..self }
+    }
+
+    /// Distance between two lines, in pixels.
+    pub fn line_height(self) -> f64 {
+        self.size * 1.2
+    }
+
+    /// How far below the middle of a line its baseline lies, in pixels (half the height of capitals).
+    pub fn baseline_below_middle(self) -> f64 {
+        self.size * 0.345
+    }
+
+    /// Width of a text, in pixels. Kerning is left out; it only makes a text narrower, by a hair.
+    pub fn width(self, text: &str) -> f64 {
+        let runs: f64 = runs(text).iter().map(|run| self.run_width(run)).sum();
+        runs + self.weight.stroke_em() * self.size
+    }
+
+    /// How far a run moves the pen, in pixels.
+    pub fn run_width(self, run: &Run) -> f64 {
+        let letters = run.text.chars().count() as f64;
+        (run.advance_em + self.weight.spacing_em() * letters) * self.size
+    }
+
+    /// The text, or as much of its beginning as fits into `room` pixels with an ellipsis; empty if not even that fits.
+    pub fn fit(self, text: &str, room: f64) -> String {
+        if self.width(text) <= room {
+            return text.to_owned();
+        }
+        let ends: Vec<usize> = text.trim_end().char_indices().map(|(end, _)| end).collect();
+        let shortened = |end: usize| format!("{}…", text[..end].trim_end());
+        // A longer beginning is never narrower.
+        let fitting = ends.partition_point(|end| self.width(&shortened(*end)) <= room);
+        fitting.checked_sub(1).map_or(String::new(), |longest| shortened(ends[longest]))
+    }
+
+    /// The text in at most `lines` lines of at most `room` pixels, broken between words; what does not fit ends in an
+    /// ellipsis.
+    pub fn wrap(self, text: &str, room: f64, lines: usize) -> Vec<String> {
+        let mut wrapped: Vec<String> = Vec::new();
+        for word in text.split_whitespace() {
+            let full = wrapped.len() == lines;
+            match wrapped.last_mut() {
+                Some(line) if full || self.width(&format!("{line} {word}")) <= room => {
+                    line.push(' ');
+                    line.push_str(word);
+                }
+                _ => wrapped.push(word.to_owned()),
+            }
+        }
+        wrapped.iter().map(|line| self.fit(line, room)).filter(|line| !line.is_empty()).collect()
+    }
+}
+
+/// A stretch of text in one face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The face that has all of its characters.
+    pub face: Face,
+    /// The characters; those that no face has are replaced, control characters are dropped.
+    pub text: String,
+    /// How far the run moves the pen, in ems.
+    pub advance_em: f64,
+}
+
+/// Splits a text into runs of one face each.
+pub fn runs(text: &str) -> Vec<Run> {
+    let mut runs: Vec<Run> = Vec::new();
+    for character in text.chars().filter_map(printable) {
+        let Some(glyph) = glyph(character) else { continue };
+        match runs.last_mut() {
+            Some(run) if run.face == glyph.face => {
+                run.text.push(character);
+                run.advance_em += glyph.advance_em;
+            }
+            _ => runs.push(Run { face: glyph.face, text: character.to_string(), advance_em: glyph.advance_em }),
+        }
+    }
+    runs
+}
+
+fn printable(character: char) -> Option<char> {
+    match character {
+        _ if character.is_whitespace() => Some(' '),
+        _ if character.is_control() => None,
+        _ if glyph(character).is_some() => Some(character),
+        _ => Some(REPLACEMENT),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FONT: Font = Font::regular(14.0);
+
+    #[test]
+    fn a_shortened_text_fits_and_keeps_its_beginning() {
+        let name = "GotoRechargingStation";
+        for room in [5.0, 20.0, 60.0, 100.0, 1000.0] {
+            let fitted = FONT.fit(name, room);
+            assert!(fitted.is_empty() || FONT.width(&fitted) <= room, "{fitted:?} in {room}");
+            assert!(name.starts_with(fitted.trim_end_matches('…')));
+        }
+        assert_eq!(FONT.fit(name, 1000.0), name);
+        assert!(FONT.fit(name, 60.0).ends_with('…'));
+        assert_eq!(FONT.fit(name, 2.0), "");
+    }
+
+    /// If every beginning of the text were tried, this would take days.
+    #[test]
+    fn a_text_of_any_length_is_shortened() {
+        let endless = "word ".repeat(400_000);
+        let fitted = FONT.fit(&endless, 100.0);
+        assert!(fitted.starts_with("word word") && fitted.ends_with('…') && FONT.width(&fitted) <= 100.0);
+        let wrapped = FONT.wrap(&endless, 100.0, 3);
+        assert_eq!((wrapped.len(), &wrapped[0]), (3, &wrapped[1]));
+        assert_eq!(FONT.fit(&"n".repeat(2_000_000), 1.0), "");
+    }
+
+    #[test]
+    fn wrapped_lines_fit_and_no_more_than_asked_for() {
+        let lines = FONT.wrap("start for the charging station at once, or else", 90.0, 3);
+        assert_eq!(lines.len(), 3);
+        assert!(lines.iter().all(|line| FONT.width(line) <= 90.0), "{lines:?}");
+        assert_eq!(lines[0], "start for the");
+        assert!(lines[2].ends_with('…'));
+        assert_eq!(FONT.wrap("  ", 90.0, 3), Vec::<String>::new());
+    }
+
+    #[test]
+    fn a_sign_of_the_other_face_is_a_run_of_its_own() {
+        let texts: Vec<_> = runs("fi → x\u{7}漢").into_iter().map(|run| run.text).collect();
+        assert_eq!(texts, ["fi ", "→", " x", "□"]);
+    }
+
+    #[test]
+    fn bold_text_is_wider() {
+        assert!(Font::bold(14.0).width("phi1") > FONT.width("phi1"));
+    }
+}

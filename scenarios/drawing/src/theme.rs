@@ -1,0 +1,64 @@
+//! The colours of every picture. Meaning never rests on colour alone: a symbol, a shape or a word goes with it.
+
+/// An RGB colour as SVG writes it, `#rrggbb`.
+pub type Color = &'static str;
+
+/// Behind everything.
+pub const PAGE: Color = "#f4f6f8";
+/// Panels, the floor of a map, and the halo of labels.
+pub const PAPER: Color = "#ffffff";
+/// Borders of panels and lines between their parts.
+pub const RULE: Color = "#d5dbe1";
+/// Text and whatever else is in front.
+pub const INK: Color = "#1b2530";
+/// Text that explains.
+pub const MUTED: Color = "#52606d";
+/// Thin lines that connect things.
+pub const LINE: Color = "#8a96a3";
+
+/// Cells nobody has seen.
+pub const UNKNOWN: Color = "#e4e8ec";
+/// Walls and the outlines of furniture.
+pub const WALL: Color = "#2f3a45";
+/// The inside of furniture and of other thick things.
+pub const SOLID: Color = "#bcc5ce";
+
+/// What is well, and the planned path.
+pub const GOOD: Color = "#1a8a4c";
+/// A light ground for [`GOOD`].
+pub const GOOD_LIGHT: Color = "#d9f2e3";
+/// What has failed, and faults.
+pub const BAD: Color = "#c0392b";
+/// A light ground for [`BAD`].
+pub const BAD_LIGHT: Color = "#fde2df";
+/// What is under way.
+pub const BUSY: Color = "#d97f00";
+/// A light ground for [`BUSY`].
+pub const BUSY_LIGHT: Color = "#fff0cf";
+/// Text about a destination.
+pub const BUSY_DARK: Color = "#7d5000";
+/// What is idle.
+pub const IDLE: Color = "#a3aeb9";
+/// A light ground for [`IDLE`].
+pub const IDLE_LIGHT: Color = "#eef1f4";
+/// What the lasers see.
+pub const LASER: Color = "#1f6fd0";
+/// What localization believes.
+pub const BELIEF: Color = "#0f7b8a";
+/// People and other bodies that are on no map.
+pub const BODY: Color = "#8e5bb5";
+/// A light ground for [`BODY`].
+pub const BODY_LIGHT: Color = "#eadff3";
+
+/// All of the above.
+pub const ALL: [Color; 23] = [
+    PAGE, PAPER, RULE, INK, MUTED, LINE, UNKNOWN, WALL, SOLID, GOOD, GOOD_LIGHT, BAD, BAD_LIGHT, BUSY, BUSY_LIGHT,
+    BUSY_DARK, IDLE, IDLE_LIGHT, LASER, BELIEF, BODY, BODY_LIGHT, "#000000",
+];
+
+/// The red, green and blue of a colour of this file.
+pub fn rgb(color: Color) -> [u8; 3] {
+    let value = u32::from_str_radix(&color[1..], 16).expect("the theme's colours are hexadecimal");
+    let [_, red, green, blue] = value.to_be_bytes();
+    [red, green, blue]
+}

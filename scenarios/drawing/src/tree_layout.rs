@@ -1,0 +1,259 @@
+//! Where the nodes of a behavior tree stand: the root at the left, the leaves in one column at the right, a row each.
+
+use super::frame::TreeNode;
+use super::geometry::{Area, Spot};
+use super::text::Font;
+
+/// Height of a row if there is room, in pixels, and the least in which labels are read well.
+const ROW: f64 = 36.0;
+const READABLE_ROW: f64 = 21.0;
+/// Height of a node, as a part of a row.
+const NODE_HEIGHT: f64 = 0.82;
+/// Longest label of a leaf that is not shortened although there is room, in pixels.
+const LONGEST_LEAF: f64 = 230.0;
+
+/// Where everything of a tree stands, in pixels from the upper left corner.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TreeLayout {
+    /// The nodes, in the order of the tree.
+    pub nodes: Vec<PlacedNode>,
+    /// The lines from parents to children.
+    pub links: Vec<Link>,
+    /// Extent to the right.
+    pub width: f64,
+    /// Extent downwards.
+    pub height: f64,
+    /// Size of the labels' font.
+    pub font_px: f64,
+}
+
+/// A node with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedNode {
+    /// Its box.
+    pub area: Area,
+    /// The part of its label that fits.
+    pub label: String,
+    /// Whether it has no children.
+    pub leaf: bool,
+}
+
+/// A line from a parent to a child.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// Index of the child in the tree.
+    pub child: usize,
+    /// Where it leaves the parent.
+    pub from: Spot,
+    /// Where it has reached the child's height.
+    pub bend: Spot,
+    /// Where it meets the child.
+    pub to: Spot,
+}
+
+impl TreeLayout {
+    /// Lays out a tree in at most `width` × `height` pixels.
+    #[must_use]
+    pub fn new(tree: &[TreeNode], width: f64, height: f64) -> Self {
+        let shape = Shape::of(tree);
+        let row = (height / shape.rows.max(1) as f64).min(ROW);
+        let font = Font::regular((row * 0.6).min(15.0));
+        let columns = Columns::fitting(tree, &shape, font, row, width);
+        let nodes: Vec<PlacedNode> = (0..tree.len()).map(|i| columns.place(tree, &shape, i, row, font)).collect();
+        let links = (0..tree.len()).filter_map(|i| columns.link(&shape, &nodes, i)).collect();
+        let right = nodes.iter().map(|node| node.area.right()).fold(0.0, f64::max);
+        Self { nodes, links, width: right, height: row * shape.rows as f64, font_px: font.size }
+    }
+
+    /// The height at which a tree is not squeezed, and the least at which it can still be read well, in pixels.
+    #[must_use]
+    pub fn wanted_height(tree: &[TreeNode]) -> (f64, f64) {
+        let rows = Shape::of(tree).rows as f64;
+        (rows * ROW, rows * READABLE_ROW)
+    }
+}
+
+/// Who is whose child, and in which row and column.
+struct Shape {
+    /// Parents that exist and come first.
+    parents: Vec<Option<usize>>,
+    depths: Vec<usize>,
+    leaf: Vec<bool>,
+    /// Middle of each node, in rows from the top.
+    middles: Vec<f64>,
+    rows: usize,
+}
+
+impl Shape {
+    fn of(tree: &[TreeNode]) -> Self {
+        let parents: Vec<Option<usize>> =
+            tree.iter().enumerate().map(|(i, node)| node.parent.filter(|&parent| parent < i)).collect();
+        let mut depths: Vec<usize> = Vec::with_capacity(tree.len());
+        let mut children: Vec<Vec<usize>> = vec![Vec::new(); tree.len()];
+        for (i, parent) in parents.iter().enumerate() {
+            depths.push(parent.map_or(0, |parent| depths[parent] + 1));
+            if let Some(parent) = parent {
+                children[*parent].push(i);
+            }
+        }
+        let mut middles = vec![0.0; tree.len()];
+        let rows = Self::number_leaves(&parents, &children, &mut middles);
+        for i in (0..tree.len()).rev() {
+            if let (Some(&first), Some(&last)) = (children[i].first(), children[i].last()) {
+                middles[i] = (middles[first] + middles[last]) / 2.0;
+            }
+        }
+        let leaf = children.iter().map(Vec::is_empty).collect();
+        Self { parents, depths, leaf, middles, rows }
+    }
+
+    /// Gives every leaf a row of its own, depth first; returns how many there are.
+    fn number_leaves(parents: &[Option<usize>], children: &[Vec<usize>], middles: &mut [f64]) -> usize {
+        let mut stack: Vec<usize> = (0..parents.len()).rev().filter(|&i| parents[i].is_none()).collect();
+        let mut rows = 0;
+        while let Some(i) = stack.pop() {
+            if children[i].is_empty() {
+                middles[i] = rows as f64 + 0.5;
+                rows += 1;
+            }
+            stack.extend(children[i].iter().rev());
+        }
+        rows
+    }
+}
+
+/// Where columns begin and how wide the nodes in them may be.
+struct Columns {
+    /// Left edge and width of each column of inner nodes.
+    inner: Vec<(f64, f64)>,
+    leaves: (f64, f64),
+}
+
+impl Columns {
+    /// The widest columns and gaps that fit: first the gaps shrink, then the leaves' labels, then everything.
+    fn fitting(tree: &[TreeNode], shape: &Shape, font: Font, row: f64, width: f64) -> Self {
+        let depth = |i: usize| shape.depths[i];
+        let count = (0..tree.len()).filter(|&i| !shape.leaf[i]).map(|i| depth(i) + 1).max().unwrap_or(0);
+        let mut widths = vec![0.0_f64; count];
+        let mut leaves = 0.0_f64;
+        for (i, node) in tree.iter().enumerate() {
+            match shape.leaf[i] {
+                true => leaves = leaves.max(leaf_width(&node.label, font, row).min(LONGEST_LEAF)),
+                false => widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row).min(110.0)),
+            }
+        }
+        let inner: f64 = widths.iter().sum();
+        let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, (row * 2.0).max(38.0));
+        let leaves = leaves.min((width - inner - gap * count as f64).max(width * 0.25));
+        let squeeze = (width / (inner + leaves + gap * count as f64).max(1.0)).min(1.0);
+        let mut x = 0.0;
+        let inner = widths
+            .into_iter()
+            .map(|column| {
+                let left = x;
+                x += (column + gap) * squeeze;
+                (left, column * squeeze)
+            })
+            .collect();
+        Self { inner, leaves: (x, leaves * squeeze) }
+    }
+
+    fn place(&self, tree: &[TreeNode], shape: &Shape, i: usize, row: f64, font: Font) -> PlacedNode {
+        let label = &tree[i].label;
+        let leaf = shape.leaf[i];
+        let (x, room) = if leaf { self.leaves } else { self.inner[shape.depths[i]] };
+        let width = if leaf { leaf_width(label, font, row) } else { inner_width(label, font, row) }.min(room);
+        let height = row * NODE_HEIGHT;
+        let padding = if leaf { leaf_padding(row) } else { inner_padding(row) };
+        let label = if leaf { font } else { symbol_font(font) }.fit(label, width - padding + 0.01);
+        PlacedNode { area: Area::new(x, shape.middles[i] * row - height / 2.0, width, height), label, leaf }
+    }
+
+    fn link(&self, shape: &Shape, nodes: &[PlacedNode], child: usize) -> Option<Link> {
+        let parent = shape.parents[child]?;
+        let from = (nodes[parent].area.right(), nodes[parent].area.center().1);
+        let to = (nodes[child].area.x, nodes[child].area.center().1);
+        let next = self.inner.get(shape.depths[parent] + 1).map_or(self.leaves.0, |column| column.0);
+        Some(Link { child, from, bend: (next.min(to.0), to.1), to })
+    }
+}
+
+/// Room in a leaf for its ends and its sign.
+pub(super) fn leaf_padding(row: f64) -> f64 {
+    row * 1.15
+}
+
+/// Room in an inner node beside its label.
+fn inner_padding(row: f64) -> f64 {
+    row * 0.55
+}
+
+/// The font of what stands in inner nodes: mostly a single sign.
+pub(super) fn symbol_font(font: Font) -> Font {
+    font.scaled(1.12)
+}
+
+fn leaf_width(label: &str, font: Font, row: f64) -> f64 {
+    font.width(label) + leaf_padding(row)
+}
+
+fn inner_width(label: &str, font: Font, row: f64) -> f64 {
+    (symbol_font(font).width(label) + inner_padding(row)).max(row * 0.9)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sample::{Chance, large_tree, paper_tree};
+
+    fn check(tree: &[TreeNode], width: f64, height: f64) {
+        let layout = TreeLayout::new(tree, width, height);
+        let page = Area::new(0.0, 0.0, width, height);
+        assert_eq!(layout.nodes.len(), tree.len());
+        for (i, node) in layout.nodes.iter().enumerate() {
+            assert!(page.encloses(&node.area), "{node:?} leaves {width} × {height}");
+            assert!(Font::regular(layout.font_px).width(&node.label) <= node.area.width, "{node:?}");
+            for other in &layout.nodes[..i] {
+                assert!(!node.area.overlaps(&other.area), "{node:?} overlaps {other:?}");
+            }
+        }
+        for link in &layout.links {
+            assert!(link.from.0 <= link.bend.0 && link.bend.0 <= link.to.0, "{link:?}");
+            for (i, node) in layout.nodes.iter().enumerate().filter(|&(i, _)| i != link.child) {
+                let (y, inside) = (link.to.1, node.area.inset(0.01));
+                let crossed =
+                    inside.y < y && y < inside.bottom() && inside.x < link.to.0 && link.bend.0 < inside.right();
+                assert!(!crossed, "the link to {} runs through {i}: {link:?}, {node:?}", link.child);
+            }
+        }
+    }
+
+    #[test]
+    fn the_papers_tree_keeps_its_labels() {
+        check(&paper_tree(), 570.0, 252.0);
+        let layout = TreeLayout::new(&paper_tree(), 570.0, 252.0);
+        assert!(layout.nodes.iter().zip(paper_tree()).all(|(placed, node)| placed.label == node.label));
+        assert_eq!(layout.links.len(), 12);
+    }
+
+    #[test]
+    fn trees_of_all_sizes_fit() {
+        check(&[], 500.0, 200.0);
+        check(&paper_tree()[..1], 500.0, 200.0);
+        check(&large_tree(), 500.0, 300.0);
+        check(&large_tree(), 200.0, 100.0);
+    }
+
+    #[test]
+    fn nodes_of_random_trees_do_not_overlap() {
+        let mut chance = Chance::new(7);
+        for _ in 0..300 {
+            let nodes = (0..1 + chance.below(40)).map(|i| TreeNode {
+                parent: (i > 0).then(|| chance.below(i + 1)),
+                label: "Name".repeat(chance.below(9)),
+                status: Default::default(),
+            });
+            check(&nodes.collect::<Vec<_>>(), 200.0 + chance.below(500) as f64, 60.0 + chance.below(400) as f64);
+        }
+    }
+}

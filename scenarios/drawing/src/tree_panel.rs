@@ -1,0 +1,87 @@
+//! The behavior tree with the status of each node.
+
+use super::canvas::{Anchor, Canvas, Paint, TextStyle};
+use super::frame::{NodeStatus, TreeNode};
+use super::geometry::Area;
+use super::icons::Look;
+use super::page::{HEADING, PANEL_HEAD, panel};
+use super::path::Path;
+use super::text::Font;
+use super::theme;
+use super::tree_layout::{Link, PlacedNode, TreeLayout, symbol_font};
+
+const FONT: Font = Font::regular(14.0);
+
+/// Draws the tree's panel.
+pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
+    let inner = panel(canvas, area, "Behavior tree");
+    legend(canvas, area);
+    let layout = TreeLayout::new(tree, inner.width, inner.height);
+    let (dx, dy) = (inner.x, inner.y + (inner.height - layout.height).max(0.0) / 2.0);
+    draw_nodes(canvas, &layout, tree, (dx, dy));
+}
+
+/// Draws the nodes and their links, moved by that much.
+pub fn draw_nodes(canvas: &mut Canvas, layout: &TreeLayout, tree: &[TreeNode], (dx, dy): (f64, f64)) {
+    for link in &layout.links {
+        draw_link(canvas, link, (dx, dy), tree[link.child].status);
+    }
+    for (placed, node) in layout.nodes.iter().zip(tree) {
+        draw_node(canvas, placed, placed.area.shifted(dx, dy), node.status, Font::regular(layout.font_px));
+    }
+}
+
+fn legend(canvas: &mut Canvas, area: Area) {
+    const BOX: f64 = 17.0;
+    const STATUSES: [NodeStatus; 4] =
+        [NodeStatus::Success, NodeStatus::Failure, NodeStatus::Running, NodeStatus::NotTicked];
+    let y = area.y + PANEL_HEAD / 2.0 + 2.0;
+    let free = area.right() - 20.0 - (area.x + 20.0 + HEADING.width("Behavior tree") + 12.0);
+    let words: f64 = STATUSES.iter().map(|&status| BOX + 6.0 + FONT.width(Look::of_status(status).words)).sum();
+    let gap = ((free - words) / STATUSES.len() as f64).clamp(4.0, 26.0);
+    let mut x = area.right() - 20.0 - words - gap * (STATUSES.len() - 1) as f64;
+    for look in STATUSES.map(Look::of_status) {
+        let sign = Area::around((x + BOX / 2.0, y), BOX, BOX);
+        canvas.rounded(sign, 4.0, Paint::fill(look.ground).outlined(look.front, 1.4));
+        look.icon.draw(canvas, sign.center(), 11.0, look.front);
+        canvas.centered_text((x + BOX + 6.0, y), look.words, TextStyle::new(FONT, theme::MUTED));
+        x += BOX + 6.0 + FONT.width(look.words) + gap;
+    }
+}
+
+/// An S from the parent to the child's height, then straight on. Links to nodes that were ticked stand out.
+fn draw_link(canvas: &mut Canvas, link: &Link, (dx, dy): (f64, f64), status: NodeStatus) {
+    let at = |(x, y): (f64, f64)| (x + dx, y + dy);
+    let (from, bend, to) = (at(link.from), at(link.bend), at(link.to));
+    let middle = ((from.0 + bend.0) / 2.0, (from.1 + bend.1) / 2.0);
+    let quarter = (bend.0 - from.0) / 4.0;
+    let path = Path::new()
+        .move_to(from)
+        .curve_to((from.0 + quarter, from.1), middle)
+        .curve_to((bend.0 - quarter, bend.1), bend)
+        .line_to(to);
+    let paint = match status {
+        NodeStatus::NotTicked => Paint::stroke(theme::IDLE, 1.3),
+        _ => Paint::stroke(theme::MUTED, 1.8),
+    };
+    canvas.path(&path, paint);
+}
+
+fn draw_node(canvas: &mut Canvas, node: &PlacedNode, area: Area, status: NodeStatus, font: Font) {
+    let look = Look::of_status(status);
+    let ink = if status == NodeStatus::NotTicked { theme::MUTED } else { theme::INK };
+    let paint = Paint::fill(look.ground).outlined(look.front, if status == NodeStatus::Running { 2.4 } else { 1.6 });
+    if node.leaf {
+        canvas.rounded(area, area.height / 2.0, paint);
+        let sign = area.x + area.height * 0.52;
+        look.icon.draw(canvas, (sign, area.center().1), font.size * 0.8, look.front);
+        canvas.centered_text((sign + font.size * 0.75, area.center().1), &node.label, TextStyle::new(font, ink));
+        return;
+    }
+    canvas.rounded(area, area.height * 0.22, paint);
+    let style = TextStyle::new(symbol_font(font), ink).anchored(Anchor::Middle);
+    canvas.centered_text(area.center(), &node.label, style);
+    let (badge, radius) = ((area.right() - 1.0, area.bottom() - 1.0), area.height * 0.22);
+    canvas.circle(badge, radius, Paint::fill(look.front).outlined(theme::PAPER, radius * 0.2));
+    look.icon.draw(canvas, badge, radius * 1.35, theme::PAPER);
+}

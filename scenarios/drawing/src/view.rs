@@ -1,0 +1,56 @@
+//! From the map to the page.
+
+use maps::Point;
+
+use super::geometry::{Area, Spot};
+use super::map_picture::Bounds;
+
+/// Where the points of the `map` frame lie on the page: x to the right, y upwards, the same scale in both directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The part of the page.
+    pub area: Area,
+    pixels_per_m: f64,
+    center: Point,
+}
+
+impl View {
+    /// The view in which `bounds` fills `area` as far as its shape allows, in the middle.
+    pub fn fitting(bounds: Bounds, area: Area) -> Self {
+        let extent = bounds.high - bounds.low;
+        let pixels_per_m = (area.width / extent.x.max(1e-3)).min(area.height / extent.y.max(1e-3));
+        Self { area, pixels_per_m, center: nalgebra::center(&bounds.low, &bounds.high) }
+    }
+
+    /// A length in metres, in pixels.
+    pub fn pixels(&self, length_m: f64) -> f64 {
+        length_m * self.pixels_per_m
+    }
+
+    /// Where a point of the map lies on the page; `None` if it is not finite.
+    pub fn spot(&self, point: Point) -> Option<Spot> {
+        let offset = (point - self.center) * self.pixels_per_m;
+        let (x, y) = self.area.center();
+        (offset.x.is_finite() && offset.y.is_finite()).then_some((x + offset.x, y - offset.y))
+    }
+
+    /// Where those points lie that are finite and not far outside the picture.
+    pub fn spots<'a>(&self, points: &'a [Point]) -> impl Iterator<Item = Spot> + 'a {
+        let view = *self;
+        let visible = view.area.inset(-view.area.width);
+        points.iter().filter_map(move |&point| view.spot(point)).filter(move |&spot| visible.contains(spot))
+    }
+
+    /// The point of the map that lies there on the page.
+    pub fn point_at(&self, spot: Spot) -> Point {
+        let (x, y) = self.area.center();
+        self.center + nalgebra::Vector2::new(spot.0 - x, y - spot.1) / self.pixels_per_m
+    }
+
+    /// The SVG matrix that takes coordinates counted from `corner` in steps of `column` and `row` to the page.
+    pub fn matrix(&self, corner: Point, column: nalgebra::Vector2<f64>, row: nalgebra::Vector2<f64>) -> [f64; 6] {
+        let (x, y) = self.spot(corner).unwrap_or_default();
+        let (column, row) = (column * self.pixels_per_m, row * self.pixels_per_m);
+        [column.x, -column.y, row.x, -row.y, x, y]
+    }
+}

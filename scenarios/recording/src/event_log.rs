@@ -1,0 +1,100 @@
+//! The event log: a run's communications as JSON Lines.
+
+use std::io::{self, BufWriter, Write};
+
+use channels::{Event, EventKind, Message, Topology, Value};
+use serde_json::json;
+
+use crate::{Header, RunView};
+
+/// An event as a line of the event log, without the line's end.
+#[must_use]
+pub fn event_line(event: &Event, topology: &Topology) -> String {
+    let time_s = event.time.as_secs_f64();
+    match &event.kind {
+        EventKind::Tick => json!({ "step": event.step, "tick": event.tick, "time_s": time_s, "generated": "tick" }),
+        EventKind::Received { channel, message } => {
+            let (from, to) = topology.ends(*channel);
+            let message = message_json(message);
+            json!({ "step": event.step, "tick": event.tick, "time_s": time_s, "from": from, "to": to, "message": message })
+        }
+    }
+    .to_string()
+}
+
+/// A message as the event log writes it: `[{"sym":"ok"},83.2]`.
+#[must_use]
+pub fn message_json(message: &Message) -> serde_json::Value {
+    let value = |value: &Value| match value {
+        Value::Symbol(symbol) => json!({ "sym": symbol.name() }),
+        Value::Bool(truth) => json!(truth),
+        Value::Int(number) => json!(number),
+        Value::Real(number) => json!(number),
+        Value::Text(text) => json!(&**text),
+    };
+    message.fields().iter().map(value).collect()
+}
+
+/// Writes the event log, JSON Lines: a line that describes the run, then one a communication, one a tick generated,
+/// and one for the tree's statuses whenever they have changed.
+#[derive(Debug)]
+pub struct EventLogWriter<W: Write> {
+    output: BufWriter<W>,
+    statuses: serde_json::Value,
+}
+
+impl<W: Write> EventLogWriter<W> {
+    /// Begins a log with the line that describes the run.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn begin(output: W, header: &Header) -> io::Result<Self> {
+        let mut log = Self { output: BufWriter::new(output), statuses: serde_json::Value::Null };
+        let description = json!({
+            "scenario": header.scenario,
+            "seed": header.seed,
+            "version": header.version,
+            "tick_s": header.tick.as_secs_f64(),
+        });
+        writeln!(log.output, "{description}")?;
+        Ok(log)
+    }
+
+    /// Writes what the last step of a run brought. Steps must have [details](crate::Details).
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn follow(&mut self, view: &RunView) -> io::Result<()> {
+        for event in view.events() {
+            writeln!(self.output, "{}", event_line(event, view.topology()))?;
+        }
+        if view.events().is_empty() {
+            return Ok(());
+        }
+        let statuses = statuses(view);
+        if self.statuses != statuses {
+            let (tick, time_s) = (view.ticks().saturating_sub(1), view.time().as_secs_f64());
+            writeln!(self.output, "{}", json!({ "tick": tick, "time_s": time_s, "tree": statuses }))?;
+            self.statuses = statuses;
+        }
+        Ok(())
+    }
+
+    /// Ends the log and gives its file back.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn finish(self) -> io::Result<W> {
+        self.output.into_inner().map_err(io::IntoInnerError::into_error)
+    }
+}
+
+/// The tree's statuses by the node's number and name.
+fn statuses(view: &RunView) -> serde_json::Value {
+    let nodes = view.header().tree.iter().enumerate().zip(view.outcomes());
+    let named = nodes.map(|((number, node), outcome)| {
+        let outcome = outcome.map_or(serde_json::Value::Null, |outcome| outcome.name().into());
+        (format!("{number} {}", node.process), outcome)
+    });
+    serde_json::Value::Object(named.collect())
+}

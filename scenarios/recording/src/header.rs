@@ -1,0 +1,235 @@
+//! The first record of a run: what does not change while it goes on.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::Topology;
+use maps::{OccupancyGrid, Point, Pose};
+use monitors::{Formula, Outcome};
+use robot::LaserSpec;
+use serde::{Deserialize, Serialize};
+
+use crate::{Graph, plain};
+
+/// What is known of a run before its first step.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Header {
+    /// The version of the program that ran it.
+    pub version: String,
+    /// The scenario's name.
+    pub scenario: String,
+    /// What the scenario shows, in a line.
+    pub about: String,
+    /// Where the scenario comes from.
+    pub origin: Origin,
+    /// The parameters of robot, world and execution that were in effect.
+    pub settings: Vec<SettingGroup>,
+    /// The root seed.
+    pub seed: u64,
+    /// Time between ticks.
+    pub tick: Duration,
+    /// Time between steps.
+    pub dt: Duration,
+    /// Whether the scenario has properties that this run did not watch.
+    pub unwatched: bool,
+    /// The processes and channels, with the messages that may pass.
+    #[serde(with = "plain::topology")]
+    pub topology: Arc<Topology>,
+    /// The nodes of the behavior tree, in document order.
+    pub tree: Vec<Node>,
+    /// The processes that are skills, by name.
+    pub skills: Vec<String>,
+    /// The processes that are components, by name.
+    pub components: Vec<String>,
+    /// The properties that are watched, in the order of the scenario.
+    pub monitors: Arc<[Monitor]>,
+    /// The faults of the scenario, whether they take hold or not.
+    pub faults: Vec<Arc<Fault>>,
+    /// The map of the world.
+    #[serde(with = "plain::grid")]
+    pub map: Arc<OccupancyGrid>,
+    /// The places on the map, by name.
+    pub places: Vec<Place>,
+    /// Where the robot starts, in the `map` frame.
+    #[serde(with = "plain::pose")]
+    pub start: Pose,
+    /// Where the charging station stands, in the `map` frame, if there is one.
+    #[serde(with = "plain::pose_if_any")]
+    pub station: Option<Pose>,
+    /// The place that the robot is sent to, for pictures.
+    pub destination: Option<String>,
+    /// The robot's radius, in metres.
+    pub robot_radius_m: f64,
+    /// The robot's laser scanners.
+    #[serde(with = "plain::lasers")]
+    pub lasers: Vec<LaserSpec>,
+    /// When pictures are taken.
+    pub snapshots: Snapshots,
+    /// What the run must come to.
+    pub expected: Expected,
+}
+
+/// Where a scenario comes from, for running it again.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Origin {
+    /// How the command line calls it.
+    pub argument: String,
+    /// The text of its file.
+    pub text: String,
+    /// What the command line changed, as `--set` takes it.
+    pub overrides: Vec<String>,
+}
+
+/// Parameters that belong together, with their values in words.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SettingGroup {
+    /// What they are parameters of.
+    pub title: String,
+    /// Names and values.
+    pub rows: Vec<(String, String)>,
+}
+
+/// A node of the behavior tree.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Node {
+    /// The place of the node above, which comes before it.
+    pub parent: Option<usize>,
+    /// The name of its process, or its label.
+    pub process: String,
+    /// What stands for its kind in pictures; none for kinds that are drawn by their name.
+    pub symbol: Option<String>,
+    /// Whether it is a leaf.
+    pub is_leaf: bool,
+}
+
+impl From<&bt::Node> for Node {
+    fn from(node: &bt::Node) -> Self {
+        Self {
+            parent: node.parent().map(bt::NodeId::index),
+            process: node.process().to_owned(),
+            symbol: node.kind().symbol().map(str::to_owned),
+            is_leaf: node.kind().is_leaf(),
+        }
+    }
+}
+
+/// A property that is watched.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Monitor {
+    /// The property's name.
+    pub name: String,
+    /// Its formula, as it is written.
+    pub property: String,
+    /// What it asks for, in a few words.
+    pub summary: String,
+    /// The formula that the monitor was made from; none for a monitor that was attached as it stands.
+    pub formula: Option<Formula>,
+    /// The monitor's graph, where it has that form.
+    pub graph: Option<Graph>,
+}
+
+/// A fault of the scenario.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fault {
+    /// What kind of fault.
+    pub kind: String,
+    /// Whether it happens at an instant and holds no longer.
+    pub momentary: bool,
+    /// What it does, in words.
+    pub words: String,
+    /// The values of its parameters.
+    pub arguments: Vec<(String, Argument)>,
+}
+
+/// The value of a fault's parameter, angles in degrees.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Argument {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Whole(u64),
+    /// A text.
+    Text(String),
+    /// True or false.
+    Flag(bool),
+    /// A point or a pose: x and y in metres in the `map` frame, and perhaps a heading in degrees.
+    Place(Vec<f64>),
+    /// Several points, each x and y in metres in the `map` frame.
+    Places(Vec<Vec<f64>>),
+}
+
+impl Argument {
+    /// The value as reports write it.
+    #[must_use]
+    pub fn to_json(&self) -> serde_json::Value {
+        match self {
+            Self::Number(number) => (*number).into(),
+            Self::Whole(number) => (*number).into(),
+            Self::Text(text) => text.as_str().into(),
+            Self::Flag(flag) => (*flag).into(),
+            Self::Place(numbers) => numbers.as_slice().into(),
+            Self::Places(places) => places.iter().map(|numbers| serde_json::Value::from(numbers.as_slice())).collect(),
+        }
+    }
+}
+
+/// A named place.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Place {
+    /// Its name.
+    pub name: String,
+    /// The corners of an area, or the one point that the place is, in the `map` frame.
+    #[serde(with = "plain::points")]
+    pub corners: Vec<Point>,
+}
+
+/// An occasion for a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub enum Moment {
+    /// The first step.
+    Start,
+    /// A fault takes hold.
+    Fault,
+    /// A monitor gives its verdict.
+    Verdict,
+    /// The robot comes to rest at a place.
+    Arrival,
+    /// The last step.
+    End,
+}
+
+/// When pictures are taken.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Snapshots {
+    /// On these occasions.
+    pub at: Vec<Moment>,
+    /// At these times.
+    pub at_times: Vec<Duration>,
+    /// Every so often.
+    pub every: Option<Duration>,
+}
+
+/// What a run must come to.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Expected {
+    /// What each property must turn out to be.
+    pub outcomes: Vec<(String, Outcome)>,
+    /// Places that must have been reached.
+    pub reached: Vec<String>,
+    /// Places that must not have been reached.
+    pub not_reached: Vec<String>,
+    /// How many collisions there may be.
+    pub max_collisions: Option<u64>,
+    /// What the battery must not have gone below, in percent.
+    pub min_battery_pct: Option<f64>,
+    /// How far from the truth localization may be at worst, in metres.
+    pub max_localization_m: Option<f64>,
+}
+
+impl Expected {
+    /// What a property must turn out to be, if anything.
+    #[must_use]
+    pub fn of(&self, property: &str) -> Option<Outcome> {
+        self.outcomes.iter().find(|(name, _)| name == property).map(|(_, outcome)| *outcome)
+    }
+}

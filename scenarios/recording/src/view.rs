@@ -1,0 +1,554 @@
+//! A run as its readers see it: what its records have told so far.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelId, Event, EventKind, Topology, Verdict};
+use maps::{Point, Pose};
+use monitors::Outcome;
+
+use crate::{
+    Decision, Details, End, Fault, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation, RobotState, Scene,
+    Step,
+};
+
+/// A record that does not fit those before it: it speaks of a fault, a node or a channel that there is not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a record speaks of something that the run does not have")]
+pub struct Inconsistent;
+
+/// A run as far as its records have told it. It knows what was, where somebody asks for that, and how it is now.
+#[derive(Clone, Debug)]
+pub struct RunView {
+    header: Arc<Header>,
+    time: Duration,
+    ticks: u64,
+    overruns: u64,
+    communications: u64,
+    robot: RobotState,
+    events: Vec<Event>,
+    happenings: Vec<Happening>,
+    outcomes: Vec<Option<bt::Outcome>>,
+    /// By the place of the process in the topology.
+    locations: Vec<Option<String>>,
+    monitors: Vec<MonitorState>,
+    decisions: Vec<Option<Decision>>,
+    navigation: Navigation,
+    scene: Scene,
+    faults: Vec<FaultRecord>,
+    undone: Vec<UndoneFault>,
+    tree_errors: Vec<TreeError>,
+    given_up: Vec<GivenUp>,
+    /// By the place of the place in the header.
+    reached: Vec<Option<Duration>>,
+    tally: Tally,
+    end: Option<End>,
+}
+
+impl RunView {
+    /// The run at its start; `start` is its first step, in which nothing has happened yet.
+    ///
+    /// # Errors
+    /// [`Inconsistent`] if they do not fit.
+    pub fn new(header: Header, start: Step) -> Result<Self, Inconsistent> {
+        let later = |parent: Option<usize>, place: usize| parent.is_some_and(|parent| parent >= place);
+        if header.tree.iter().enumerate().any(|(place, node)| later(node.parent, place)) {
+            return Err(Inconsistent);
+        }
+        let mut named = Vec::new();
+        header.monitors.iter().filter_map(|monitor| monitor.formula.as_ref()).for_each(|formula| {
+            channels_of(formula, &mut named);
+        });
+        let channels = header.topology.channels().count();
+        check(named.iter().all(|channel| channel.index() < channels))?;
+        let robot = start.robot;
+        let mut view = Self {
+            time: Duration::ZERO,
+            ticks: 0,
+            overruns: 0,
+            communications: 0,
+            events: Vec::new(),
+            happenings: Vec::new(),
+            outcomes: vec![None; header.tree.len()],
+            locations: vec![None; header.topology.processes().count()],
+            monitors: vec![MonitorState::default(); header.monitors.len()],
+            decisions: vec![None; header.monitors.len()],
+            navigation: Navigation::default(),
+            scene: Scene::default(),
+            faults: Vec::new(),
+            undone: Vec::new(),
+            tree_errors: Vec::new(),
+            given_up: Vec::new(),
+            reached: vec![None; header.places.len()],
+            tally: Tally { initial_pct: robot.charge_pct, minimum_pct: robot.charge_pct, ..Tally::default() },
+            end: None,
+            robot,
+            header: Arc::new(header),
+        };
+        view.take(start)?;
+        Ok(view)
+    }
+
+    /// Goes on by a step.
+    ///
+    /// # Errors
+    /// [`Inconsistent`] if it does not fit what came before it.
+    pub fn apply(&mut self, step: Step) -> Result<(), Inconsistent> {
+        self.tally.add(&step.robot);
+        self.take(step)
+    }
+
+    fn take(&mut self, step: Step) -> Result<(), Inconsistent> {
+        let Step { time, ticks, overruns, communications, robot, happenings, details } = step;
+        (self.time, self.ticks, self.overruns, self.communications) = (time, ticks, overruns, communications);
+        self.robot = robot;
+        self.events.clear();
+        for happening in &happenings {
+            self.note(happening)?;
+        }
+        self.happenings = happenings;
+        details.map_or(Ok(()), |details| self.take_details(*details))
+    }
+
+    fn note(&mut self, happening: &Happening) -> Result<(), Inconsistent> {
+        let known = |index: usize| self.header.faults.get(index).cloned().ok_or(Inconsistent);
+        match happening {
+            Happening::FaultBegan { fault: index, time, tick, position } => {
+                let (fault, position) = (known(*index)?, *position);
+                self.faults.push(FaultRecord { time: *time, until: None, tick: *tick, fault, index: *index, position });
+            }
+            Happening::FaultEnded { fault, time } => {
+                let latest = self.faults.iter_mut().rfind(|record| record.index == *fault);
+                latest.ok_or(Inconsistent)?.until = Some(*time);
+            }
+            Happening::FaultLeftUndone { fault, time, reason } => {
+                self.undone.push(UndoneFault { time: *time, fault: known(*fault)?, reason: reason.clone() });
+            }
+            Happening::TreeError { node, message, tick } => {
+                check(*node < self.header.tree.len())?;
+                let (node, message) = (*node, message.clone());
+                self.tree_errors.push(TreeError { node, message, tick: *tick, time: self.time });
+            }
+            Happening::GivenUp { reason } => {
+                self.given_up.push(GivenUp { time: self.time, reason: reason.clone() });
+            }
+            Happening::Verdict { monitor, decision } => {
+                self.check_event(&decision.event)?;
+                self.monitors.get_mut(*monitor).ok_or(Inconsistent)?.verdict = decision.verdict;
+                self.decisions[*monitor] = Some(decision.clone());
+            }
+            Happening::Arrival { place } => {
+                *self.reached.get_mut(*place).ok_or(Inconsistent)? = Some(self.time);
+            }
+        }
+        Ok(())
+    }
+
+    fn take_details(&mut self, details: Details) -> Result<(), Inconsistent> {
+        let Details { events, outcomes, locations, monitors, navigation, scene } = details;
+        events.iter().try_for_each(|event| self.check_event(event))?;
+        self.events = events;
+        if let Some(outcomes) = outcomes {
+            check(outcomes.len() == self.header.tree.len())?;
+            self.outcomes = outcomes;
+        }
+        for (process, location) in locations {
+            *self.locations.get_mut(process).ok_or(Inconsistent)? = Some(location);
+        }
+        for (monitor, state) in monitors {
+            self.set_monitor(monitor, state)?;
+        }
+        if let Some(navigation) = navigation {
+            self.navigation = navigation;
+        }
+        scene.map_or(Ok(()), |scene| self.set_scene(scene))
+    }
+
+    fn set_monitor(&mut self, monitor: usize, state: MonitorState) -> Result<(), Inconsistent> {
+        let graph = self.header.monitors.get(monitor).ok_or(Inconsistent)?.graph.as_ref();
+        check(state.active.is_none_or(|active| graph.is_some_and(|graph| active < graph.locations.len())))?;
+        self.monitors[monitor] = state;
+        Ok(())
+    }
+
+    fn set_scene(&mut self, scene: Scene) -> Result<(), Inconsistent> {
+        check(scene.scans.iter().all(|scan| scan.laser < self.header.lasers.len()))?;
+        self.scene = scene;
+        Ok(())
+    }
+
+    fn check_event(&self, event: &Event) -> Result<(), Inconsistent> {
+        let EventKind::Received { channel, .. } = &event.kind else { return Ok(()) };
+        check(channel.index() < self.topology().channels().count())
+    }
+
+    /// Comes to the end.
+    ///
+    /// # Errors
+    /// [`Inconsistent`] if it does not fit what came before it.
+    pub fn finish(&mut self, mut end: End) -> Result<(), Inconsistent> {
+        check(end.monitors.len() == self.monitors.len() && end.messages_hit.len() == self.header.faults.len())?;
+        for (monitor, said) in end.monitors.iter().enumerate() {
+            self.set_monitor(monitor, said.state.clone())?;
+        }
+        if let Some(scene) = end.scene.take() {
+            self.set_scene(scene)?;
+        }
+        self.end = Some(end);
+        Ok(())
+    }
+
+    /// What does not change.
+    #[must_use]
+    pub fn header(&self) -> &Header {
+        &self.header
+    }
+
+    /// The processes and channels.
+    #[must_use]
+    pub fn topology(&self) -> &Topology {
+        &self.header.topology
+    }
+
+    /// Time since the start of the run.
+    #[must_use]
+    pub fn time(&self) -> Duration {
+        self.time
+    }
+
+    /// How many ticks have been generated.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.ticks
+    }
+
+    /// How many of them could not be delivered.
+    #[must_use]
+    pub fn overruns(&self) -> u64 {
+        self.overruns
+    }
+
+    /// How many communications there have been.
+    #[must_use]
+    pub fn communications(&self) -> u64 {
+        self.communications
+    }
+
+    /// The robot: where it is and where it believes to be, its battery, how far it has come.
+    #[must_use]
+    pub fn robot(&self) -> &RobotState {
+        &self.robot
+    }
+
+    /// Where the robot really is, in the `map` frame.
+    #[must_use]
+    pub fn pose(&self) -> Pose {
+        self.robot.pose
+    }
+
+    /// Where the robot really is, in the `map` frame.
+    #[must_use]
+    pub fn position(&self) -> Point {
+        self.robot.pose.translation.vector.into()
+    }
+
+    /// The events of the last step, in order.
+    #[must_use]
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// What happened in the last step, in order.
+    #[must_use]
+    pub fn happenings(&self) -> &[Happening] {
+        &self.happenings
+    }
+
+    /// What last happened to each node of the tree.
+    #[must_use]
+    pub fn outcomes(&self) -> &[Option<bt::Outcome>] {
+        &self.outcomes
+    }
+
+    /// The leaves of the tree that are running, by name.
+    pub fn running(&self) -> impl Iterator<Item = &str> {
+        let nodes = self.header.tree.iter().zip(&self.outcomes);
+        let running = nodes
+            .filter(|(node, outcome)| node.is_leaf && **outcome == Some(bt::Outcome::Answered(bt::Status::Running)));
+        running.map(|(node, _)| node.process.as_str())
+    }
+
+    /// What the tree is doing, in words: the leaf that is running.
+    #[must_use]
+    pub fn doing(&self) -> String {
+        let names: Vec<&str> = self.running().collect();
+        if names.is_empty() { "no leaf is running".to_owned() } else { format!("{} is running", names.join(", ")) }
+    }
+
+    /// Where a skill or a component stands, by its name.
+    #[must_use]
+    pub fn location(&self, process: &str) -> Option<&str> {
+        self.locations[self.topology().find_process(process)?.index()].as_deref()
+    }
+
+    /// The properties that are watched, with what their monitors say.
+    pub fn monitors(&self) -> impl ExactSizeIterator<Item = MonitorView<'_>> {
+        (0..self.monitors.len()).map(|monitor| self.monitor(monitor))
+    }
+
+    /// The property of that place in the header, with what its monitor says.
+    ///
+    /// # Panics
+    /// If there is no such property.
+    #[must_use]
+    pub fn monitor(&self, monitor: usize) -> MonitorView<'_> {
+        MonitorView {
+            about: &self.header.monitors[monitor],
+            state: &self.monitors[monitor],
+            decision: self.decisions[monitor].as_ref(),
+            end: self.end.as_ref().map(|end| &end.monitors[monitor]),
+        }
+    }
+
+    /// What navigation is doing.
+    #[must_use]
+    pub fn navigation(&self) -> &Navigation {
+        &self.navigation
+    }
+
+    /// What could be seen when it was last told.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The faults that have taken hold so far.
+    #[must_use]
+    pub fn faults(&self) -> &[FaultRecord] {
+        &self.faults
+    }
+
+    /// The faults that have taken hold so far, each with all its times, in the order of the first.
+    #[must_use]
+    pub fn fault_courses(&self) -> Vec<FaultCourse<'_>> {
+        FaultCourse::of(&self.faults)
+    }
+
+    /// The faults that were due so far and could not be done.
+    #[must_use]
+    pub fn undone_faults(&self) -> &[UndoneFault] {
+        &self.undone
+    }
+
+    /// What has gone wrong in the tree so far.
+    #[must_use]
+    pub fn tree_errors(&self) -> &[TreeError] {
+        &self.tree_errors
+    }
+
+    /// The trips that navigation has given up so far.
+    #[must_use]
+    pub fn given_up(&self) -> &[GivenUp] {
+        &self.given_up
+    }
+
+    /// The places by name, with when each was reached.
+    pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
+        self.header.places.iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
+    }
+
+    /// Sums over the steps so far.
+    #[must_use]
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// What is known of the run once it has ended.
+    #[must_use]
+    pub fn end(&self) -> Option<&End> {
+        self.end.as_ref()
+    }
+}
+
+fn check(fits: bool) -> Result<(), Inconsistent> {
+    if fits { Ok(()) } else { Err(Inconsistent) }
+}
+
+/// A property that is watched, with what its monitor has said.
+#[derive(Clone, Copy, Debug)]
+pub struct MonitorView<'a> {
+    /// The property.
+    pub about: &'a Monitor,
+    /// How the monitor stands.
+    pub state: &'a MonitorState,
+    /// Its verdict, once it has fallen.
+    pub decision: Option<&'a Decision>,
+    /// What it says in the end.
+    pub end: Option<&'a MonitorEnd>,
+}
+
+impl<'a> MonitorView<'a> {
+    /// The property's name.
+    #[must_use]
+    pub fn name(&self) -> &'a str {
+        &self.about.name
+    }
+
+    /// What a run that ends now says of the property.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        self.state.outcome()
+    }
+
+    /// The decision by which the property is violated, if it is.
+    #[must_use]
+    pub fn violation(&self) -> Option<&'a Decision> {
+        self.decision.filter(|decision| decision.verdict == Verdict::False)
+    }
+
+    /// What the monitor says in the end; nothing while the run goes on.
+    #[must_use]
+    pub fn ending(&self) -> MonitorEnd {
+        self.end.cloned().unwrap_or_default()
+    }
+}
+
+/// A fault that took hold, and where.
+#[derive(Clone, Debug)]
+pub struct FaultRecord {
+    /// When.
+    pub time: Duration,
+    /// When it let go; none if it still holds, or happened at one instant.
+    pub until: Option<Duration>,
+    /// The last tick that had been generated; none if none had.
+    pub tick: Option<u64>,
+    /// What.
+    pub fault: Arc<Fault>,
+    /// Its place in the scenario.
+    pub index: usize,
+    /// Where the robot was, in the `map` frame.
+    pub position: Point,
+}
+
+/// A fault that was due and could not be done.
+#[derive(Clone, Debug)]
+pub struct UndoneFault {
+    /// When.
+    pub time: Duration,
+    /// What.
+    pub fault: Arc<Fault>,
+    /// Why it could not be done, in words.
+    pub reason: String,
+}
+
+/// A fault of the scenario with every time that it took hold.
+#[derive(Clone, Debug)]
+pub struct FaultCourse<'a> {
+    /// What.
+    pub fault: &'a Fault,
+    /// Each time, in order; at least one.
+    pub records: Vec<&'a FaultRecord>,
+}
+
+impl<'a> FaultCourse<'a> {
+    /// Groups what faults did by fault.
+    #[must_use]
+    pub fn of(records: &'a [FaultRecord]) -> Vec<Self> {
+        let mut courses: Vec<Self> = Vec::new();
+        for record in records {
+            match courses.iter_mut().find(|course| course.first().index == record.index) {
+                Some(course) => course.records.push(record),
+                None => courses.push(FaultCourse { fault: &record.fault, records: vec![record] }),
+            }
+        }
+        courses
+    }
+
+    /// The first time.
+    #[must_use]
+    pub fn first(&self) -> &FaultRecord {
+        self.records[0]
+    }
+
+    /// What the fault did, in words, and how often if more than once.
+    #[must_use]
+    pub fn words(&self) -> String {
+        match self.records.len() {
+            1 => self.fault.words.clone(),
+            times => format!("{} ({times} times)", self.fault.words),
+        }
+    }
+}
+
+/// Something that went wrong in a node of the tree, and when it did for the first time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TreeError {
+    /// The node's place in the header.
+    pub node: usize,
+    /// What, in words.
+    pub message: String,
+    /// The tick.
+    pub tick: u64,
+    /// Since the start of the run.
+    pub time: Duration,
+}
+
+/// A trip that navigation gave up.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GivenUp {
+    /// Since the start of the run.
+    pub time: Duration,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// Sums over the steps of a run.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// The charge at the start, in percent.
+    pub initial_pct: f64,
+    /// The least charge there was, in percent.
+    pub minimum_pct: f64,
+    steps: u64,
+    squared_m2: f64,
+    max_m: f64,
+    squared_rad2: f64,
+}
+
+impl Tally {
+    fn add(&mut self, robot: &RobotState) {
+        self.minimum_pct = self.minimum_pct.min(robot.charge_pct);
+        let (really, believed) = (&robot.pose, &robot.estimate);
+        let squared_m2 = (really.translation.vector - believed.translation.vector).norm_squared();
+        let turn_rad = maps::wrap_angle(maps::heading(really) - maps::heading(believed));
+        self.steps += 1;
+        self.squared_m2 += squared_m2;
+        self.squared_rad2 += turn_rad * turn_rad;
+        self.max_m = self.max_m.max(squared_m2.sqrt());
+    }
+
+    /// Root mean square and maximum of localization's error of position, in metres, and root mean square of its error
+    /// of heading, in radians.
+    #[must_use]
+    pub fn localization_error(&self) -> (f64, f64, f64) {
+        let steps = self.steps.max(1) as f64;
+        ((self.squared_m2 / steps).sqrt(), self.max_m, (self.squared_rad2 / steps).sqrt())
+    }
+}
+
+/// The channels that a formula names.
+fn channels_of(formula: &monitors::Formula, channels: &mut Vec<ChannelId>) {
+    use monitors::Formula;
+    match formula {
+        Formula::True | Formula::False => {}
+        Formula::Event(event) | Formula::TimeUntil { event, .. } => channels.push(event.channel),
+        Formula::Not(part) | Formula::Next(part) | Formula::Always(part) | Formula::Eventually(part) => {
+            channels_of(part, channels);
+        }
+        Formula::And(parts) | Formula::Or(parts) => parts.iter().for_each(|part| channels_of(part, channels)),
+        Formula::Implies(a, b) | Formula::Until(a, b) => {
+            channels_of(a, channels);
+            channels_of(b, channels);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! The places that a scenario names: whether they are there, and whether the robot can get to them.
+//!
+//! Only the map counts: people, doors, boxes and faults may stand in the way, which is often what a scenario is about.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use diagnostics::{Problem, Span, Spanned};
+use maps::{OccupancyGrid, Place, Places, PlacesFile, Point, Pose};
+use nav::{Goal, PlanError, Reach};
+use sim::DockingConfig;
+
+use super::{Loader, Scenario, ScenarioFile, Start, unknown};
+use crate::faults::Fault;
+
+impl Loader<'_> {
+    /// The poses of start and station, if there is one. Every place that the scenario names has to be there.
+    pub(super) fn check_places(&mut self, file: &ScenarioFile, places: &Places) -> Option<(Pose, Option<Pose>)> {
+        let expect = &file.expect;
+        let named =
+            expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&file.sites.destination);
+        for name in named {
+            let _ = self.place(name, places);
+        }
+        for name in &expect.not_reached {
+            if expect.reached.iter().any(|reached| reached.value == name.value) {
+                let problem = name.span.problem(format!("`{}` is expected to be reached and not to be", name.value));
+                self.complaints.push(problem.with_label("this place").with_help("no run can be as expected"));
+            }
+        }
+        let start = match &file.sites.start {
+            Spanned { value: Start::Named(name), span } => {
+                self.point(&Spanned { value: name.clone(), span: span.clone() }, places)
+            }
+            Spanned { value: Start::At(pose), .. } => Some(*pose),
+        };
+        let Some(name) = &file.sites.station else {
+            self.check_station_faults(&file.faults);
+            return Some((start?, None));
+        };
+        let station = self.point(name, places);
+        Some((start?, Some(station?)))
+    }
+
+    /// Faults of a station that there is not.
+    fn check_station_faults(&mut self, faults: &[Arc<Fault>]) {
+        for fault in faults.iter().filter(|fault| ["station_dead", "station_slow"].contains(&fault.kind().name)) {
+            let problem = fault.arguments().span().problem("there is no charging station");
+            let help = "`sites.station` says where it stands";
+            self.complaints.push(problem.with_label("a fault of it").with_help(help));
+        }
+    }
+
+    fn place<'p>(&mut self, name: &Spanned<String>, places: &'p Places) -> Option<&'p Place> {
+        let place = places.get(&name.value);
+        if place.is_none() {
+            let names = places.iter().map(|(name, _)| name);
+            self.complaints.push(unknown("place", name, names));
+        }
+        place
+    }
+
+    fn point(&mut self, name: &Spanned<String>, places: &Places) -> Option<Pose> {
+        match self.place(name, places)? {
+            Place::Point { pose, .. } => Some(*pose),
+            Place::Area { .. } => {
+                let problem = name.span.problem(format!("`{}` is an area, and a point is needed", name.value));
+                self.complaints
+                    .push(problem.with_label("this place").with_help("a point has a position and a heading"));
+                None
+            }
+        }
+    }
+
+    /// Where the robot can drive on the map.
+    pub(super) fn reach(&mut self, file: &ScenarioFile, map: &OccupancyGrid) -> Option<Arc<Reach>> {
+        let shared =
+            self.like.filter(|like| self.shares(file, |file| &file.map) && like.file.sim.model == file.sim.model);
+        if let Some(like) = shared {
+            return Some(Arc::clone(&like.reach));
+        }
+        let reach = Reach::new(map, &file.sim.model);
+        let refused = |error: nav::Error| file.map.span.problem(error.to_string()).with_label("this map");
+        reach.map_err(|error| self.complaints.push(refused(error))).ok().map(Arc::new)
+    }
+
+    /// That the robot can set out from its start, and gets to every place that it is to reach.
+    pub(super) fn check_reach(
+        &mut self,
+        file: &ScenarioFile,
+        driven_to: &BTreeMap<String, String>,
+        places: &PlacesFile,
+        map: &OccupancyGrid,
+        reach: &Reach,
+        start: &Pose,
+    ) {
+        let start = Point::from(start.translation.vector);
+        let mut seen: Vec<&str> = Vec::new();
+        let skills = driven_to.iter().map(|(name, skill)| (name, format!("the skill {skill} drives there")));
+        for (name, why) in needed(file).chain(skills) {
+            let place = places.places().get(name).zip(places.span(name)).filter(|_| !seen.contains(&name.as_str()));
+            let Some((place, span)) = place else { continue };
+            seen.push(name);
+            let goal = Goal::to(place);
+            let Err(error) = reach.check(&start, &goal) else { continue };
+            if matches!(error, PlanError::StartOutside | PlanError::StartInObstacle) {
+                let span = match &file.sites.start.value {
+                    Start::Named(name) => places.span(name),
+                    Start::At(_) => None,
+                };
+                let problem = span.unwrap_or(&file.sites.start.span).problem(bad_start(&start, error));
+                let help = format!("the robot starts with its whole body on free floor; {}", extent(map));
+                return self.complaints.push(problem.with_label("the start").with_help(help));
+            }
+            let problem = unreachable(span, name, &goal, error, &start);
+            let help = format!("{}; {why}", instead(map, reach, &start, &goal));
+            self.complaints.push(problem.with_help(help));
+        }
+    }
+}
+
+/// The places to which the scenario itself needs a way, and why.
+fn needed(file: &ScenarioFile) -> impl Iterator<Item = (&String, String)> {
+    let station = file.sites.station.iter().map(|name| (name, "sites.station"));
+    let destination = file.sites.destination.iter().map(|name| (name, "sites.destination"));
+    let stops = file.stop.at.iter().map(|name| (name, "stop.at"));
+    let reached = file.expect.reached.iter().map(|name| (name, "expect.reached"));
+    let needed = station.chain(destination).chain(stops).chain(reached);
+    needed.map(|(name, key)| (&name.value, format!("the scenario needs it as `{key}`")))
+}
+
+fn bad_start(start: &Point, error: PlanError) -> String {
+    let at = position(start);
+    match error {
+        PlanError::StartOutside => format!("the start {at} is outside of the map"),
+        _ => {
+            format!("the robot cannot set out from the start {at}: it stands in a wall, or has no free floor around it")
+        }
+    }
+}
+
+/// That the robot does not get to a place.
+fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, start: &Point) -> Problem {
+    let at = position(&goal.position);
+    let message = match error {
+        PlanError::GoalOutside => format!("`{name}` is outside of the map, at {at}"),
+        PlanError::NoPath => format!("no way leads from the start {} to `{name}` at {at}", position(start)),
+        _ if goal.area.is_some() => format!("there is no room for the robot in `{name}`, around {at}"),
+        PlanError::GoalUnknown => format!("the robot cannot stand at `{name}`: the map is unknown at {at}"),
+        PlanError::GoalInObstacle { clearance_m: 0.0, .. } => {
+            format!("the robot cannot stand at `{name}`: {at} is in a wall")
+        }
+        PlanError::GoalInObstacle { clearance_m, needed_m } => format!(
+            "the robot cannot stand at `{name}`: {at} is {clearance_m:.2} m from a wall, and it needs {needed_m:.2} m"
+        ),
+        error => format!("`{name}` at {at}: {error}"),
+    };
+    span.problem(message).with_label("this place")
+}
+
+/// What would be accepted in place of a goal.
+fn instead(map: &OccupancyGrid, reach: &Reach, start: &Point, goal: &Goal) -> String {
+    match reach.instead(start, goal) {
+        Some(point) => format!("the nearest place that the robot gets to is {}", position(&point)),
+        None => extent(map),
+    }
+}
+
+/// How far the map goes.
+fn extent(map: &OccupancyGrid) -> String {
+    let (width, height) = (map.width() as f64, map.height() as f64);
+    let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)];
+    let corners = corners.map(|(x, y)| map.from_grid(&Point::new(x, y)));
+    let (mut least, mut most) = (corners[0], corners[0]);
+    for corner in corners {
+        (least, most) = (least.inf(&corner), most.sup(&corner));
+    }
+    format!("the map goes from {} to {}", position(&least), position(&most))
+}
+
+/// A position as messages give it, in metres.
+fn position(at: &Point) -> String {
+    format!("({:.2}, {:.2})", at.x, at.y)
+}
+
+impl Scenario {
+    /// What looks odd about the places, though the scenario does not need them to be otherwise: those that the robot does
+    /// not get to, and a station whose tolerances are wider than those of docking.
+    #[must_use]
+    pub fn place_concerns(&self) -> Vec<Problem> {
+        let start = Point::from(self.start.translation.vector);
+        let mut concerns = Vec::new();
+        for (name, place) in self.places.iter() {
+            let Some(span) = self.written.span(name) else { continue };
+            let goal = Goal::to(place);
+            if let Err(error) = self.reach.check(&start, &goal) {
+                let help = instead(&self.map, &self.reach, &start, &goal);
+                concerns.push(unreachable(span, name, &goal, error, &start).with_help(help).as_warning());
+            }
+            let is_station = self.file.sites.station.as_ref().is_some_and(|station| station.value == name);
+            concerns.extend(wide_tolerances(span, name, place, &self.file.sim.docking).filter(|_| is_station));
+        }
+        concerns
+    }
+}
+
+/// That a robot may be told that it is at the station and not be docked.
+fn wide_tolerances(span: &Span, name: &str, place: &Place, docking: &DockingConfig) -> Option<Problem> {
+    let Place::Point { position_tolerance_m, heading_tolerance_rad, .. } = place else { return None };
+    if *position_tolerance_m <= docking.distance_m && *heading_tolerance_rad <= docking.angle_rad {
+        return None;
+    }
+    let message = format!(
+        "the robot is held to be at `{name}` within {position_tolerance_m} m and {:.0}°, and docks within {} m and {:.0}°",
+        heading_tolerance_rad.to_degrees(),
+        docking.distance_m,
+        docking.angle_rad.to_degrees()
+    );
+    let problem = span.problem(message).with_label("this place").as_warning();
+    Some(problem.with_help("a robot within these tolerances may stand undocked and never charge: make them smaller"))
+}

@@ -1,0 +1,286 @@
+//! The parameters of robot, world and execution with their values.
+
+use std::time::Duration;
+
+use components::StopRule;
+use maps::{Point, Pose};
+use recording::{SettingGroup, decimals};
+use robot::{LaserSpec, RobotModel};
+use sim::{
+    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, LaserConfig, Manners, ObstacleConfig,
+    ObstacleMotion, OdometryConfig, Opening, Pauses, Shape, SimConfig, Walk,
+};
+
+use super::{Execution, Order, Policy, TreeForm};
+
+fn group<const N: usize>(title: &str, rows: [(&str, String); N]) -> SettingGroup {
+    SettingGroup { title: title.to_owned(), rows: rows.map(|(name, value)| (name.to_owned(), value)).to_vec() }
+}
+
+fn with_unit(number: f64, unit: &str) -> String {
+    format!("{} {unit}", decimals(number, 4))
+}
+
+fn duration(time: Duration) -> String {
+    with_unit(time.as_secs_f64(), "s")
+}
+
+/// All parameters of robot, world and execution. Every field is named here, so that a new one cannot be forgotten.
+pub(crate) fn in_effect(sim: &SimConfig, execution: &Execution) -> Vec<SettingGroup> {
+    let SimConfig { model, dt, body, drive, odometry, lasers, battery, docking, obstacles } = sim;
+    let mut groups = vec![
+        self::execution(execution, *dt),
+        self::battery(battery),
+        self::docking(docking),
+        robot(model),
+        self::body(body),
+        wheels(drive),
+        self::odometry(odometry),
+        self::lasers(model, lasers),
+        SettingGroup {
+            title: "Other bodies".to_owned(),
+            rows: obstacles.iter().map(|obstacle| (obstacle.name.clone(), obstacle_in_words(obstacle))).collect(),
+        },
+    ];
+    groups.retain(|group| !group.rows.is_empty());
+    groups
+}
+
+fn execution(execution: &Execution, dt: Duration) -> SettingGroup {
+    let Execution { tick, policy, starved, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } =
+        execution;
+    let policy = match policy {
+        Policy::Random => "random",
+        Policy::RoundRobin => "round-robin",
+    };
+    let policy = match starved {
+        Some(victim) => format!("{policy}, starve {}", victim.value),
+        None => policy.to_owned(),
+    };
+    let stops = match stops {
+        StopRule::OwnTrip => "ends the trip to its place, and is acknowledged",
+        StopRule::AnyTrip => "ends whatever trip there is, and is acknowledged",
+    };
+    let tree = match tree {
+        TreeForm::Whole => "one process",
+        TreeForm::Nodes => "a process for each node",
+    };
+    let mut group = self::group(
+        "Execution",
+        [
+            ("step of the simulation", duration(dt)),
+            ("time between ticks", duration(*tick)),
+            ("scheduler", policy),
+            ("behavior tree", tree.to_owned()),
+            ("patience with a leaf", duration(*leaf_timeout)),
+            ("a stop of navigation", stops.to_owned()),
+            ("longest run", duration(*max_time)),
+            ("transitions a step, at most", step_budget.to_string()),
+            ("communications a run, at most", run_budget.to_string()),
+        ],
+    );
+    let in_words = |order: &Order| format!("{} before {}", order.first.value, order.then.value);
+    group.rows.extend(orders.iter().map(|order| ("received in this order".to_owned(), in_words(order))));
+    group
+}
+
+fn battery(battery: &BatteryConfig) -> SettingGroup {
+    let BatteryConfig {
+        initial_pct,
+        drain_pct_per_s,
+        standstill_drain_pct_per_s,
+        charge_pct_per_s,
+        full_pct,
+        recharge_below_pct,
+        period,
+    } = battery;
+    self::group(
+        "Battery",
+        [
+            ("charge at the start", with_unit(*initial_pct, "%")),
+            ("driving costs", with_unit(*drain_pct_per_s, "%/s")),
+            ("standing costs", with_unit(*standstill_drain_pct_per_s, "%/s")),
+            ("charging gives", with_unit(*charge_pct_per_s, "%/s")),
+            ("charging ends at", with_unit(*full_pct, "%")),
+            ("charging begins again below", with_unit(*recharge_below_pct, "%")),
+            ("time between readings", duration(*period)),
+        ],
+    )
+}
+
+fn docking(docking: &DockingConfig) -> SettingGroup {
+    let DockingConfig { distance_m, angle_rad, rest } = docking;
+    self::group(
+        "Docked is a robot",
+        [
+            ("within", with_unit(*distance_m, "m")),
+            ("facing within", with_unit(angle_rad.to_degrees(), "°")),
+            ("at rest for", duration(*rest)),
+        ],
+    )
+}
+
+fn robot(model: &RobotModel) -> SettingGroup {
+    let RobotModel {
+        radius_m,
+        max_linear_mps,
+        max_angular_radps,
+        max_linear_acceleration_mps2,
+        max_angular_acceleration_radps2,
+        lasers: _,
+    } = model;
+    self::group(
+        "Robot",
+        [
+            ("radius", with_unit(*radius_m, "m")),
+            ("largest speed", with_unit(*max_linear_mps, "m/s")),
+            ("largest turning rate", with_unit(*max_angular_radps, "rad/s")),
+            ("largest acceleration", with_unit(*max_linear_acceleration_mps2, "m/s²")),
+            ("largest angular acceleration", with_unit(*max_angular_acceleration_radps2, "rad/s²")),
+        ],
+    )
+}
+
+fn body(body: &BodyConfig) -> SettingGroup {
+    let BodyConfig { mass_kg, friction } = body;
+    let friction = decimals(*friction, 4);
+    self::group("Body", [("mass", with_unit(*mass_kg, "kg")), ("friction of its side", friction)])
+}
+
+fn wheels(drive: &DriveConfig) -> SettingGroup {
+    let DriveConfig { wheel_separation_m, max_wheel_mps, noise } = drive;
+    let mut group = self::group(
+        "Wheels",
+        [
+            ("distance between the wheels", with_unit(*wheel_separation_m, "m")),
+            ("largest speed of a wheel", with_unit(*max_wheel_mps, "m/s")),
+        ],
+    );
+    group.rows.extend(drift(noise));
+    group
+}
+
+fn odometry(odometry: &OdometryConfig) -> SettingGroup {
+    let OdometryConfig { period, noise, distance_bias, angle_bias, angle_bias_rad_per_m } = odometry;
+    let mut group = self::group(
+        "Odometry",
+        [
+            ("time between readings", duration(*period)),
+            ("too much distance", with_unit(distance_bias * 100.0, "%")),
+            ("too much angle", with_unit(angle_bias * 100.0, "%")),
+            ("angle too much a metre", with_unit(*angle_bias_rad_per_m, "rad/m")),
+        ],
+    );
+    group.rows.extend(drift(noise));
+    group
+}
+
+fn drift(noise: &DriftNoise) -> [(String, String); 4] {
+    let DriftNoise { angle_per_sqrt_rad, angle_per_sqrt_m, distance_per_sqrt_m, distance_per_sqrt_rad } = noise;
+    [
+        ("noise of the angle after 1 rad", with_unit(*angle_per_sqrt_rad, "rad")),
+        ("noise of the angle after 1 m", with_unit(*angle_per_sqrt_m, "rad")),
+        ("noise of the distance after 1 m", with_unit(*distance_per_sqrt_m, "m")),
+        ("noise of the distance after 1 rad", with_unit(*distance_per_sqrt_rad, "m")),
+    ]
+    .map(|(name, value)| (name.to_owned(), value))
+}
+
+fn lasers(model: &RobotModel, lasers: &LaserConfig) -> SettingGroup {
+    let LaserConfig { range_sigma_m } = lasers;
+    let mut group = self::group("Lasers", [("noise of a range", with_unit(*range_sigma_m, "m"))]);
+    group.rows.extend(model.lasers.iter().map(|laser| (laser.name.clone(), laser_in_words(laser))));
+    group
+}
+
+fn laser_in_words(laser: &LaserSpec) -> String {
+    let LaserSpec { name: _, mount, angle_min_rad, angle_increment_rad, beams, period, range_min_m, range_max_m } =
+        laser;
+    format!(
+        "{beams} beams from {}°, {}° apart, {} to {}, every {}, mounted at {}",
+        decimals(angle_min_rad.to_degrees(), 1),
+        decimals(angle_increment_rad.to_degrees(), 2),
+        decimals(*range_min_m, 2),
+        with_unit(*range_max_m, "m"),
+        duration(*period),
+        pose(mount),
+    )
+}
+
+fn obstacle_in_words(obstacle: &ObstacleConfig) -> String {
+    let ObstacleConfig { name: _, shape, pose, motion } = obstacle;
+    let shape = match shape {
+        Shape::Disc { radius_m } => format!("a disc of radius {}", with_unit(*radius_m, "m")),
+        Shape::Box { length_m, width_m } => {
+            format!("a box of {} by {}", with_unit(*length_m, "m"), with_unit(*width_m, "m"))
+        }
+    };
+    let motion = match motion {
+        ObstacleMotion::Fixed => "fixed".to_owned(),
+        ObstacleMotion::Person(walk) => walk_in_words(walk),
+        ObstacleMotion::Door(door) => door_in_words(door),
+        ObstacleMotion::Movable { mass_kg } => format!("can be pushed, {}", with_unit(*mass_kg, "kg")),
+        ObstacleMotion::Route { waypoints, speed_mps, end } => {
+            format!("moves at {} by {}, then: {end:?}", with_unit(*speed_mps, "m/s"), positions(waypoints))
+        }
+    };
+    format!("{shape} at {}, {motion}", self::pose(pose))
+}
+
+fn walk_in_words(walk: &Walk) -> String {
+    let Walk { waypoints, speed_mps, end, sets_out, pause, pauses, manners } = walk;
+    if waypoints.is_empty() {
+        return "somebody who stands there".to_owned();
+    }
+    let pauses = match pauses {
+        _ if pause.is_zero() => String::new(),
+        Pauses::Waypoints => format!(" and pauses {} at each", duration(*pause)),
+        Pauses::Ends => format!(" and pauses {} at the ends", duration(*pause)),
+    };
+    let manners =
+        manners.map_or("gives way to nobody".to_owned(), |Manners { slow_within_m, stop_within_m, patience }| {
+            format!(
+                "slows down {} before the robot, stops at {}, makes way after {}",
+                with_unit(slow_within_m, "m"),
+                with_unit(stop_within_m, "m"),
+                duration(patience),
+            )
+        });
+    format!(
+        "sets out after {}, walks at {} by {}{pauses}, then: {end:?}; {manners}",
+        duration(*sets_out),
+        with_unit(*speed_mps, "m/s"),
+        positions(waypoints),
+    )
+}
+
+fn door_in_words(door: &Door) -> String {
+    let Door { opening, moving, closed, every } = door;
+    let times: Vec<String> = closed.iter().map(|(from, to)| format!("{} to {}", duration(*from), until(*to))).collect();
+    let opening = match opening {
+        Opening::Slide => "slides",
+        Opening::Left => "opens to the left",
+        Opening::Right => "opens to the right",
+    };
+    let times =
+        if times.is_empty() { "never closed".to_owned() } else { format!("closed from {}", times.join(", from ")) };
+    let every = every.map_or_else(String::new, |every| format!(", every {}", duration(every)));
+    format!("a door that {opening} within {}, {times}{every}", duration(*moving))
+}
+
+fn until(time: Duration) -> String {
+    if time == Duration::MAX { "the end".to_owned() } else { duration(time) }
+}
+
+fn positions(points: &[Point]) -> String {
+    points.iter().map(|corner| position(corner.x, corner.y)).collect::<Vec<_>>().join(", ")
+}
+
+fn position(x: f64, y: f64) -> String {
+    format!("({}, {}) m", decimals(x, 2), decimals(y, 2))
+}
+
+fn pose(pose: &Pose) -> String {
+    let heading = decimals(maps::heading(pose).to_degrees(), 1);
+    format!("{} facing {heading}°", position(pose.translation.x, pose.translation.y))
+}

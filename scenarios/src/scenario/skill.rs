@@ -1,0 +1,253 @@
+//! Skills: which machine carries out each leaf of the tree, and what its data hold at first.
+
+use std::collections::BTreeMap;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use bt::{Direction, Node, Source, Tree, Type};
+use diagnostics::document::{Item, Table};
+use diagnostics::{Problem, Spanned, nearest};
+use skills::{Chart, Datum};
+
+use super::{Loader, ScenarioFile, unknown, unreadable};
+use crate::wiring;
+
+/// What a scenario says of a leaf: an entry of its table `leaves`.
+#[derive(Clone, Debug)]
+pub struct LeafEntry {
+    /// The name of the leaf's process.
+    pub leaf: Spanned<String>,
+    /// The file of its machine, in the folder of the skills.
+    pub machine: Option<Spanned<String>>,
+    /// What data of the machine hold at first.
+    pub data: Vec<(Spanned<String>, Datum)>,
+}
+
+/// The skill of a leaf: a machine, and what its data hold at first.
+#[derive(Clone, Debug)]
+pub struct Skill {
+    /// The machine's file.
+    pub path: PathBuf,
+    /// The machine.
+    pub machine: Arc<Chart>,
+    /// By the ids of data: what the leaf's ports say, and what the scenario says instead.
+    data: BTreeMap<String, Datum>,
+}
+
+impl Skill {
+    /// What the data of this machine hold at first, where it is not the machine itself that says so: the skill's own
+    /// machine, or one that a fault puts in its place. Data that the machine does not have are left out.
+    pub fn data_of<'a>(&'a self, machine: &'a Chart) -> impl Iterator<Item = (&'a str, Datum)> {
+        let has = |id: &str| machine.parameters().any(|known| known == id);
+        self.data.iter().filter(move |(id, _)| has(id)).map(|(id, value)| (id.as_str(), value.clone()))
+    }
+}
+
+/// Whether two scenarios say the same of all leaves.
+pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
+    let said = |entry: &LeafEntry| {
+        let data: Vec<(String, Datum)> =
+            entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
+        (entry.leaf.value.clone(), entry.machine.as_ref().map(|machine| machine.value.clone()), data)
+    };
+    these.iter().map(said).eq(those.iter().map(said))
+}
+
+/// Reads the table `leaves`.
+pub(super) fn read_leaves(table: Table<'_>) -> Vec<LeafEntry> {
+    let entry = |(name, span): (&str, &diagnostics::Span)| {
+        let entry = table.table(name).optional()?;
+        let leaf = Spanned { value: name.to_owned(), span: span.clone() };
+        let machine = entry.text("machine").spanned().optional();
+        let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
+        Some(LeafEntry { leaf, machine, data })
+    };
+    table.keys().filter_map(entry).collect()
+}
+
+fn read_data(table: Table<'_>) -> Vec<(Spanned<String>, Datum)> {
+    let value = |(name, span): (&str, &diagnostics::Span)| {
+        let item = table.get::<Item<'_>>(name).optional()?;
+        let value = datum(&item);
+        if value.is_none() {
+            table.report(item.wrong("a text, a number, true or false"));
+        }
+        Some((Spanned { value: name.to_owned(), span: span.clone() }, value?))
+    };
+    table.keys().filter_map(value).collect()
+}
+
+/// A text, a number, true or false.
+pub(super) fn datum(item: &Item<'_>) -> Option<Datum> {
+    let number = || item.as_number().filter(|number| number.is_finite()).map(Datum::from);
+    item.as_text().map(Datum::from).or_else(|| item.as_boolean().map(Datum::from)).or_else(number)
+}
+
+/// Where a leaf's machine is looked for: in the file that the scenario names, or else in those of the leaf's name and ID.
+/// The one place that knows.
+fn candidates(folder: &Path, leaf: &Node, entry: Option<&LeafEntry>) -> Vec<PathBuf> {
+    if let Some(machine) = entry.and_then(|entry| entry.machine.as_ref()) {
+        return vec![folder.join(&machine.value)];
+    }
+    // A name with a slash in it is no file's in this folder.
+    let is_file_name = |name: &&str| Path::new(name).file_name().is_some_and(|file| file == *name);
+    let mut names: Vec<&str> = [leaf.label(), leaf.type_id()].into_iter().filter(is_file_name).collect();
+    names.dedup();
+    names.into_iter().map(|name| folder.join(format!("{name}.scxml"))).collect()
+}
+
+impl Loader<'_> {
+    /// The skill of each leaf, by the name of the leaf's process.
+    pub(super) fn skills(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
+        self.check_leaf_names(file, tree);
+        let mut machines: BTreeMap<PathBuf, Option<Arc<Chart>>> = BTreeMap::new();
+        let mut skills = BTreeMap::new();
+        let mut problems = Vec::new();
+        for leaf in tree.leaves() {
+            if wiring::RESERVED.contains(&leaf.process()) {
+                let message = format!("a leaf cannot be called `{}`: a process of the system is", leaf.process());
+                problems.push(tree.problem_at(leaf.id(), message, "this leaf", "give the leaf another `name`"));
+                continue;
+            }
+            let entry = file.leaves.iter().find(|entry| entry.leaf.value == leaf.process());
+            let Some((path, machine)) = self.machine_of(file, tree, leaf, entry, &mut machines, &mut problems) else {
+                continue;
+            };
+            let mut data = constant_ports(tree, leaf);
+            for (id, value) in entry.iter().flat_map(|entry| &entry.data) {
+                if machine.parameters().any(|known| known == id.value) {
+                    data.insert(id.value.clone(), value.clone());
+                } else {
+                    let what = format!("datum of {}", path.display());
+                    self.complaints.push(unknown(&what, id, machine.parameters()));
+                }
+            }
+            skills.insert(leaf.process().to_owned(), Skill { path, machine, data });
+        }
+        if !problems.is_empty() {
+            self.complaints.push(tree.error(&problems));
+        }
+        skills
+    }
+
+    /// The machine of a leaf and its file; a file that several leaves share is loaded once.
+    fn machine_of(
+        &mut self,
+        file: &ScenarioFile,
+        tree: &Tree,
+        leaf: &Node,
+        entry: Option<&LeafEntry>,
+        machines: &mut BTreeMap<PathBuf, Option<Arc<Chart>>>,
+        problems: &mut Vec<Problem>,
+    ) -> Option<(PathBuf, Arc<Chart>)> {
+        let paths = candidates(&file.skills.value, leaf, entry);
+        for path in &paths {
+            if let Some(known) = machines.get(path) {
+                return Some((path.clone(), Arc::clone(known.as_ref()?)));
+            }
+            match (self.found.files.read_text(path), entry.and_then(|entry| entry.machine.as_ref())) {
+                (Ok(text), named) => {
+                    let chart = self.complaints.note(Chart::load(&path.display().to_string(), &text));
+                    let called = |chart: &&Arc<Chart>| path.file_stem().is_none_or(|stem| stem == chart.name());
+                    if let Some(other) = chart.as_ref().filter(|chart| named.is_none() && !called(chart)) {
+                        let file = path.display();
+                        let message =
+                            format!("the machine of `{}`, {file}, calls itself `{}`", leaf.process(), other.name());
+                        let help = format!(
+                            "its `name` is to be its file's; if it is meant, say so in the scenario: [leaves.{}] machine = \"{}\"",
+                            key(leaf.process()),
+                            path.file_name().unwrap_or_default().display()
+                        );
+                        problems.push(tree.problem_at(leaf.id(), message, "this leaf", help));
+                    }
+                    return Some((path.clone(), machines.entry(path.clone()).or_insert(chart).clone()?));
+                }
+                (Err(error), Some(named)) => {
+                    self.complaints.push(unreadable(&named.span, "machine", path, &error));
+                    return None;
+                }
+                (Err(error), None) if error.kind() == ErrorKind::NotFound => {}
+                (Err(error), None) => {
+                    let message =
+                        format!("the machine of `{}` cannot be read: {}: {error}", leaf.process(), path.display());
+                    problems.push(tree.problem_at(leaf.id(), message, "this leaf", "a machine is an SCXML file"));
+                    return None;
+                }
+            }
+        }
+        let files: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+        let message = match files.as_slice() {
+            [] => format!("the leaf `{}` has no machine", leaf.process()),
+            files => format!("the leaf `{}` has no machine: there is no {}", leaf.process(), files.join(" and no ")),
+        };
+        let help = format!(
+            "add the file, or name another one in the scenario: [leaves.{}] machine = \"…\"",
+            key(leaf.process())
+        );
+        problems.push(tree.problem_at(leaf.id(), message, "no machine for this leaf", help));
+        None
+    }
+
+    /// Complains about entries of the table `leaves` that are of no leaf.
+    fn check_leaf_names(&mut self, file: &ScenarioFile, tree: &Tree) {
+        for LeafEntry { leaf, .. } in &file.leaves {
+            if tree.leaves().any(|known| known.process() == leaf.value) {
+                continue;
+            }
+            let known = || tree.leaves().map(Node::process);
+            let mut problem: Problem = unknown("leaf", leaf, known());
+            let of_id =
+                tree.leaves().filter(|known| known.type_id() == leaf.value).map(|leaf| format!("`{}`", leaf.process()));
+            let of_id: Vec<String> = of_id.collect();
+            if !of_id.is_empty() && nearest(&leaf.value, known()).is_none() {
+                problem = problem.with_help(format!("the leaves with this ID are {}", of_id.join(", ")));
+            }
+            self.complaints.push(problem);
+        }
+    }
+}
+
+/// A name as a key of TOML.
+fn key(name: &str) -> String {
+    let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+    if is_bare { name.to_owned() } else { format!("{name:?}") }
+}
+
+/// The ports of a leaf whose values stand in the tree's file.
+fn constant_ports(tree: &Tree, leaf: &Node) -> BTreeMap<String, Datum> {
+    let ports = tree.ports(leaf.id()).filter(|port| port.direction != Direction::Output);
+    let constant = |port: bt::Port<'_>| {
+        let Source::Constant(value) = port.source else { return None };
+        let datum = match port.of {
+            Type::Bool => value.to_bool().map(Datum::from).ok()?,
+            Type::Int { .. } | Type::Real => value.to_real().map(Datum::from).ok()?,
+            _ => Datum::from(value.to_text()),
+        };
+        Some((port.name.to_owned(), datum))
+    };
+    ports.filter_map(constant).collect()
+}
+
+/// What looks odd about the leaves of a tree and their machines: ports that a machine does not read.
+pub(super) fn concerns(tree: &Tree, skills: &BTreeMap<String, Skill>) -> Vec<Problem> {
+    let mut concerns = Vec::new();
+    for leaf in tree.leaves() {
+        let Some(Skill { path, machine, .. }) = skills.get(leaf.process()) else { continue };
+        for port in tree.ports(leaf.id()) {
+            let is_read = match port.source {
+                _ if port.direction == Direction::Output => true,
+                Source::Nothing => true,
+                _ if machine.parameters().any(|id| id == port.name) => true,
+                Source::Constant(_) => false,
+                Source::Entry(_) => machine.file().text().contains(&format!("_event.data.{}", port.name)),
+            };
+            if !is_read {
+                let message = format!("the machine of `{}` does not read the port `{}`", leaf.process(), port.name);
+                let help = format!("<data id=\"{}\"/> in {} gets the port's value", port.name, path.display());
+                concerns.push(tree.problem_at(leaf.id(), message, "this leaf", help).as_warning());
+            }
+        }
+    }
+    concerns
+}

@@ -1,0 +1,62 @@
+//! How exact localization is: a table over ten noisy drives of some 50 m through the house.
+//!
+//! ```sh
+//! cargo run --release -p trials --example accuracy
+//! ```
+
+#![expect(clippy::print_stdout, reason = "the table is what this is for")]
+
+use std::time::{Duration, Instant};
+
+use robot::Reading;
+use trials::replay::accuracy;
+
+fn main() {
+    let atlas = accuracy::floor();
+    println!("seed  driven  odometry ends off   rmse             heading rmse  at worst  NEES  update");
+    let mut all: Vec<accuracy::Accuracy> = Vec::new();
+    for seed in 1..=10 {
+        let mut took = Duration::ZERO;
+        let drive = accuracy::drive(&atlas, seed, |localization, reading| match reading {
+            Reading::Odometry(odometry) => localization.odometry(odometry),
+            Reading::Scan(scan) => {
+                let start = now();
+                localization.scan(scan);
+                took += start.elapsed();
+            }
+            Reading::Battery(_) => {}
+        });
+        println!(
+            "{seed:>4}  {:>4.1} m  {:>4.2} m, {:.3} rad     {:.4} m         {:.5} rad   {:.3} m   {:>4.2}  {:.2} ms",
+            drive.driven_m,
+            drive.odometry_off_m,
+            drive.odometry_off_rad,
+            drive.rmse_m,
+            drive.rmse_rad,
+            drive.max_m,
+            drive.normalized_squared,
+            took.as_secs_f64() * 1e3 / drive.updates as f64,
+        );
+        all.push(drive);
+    }
+    let median = |of: fn(&accuracy::Accuracy) -> f64| {
+        let mut sorted: Vec<f64> = all.iter().map(of).collect();
+        sorted.sort_unstable_by(f64::total_cmp);
+        f64::midpoint(sorted[4], sorted[5])
+    };
+    println!(
+        "median {:>3.1} m  {:>4.2} m, {:.3} rad     {:.4} m         {:.5} rad   {:.3} m   {:>4.2}",
+        median(|drive| drive.driven_m),
+        median(|drive| drive.odometry_off_m),
+        median(|drive| drive.odometry_off_rad),
+        median(|drive| drive.rmse_m),
+        median(|drive| drive.rmse_rad),
+        median(|drive| drive.max_m),
+        median(|drive| drive.normalized_squared),
+    );
+}
+
+#[expect(clippy::disallowed_methods, reason = "how long an update takes is what is asked")]
+fn now() -> Instant {
+    Instant::now()
+}

@@ -1,0 +1,275 @@
+//! A map made ready for trips: where a robot can be, and how far it is from one place to another.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use drawing::MapPicture;
+use maps::{OccupancyGrid, Point, Pose, pose};
+use nav::{Atlas, Costmap, CostmapParameters, LocalizationParameters, largest_part, plan};
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use robot::RobotModel;
+
+/// Starts and goals have at least so much more room than the robot needs, in metres.
+const SPARE_M: f64 = 0.05;
+
+/// A goal is at least so far from the start, in metres.
+const SHORTEST_TRIP_M: f64 = 3.0;
+
+/// How often a trip is drawn until one is long enough; then only ends that are far enough apart are drawn.
+const TRIES: usize = 1000;
+
+/// Why there can be no trips on a map.
+#[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum CourseError {
+    /// Nobody can be localized on the map.
+    #[error(transparent)]
+    Map(#[from] nav::Error),
+    /// The robot fits nowhere, or only in places too near to each other.
+    #[error("the map has no two places {SHORTEST_TRIP_M} m apart between which the robot can drive")]
+    NoRoom,
+}
+
+/// A map made ready for trips.
+#[derive(Clone, Debug)]
+pub struct Course {
+    name: String,
+    file: PathBuf,
+    atlas: Arc<Atlas>,
+    picture: Arc<MapPicture>,
+    /// The costmap of the robot's navigation, nothing seen yet.
+    costmap: Costmap,
+    /// A costmap on which all that matters is where the robot fits.
+    shortest: Costmap,
+    /// Centres of the cells in which trips begin and end: all can be reached from all.
+    open: Vec<Point>,
+    /// The first and the last of them in each row of the map: the farthest from any place are among these.
+    ends_of_rows: Vec<Point>,
+}
+
+/// From where to where a trip leads.
+#[derive(Clone, Debug)]
+pub(super) struct Task {
+    pub(super) start: Pose,
+    pub(super) goal: Pose,
+    /// The shortest way that the robot can take.
+    pub(super) way: Vec<Point>,
+}
+
+impl Task {
+    pub(super) fn shortest_m(&self) -> f64 {
+        self.way.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum()
+    }
+}
+
+impl Course {
+    /// The course on a map that has been read from a file.
+    ///
+    /// # Errors
+    /// If there can be no trips.
+    pub fn new(name: &str, file: &Path, map: OccupancyGrid) -> Result<Self, CourseError> {
+        let map = Arc::new(map);
+        let model = RobotModel::default();
+        let atlas = Atlas::new(Arc::clone(&map), &model, LocalizationParameters::default())?;
+        let costmap = Costmap::on(&atlas, CostmapParameters::of(&model))?;
+        let tight = CostmapParameters { inflation_radius: model.radius_m, ..CostmapParameters::of(&model) };
+        let shortest = Costmap::on(&atlas, tight)?;
+        let open = open_places(&costmap, model.radius_m, map.resolution_m());
+        let course = Self {
+            name: name.to_owned(),
+            file: file.to_owned(),
+            picture: Arc::new(MapPicture::new(&map)),
+            ends_of_rows: ends_of_rows(&open, &map),
+            open,
+            atlas: Arc::new(atlas),
+            costmap,
+            shortest,
+        };
+        course.some_trip().ok_or(CourseError::NoRoom)?;
+        Ok(course)
+    }
+
+    /// The map's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The file that the map has been read from.
+    #[must_use]
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The robot that drives.
+    #[must_use]
+    pub fn model(&self) -> &RobotModel {
+        self.atlas.model()
+    }
+
+    pub(super) fn atlas(&self) -> &Arc<Atlas> {
+        &self.atlas
+    }
+
+    pub(super) fn picture(&self) -> &Arc<MapPicture> {
+        &self.picture
+    }
+
+    /// How far the nearest obstacle of the map is from a place, in metres.
+    pub(super) fn clearance_m(&self, place: &Point) -> f64 {
+        self.costmap.clearance_m(place)
+    }
+
+    /// A place where the robot can be.
+    pub(super) fn place(&self, rng: &mut ChaCha8Rng) -> Point {
+        self.open[rng.random_range(0..self.open.len())]
+    }
+
+    /// A way between two places that keeps clear of walls, if there is one.
+    pub(super) fn way(&self, from: &Point, to: &Point) -> Option<Vec<Point>> {
+        plan(&self.costmap, from, to, SPARE_M).ok()
+    }
+
+    /// A trip.
+    ///
+    /// # Panics
+    /// If there is none, which [`new`](Self::new) has looked for.
+    pub(super) fn task(&self, rng: &mut ChaCha8Rng) -> Task {
+        let mut drawn = (0..TRIES).map(|_| (self.place(rng), self.place(rng)));
+        let (start, goal, way) = drawn
+            .find_map(|(start, goal)| self.shortest_way(&start, &goal).map(|way| (start, goal, way)))
+            .or_else(|| {
+                let (start, goal) = self.far_apart(rng);
+                self.shortest_way(&start, &goal).map(|way| (start, goal, way))
+            })
+            .expect("there are places far enough apart, and each can be reached from each");
+        let mut facing = |at: Point| pose(at.x, at.y, std::f64::consts::TAU * rng.random::<f64>());
+        Task { start: facing(start), goal: facing(goal), way }
+    }
+
+    /// The shortest way that the robot can take between two places, if they are far enough apart for a trip.
+    fn shortest_way(&self, start: &Point, goal: &Point) -> Option<Vec<Point>> {
+        is_far(start, goal).then(|| plan(&self.shortest, start, goal, SPARE_M).ok()).flatten()
+    }
+
+    /// The way of one trip that there can be, if there are any.
+    fn some_trip(&self) -> Option<Vec<Point>> {
+        let (start, goal) = self.ends_of_rows.iter().find_map(|from| Some((from, self.far_from(from)?)))?;
+        self.shortest_way(start, goal)
+    }
+
+    /// A place far enough away for a trip, if there is one.
+    fn far_from(&self, from: &Point) -> Option<&Point> {
+        self.ends_of_rows.iter().find(|to| is_far(from, to))
+    }
+
+    /// Two places, drawn from those that are far enough apart.
+    fn far_apart(&self, rng: &mut ChaCha8Rng) -> (Point, Point) {
+        let mut one_of = |places: Vec<&Point>| *places[rng.random_range(0..places.len())];
+        let start = one_of(self.open.iter().filter(|from| self.far_from(from).is_some()).collect());
+        let goal = one_of(self.open.iter().filter(|to| is_far(&start, to)).collect());
+        (start, goal)
+    }
+}
+
+fn is_far(from: &Point, to: &Point) -> bool {
+    (to - from).norm() >= SHORTEST_TRIP_M
+}
+
+/// The first and the last in each row of a map, of places that are ordered by rows. Every corner of the places' convex hull
+/// is one of them, and so is the farthest from any place.
+fn ends_of_rows(places: &[Point], map: &OccupancyGrid) -> Vec<Point> {
+    let row = |place: &Point| map.to_grid(place).y.floor();
+    let rows = places.chunk_by(|one, next| row(one) == row(next));
+    rows.filter_map(|row| Some([*row.first()?, *row.last()?])).flatten().collect()
+}
+
+/// Centres of the cells in which the robot has some room to spare, in the largest part of the map in which it can drive
+/// about. It may be anywhere in a cell, and so needs half a cell more than its radius.
+fn open_places(costmap: &Costmap, radius_m: f64, resolution_m: f64) -> Vec<Point> {
+    let mut places = largest_part(costmap, radius_m + resolution_m / 2.0);
+    places.retain(|place| costmap.clearance_m(place) >= radius_m + SPARE_M);
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use maps::{Cell, CellIndex};
+    use robot::Streams;
+
+    use super::*;
+
+    fn course(name: &str, map: OccupancyGrid) -> Result<Course, CourseError> {
+        Course::new(name, "map.yaml".as_ref(), map)
+    }
+
+    #[test]
+    fn every_trip_on_the_house_map_leads_where_the_robot_can_be() {
+        let course = course("house", maps::house::draw()).unwrap();
+        for seed in 0..20 {
+            let task = course.task(&mut Streams::new(seed).stream("navigate/task"));
+            for end in [&task.start, &task.goal] {
+                let at = Point::from(end.translation.vector);
+                assert!(course.clearance_m(&at) >= 0.35, "{at}");
+            }
+            let straight_m = (task.goal.translation.vector - task.start.translation.vector).norm();
+            assert!(task.shortest_m() >= straight_m - 1e-6 && straight_m >= SHORTEST_TRIP_M);
+            assert!(course.way(&task.start.translation.vector.into(), &task.goal.translation.vector.into()).is_some());
+        }
+    }
+
+    #[test]
+    fn only_the_largest_part_of_a_map_has_trips() {
+        let mut map = OccupancyGrid::new(200, 60, 0.05, pose(1.0, 2.0, 0.4));
+        for (row, column) in (0..60).flat_map(|row| (0..200).map(move |column| (row, column))) {
+            let cell = if column == 60 { Cell::Occupied } else { Cell::Free };
+            map.set(CellIndex { column, row }, cell);
+        }
+        let course = course("two rooms", map.clone()).unwrap();
+        assert!(course.open.iter().all(|place| map.to_grid(place).x > 60.0));
+    }
+
+    /// A free floor of so many cells a side.
+    fn floor(cells: usize) -> OccupancyGrid {
+        let mut map = OccupancyGrid::new(cells, cells, 0.05, pose(0.0, 0.0, 0.0));
+        (0..cells * cells).for_each(|cell| map.set(CellIndex { column: cell % cells, row: cell / cells }, Cell::Free));
+        map
+    }
+
+    #[test]
+    fn a_closet_has_no_trips() {
+        assert!(matches!(course("closet", floor(30)), Err(CourseError::NoRoom)));
+    }
+
+    #[test]
+    fn a_room_with_few_places_far_enough_apart_has_trips_between_them() {
+        // Only its opposite corners are 3 m apart.
+        let course = course("chamber", floor(46)).unwrap();
+        let pairs = course.open.iter().flat_map(|from| course.open.iter().map(move |to| (from, to)));
+        let far = pairs.filter(|(from, to)| is_far(from, to)).count();
+        let all = course.open.len() * course.open.len();
+        assert!(far > 0 && far * 2000 < all, "{far} of {all} pairs");
+        let mut starts = Vec::new();
+        for seed in 0..20 {
+            let task = course.task(&mut Streams::new(seed).stream("navigate/task"));
+            assert!(task.shortest_m() >= SHORTEST_TRIP_M - 1e-9);
+            starts.push(task.start.translation.vector);
+        }
+        assert!(starts.iter().any(|start| (start - starts[0]).norm() > 1.0), "they begin in one corner and another");
+    }
+
+    #[test]
+    fn a_map_whose_first_place_is_in_its_middle_has_trips() {
+        // The robot fits into a cross whose lowest row is a step below the middle of its bar.
+        let mut map = OccupancyGrid::new(140, 40, 0.05, pose(0.0, 0.0, 0.0));
+        for index in (0..40).flat_map(|row| (0..140).map(move |column| CellIndex { column, row })) {
+            let (off, low) = (index.column.abs_diff(70), index.row < 20);
+            map.set(index, if low && off > 10 || off > 45 { Cell::Occupied } else { Cell::Free });
+        }
+        let course = course("cross", map).unwrap();
+        let first = course.open[0];
+        assert!(course.open.iter().all(|to| !is_far(&first, to)), "no place is far from the first");
+        assert!(course.some_trip().is_some());
+    }
+}

@@ -1,0 +1,269 @@
+//! The benchmark of navigation: trips between random places on maps, among people.
+//!
+//! A trip is one robot with localization and navigation in the loop, noisy lasers and wheels, a start and a goal drawn
+//! from the map, people whose walks cross the robot's way, and boxes that are not on the map. Each has a root seed of its own, so that one that failed
+//! can be driven again alone.
+
+mod beside;
+mod boxes;
+mod course;
+mod drive;
+mod people;
+mod picture;
+mod table;
+
+use std::ops::RangeInclusive;
+
+use drawing::Scene;
+use serde::Serialize;
+
+pub use course::Course;
+pub use picture::picture;
+pub use table::table;
+
+/// What a benchmark is made of.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The root seeds of the trips on each map.
+    pub seeds: RangeInclusive<u64>,
+    /// Who and what is to be about on each trip.
+    pub about: About,
+    /// Which trips leave a scene behind.
+    pub scenes: Scenes,
+}
+
+/// Who and what is about on a trip.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct About {
+    /// How many people.
+    pub people: usize,
+    /// How many boxes.
+    pub boxes: usize,
+}
+
+/// Which trips leave a scene behind, for a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scenes {
+    /// Those that did not arrive, or touched a wall or what stood still.
+    Failed,
+    /// All.
+    All,
+    /// None.
+    None,
+}
+
+/// What came of a trip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Outcome {
+    /// The robot is at its goal, and knows it.
+    Arrived,
+    /// The robot believes that it is at its goal, and is not.
+    Elsewhere,
+    /// Navigation has given up, with a reason.
+    GaveUp,
+    /// The robot was still under way when time was over.
+    TimeOver,
+}
+
+impl Outcome {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Arrived => "arrived",
+            Self::Elsewhere => "believes to have arrived, elsewhere",
+            Self::GaveUp => "gave up",
+            Self::TimeOver => "still under way when time was over",
+        }
+    }
+}
+
+/// A trip and what came of it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Trip {
+    /// The map's name.
+    pub map: String,
+    /// The file that the map was read from.
+    pub map_file: String,
+    /// The trip's root seed.
+    pub seed: u64,
+    /// Who and what found a place.
+    pub about: About,
+    /// Where the robot started, in the `map` frame, in metres.
+    pub start: [f64; 2],
+    /// Where it was to go.
+    pub goal: [f64; 2],
+    /// Where it was in the end.
+    pub end: [f64; 2],
+    /// Whether it arrived and touched neither a wall nor anybody or anything that stood still.
+    pub good: bool,
+    /// What came of it.
+    pub outcome: Outcome,
+    /// Why navigation gave up, or why it had no way when time was over; null if it did not, or had one.
+    pub reason: Option<String>,
+    /// How long it took, in seconds.
+    pub time_s: f64,
+    /// How far the robot drove, in metres.
+    pub driven_m: f64,
+    /// Length of the shortest way that a robot of its size can take, in metres, people or not.
+    pub shortest_m: f64,
+    /// How far the robot was from its goal in the end, in metres.
+    pub off_m: f64,
+    /// How far the estimated position was from the true one at worst, in metres.
+    pub localization_max_m: f64,
+    /// The contacts begun with walls, people and boxes, in order.
+    pub contacts: Vec<Touched>,
+    /// Contacts begun with walls.
+    pub wall_contacts: usize,
+    /// Contacts begun with people and boxes that had stood still for half a second or longer.
+    pub standing_contacts: usize,
+    /// Contacts begun with people who walked and boxes that were being pushed.
+    pub walking_contacts: usize,
+}
+
+/// A contact of the robot's body.
+#[derive(Clone, Debug, Serialize)]
+pub struct Touched {
+    /// When it began, in seconds.
+    pub time_s: f64,
+    /// With whom or what; null for walls.
+    pub who: Option<String>,
+}
+
+impl Trip {
+    /// What came of it, in words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let mut words = self.outcome.words().to_owned();
+        if let Some(reason) = &self.reason {
+            let joint = if self.outcome == Outcome::TimeOver { "; last" } else { "" };
+            words += &format!("{joint}: {reason}");
+        }
+        let contacts = [
+            (self.wall_contacts, "walls"),
+            (self.standing_contacts, "what stood"),
+            (self.walking_contacts, "what moved"),
+        ];
+        for (count, what) in contacts.into_iter().filter(|(count, _)| *count > 0) {
+            words += &format!("; contacts with {what}: {count}");
+        }
+        words
+    }
+}
+
+/// Sums over trips.
+#[derive(Clone, Debug, Serialize)]
+pub struct Sums {
+    /// The map's name, or `all`.
+    pub map: String,
+    /// Number of trips.
+    pub trips: usize,
+    /// Share of them that arrived, in percent.
+    pub arrived_pct: f64,
+    /// Number of trips on which navigation gave up.
+    pub gave_up: usize,
+    /// Number of trips that took too long.
+    pub time_over: usize,
+    /// Number of trips that ended elsewhere.
+    pub elsewhere: usize,
+    /// Contacts with walls.
+    pub wall_contacts: usize,
+    /// Contacts with people and boxes that stood still.
+    pub standing_contacts: usize,
+    /// Contacts with people who walked and boxes that were being pushed.
+    pub walking_contacts: usize,
+    /// The way driven over the shortest one, median of the trips that arrived; null if none did.
+    pub way_ratio: Option<f64>,
+    /// The time taken over that for the shortest way at full speed, median of the trips that arrived; null if none did.
+    pub time_ratio: Option<f64>,
+}
+
+impl Sums {
+    fn of<'t>(map: &str, trips: impl Iterator<Item = &'t Trip>, full_speed_mps: f64) -> Self {
+        let trips: Vec<&Trip> = trips.collect();
+        let count = |outcome: Outcome| trips.iter().filter(|trip| trip.outcome == outcome).count();
+        let arrived = || trips.iter().filter(|trip| trip.outcome == Outcome::Arrived);
+        Self {
+            map: map.to_owned(),
+            trips: trips.len(),
+            arrived_pct: 100.0 * count(Outcome::Arrived) as f64 / trips.len().max(1) as f64,
+            gave_up: count(Outcome::GaveUp),
+            time_over: count(Outcome::TimeOver),
+            elsewhere: count(Outcome::Elsewhere),
+            wall_contacts: trips.iter().map(|trip| trip.wall_contacts).sum(),
+            standing_contacts: trips.iter().map(|trip| trip.standing_contacts).sum(),
+            walking_contacts: trips.iter().map(|trip| trip.walking_contacts).sum(),
+            way_ratio: median(arrived().map(|trip| trip.driven_m / trip.shortest_m)),
+            time_ratio: median(arrived().map(|trip| trip.time_s * full_speed_mps / trip.shortest_m)),
+        }
+    }
+}
+
+fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied()
+}
+
+/// What came of a benchmark.
+#[derive(Clone, Debug, Serialize)]
+pub struct Benchmark {
+    /// Who and what was to be about on each trip.
+    pub wanted: About,
+    /// How many people found a place, mean of the trips.
+    pub mean_people: f64,
+    /// How many boxes found a place, mean of the trips.
+    pub mean_boxes: f64,
+    /// The root seed of the first trip on each map.
+    pub seed: u64,
+    /// Sums for each map, in the order of the maps, then for all together.
+    pub maps: Vec<Sums>,
+    /// All trips, in the order of the maps and of the seeds.
+    pub trips: Vec<Trip>,
+    /// The scenes that trips left behind: how each ended.
+    #[serde(skip)]
+    pub scenes: Vec<(Trip, Scene)>,
+}
+
+impl Benchmark {
+    /// Drives all trips on all courses, on all cores. `progress` is told how many of how many are done.
+    pub fn run(courses: &[Course], settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Self {
+        let jobs: Vec<(&Course, u64)> =
+            courses.iter().flat_map(|course| settings.seeds.clone().map(move |seed| (course, seed))).collect();
+        let one = |(course, seed): &(&Course, u64)| {
+            let (trip, scene) = drive::drive(course, *seed, settings.about);
+            let keeps = match settings.scenes {
+                Scenes::Failed => !trip.good,
+                Scenes::All => true,
+                Scenes::None => false,
+            };
+            (trip, keeps.then_some(scene))
+        };
+        let done = batch::run(&jobs, one, |done| progress(done, jobs.len()));
+        let (trips, scenes): (Vec<Trip>, Vec<Option<Scene>>) = done.into_iter().unzip();
+        let full_speed_mps = courses.first().map_or(1.0, |course| course.model().max_linear_mps);
+        let per_map = trips.chunks((trips.len() / courses.len().max(1)).max(1)).zip(courses);
+        let mut maps: Vec<Sums> =
+            per_map.map(|(trips, course)| Sums::of(course.name(), trips.iter(), full_speed_mps)).collect();
+        if courses.len() > 1 {
+            maps.push(Sums::of("all", trips.iter(), full_speed_mps));
+        }
+        let scenes = trips.iter().zip(scenes).filter_map(|(trip, scene)| Some((trip.clone(), scene?))).collect();
+        let mean = |count: fn(&About) -> usize| {
+            trips.iter().map(|trip| count(&trip.about)).sum::<usize>() as f64 / trips.len().max(1) as f64
+        };
+        Self {
+            wanted: settings.about,
+            mean_people: mean(|about| about.people),
+            mean_boxes: mean(|about| about.boxes),
+            seed: *settings.seeds.start(),
+            maps,
+            trips,
+            scenes,
+        }
+    }
+
+    /// The trips that did not arrive, or touched a wall or what stood still.
+    pub fn failures(&self) -> impl Iterator<Item = &Trip> {
+        self.trips.iter().filter(|trip| !trip.good)
+    }
+}

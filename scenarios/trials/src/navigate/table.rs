@@ -1,0 +1,149 @@
+//! The benchmark for the terminal.
+
+use std::fmt::Write;
+
+use super::{Benchmark, Sums, Trip};
+
+/// The benchmark as a table, then the trips that failed. `again` is the command that drives one of them alone.
+pub fn table(benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_table(&mut text, benchmark);
+    let _ = write_failures(&mut text, benchmark, again);
+    text
+}
+
+fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
+    let widest = benchmark.maps.iter().map(|sums| sums.map.chars().count()).max().unwrap_or(0).max(3);
+    writeln!(
+        text,
+        "{:<widest$}  trips  arrived  elsewhere  gave up  time over  contacts: walls  standing  walking  way  time",
+        "map"
+    )?;
+    for sums in &benchmark.maps {
+        let Sums { trips, arrived_pct, elsewhere, gave_up, time_over, .. } = sums;
+        let Sums { wall_contacts, standing_contacts, walking_contacts, .. } = sums;
+        write!(text, "{:<widest$}  {trips:>5}  {arrived_pct:>5.1} %", sums.map)?;
+        write!(text, "  {elsewhere:>9}  {gave_up:>7}  {time_over:>9}")?;
+        write!(text, "  {wall_contacts:>15}  {standing_contacts:>8}  {walking_contacts:>7}")?;
+        writeln!(text, "  {}  {}", ratio(sums.way_ratio), ratio(sums.time_ratio))?;
+    }
+    writeln!(
+        text,
+        "\n{}. elsewhere: believes to have arrived, and has not. way: driven over the shortest; time: taken over that at \
+         full speed on the shortest way (medians of the trips that arrived)",
+        about(benchmark)
+    )
+}
+
+/// Who and what was about.
+fn about(benchmark: &Benchmark) -> String {
+    let of = |wanted: usize, mean: f64, what: &str| {
+        let found =
+            if mean < wanted as f64 { format!(" wanted, {mean:.1} found a place (mean)") } else { String::new() };
+        format!("{wanted} {what}{found}")
+    };
+    let people = of(benchmark.wanted.people, benchmark.mean_people, "people");
+    match benchmark.wanted.boxes {
+        0 => format!("About: {people}"),
+        boxes => format!("About: {people}; {}", of(boxes, benchmark.mean_boxes, "boxes")),
+    }
+}
+
+fn ratio(ratio: Option<f64>) -> String {
+    ratio.map_or("   -".to_owned(), |ratio| format!("{ratio:.2}"))
+}
+
+fn write_failures(text: &mut String, benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> std::fmt::Result {
+    if benchmark.failures().next().is_none() {
+        return writeln!(text, "All trips arrived, and touched neither walls nor what stood still.");
+    }
+    writeln!(text, "\nFailures, each with the command that drives it again:")?;
+    benchmark.failures().try_for_each(|trip| {
+        writeln!(
+            text,
+            "  {}, seed {}, after {:.0} s: {}\n    {}",
+            trip.map,
+            trip.seed,
+            trip.time_s,
+            trip.words(),
+            again(trip)
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::navigate::{About, Outcome};
+
+    fn trip(seed: u64, outcome: Outcome, reason: Option<&str>) -> Trip {
+        Trip {
+            map: "depot".to_owned(),
+            map_file: "maps/depot.yaml".to_owned(),
+            seed,
+            about: About { people: 7, boxes: 0 },
+            start: [0.0, 0.0],
+            goal: [4.0, 0.0],
+            end: [4.0, 0.0],
+            good: outcome == Outcome::Arrived,
+            outcome,
+            reason: reason.map(str::to_owned),
+            time_s: 20.0,
+            driven_m: 4.4,
+            shortest_m: 4.0,
+            off_m: 0.1,
+            localization_max_m: 0.1,
+            contacts: Vec::new(),
+            wall_contacts: 0,
+            standing_contacts: 0,
+            walking_contacts: 0,
+        }
+    }
+
+    fn benchmark(people: usize, trips: Vec<Trip>) -> Benchmark {
+        Benchmark {
+            wanted: About { people, boxes: 0 },
+            mean_people: 7.0,
+            mean_boxes: 0.0,
+            seed: 1,
+            maps: vec![Sums::of("depot", trips.iter(), 0.5)],
+            trips,
+            scenes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn the_table_shows_what_came_of_every_trip() {
+        let trips = vec![
+            trip(1, Outcome::Arrived, None),
+            trip(2, Outcome::Elsewhere, None),
+            trip(3, Outcome::GaveUp, Some("no way leads to the goal")),
+            trip(4, Outcome::TimeOver, Some("no way leads to the goal")),
+        ];
+        let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
+        let expected = "\
+map    trips  arrived  elsewhere  gave up  time over  contacts: walls  standing  walking  way  time
+depot      4   25.0 %          1        1          1                0         0        0  1.10  2.50
+
+About: 10 people wanted, 7.0 found a place (mean). elsewhere: believes to have arrived, and has not. \
+way: driven over the shortest; time: taken over that at full speed on the shortest way \
+(medians of the trips that arrived)
+
+Failures, each with the command that drives it again:
+  depot, seed 2, after 20 s: believes to have arrived, elsewhere
+    again maps/depot.yaml 2
+  depot, seed 3, after 20 s: gave up: no way leads to the goal
+    again maps/depot.yaml 3
+  depot, seed 4, after 20 s: still under way when time was over; last: no way leads to the goal
+    again maps/depot.yaml 4
+";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn people_who_all_found_a_place_are_just_counted() {
+        let text = table(&benchmark(7, vec![trip(1, Outcome::Arrived, None)]), |_| String::new());
+        assert!(text.contains("\nAbout: 7 people. "), "{text}");
+    }
+}

@@ -1,0 +1,58 @@
+//! Global localization from many starts: how far a robot that knows nothing must drive until it is found.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use nav::Atlas;
+use robot::recorded::Recording;
+
+use super::{Conditions, Part, Score, replay_part};
+
+/// A robot must be found within this way, in metres.
+pub const WITHIN_M: f64 = 15.0;
+
+/// It is followed for so much longer, in metres: it has been found only if it stays found, over 5 m and the way to the
+/// next scan.
+const FOLLOWED_M: f64 = 7.0;
+
+/// A start, and what came of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start {
+    /// Line of the log that it is at.
+    pub line: usize,
+    /// Time since the log's start.
+    pub time: Duration,
+    /// After how much way the estimate was right for good, in metres; none if it was not after [`WITHIN_M`] and 5 m more.
+    pub found_after_m: Option<f64>,
+}
+
+impl Start {
+    /// Whether the robot was found in time.
+    #[must_use]
+    pub fn is_found(&self) -> bool {
+        self.found_after_m.is_some_and(|way_m| way_m <= WITHIN_M)
+    }
+}
+
+/// Tries so many starts, evenly spread over the way of the log. Each has random numbers of its own.
+#[must_use]
+pub fn try_starts(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, count: usize) -> Vec<Start> {
+    let scans: Vec<_> =
+        recording.corrected_scans().map(|(record, _, pose)| (record, pose.translation.vector)).collect();
+    let mut ways_m = Vec::with_capacity(scans.len());
+    let mut way_m = 0.0;
+    for (index, (_, position)) in scans.iter().enumerate() {
+        way_m += scans[index.saturating_sub(1)].1.metric_distance(position);
+        ways_m.push(way_m);
+    }
+    let room_m = (way_m - WITHIN_M - FOLLOWED_M).max(0.0);
+    let start = |number: usize| {
+        let first = ways_m.partition_point(|way_m| *way_m < room_m * number as f64 / count as f64);
+        let conditions = Conditions { global: true, seed: conditions.seed.wrapping_add(number as u64), ..*conditions };
+        let course = replay_part(recording, atlas, &conditions, Part { first, way_m: WITHIN_M + FOLLOWED_M });
+        let (record, _) = scans[first];
+        Start { line: record.line, time: record.time, found_after_m: Score::of(&course).converged_after_m }
+    };
+    let numbers: Vec<usize> = (0..if scans.is_empty() { 0 } else { count }).collect();
+    batch::run(&numbers, |number| start(*number), |_| {})
+}

@@ -1,0 +1,72 @@
+//! Runs a state chart of your own: `cargo run --example run_chart`.
+//!
+//! The chart is that of a door lock. Time is what the program says it is, so a minute takes no minute.
+
+use std::time::Duration;
+
+use skills::{Chart, Datum, Event, Host, Machine, Note, Outgoing, Undelivered};
+
+const LOCK: &str = include_str!("DoorLock.scxml");
+
+/// Who types what, and when, in seconds.
+const TYPED: [(u64, f64); 6] = [(1, 4711.0), (10, 1.0), (11, 2.0), (12, 3.0), (13, 4711.0), (80, 4711.0)];
+
+/// The world around the chart: takes what it sends and is told how it stands.
+struct Hall {
+    now: Duration,
+}
+
+#[expect(clippy::print_stdout, reason = "a program that is run by hand")]
+impl Hall {
+    fn say(&self, what: &str) {
+        println!("{:3} s  {what}", self.now.as_secs());
+    }
+}
+
+impl Host for Hall {
+    fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
+        match (outgoing.target.as_deref(), outgoing.event.as_deref()) {
+            (Some("Bolt"), Some(event)) => {
+                self.say(&format!("the bolt: {event}"));
+                Ok(())
+            }
+            (target, _) => Err(Undelivered(format!("nobody is called {target:?}"))), // `error.communication` in the chart
+        }
+    }
+
+    fn note(&mut self, note: Note) {
+        match note {
+            Note::Log { label, text } => self.say(&format!("{label}: {text}")),
+            other => self.say(&format!("{other:?}")),
+        }
+    }
+
+    fn entered(&mut self, machine: &Machine) {
+        self.say(&machine.active_ids().collect::<Vec<_>>().join(", "));
+    }
+}
+
+impl Hall {
+    /// Lets time pass. What the chart has sent itself with a delay comes when it is due, not before and not later.
+    fn wait(&mut self, machine: &mut Machine, until: Duration) {
+        while let Some(due) = machine.next_timer().filter(|due| *due <= until) {
+            self.now = due;
+            machine.fire_timers(due, self);
+        }
+        self.now = until;
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut machine = Machine::new(Chart::load("DoorLock.scxml", LOCK)?);
+    let mut hall = Hall { now: Duration::ZERO };
+    machine.start(hall.now, &mut hall);
+    for (second, digits) in TYPED {
+        hall.wait(&mut machine, Duration::from_secs(second));
+        hall.say(&format!("somebody types {digits}"));
+        let data = Datum::object([("digits", Datum::from(digits))])?;
+        machine.handle(Event::external("code").with_data(data), hall.now, &mut hall);
+    }
+    hall.wait(&mut machine, Duration::from_secs(100));
+    Ok(())
+}

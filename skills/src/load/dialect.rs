@@ -1,0 +1,77 @@
+//! What a file is that looks like SCXML and is something else, in one message in place of one for each element.
+
+use std::ops::Range;
+
+use diagnostics::Problem;
+use roxmltree::Node;
+
+use super::xml::{NAMESPACE, Written, is_scxml, name_span};
+
+/// What a machine is instead of one that can run here.
+pub(super) fn foreign(root: Node<'_, '_>) -> Option<Problem> {
+    if root.tag_name().name() != "scxml" {
+        return None;
+    }
+    roaml(root).or_else(|| namespace(root)).or_else(|| data_model(root))
+}
+
+/// CONVINCE's dialect: elements for ROS and for the tree, in SCXML's own namespace or whatever stands for it.
+fn roaml(root: Node<'_, '_>) -> Option<Problem> {
+    let is_own = |node: &Node<'_, '_>| {
+        let name = node.tag_name();
+        name.namespace() == root.tag_name().namespace()
+            && (name.name().starts_with("ros_") || name.name().starts_with("bt_"))
+    };
+    let element = root.descendants().find(|node| node.is_element() && is_own(node))?;
+    let name = element.tag_name().name();
+    let problem = Problem::new(
+        "this is RoAML, the dialect of SCXML in which CONVINCE models ROS systems, and cannot run here",
+    )
+    .at(name_span(element), format!("<{name}> is not of SCXML"))
+    .with_help(
+        "translate it into plain SCXML first, as CONVINCE's AS2FM does, and let it answer the event `BT.tick` with \
+             <send type=\"channel\" target=\"BT\" event=\"success\"/>",
+    );
+    Some(match namespace_span(root).filter(|_| !is_scxml(&root)) {
+        Some(span) => problem.at(span, "this is not the namespace of SCXML"),
+        None => problem,
+    })
+}
+
+/// An `<scxml>` of another namespace.
+fn namespace(root: Node<'_, '_>) -> Option<Problem> {
+    if is_scxml(&root) {
+        return None;
+    }
+    let help = format!("a machine begins with <scxml xmlns=\"{NAMESPACE}\" version=\"1.0\">");
+    let message = match root.tag_name().namespace() {
+        Some(other) => format!("`xmlns=\"{other}\"` is not the namespace of SCXML"),
+        None => "this <scxml> has no namespace".to_owned(),
+    };
+    let span = namespace_span(root).unwrap_or_else(|| name_span(root));
+    Some(Problem::new(message).at(span, "this is not SCXML's").with_help(help))
+}
+
+/// Where the root declares the namespace that it is of.
+fn namespace_span(root: Node<'_, '_>) -> Option<Range<usize>> {
+    let start = root.range().start;
+    let tag = root.document().input_text().get(start..)?;
+    let tag = tag.get(..tag.find('>')?)?;
+    let name = tag.find("xmlns=")?;
+    let quote = tag[name + "xmlns=".len()..].chars().next().filter(|quote| matches!(quote, '"' | '\''))?;
+    let value = name + "xmlns=".len() + 1;
+    let length = tag[value..].find(quote)?;
+    Some(start + name..start + value + length + 1)
+}
+
+/// A machine whose expressions are C++.
+fn data_model(root: Node<'_, '_>) -> Option<Problem> {
+    let written = Written::attribute(root, "datamodel")?;
+    let class = written.value.strip_prefix("cplusplus:")?;
+    let class = class.split(':').next().filter(|class| !class.is_empty()).unwrap_or("of its own");
+    let message =
+        "this is a machine for Qt with a C++ data model: its conditions and actions are C++, and cannot run here";
+    let help = "write them in ECMAScript and say datamodel=\"ecmascript\"; or give the leaf another machine in the \
+                scenario: [leaves.NAME] machine = \"…\"";
+    Some(Problem::new(message).at(written.span(), format!("its code is the C++ class {class}")).with_help(help))
+}

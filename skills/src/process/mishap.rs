@@ -1,0 +1,66 @@
+//! What has gone wrong in a skill's own machine.
+
+use std::sync::Arc;
+
+use crate::chart::{Chart, range};
+use crate::machine::Note;
+
+/// Different mishaps are kept up to this number; what comes then is counted as one.
+const MAX_MISHAPS: usize = 100;
+
+/// An error of a skill's machine: an expression or a script that failed (`error.execution`), or that the machine did not
+/// come to rest and was stopped.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mishap {
+    /// The innermost state in which the file has what failed; none for what stands outside of states, or in a machine that
+    /// the skill's has invoked.
+    pub state: Option<String>,
+    /// What went wrong, in words.
+    pub message: String,
+    /// How often it did.
+    pub times: u64,
+}
+
+/// All mishaps of a machine, each once, in the order of their first times.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Mishaps(Vec<Mishap>);
+
+impl Mishaps {
+    /// Counts a note, if it tells of a mishap.
+    pub(super) fn note(&mut self, note: &Note, chart: &Chart) {
+        let Some((state, message)) = mishap(note, chart) else {
+            return;
+        };
+        let is_known = |known: &&mut Mishap| known.state.as_deref() == state && known.message == message;
+        if let Some(known) = self.0.iter_mut().find(is_known) {
+            known.times += 1;
+        } else if self.0.len() < MAX_MISHAPS {
+            self.0.push(Mishap { state: state.map(str::to_owned), message, times: 1 });
+        } else if let Some(last) = self.0.last_mut() {
+            *last = Mishap { state: None, message: "other errors".to_owned(), times: last.times + 1 };
+        }
+    }
+
+    pub(super) fn all(&self) -> &[Mishap] {
+        &self.0
+    }
+}
+
+/// Where and what, if a note tells of a mishap.
+fn mishap<'c>(note: &Note, chart: &'c Chart) -> Option<(Option<&'c str>, String)> {
+    match note {
+        Note::Error { event: "error.execution", reason, span } => {
+            let around = chart.states().map(|id| chart.state(id)).filter(|state| {
+                let whole = range(state.extent);
+                state.parent().is_some() && whole.start <= span.start && span.end <= whole.end
+            });
+            Some((around.last().map(|state| state.id()), reason.clone()))
+        }
+        Note::Stuck { .. } => Some((None, "the machine did not come to rest and was stopped".to_owned())),
+        Note::Invoked { id, note } => {
+            let inner: Arc<str> = Arc::clone(id);
+            mishap(note, chart).map(|(_, message)| (None, format!("in {inner}: {message}")))
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,281 @@
+//! Leaves are instances: each node has a process of its own, a machine that the scenario may choose, and ports.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use crate::steward::{refusal, report, steward};
+
+/// Two kinds of leaves, told apart by name, in a file of version 3; `carrier` is a port that no model declares.
+const TOLD_APART_BY_NAME: &str = r#"<root main_tree_to_execute="Errand">
+  <BehaviorTree ID="Errand">
+    <ReactiveSequence>
+      <ReactiveFallback>
+        <Condition ID="Ask" name="BatteryLevel" carrier="tcp"/>
+        <ReactiveSequence>
+          <ReactiveFallback>
+            <Condition ID="Ask" name="IsInDock" carrier="tcp"/>
+            <Action ID="Do" name="GoToDock" carrier="tcp"/>
+          </ReactiveFallback>
+          <Action ID="Stay" name="Charge"/>
+        </ReactiveSequence>
+      </ReactiveFallback>
+      <ReactiveFallback>
+        <Condition ID="Ask" name="IsInLounge"/>
+        <Action ID="Do" name="GoToLounge"/>
+      </ReactiveFallback>
+    </ReactiveSequence>
+  </BehaviorTree>
+  <TreeNodesModel> <Condition ID="Ask"/> <Action ID="Do"> <input_port name="place"/> </Action> <Action ID="Stay"/> </TreeNodesModel>
+</root>"#;
+
+const PLACES: &str = "
+[start]
+position_m = [0.0, 0.0]
+heading_deg = 0
+[dock]
+position_m = [-7.5, 9.0]
+heading_deg = 180
+position_tolerance_m = 0.3
+heading_tolerance_deg = 6
+[lounge]
+corners_m = [[-13.2, 15.6], [-10.0, 15.4], [-10.2, 12.6], [-13.4, 13.0]]
+";
+
+const TABLE: &str = r#"
+leaves.IsInDock = { machine = "AtDestination.scxml", data.place = "dock" }
+leaves.GoToDock = { machine = "GoToDestination.scxml", data.place = "dock" }
+leaves.Charge.machine = "WaitForUser.scxml"
+leaves.IsInLounge = { machine = "AtDestination.scxml", data.place = "lounge" }
+leaves.GoToLounge = { machine = "GoToDestination.scxml", data.place = "lounge" }
+"#;
+
+/// A folder with a scenario: this tree, and these lines.
+fn scenario(tree: &str, lines: &str) -> (TempDir, PathBuf) {
+    let folder = tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    std::fs::create_dir(folder.path().join("skills")).unwrap();
+    write("tree.xml", tree);
+    write("places.toml", PLACES);
+    let sites = "sites = { start = \"start\", station = \"dock\", destination = \"lounge\" }";
+    let files = "map = \"maps/house.yaml\"\nplaces = \"places.toml\"\ntree = \"tree.xml\"\nskills = \"skills\"";
+    write("errand.toml", &format!("{files}\n{sites}\n{lines}"));
+    let path = folder.path().join("errand.toml");
+    (folder, path)
+}
+
+/// When the robot was first at a place.
+fn reached(report: &Value, place: &str) -> Option<f64> {
+    let places = report["places"].as_array().unwrap();
+    places.iter().find(|known| known["name"] == place).expect("a known place")["reached_at_s"].as_f64()
+}
+
+fn run((folder, scenario): &(TempDir, PathBuf), arguments: &[&str]) -> Value {
+    let out = folder.path().join("out");
+    let all = [&["--no-snapshots"], arguments].concat();
+    report(scenario.to_str().unwrap(), &out, &all)
+}
+
+#[test]
+fn leaves_of_one_id_are_told_apart_by_name_and_get_machines_and_places_from_the_scenario() {
+    let lines = "battery = { initial_pct = 30.8, charge_pct_per_s = 5 }\nstop = { at = \"lounge\", after_s = 2 }";
+    let files = scenario(TOLD_APART_BY_NAME, &format!("{lines}\n{TABLE}"));
+    let log = files.0.path().join("events.jsonl");
+    let report = run(&files, &["--record", log.to_str().unwrap()]);
+    let (dock, lounge) = (reached(&report, "dock"), reached(&report, "lounge"));
+    assert!(dock.is_some() && dock < lounge, "first it charges: {dock:?}, {lounge:?}");
+    let log = std::fs::read_to_string(log).unwrap();
+    for (process, place) in [("GoToDock", "dock"), ("GoToLounge", "lounge")] {
+        let starts =
+            log.lines().filter(|line| line.contains(&format!("\"{process}\"")) && line.contains("start_navigation"));
+        let starts: Vec<&str> = starts.collect();
+        assert!(!starts.is_empty() && starts.iter().all(|line| line.contains(place)), "{process}: {starts:?}");
+    }
+}
+
+/// The machine of a leaf that drives: the shipped one, under another name.
+fn go_to(folder: &Path) {
+    let text =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("skills/machines/GoToDestination.scxml"));
+    let text = text.unwrap().replace("name=\"GoToDestination\"", "name=\"GoTo\"");
+    std::fs::write(folder.join("skills/GoTo.scxml"), text).unwrap();
+}
+
+#[test]
+fn two_leaves_of_one_id_drive_to_the_places_of_their_ports() {
+    let tree = r#"<root BTCPP_format="4"> <BehaviorTree ID="T">
+        <Sequence> <GoTo place="dock"/> <GoTo place="lounge"/> </Sequence>
+    </BehaviorTree> <TreeNodesModel> <Action ID="GoTo"> <input_port name="place" type="std::string"/> </Action> </TreeNodesModel> </root>"#;
+    let files = scenario(tree, "stop = { at = \"lounge\", after_s = 2 }");
+    go_to(files.0.path());
+    let report = run(&files, &[]);
+    assert!(reached(&report, "dock").is_some() && reached(&report, "dock") < reached(&report, "lounge"), "{report}");
+}
+
+const CHOSEN: &str = r#"<root BTCPP_format="4"> <BehaviorTree ID="T">
+        <Sequence> <Choose chosen="{goal}"/> <GoTo place="{goal}"/> </Sequence>
+    </BehaviorTree> <TreeNodesModel>
+        <Action ID="GoTo"> <input_port name="place" type="std::string"/> </Action>
+        <Condition ID="Choose"> <output_port name="chosen" type="std::string"/> </Condition>
+    </TreeNodesModel> </root>"#;
+
+/// A scenario with a tree like [`CHOSEN`].
+fn choosing(tree: &str, lines: &str) -> (TempDir, PathBuf) {
+    let choose = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Choose">
+        <state id="asked"> <transition event="BT.tick">
+            <send type="channel" target="BT" event="success"> <param name="chosen" expr="'dock'"/> </send>
+        </transition> </state>
+    </scxml>"#;
+    let files = scenario(tree, lines);
+    go_to(files.0.path());
+    std::fs::write(files.0.path().join("skills/Choose.scxml"), choose).unwrap();
+    files
+}
+
+#[test]
+fn a_place_on_the_blackboard_comes_with_the_tick_and_goes_with_the_answer() {
+    for form in ["whole", "nodes"] {
+        let lines =
+            format!("execution = {{ tree = \"{form}\", max_time_s = 90 }}\nstop = {{ at = \"dock\", after_s = 1 }}");
+        let report = run(&choosing(CHOSEN, &lines), &[]);
+        assert!(reached(&report, "dock").is_some(), "{form}: {report}");
+    }
+}
+
+#[test]
+fn inputs_that_a_machine_does_not_read_are_worth_a_warning() {
+    let more = |name: &str| format!("<input_port name=\"{name}\" type=\"std::string\"/> </Action>");
+    let tree = CHOSEN.replace("place=\"{goal}\"/>", "place=\"{goal}\" speed=\"2\" pace=\"{goal}\"/>");
+    let tree = tree.replace("</Action>", &more("speed")).replace("</Action>", &more("pace"));
+    let files = choosing(&tree, "");
+    let warned = || {
+        let output = steward(&["check", "--json", files.1.to_str().unwrap()]);
+        let report: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let warnings = report[0]["warnings"].as_array().unwrap().iter();
+        warnings.map(|warning| warning["message"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    let unread = |port: &str| format!("the machine of `GoTo` does not read the port `{port}`");
+    assert_eq!(warned(), [unread("pace"), unread("speed")]);
+    let machine = files.0.path().join("skills/GoTo.scxml");
+    let text = std::fs::read_to_string(&machine).unwrap();
+    std::fs::write(machine, text.replace("_event.data.reason", "_event.data.pace")).unwrap();
+    assert_eq!(warned(), [unread("speed")], "what comes with the tick can be read as its data, too");
+}
+
+#[test]
+fn what_is_wrong_with_the_table_of_leaves_is_said_at_once() {
+    let lines = format!(
+        "{TABLE}\nleaves.GoToDok.machine = \"GoToDestination.scxml\"\nleaves.Do.data.place = \"dock\"\n\
+         leaves.BatteryLevel = {{ machine = \"Nowhere.scxml\", data.at = [1] }}"
+    );
+    let lines = lines.replace("leaves.Charge", "leaves.Charge.data.patience = 3\nleaves.Charge");
+    let files = scenario(TOLD_APART_BY_NAME, &lines);
+    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    assert!(said.contains("must be a text, a number, true or false"), "{said}");
+
+    let files = scenario(TOLD_APART_BY_NAME, &lines.replace(", data.at = [1]", ""));
+    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    for part in [
+        "unknown leaf `GoToDok`",
+        "did you mean `GoToDock`?",
+        "unknown leaf `Do`",
+        "the leaves with this ID are `GoToDock`, `GoToLounge`",
+        "cannot read the machine skills/Nowhere.scxml",
+        "unknown datum of skills/WaitForUser.scxml `patience`",
+    ] {
+        assert!(said.contains(part), "does not say {part}: {said}");
+    }
+}
+
+#[test]
+fn a_leaf_without_a_machine_says_where_one_was_looked_for() {
+    let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
+    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "│").collect();
+    let said = said.join(" ");
+    assert!(
+        said.contains("the leaf `Charge` has no machine: there is no skills/Charge.scxml and no skills/Stay.scxml"),
+        "{said}"
+    );
+    assert!(said.contains("[leaves.Charge] machine = \"…\""), "{said}");
+}
+
+#[test]
+fn a_leaf_cannot_have_the_name_of_a_component() {
+    let tree = TOLD_APART_BY_NAME.replace("name=\"Charge\"", "name=\"Navigation\"");
+    let files = scenario(&tree, &TABLE.replace("leaves.Charge", "leaves.Navigation"));
+    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    assert!(said.contains("a leaf cannot be called `Navigation`"), "{said}");
+}
+
+#[test]
+fn tree_commands_name_the_processes_of_leaves() {
+    let files = scenario(&TOLD_APART_BY_NAME.replace("IsInLounge", "IsInDock"), "");
+    let tree = files.0.path().join("tree.xml");
+    let shown = steward(&["tree", "show", tree.to_str().unwrap()]);
+    let shown = String::from_utf8(shown.stdout).unwrap();
+    for line in ["BatteryLevel (Ask)", "IsInDock (Ask)", "IsInDock_2 (Ask)", "GoToDock (Do)"] {
+        assert!(shown.lines().any(|shown| shown.trim() == line), "no {line}: {shown}");
+    }
+}
+
+#[test]
+fn a_scenario_without_properties_drops_what_its_base_expects_of_them() {
+    let folder = tempdir().unwrap();
+    let scenario = folder.path().join("quiet.toml");
+    let text = "base = \"errand\"\nproperties = []\nexecution = { max_time_s = 1 }\nexpect.reached = []\n";
+    std::fs::write(&scenario, text).unwrap();
+    let report = report(scenario.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
+    assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
+
+    // So does a scenario over whose properties the command line sets others.
+    let quiet =
+        ["--no-snapshots", "--set", "properties=[]", "--set", "execution.max_time_s=1", "--set", "expect.reached=[]"];
+    let report = self::report("errand", &folder.path().join("out"), &quiet);
+    assert_eq!((&report["outcome"], report["monitors"].as_array().map(Vec::len)), (&"as_expected".into(), Some(0)));
+
+    // What the scenario itself says of a property that is not there is still a mistake.
+    std::fs::write(&scenario, format!("{text}expect.phi9 = \"satisfied\"\n")).unwrap();
+    let said = refusal(&["--scenario", scenario.to_str().unwrap(), "--no-snapshots"]);
+    assert!(said.contains("unknown property `phi9`"), "{said}");
+}
+
+/// A machine that answers the tree and asks a process that no shipped system has.
+const ASKS_A_SPEAKER: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Charge">
+  <state id="asked">
+    <transition event="BT.tick"> <send type="channel" target="Speaker" event="say"/> <send type="channel" target="BT" event="running"/> </transition>
+    <transition event="BT.halt"> <send type="channel" target="BT" event="halted"/> </transition>
+  </state>
+</scxml>"#;
+
+#[test]
+fn whoever_a_skill_may_send_to_is_named_where_there_is_no_such_process() {
+    let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
+    let machine = files.0.path().join("skills/Charge.scxml");
+    std::fs::write(&machine, ASKS_A_SPEAKER).unwrap();
+    let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
+    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "│").collect();
+    let said = said.join(" ");
+    for part in ["there is no process Speaker", "BT, BatteryReader, Localization, Navigation", "the scenario says"] {
+        assert!(said.contains(part), "does not say {part}: {said}");
+    }
+    assert!(!said.contains("skills::"), "no internal names: {said}");
+
+    let checked = steward(&["skill", "check", machine.to_str().unwrap()]);
+    assert!(checked.status.success(), "it is only a hint");
+    let said = String::from_utf8(checked.stderr).unwrap();
+    assert!(said.contains("the machine sends to the process `Speaker`"), "{said}");
+}
+
+#[test]
+fn an_answer_that_goes_nowhere_is_seen_in_a_rehearsal() {
+    let folder = tempdir().unwrap();
+    let (machine, events) = (folder.path().join("Level.scxml"), folder.path().join("events.jsonl"));
+    let text = ASKS_A_SPEAKER.replace("type=\"channel\" target=\"BT\" event=\"running\"", "event=\"TICK_RESPONSE\"");
+    std::fs::write(&machine, text).unwrap();
+    std::fs::write(&events, "{\"event\": \"BT.tick\", \"time_s\": 1}\n").unwrap();
+    let run = steward(&["skill", "run", machine.to_str().unwrap(), "--events", events.to_str().unwrap()]);
+    let said = String::from_utf8(run.stdout).unwrap();
+    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, and nothing takes it"), "{said}");
+}

@@ -1,0 +1,85 @@
+//! What others want to be named for.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use cargo_metadata::{DependencyKind, MetadataCommand, Package, PackageId};
+
+use crate::steward::steward;
+
+const NOTICES: &str = include_str!("../THIRD-PARTY.md");
+
+/// The licences of an expression that LICENSE-APACHE does not stand for: of those that may be chosen, MIT or the first.
+fn to_be_named(expression: &str) -> BTreeSet<String> {
+    let chosen = expression.split(" AND ").filter_map(|part| {
+        let choices: Vec<&str> =
+            part.trim_matches(['(', ')']).split(" OR ").flat_map(|choice| choice.split('/')).collect();
+        // Public domain asks for nothing.
+        let is_free = choices.iter().any(|choice| ["Apache-2.0", "CC0-1.0"].contains(choice));
+        let chosen = choices.iter().find(|choice| **choice == "MIT").or(choices.first());
+        chosen.filter(|_| !is_free).map(|chosen| (*chosen).to_owned())
+    });
+    chosen.collect()
+}
+
+/// The crates that the program is made of, those of this workspace left out.
+#[cfg(target_os = "linux")]
+fn crates() -> Vec<Package> {
+    let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
+    let metadata = MetadataCommand::new()
+        .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
+        .other_options(["--offline", "--filter-platform", &platform].map(str::to_owned))
+        .exec()
+        .expect("cargo describes the dependencies");
+    let resolve = metadata.resolve.expect("dependencies are resolved");
+    let nodes: BTreeMap<&PackageId, _> = resolve.nodes.iter().map(|node| (&node.id, node)).collect();
+    let mut found: BTreeSet<&PackageId> = BTreeSet::new();
+    let mut next: Vec<&PackageId> = resolve.root.iter().collect();
+    while let Some(id) = next.pop() {
+        if found.insert(id) {
+            let normal =
+                |kinds: &[cargo_metadata::DepKindInfo]| kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
+            next.extend(nodes[id].deps.iter().filter(|dep| normal(&dep.dep_kinds)).map(|dep| &dep.pkg));
+        }
+    }
+    let found = |package: &Package| found.contains(&package.id) && package.source.is_some();
+    metadata.packages.iter().filter(|package| found(package)).cloned().collect()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn all_are_named_that_want_to_be() {
+    let mut wanted: BTreeSet<(String, String)> = BTreeSet::new();
+    for package in crates() {
+        let expression = package.license.as_deref().unwrap_or("a licence of its own");
+        wanted.extend(to_be_named(expression).into_iter().map(|licence| (licence, package.name.to_string())));
+    }
+    let mut named: BTreeSet<(String, String)> = BTreeSet::new();
+    let unwrapped = NOTICES.replace("\n  ", " ");
+    for section in unwrapped.split("\n## ").skip(1) {
+        let (licence, rest) = section.split_once('\n').unwrap();
+        assert!(rest.contains("```text\n"), "{licence} has no text");
+        let entries = rest.lines().filter_map(|line| line.strip_prefix("- ")?.split_once(": "));
+        let names = entries.flat_map(|(names, _)| names.split(", "));
+        named.extend(names.map(|name| (licence.to_owned(), name.to_owned())));
+    }
+    let difference =
+        |a: &BTreeSet<(String, String)>, b: &BTreeSet<(String, String)>| a.difference(b).cloned().collect::<Vec<_>>();
+    let (missing, stale) = (difference(&wanted, &named), difference(&named, &wanted));
+    assert!(missing.is_empty() && stale.is_empty(), "THIRD-PARTY.md lacks {missing:?} and need not have {stale:?}");
+}
+
+#[test]
+fn a_licence_is_named_unless_another_may_be_chosen() {
+    let named = |expression| to_be_named(expression).into_iter().collect::<Vec<_>>().join(" ");
+    assert_eq!(named("MIT OR Apache-2.0"), "");
+    assert_eq!(named("Unlicense/MIT"), "MIT");
+    assert_eq!(named("BSD-3-Clause"), "BSD-3-Clause");
+    assert_eq!(named("(MIT OR Apache-2.0) AND OFL-1.1 AND Ubuntu-font-1.0"), "OFL-1.1 Ubuntu-font-1.0");
+}
+
+#[test]
+fn the_program_prints_them() {
+    let output = steward(&["licenses"]);
+    assert!(output.status.success());
+    assert_eq!(String::from_utf8(output.stdout).unwrap(), NOTICES);
+}
