@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::frame::{Battery, Threshold};
 use super::geometry::{Area, Spot};
 use super::icons::Icon;
-use super::page::panel;
+use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme::{self, Color};
@@ -17,7 +17,7 @@ const SHORTEST_S: f64 = 10.0;
 
 /// Draws the battery's panel; `now` is where its time axis ends.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Duration) {
-    let inner = panel(canvas, area, "Battery");
+    let inner = panel::titled(canvas, area, "Battery");
     level_now(canvas, area, battery);
     let labels: Vec<String> = battery
         .thresholds

@@ -6,6 +6,8 @@ use super::path::{Path, number};
 use super::text::{Font, Run, Weight, runs};
 use super::theme::{self, Color};
 
+pub use super::xml::escape;
+
 /// Which end of a text its position is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
@@ -277,33 +279,5 @@ impl Canvas {
         if let Some(dash) = paint.dash {
             *out += &format!(" stroke-dasharray=\"{dash}\"");
         }
-    }
-}
-
-/// The text with all that means something to XML written as entities; characters that XML forbids are dropped.
-pub fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&apos;"),
-            '\u{fffe}' | '\u{ffff}' => {}
-            _ if character.is_control() => {}
-            _ => escaped.push(character),
-        }
-    }
-    escaped
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_is_escaped_and_forbidden_characters_are_dropped() {
-        assert_eq!(escape("a < b & \"c\" > 'd'\u{0}\u{ffff}"), "a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;");
     }
 }

@@ -1,18 +1,22 @@
 //! Where the locations and transitions of a state machine are drawn.
 //!
-//! Locations stand in one row, breadth first from the initial one, or depth first where fewer arrows cross so. A transition to the next location is a straight arrow
-//! with its label above; one that skips locations runs above the row, one that goes back runs below it, a loop sits on top of
-//! its location. Transitions between the same two locations share an arrow, their labels one below the other. Arrows above
-//! and below run in tracks: one that encloses another runs further out, so that no two labels ever meet.
+//! Locations stand in one row. A transition to the next location is a straight arrow with its label above; one that skips
+//! locations runs above the row, one that goes back runs below it, a loop sits on top of its location. Transitions between
+//! the same two locations share an arrow, their labels one below the other. Arrows above and below run in tracks: one that
+//! encloses another runs further out, so that no two labels ever meet.
+//!
+//! A general graph layout would give shorter arrows, but its labels cross arrows as soon as a monitor has more than a few
+//! locations. In a row, whether two labels can meet is a question of intervals, which the tracks answer exactly.
 
+use super::diagram_arrows::{Bundle, Measures, PlacedEdge, bundles, stacked};
+use super::diagram_order::in_row;
 use super::diagram_tracks::{Arc, Side, Tracks};
 use super::frame::Diagram;
-use super::geometry::{Area, Spot};
-use super::text::Font;
+use super::geometry::Area;
 
-/// Most lines of text on one arrow.
-const MOST_LINES: usize = 4;
-/// Scales and longest labels (pixels at scale 1) to try, the most pleasant first.
+/// Scales and longest labels (pixels at scale 1) to try, the most pleasant first. Wrapping a label costs a line of height,
+/// a smaller font costs everybody's eyes: so labels are wrapped once before anything shrinks, and shrink by small steps
+/// before they are wrapped again.
 const ATTEMPTS: [(f64, f64); 11] = [
     (1.0, 150.0),
     (1.0, 105.0),
@@ -51,72 +55,12 @@ pub struct PlacedLocation {
     pub label: String,
 }
 
-/// An arrow: all transitions from one location to another.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlacedEdge {
-    /// Index of the location it leaves.
-    pub from: usize,
-    /// Index of the location it enters.
-    pub to: usize,
-    /// Where it runs: two spots for a straight arrow, four for one that goes round three sides.
-    pub spine: Vec<Spot>,
-    /// Its labels, line by line.
-    pub labels: Vec<PlacedLabel>,
-}
-
-/// A line of text with its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PlacedLabel {
-    /// Its box.
-    pub area: Area,
-    /// The text, as far as it fits.
-    pub text: String,
-}
-
-/// Sizes of everything at one scale, in pixels.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Measures {
-    pub(super) font: Font,
-    pub(super) radius: f64,
-    /// Least room for a straight arrow beyond its label.
-    pub(super) gap: f64,
-    /// Distance from a row or track to the next.
-    pub(super) rise: f64,
-    /// Room for the arrow into the initial location.
-    pub(super) entry: f64,
-}
-
-impl Measures {
-    fn at(scale: f64) -> Self {
-        Self {
-            font: Font::regular(13.5 * scale),
-            radius: 18.0 * scale,
-            gap: 19.0 * scale,
-            rise: 9.0 * scale,
-            entry: 24.0 * scale,
-        }
-    }
-}
-
-/// All transitions between two locations, by their places in the row.
-#[derive(Clone, Debug)]
-pub(super) struct Bundle {
-    pub(super) from: usize,
-    pub(super) to: usize,
-    pub(super) lines: Vec<String>,
-    pub(super) width: f64,
-    /// How far its label may be moved along the row from its middle, beyond what the arrow's ports and length allow.
-    pub(super) sway: f64,
-}
-
 impl DiagramLayout {
     /// Lays out a state machine in at most `width` pixels. Labels are wrapped, then everything is made smaller down to three
     /// quarters, then labels are shortened and finally left out.
     #[must_use]
     pub fn new(diagram: &Diagram, width: f64) -> Self {
-        let orders = [breadth_first(diagram), depth_first(diagram)];
-        let [broad, deep] = orders.each_ref().map(|order| crossings(diagram, order));
-        let order = &orders[usize::from(deep < broad)];
+        let order = &in_row(diagram);
         if order.is_empty() {
             return Self { locations: Vec::new(), edges: Vec::new(), width: 0.0, height: 0.0, font_px: 0.0 };
         }
@@ -124,6 +68,7 @@ impl DiagramLayout {
             ATTEMPTS.iter().map(|&(scale, longest)| Row::new(diagram, order, Measures::at(scale), longest));
         let row = attempts.find(|row| row.width() <= width);
         let row = row.unwrap_or_else(|| {
+            // Without labels every length is proportional to the scale, so that one division gives the scale that fits.
             let bare = Row::new(diagram, order, Measures::at(0.72), 0.0);
             let squeeze = (width / bare.width()).min(1.0);
             Row::new(diagram, order, Measures::at(0.72 * squeeze), 0.0)
@@ -147,65 +92,6 @@ impl DiagramLayout {
         };
         named && self.edges.iter().all(labelled)
     }
-}
-
-/// The locations in the order in which a search from the initial one first reaches them, then those it never reaches.
-fn breadth_first(diagram: &Diagram) -> Vec<usize> {
-    let count = diagram.locations.len();
-    let mut order: Vec<usize> = Vec::with_capacity(count);
-    let mut seen = vec![false; count];
-    for root in [diagram.initial].into_iter().filter(|&root| root < count).chain(0..count) {
-        if seen[root] {
-            continue;
-        }
-        seen[root] = true;
-        let mut next = order.len();
-        order.push(root);
-        while let Some(&location) = order.get(next) {
-            for transition in diagram.transitions.iter().filter(|transition| transition.from == location) {
-                if transition.to < count && !seen[transition.to] {
-                    seen[transition.to] = true;
-                    order.push(transition.to);
-                }
-            }
-            next += 1;
-        }
-    }
-    order
-}
-
-/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met all,
-/// then those it never meets.
-fn depth_first(diagram: &Diagram) -> Vec<usize> {
-    let count = diagram.locations.len();
-    let mut order: Vec<usize> = Vec::with_capacity(count);
-    let mut open: Vec<usize> =
-        (0..count).rev().chain([diagram.initial].into_iter().filter(|root| *root < count)).collect();
-    while let Some(location) = open.pop() {
-        if order.contains(&location) {
-            continue;
-        }
-        order.push(location);
-        let leaving = diagram.transitions.iter().rev().filter(|transition| transition.from == location);
-        open.extend(leaving.map(|transition| transition.to).filter(|to| *to < count));
-    }
-    order
-}
-
-/// How many pairs of arrows above the row, or below it, cross each other in that order.
-fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
-    let place = |location: usize| order.iter().position(|other| *other == location);
-    let ends =
-        diagram.transitions.iter().filter_map(|transition| Some((place(transition.from)?, place(transition.to)?)));
-    let mut arrows: Vec<(usize, usize)> = ends.filter(|(from, to)| *to != from + 1 && from != to).collect();
-    arrows.sort_unstable();
-    arrows.dedup();
-    let cross = |a: &(usize, usize), b: &(usize, usize)| {
-        let [a, b] = [a, b].map(|(from, to)| (from.min(to), from.max(to)));
-        a.0 < b.0 && b.0 < a.1 && a.1 < b.1
-    };
-    let same_side = |a: &(usize, usize), b: &(usize, usize)| (a.0 < a.1) == (b.0 < b.1);
-    arrows.iter().map(|a| arrows.iter().filter(|b| same_side(a, b) && cross(a, b)).count()).sum()
 }
 
 /// Locations in a row, with the distances that labels ask for.
@@ -233,8 +119,11 @@ impl Row {
         let mut gaps = vec![gap; order.len().saturating_sub(1)];
         for bundle in &bundles {
             if bundle.to == bundle.from + 1 {
+                // A straight arrow is as long as the gap: its label has to fit in there.
                 gaps[bundle.from] = gaps[bundle.from].max(bundle.width + gap);
             } else if bundle.from == bundle.to + 1 {
+                // An arrow to the location before runs from port to port, below both locations: what its label has of
+                // them is taken off the gap. Arrows over several gaps are long enough for theirs.
                 let ports = halves[bundle.to].min(radius) * 0.4 + halves[bundle.from].min(radius) * 0.4;
                 let inside = (halves[bundle.from] + halves[bundle.to] - ports).max(0.0);
                 gaps[bundle.to] = gaps[bundle.to].max(bundle.width + gap * 0.7 - inside);
@@ -321,57 +210,6 @@ impl Row {
             labels: stacked(&bundle.lines, ((from + to) / 2.0, top), font),
         }
     }
-}
-
-/// Lines of text below each other, centred, from `top` downwards.
-pub(super) fn stacked(lines: &[String], top: Spot, font: Font) -> Vec<PlacedLabel> {
-    let height = font.line_height();
-    lines
-        .iter()
-        .enumerate()
-        .map(|(i, line)| {
-            let center = (top.0, top.1 + (i as f64 + 0.5) * height);
-            PlacedLabel { area: Area::around(center, font.width(line), height), text: line.clone() }
-        })
-        .collect()
-}
-
-/// The transitions, those between the same two locations together, by places in the row.
-fn bundles(diagram: &Diagram, order: &[usize], font: Font, longest: f64) -> Vec<Bundle> {
-    let mut place = vec![usize::MAX; diagram.locations.len()];
-    for (i, &location) in order.iter().enumerate() {
-        place[location] = i;
-    }
-    let mut bundles: Vec<(usize, usize, Vec<&str>)> = Vec::new();
-    for transition in &diagram.transitions {
-        let (Some(&from), Some(&to)) = (place.get(transition.from), place.get(transition.to)) else { continue };
-        let label = transition.label.as_str();
-        match bundles.iter_mut().find(|bundle| (bundle.0, bundle.1) == (from, to)) {
-            Some((_, _, labels)) => labels.push(label),
-            None => bundles.push((from, to, vec![label])),
-        }
-    }
-    // Arrows that skip locations rise beside a loop, through the middle of its label if that cannot give way.
-    let rises_at = |place: usize| bundles.iter().any(|&(from, to, _)| to > from + 1 && (from == place || to == place));
-    let bundle = |(from, to, labels): &(usize, usize, Vec<&str>)| {
-        let (from, to) = (*from, *to);
-        let lines = lines(labels, font, longest * from.abs_diff(to).max(1) as f64);
-        let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
-        let sway = if from == to && rises_at(from) { width / 2.0 } else { 0.0 };
-        Bundle { from, to, lines, width, sway }
-    };
-    bundles.iter().map(bundle).collect()
-}
-
-/// The labels of one arrow, each wrapped, no more lines than fit.
-fn lines(labels: &[&str], font: Font, room: f64) -> Vec<String> {
-    let mut lines: Vec<String> = labels.iter().flat_map(|label| font.wrap(label, room, 2)).collect();
-    if lines.len() > MOST_LINES {
-        let hidden = lines.len() - (MOST_LINES - 1);
-        lines.truncate(MOST_LINES - 1);
-        lines.push(font.fit(&format!("… {hidden} more"), room));
-    }
-    lines
 }
 
 #[cfg(test)]

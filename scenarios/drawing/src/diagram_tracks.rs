@@ -1,6 +1,10 @@
 //! Arrows that run above or below a row of locations.
+//!
+//! Every arrow gets a track (how far out it runs), then its two ports (where it leaves and enters the row), then its label's
+//! place along it. Each step only looks at the one before, and the tracks are made so wide that the later steps always
+//! find room: labels never meet, whatever the diagram.
 
-use super::diagram_layout::{Bundle, Measures, PlacedEdge, stacked};
+use super::diagram_arrows::{Bundle, Measures, PlacedEdge, stacked};
 use super::geometry::Spot;
 
 /// On which side of the row an arrow runs.
@@ -121,7 +125,8 @@ impl<'a> Tracks<'a> {
         self.measures.rise + most as f64 * self.measures.font.line_height() + 2.0
     }
 
-    /// Shorter arrows first; one that meets others runs outside of them all.
+    /// Shorter arrows first; one that meets others runs outside of them all. As `arcs` is sorted by length, whatever an arrow
+    /// can enclose has its track already: one pass is enough.
     fn assign_tracks(&mut self, side: Side) {
         for i in 0..self.arcs.len() {
             if self.arcs[i].side == side {
@@ -149,7 +154,8 @@ impl<'a> Tracks<'a> {
         (self.middles[arc.span().0], self.middles[arc.span().1])
     }
 
-    /// From where to where the label of an arrow reaches, if it is longer than the arrow.
+    /// From where to where the label of an arrow can reach, if it is longer than the arrow. Ports and shifts of the label
+    /// are not known yet, so this is the furthest that they can take it.
     fn label_reach(&self, arc: &Arc) -> Option<(f64, f64)> {
         let (low, high) = self.line_reach(arc);
         let shift = 0.4 * (self.halves[arc.span().0] + self.halves[arc.span().1]);
@@ -157,26 +163,29 @@ impl<'a> Tracks<'a> {
         (2.0 * half > high - low).then_some(((low + high) / 2.0 - half, (low + high) / 2.0 + half))
     }
 
-    /// Where arrows leave and enter each location: side by side, in the order in which they don't cross.
+    /// Where arrows leave and enter each location: side by side, in the order in which they don't cross. From left to right
+    /// these are the arrows that come from the left, the innermost first; the two ends of the loop; the arrows that go to
+    /// the right, the outermost first. So each arrow encloses those further in, at both of its ends.
     fn assign_ports(&mut self, side: Side) {
         for place in 0..self.middles.len() {
-            let mut ends: Vec<(i64, usize, bool)> = Vec::new();
+            // From the left, loop, to the right; then the order among those.
+            let mut ends: Vec<(usize, isize, usize, bool)> = Vec::new();
             for (i, arc) in self.arcs.iter().enumerate().filter(|(_, arc)| arc.side == side) {
-                let (first, last, track) = (arc.span().0, arc.span().1, arc.track as i64);
+                let (first, last, track) = (arc.span().0, arc.span().1, arc.track as isize);
                 let leaves = arc.bundle.from == place;
                 if first == last && first == place {
-                    ends.push((-1, i, true));
-                    ends.push((1, i, false));
+                    ends.push((1, 0, i, true));
+                    ends.push((1, 1, i, false));
                 } else if last == place {
-                    ends.push((track - 1_000_000, i, leaves));
+                    ends.push((0, track, i, leaves));
                 } else if first == place {
-                    ends.push((1_000_000 - track, i, leaves));
+                    ends.push((2, -track, i, leaves));
                 }
             }
             ends.sort_unstable();
             let half = self.halves[place];
             let step = (self.measures.radius * 0.62).min(1.6 * half / ends.len().max(1) as f64);
-            for (slot, (_, i, leaves)) in ends.iter().enumerate() {
+            for (slot, (_, _, i, leaves)) in ends.iter().enumerate() {
                 let x = self.middles[place] + (slot as f64 - (ends.len() - 1) as f64 / 2.0) * step;
                 if *leaves {
                     self.arcs[*i].from_x = x;

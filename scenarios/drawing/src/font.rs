@@ -106,7 +106,7 @@ fn measure_line(line: &[char], face: Face, options: &usvg::Options<'_>) -> Vec<(
     let svg = format!(
         r#"<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"><text font-family="{}" font-size="{EM}" style="font-kerning:none">x{}</text></svg>"#,
         face.families(),
-        super::canvas::escape(&spaced),
+        super::xml::escape(&spaced),
     );
     let tree = usvg::Tree::from_str(&svg, options).expect("a line of text is a valid picture");
     let Some(usvg::Node::Text(text)) = tree.root().children().first() else { return Vec::new() };

@@ -39,7 +39,9 @@ mod animation;
 mod battery_panel;
 pub mod canvas;
 mod context;
+mod diagram_arrows;
 mod diagram_layout;
+mod diagram_order;
 mod diagram_tracks;
 mod error;
 mod font;
@@ -54,6 +56,7 @@ mod monitor_panel;
 mod outline;
 mod page;
 mod palette;
+mod panel;
 pub mod path;
 mod render;
 #[cfg(test)]
@@ -68,10 +71,12 @@ mod tree_layout;
 mod tree_panel;
 mod tree_picture;
 pub mod view;
+mod xml;
 
 pub use animation::{ANIMATION_SIZE_PX, GifWriter};
 pub use context::{Context, Level, draw_context};
-pub use diagram_layout::{DiagramLayout, PlacedEdge, PlacedLabel, PlacedLocation};
+pub use diagram_arrows::{PlacedEdge, PlacedLabel};
+pub use diagram_layout::{DiagramLayout, PlacedLocation};
 pub use error::DrawError;
 pub use frame::{
     Battery, Body, BodyShape, Destination, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Scene, Threshold,

@@ -7,19 +7,18 @@ use super::frame::{BodyShape, Destination, Scene};
 use super::geometry::{Area, Spot};
 use super::icons::Icon;
 use super::labels::{LabelPlacer, Site};
-use super::map_picture::Bounds;
-use super::page::panel_ground;
+use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme::{self, Color};
-use super::view::View;
+use super::view::{Bounds, View};
 
 const FONT: Font = Font::regular(15.0);
 const FOOT: f64 = 40.0;
 
 /// Draws the map, the legend and the scale bar into `area`.
 pub fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
-    panel_ground(canvas, area);
+    panel::sheet(canvas, area);
     let frame = Area::new(area.x + 10.0, area.y + 10.0, area.width - 20.0, area.height - 10.0 - FOOT);
     let view = View::fitting(bounds(scene), frame);
     canvas.rounded(frame, 4.0, Paint::fill(theme::UNKNOWN));

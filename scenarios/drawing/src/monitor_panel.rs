@@ -1,11 +1,12 @@
 //! The monitors: their properties, verdicts and state machines.
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
-use super::diagram_layout::{DiagramLayout, PlacedEdge};
+use super::diagram_arrows::PlacedEdge;
+use super::diagram_layout::DiagramLayout;
 use super::frame::{Diagram, Monitor};
 use super::geometry::{Area, Spot};
 use super::icons::Look;
-use super::page::{PANEL_HEAD, PANEL_MARGIN, panel};
+use super::panel;
 use super::path::Path;
 use super::text::{Font, Weight};
 use super::theme::{self, Color};
@@ -48,14 +49,14 @@ impl Detail {
 
 /// The height at which all monitors can be drawn in full in a panel of that width, in pixels.
 pub(super) fn wanted_height(monitors: &[Monitor], width: f64) -> f64 {
-    let room = width - 2.0 * PANEL_MARGIN;
+    let room = width - 2.0 * panel::MARGIN;
     let details = monitors.iter().map(|monitor| HEAD + GAP + DiagramLayout::new(&monitor.diagram, room).height);
-    PANEL_HEAD + details.sum::<f64>()
+    panel::HEAD + details.sum::<f64>()
 }
 
 /// Draws the monitors' panel.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
-    let inner = panel(canvas, area, "Monitors");
+    let inner = panel::titled(canvas, area, "Monitors");
     if monitors.is_empty() {
         let nothing = TextStyle::new(WORDS, theme::MUTED);
         canvas.centered_text((inner.x, inner.y + 11.0), "No property is being monitored.", nothing);
@@ -82,7 +83,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
     if hidden > 0 {
         let style = TextStyle::new(WORDS, theme::MUTED).anchored(Anchor::End);
         let text = format!("+{hidden} more");
-        canvas.centered_text((area.right() - PANEL_MARGIN, area.y + PANEL_HEAD / 2.0 + 2.0), &text, style);
+        canvas.centered_text((area.right() - panel::MARGIN, panel::title_y(area)), &text, style);
     }
 }
 

@@ -3,17 +3,11 @@
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::frame::Frame;
 use super::geometry::Area;
+use super::panel;
 use super::text::Font;
 use super::theme;
 use super::tree_layout::TreeLayout;
 use super::{battery_panel, map_panel, monitor_panel, tree_panel};
-
-/// Font of the panels' titles.
-pub(super) const HEADING: Font = Font::bold(16.0);
-/// Height of the line with a panel's title.
-pub(super) const PANEL_HEAD: f64 = 46.0;
-/// Margin left and right inside a panel.
-pub(super) const PANEL_MARGIN: f64 = 20.0;
 
 const MARGIN: f64 = 32.0;
 const GAP: f64 = 12.0;
@@ -80,7 +74,7 @@ fn column(frame: &Frame, area: Area) -> [Area; 3] {
     let room = area.height - battery - 2.0 * GAP;
     let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);
     let monitors = monitor_panel::wanted_height(&frame.monitors, area.width);
-    let (pleasant, readable) = (pleasant + PANEL_HEAD + 12.0, readable + PANEL_HEAD + 12.0);
+    let (pleasant, readable) = (pleasant + panel::HEAD + panel::FOOT, readable + panel::HEAD + panel::FOOT);
     let spare = (room - pleasant - monitors).max(0.0);
     let tree =
         (pleasant + spare * 0.4).min(room - monitors).max(readable.min(room * 0.68)).max(pleasant.min(room * 0.25));
@@ -121,18 +115,4 @@ fn caption(canvas: &mut Canvas, (x, y): (f64, f64), text: &str, room: f64) {
         let at = (x, top + i as f64 * font.line_height());
         canvas.centered_text(at, line, TextStyle::new(font, theme::MUTED));
     }
-}
-
-/// Draws the ground of a panel.
-pub(super) fn panel_ground(canvas: &mut Canvas, area: Area) {
-    canvas.rounded(area, 10.0, Paint::fill(theme::PAPER).outlined(theme::RULE, 1.0));
-}
-
-/// Draws a panel with a title; returns the part inside.
-pub(super) fn panel(canvas: &mut Canvas, area: Area, title: &str) -> Area {
-    panel_ground(canvas, area);
-    let at = (area.x + PANEL_MARGIN, area.y + PANEL_HEAD / 2.0 + 2.0);
-    canvas.centered_text(at, title, TextStyle::new(HEADING, theme::INK));
-    let (width, height) = (area.width - 2.0 * PANEL_MARGIN, area.height - PANEL_HEAD - 12.0);
-    Area::new(area.x + PANEL_MARGIN, area.y + PANEL_HEAD, width, height.max(0.0))
 }

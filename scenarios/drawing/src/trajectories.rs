@@ -6,7 +6,7 @@ use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::geometry::{Area, Spot};
 use super::map_panel::{scale_bar, thinned};
 use super::map_picture::MapPicture;
-use super::page::panel_ground;
+use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme;
@@ -70,7 +70,7 @@ impl Trajectories<'_> {
     }
 
     fn map_panel(&self, canvas: &mut Canvas, panel: Area) {
-        panel_ground(canvas, panel);
+        panel::sheet(canvas, panel);
         let frame = Area::new(panel.x + 10.0, panel.y + 10.0, panel.width - 20.0, panel.height - 10.0 - FOOT);
         let view = View::fitting(self.map.bounds(), frame);
         canvas.rounded(frame, 4.0, Paint::fill(theme::UNKNOWN));
@@ -109,7 +109,7 @@ impl Trajectories<'_> {
 
     /// The error over time, on a logarithmic scale: a centimetre and ten metres both have to be seen.
     fn error_panel(&self, canvas: &mut Canvas, panel: Area) {
-        panel_ground(canvas, panel);
+        panel::sheet(canvas, panel);
         let title = "distance of localization from the corrected pose";
         canvas.centered_text((panel.x + 20.0, panel.y + 20.0), title, TextStyle::new(TEXT, theme::INK));
         let chart = Area::new(panel.x + 70.0, panel.y + 40.0, panel.width - 100.0, panel.height - 72.0);

@@ -4,7 +4,7 @@ use super::canvas::{Anchor, Canvas, Paint, TextStyle};
 use super::frame::{NodeStatus, TreeNode};
 use super::geometry::Area;
 use super::icons::Look;
-use super::page::{HEADING, PANEL_HEAD, panel};
+use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme;
@@ -14,7 +14,7 @@ const FONT: Font = Font::regular(14.0);
 
 /// Draws the tree's panel.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
-    let inner = panel(canvas, area, "Behavior tree");
+    let inner = panel::titled(canvas, area, "Behavior tree");
     legend(canvas, area);
     let layout = TreeLayout::new(tree, inner.width, inner.height);
     let (dx, dy) = (inner.x, inner.y + (inner.height - layout.height).max(0.0) / 2.0);
@@ -35,11 +35,11 @@ fn legend(canvas: &mut Canvas, area: Area) {
     const BOX: f64 = 17.0;
     const STATUSES: [NodeStatus; 4] =
         [NodeStatus::Success, NodeStatus::Failure, NodeStatus::Running, NodeStatus::NotTicked];
-    let y = area.y + PANEL_HEAD / 2.0 + 2.0;
-    let free = area.right() - 20.0 - (area.x + 20.0 + HEADING.width("Behavior tree") + 12.0);
+    let y = panel::title_y(area);
+    let free = area.right() - panel::MARGIN - (area.x + panel::MARGIN + panel::TITLE.width("Behavior tree") + 12.0);
     let words: f64 = STATUSES.iter().map(|&status| BOX + 6.0 + FONT.width(Look::of_status(status).words)).sum();
     let gap = ((free - words) / STATUSES.len() as f64).clamp(4.0, 26.0);
-    let mut x = area.right() - 20.0 - words - gap * (STATUSES.len() - 1) as f64;
+    let mut x = area.right() - panel::MARGIN - words - gap * (STATUSES.len() - 1) as f64;
     for look in STATUSES.map(Look::of_status) {
         let sign = Area::around((x + BOX / 2.0, y), BOX, BOX);
         canvas.rounded(sign, 4.0, Paint::fill(look.ground).outlined(look.front, 1.4));

@@ -3,7 +3,33 @@
 use maps::Point;
 
 use super::geometry::{Area, Spot};
-use super::map_picture::Bounds;
+
+/// A rectangle along the axes of the `map` frame, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounds {
+    /// The corner with the least coordinates.
+    pub low: Point,
+    /// The corner with the greatest coordinates.
+    pub high: Point,
+}
+
+impl Bounds {
+    /// The smallest rectangle around all points; `None` without points.
+    pub fn around(points: impl IntoIterator<Item = Point>) -> Option<Self> {
+        points.into_iter().map(|point| Self { low: point, high: point }).reduce(Self::union)
+    }
+
+    /// The smallest rectangle around both.
+    pub fn union(self, other: Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// The rectangle with a margin in metres on every side.
+    pub fn grown(self, margin_m: f64) -> Self {
+        let margin = nalgebra::Vector2::repeat(margin_m);
+        Self { low: self.low - margin, high: self.high + margin }
+    }
+}
 
 /// Where the points of the `map` frame lie on the page: x to the right, y upwards, the same scale in both directions.
 #[derive(Clone, Copy, Debug, PartialEq)]

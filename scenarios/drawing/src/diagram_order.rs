@@ -1,0 +1,73 @@
+//! The order in which the locations of a state machine stand in their row.
+
+use super::frame::Diagram;
+
+/// All locations, in the order in which they stand in the row: breadth first from the initial one, or depth first where fewer
+/// arrows cross so. Breadth first keeps alternatives together, depth first keeps chains together; trying both is enough for
+/// the machines of monitors, where the best order of all is too expensive (finding it is NP-hard).
+pub(super) fn in_row(diagram: &Diagram) -> Vec<usize> {
+    let (broad, deep) = (breadth_first(diagram), depth_first(diagram));
+    if crossings(diagram, &deep) < crossings(diagram, &broad) { deep } else { broad }
+}
+
+/// The locations in the order in which a search from the initial one first reaches them, then those it never reaches.
+fn breadth_first(diagram: &Diagram) -> Vec<usize> {
+    let count = diagram.locations.len();
+    let mut order: Vec<usize> = Vec::with_capacity(count);
+    let mut seen = vec![false; count];
+    for root in [diagram.initial].into_iter().filter(|&root| root < count).chain(0..count) {
+        if seen[root] {
+            continue;
+        }
+        seen[root] = true;
+        let mut next = order.len();
+        order.push(root);
+        while let Some(&location) = order.get(next) {
+            for transition in diagram.transitions.iter().filter(|transition| transition.from == location) {
+                if transition.to < count && !seen[transition.to] {
+                    seen[transition.to] = true;
+                    order.push(transition.to);
+                }
+            }
+            next += 1;
+        }
+    }
+    order
+}
+
+/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met all,
+/// then those it never meets.
+fn depth_first(diagram: &Diagram) -> Vec<usize> {
+    let count = diagram.locations.len();
+    let mut order: Vec<usize> = Vec::with_capacity(count);
+    // A stack: the initial location is on top, and those that it never reaches wait below, the first of them uppermost.
+    let mut open: Vec<usize> =
+        (0..count).rev().chain([diagram.initial].into_iter().filter(|root| *root < count)).collect();
+    while let Some(location) = open.pop() {
+        if order.contains(&location) {
+            continue;
+        }
+        order.push(location);
+        let leaving = diagram.transitions.iter().rev().filter(|transition| transition.from == location);
+        open.extend(leaving.map(|transition| transition.to).filter(|to| *to < count));
+    }
+    order
+}
+
+/// How many pairs of arrows above the row, or below it, cross each other in that order.
+fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
+    let place = |location: usize| order.iter().position(|other| *other == location);
+    let ends =
+        diagram.transitions.iter().filter_map(|transition| Some((place(transition.from)?, place(transition.to)?)));
+    let mut arrows: Vec<(usize, usize)> = ends.filter(|(from, to)| *to != from + 1 && from != to).collect();
+    arrows.sort_unstable();
+    arrows.dedup();
+    // Two arrows on the same side cross if each has exactly one end between those of the other. Of every such pair only the
+    // one that begins further left is asked, so that it counts once.
+    let cross = |a: &(usize, usize), b: &(usize, usize)| {
+        let [a, b] = [a, b].map(|(from, to)| (from.min(to), from.max(to)));
+        a.0 < b.0 && b.0 < a.1 && a.1 < b.1
+    };
+    let same_side = |a: &(usize, usize), b: &(usize, usize)| (a.0 < a.1) == (b.0 < b.1);
+    arrows.iter().map(|a| arrows.iter().filter(|b| same_side(a, b) && cross(a, b)).count()).sum()
+}
