@@ -10,10 +10,13 @@ use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme::{self, Color};
+use super::time_axis::{Tick, TimeAxis};
 
 const FONT: Font = Font::regular(13.0);
-/// The shortest stretch of time on the axis.
-const SHORTEST_S: f64 = 10.0;
+/// The shortest time axis: a run that has just begun is not stretched over the whole width.
+const SHORTEST: Duration = Duration::from_secs(10);
+/// Room between the middles of two labels of the time axis, in pixels.
+const TICK_ROOM: f64 = 60.0;
 
 /// Draws the battery's panel; `now` is where its time axis ends.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Duration) {
@@ -27,7 +30,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Dura
     let right = labels.iter().map(|label| FONT.width(label)).fold(0.0, f64::max).min(inner.width * 0.3);
     let left = FONT.width("100") + 8.0;
     let plot = Area::new(inner.x + left, inner.y + 6.0, inner.width - left - right - 8.0, inner.height - 28.0);
-    let chart = Chart { plot, span_s: now.as_secs_f64().max(SHORTEST_S) };
+    let chart = Chart { plot, axis: TimeAxis::to_scale(now.max(SHORTEST), plot) };
     chart.axes(canvas);
     chart.thresholds(canvas, &battery.thresholds, &labels, right);
     chart.history(canvas, battery);
@@ -62,14 +65,10 @@ fn level_now(canvas: &mut Canvas, area: Area, battery: &Battery) {
 
 struct Chart {
     plot: Area,
-    span_s: f64,
+    axis: TimeAxis,
 }
 
 impl Chart {
-    fn x(&self, time: Duration) -> f64 {
-        self.plot.x + self.plot.width * (time.as_secs_f64() / self.span_s).min(1.0)
-    }
-
     fn y(&self, level_pct: f64) -> f64 {
         self.plot.bottom() - self.plot.height * level_pct.clamp(0.0, 100.0) / 100.0
     }
@@ -82,14 +81,10 @@ impl Chart {
             let style = TextStyle::new(FONT, theme::MUTED).anchored(Anchor::End);
             canvas.centered_text((plot.x - 7.0, y), &format!("{level_pct:.0}"), style);
         }
-        let step_s = tick_step_s(self.span_s, plot.width);
-        for i in 0..=(self.span_s / step_s) as u64 {
-            let time_s = i as f64 * step_s;
-            let x = plot.x + plot.width * time_s / self.span_s;
+        for Tick { x, label } in self.axis.ticks(TICK_ROOM) {
             canvas.line((x, plot.bottom()), (x, plot.bottom() + 4.0), Paint::stroke(theme::LINE, 1.0));
-            let text = clock(time_s as u64, step_s >= 60.0);
-            let at = (x.min(plot.right() + 20.0 - FONT.width(&text) / 2.0), plot.bottom() + 13.0);
-            canvas.centered_text(at, &text, TextStyle::new(FONT, theme::MUTED).anchored(Anchor::Middle));
+            let at = (x.min(plot.right() + 20.0 - FONT.width(&label) / 2.0), plot.bottom() + 13.0);
+            canvas.centered_text(at, &label, TextStyle::new(FONT, theme::MUTED).anchored(Anchor::Middle));
         }
     }
 
@@ -109,7 +104,7 @@ impl Chart {
             .history
             .iter()
             .filter(|(_, level_pct)| level_pct.is_finite())
-            .map(|&(time, level_pct)| (self.x(time), self.y(level_pct)));
+            .map(|&(time, level_pct)| (self.axis.x(time), self.y(level_pct)));
         let line = turning_points(spots);
         let (Some(&first), Some(&last)) = (line.first(), line.last()) else { return };
         let ground = [(last.0, self.plot.bottom()), (first.0, self.plot.bottom())];
@@ -122,7 +117,7 @@ impl Chart {
     fn faults(&self, canvas: &mut Canvas, faults: &[(Duration, String)]) {
         let mut taken = f64::NEG_INFINITY;
         for (time, label) in faults {
-            let (x, top) = (self.x(*time), self.plot.y);
+            let (x, top) = (self.axis.x(*time), self.plot.y);
             canvas.line((x, top - 4.0), (x, self.plot.bottom()), Paint::stroke(theme::BAD, 1.6));
             let text = FONT.fit(label, self.plot.width * 0.4);
             let width = FONT.width(&text) + 7.0;
@@ -160,26 +155,6 @@ fn turning_points(spots: impl Iterator<Item = Spot>) -> Vec<Spot> {
     line
 }
 
-/// The distance between two labels of the time axis.
-fn tick_step_s(span_s: f64, width: f64) -> f64 {
-    const STEPS_S: [f64; 14] =
-        [1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 3600.0, 7200.0, 36_000.0];
-    const LEAST_PIXELS: f64 = 60.0;
-    let least_s = span_s * LEAST_PIXELS / width.max(1.0);
-    STEPS_S.into_iter().find(|&step_s| step_s >= least_s).unwrap_or(least_s.max(1.0))
-}
-
-/// A time on the axis, in seconds or in minutes.
-fn clock(time_s: u64, in_minutes: bool) -> String {
-    if time_s == 0 {
-        "0".to_owned()
-    } else if in_minutes {
-        format!("{} min", time_s / 60)
-    } else {
-        format!("{time_s} s")
-    }
-}
-
 /// Heights as close to the wanted ones as a least distance allows; the order stays.
 fn spread(wanted: Vec<f64>, least: f64) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
@@ -207,16 +182,6 @@ mod tests {
         let step = line.windows(2).find(|pair| pair[1].1 > pair[0].1).expect("the step is there");
         assert!(step[1].0 - step[0].0 < 0.2, "{step:?}");
         assert_eq!(line.last(), Some(&(99.9, 60.0)));
-    }
-
-    #[test]
-    fn time_labels_have_room() {
-        for span_s in [10.0, 67.0, 400.0, 3600.0, 100_000.0, 1e9] {
-            let step_s = tick_step_s(span_s, 400.0);
-            assert!(400.0 * step_s / span_s >= 59.9, "{span_s}: {step_s}");
-        }
-        assert_eq!(clock(120, true), "2 min");
-        assert_eq!(clock(40, false), "40 s");
     }
 
     #[test]

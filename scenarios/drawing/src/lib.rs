@@ -61,11 +61,13 @@ pub mod path;
 mod render;
 #[cfg(test)]
 mod sample;
+pub mod scale;
 mod state_chart;
 #[cfg(test)]
 mod tests;
 pub mod text;
 pub mod theme;
+pub mod time_axis;
 mod trajectories;
 mod tree_layout;
 mod tree_panel;
@@ -88,7 +90,9 @@ pub use map_picture::MapPicture;
 pub use monitor_panel::draw_machine;
 pub use page::Page;
 pub use render::Renderer;
+pub use scale::Scale;
 pub use state_chart::{State, state_chart_svg};
+pub use time_axis::TimeAxis;
 pub use trajectories::Trajectories;
 pub use tree_layout::{Link, PlacedNode, TreeLayout};
 pub use tree_panel::draw_nodes;
