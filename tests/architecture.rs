@@ -6,7 +6,7 @@ use std::process::Command;
 use cargo_metadata::{DependencyKind, MetadataCommand};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 15] = [
+const ROOMS: [(&str, &[&str]); 18] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("maps", &["diagnostics"]),
@@ -22,22 +22,32 @@ const ROOMS: [(&str, &[&str]); 15] = [
     ("recording", &["channels", "maps", "robot", "monitors", "bt"]),
     ("trials", &["batch", "maps", "robot", "sim", "nav", "drawing"]),
     (
+        "scenarios",
+        &["channels", "diagnostics", "maps", "robot", "sim", "nav", "bt", "skills", "components", "monitors", "recording"],
+    ),
+    ("reports", &["channels", "diagnostics", "maps", "robot", "bt", "monitors", "recording", "drawing"]),
+    (
+        "campaigns",
+        &["channels", "diagnostics", "robot", "monitors", "batch", "recording", "drawing", "scenarios", "reports"],
+    ),
+    (
         "steward",
         &[
             "channels",
             "diagnostics",
             "maps",
             "robot",
-            "sim",
             "nav",
             "bt",
             "skills",
-            "components",
             "monitors",
             "batch",
             "drawing",
             "recording",
             "trials",
+            "scenarios",
+            "reports",
+            "campaigns",
         ],
     ),
 ];

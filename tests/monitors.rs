@@ -8,9 +8,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use ::monitors::{Channels, EventLog, Format, Method, PhiTwo, SHIPPED, ScopeMonitor, load, phi1, phi2, scope_monitor};
-use ::steward::live::Live;
-use ::steward::scenario::{Scenario, find};
 use channels::{Event, EventKind, Monitor, Topology, Verdict};
+use scenarios::live::Live;
+use scenarios::scenario::{Scenario, find};
 use serde_json::json;
 use skills::{Chart, Cues, Machine, Transcript};
 use tempfile::tempdir;

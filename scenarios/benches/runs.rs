@@ -9,8 +9,8 @@ use std::time::Duration;
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use recording::{Detail, Happening, RunView};
-use steward::live::Live;
-use steward::scenario::{Scenario, find};
+use scenarios::live::Live;
+use scenarios::scenario::{Scenario, find};
 
 fn main() {
     divan::main();

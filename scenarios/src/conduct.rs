@@ -1,59 +1,36 @@
-//! Conducts a run from its start to its end, or goes through a recorded one, for what is to be left of it.
+//! Conducts a run from its start to its end.
 
 use std::io;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use channels::Verdict;
 use diagnostics::Unfinished;
-use recording::{Detail, EventLogWriter, Header, Record, Recording, RecordingError, RunView, Step, Writer};
+use recording::{Detail, EventLogWriter, Header, Record, RunView, Step, Writer};
 
+use crate::Error;
 use crate::ending::Ending;
 use crate::live::Live;
-use crate::presentation::{Outputs, Presentation};
-use crate::report::Report;
-use crate::scenario::Scenario;
-use crate::{Error, campaign};
 
-/// Runs a scenario to its end, with monitors, and leaves nothing behind but the report.
+/// Runs a scenario to its end. `follow` is called at the start and then after every step, and may break the run off, which
+/// then has no [end](RunView::end); it sees as much as `detail` says, or more. All that can be told of the run goes to
+/// `record`, if there is one: an event log if [`is_log`] says so, or else a recording.
 ///
 /// # Errors
-/// What is wrong with the scenario.
-pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
-    let live = Live::new(scenario, seed, true)?;
-    conduct(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
-}
-
-/// Runs a scenario to its end. `follow` is called at the start and then after every step, and may break the run off; it
-/// sees as much as `detail` says, or more. All that can be told of the run goes to `record`, if there is one: a file that
-/// ends in `.jsonl` is the event log, any other a recording.
-///
-/// # Errors
-/// What could not be written; why the run cannot go on; [`Error::Interrupted`] if `follow` broke it off.
-pub fn conduct(
+/// What could not be written; why the run cannot go on; what `follow` says.
+pub fn conduct<E: From<Error>>(
     mut live: Live,
     detail: Detail,
-    outputs: &Outputs,
     record: Option<&Path>,
-    mut follow: impl FnMut(&RunView) -> ControlFlow<()>,
-) -> Result<Report, Error> {
-    refuse_campaign(outputs)?;
-    let shown = record.is_some() || !outputs.is_nothing();
-    let detail = if shown { detail.max(Detail::Full) } else { detail };
+    mut follow: impl FnMut(&RunView) -> Result<ControlFlow<()>, E>,
+) -> Result<RunView, E> {
+    let detail = if record.is_some() { detail.max(Detail::Full) } else { detail };
     let scenario = Arc::clone(live.scenario());
     let (header, start) = (live.header(), live.record(detail));
     let mut archive = record.map(|path| Archive::begin(path, &header, &start)).transpose()?;
     let mut view = RunView::new(header, start).expect(FITS);
-    let mut presentation = Presentation::begin(&view, outputs)?;
     let mut ending = Ending::default();
-    let mut go_on = follow(&view);
-    while view.end().is_none() {
-        if go_on.is_break() {
-            archive.map_or(Ok(()), Archive::finish)?;
-            presentation.break_off()?;
-            return Err(interrupted(&view, outputs, record));
-        }
+    while follow(&view)?.is_continue() && view.end().is_none() {
         let failure = live.step().err();
         let step = live.record(detail);
         // A step that failed is told, too: it may say why.
@@ -66,7 +43,7 @@ pub fn conduct(
         }
         if let Some(failure) = failure {
             archive.map_or(Ok(()), Archive::finish)?;
-            return Err(failure.into());
+            return Err(Error::from(failure).into());
         }
         if let Some(why) = ending.reached(&scenario.file, &view) {
             let end = live.end(why, detail);
@@ -75,81 +52,17 @@ pub fn conduct(
             }
             view.finish(end).expect(FITS);
         }
-        presentation.follow(&view)?;
-        go_on = follow(&view);
     }
     archive.map_or(Ok(()), Archive::finish)?;
-    presentation.finish(&view)
+    Ok(view)
 }
 
 /// What holds of the records of a run that is going on.
-pub(crate) const FITS: &str = "a run tells of nothing that its header does not have";
-
-/// Makes the report of a recorded run, with its page and pictures, as the run itself did.
-///
-/// # Errors
-/// What is wrong with the recording; what could not be written.
-pub fn report_recording(path: &Path, outputs: &Outputs) -> Result<Report, Error> {
-    refuse_campaign(outputs)?;
-    let mut recording = Recording::open(path).map_err(unreadable)?;
-    let mut view = recording.begin().map_err(unreadable)?;
-    let mut presentation = Presentation::begin(&view, outputs)?;
-    while view.end().is_none() {
-        recording.advance(&mut view).map_err(unreadable)?;
-        presentation.follow(&view)?;
-    }
-    presentation.finish(&view)
-}
-
-fn unreadable(error: RecordingError) -> Error {
-    let help = match &error {
-        RecordingError::Foreign(_) => "a recording is what `steward --scenario … --record FILE.rec` writes",
-        RecordingError::Version { .. } => {
-            "run the scenario again with this version, or report with that of the recording"
-        }
-        RecordingError::Truncated { .. } => "a run that was broken off has no report: run it again to its end",
-        _ => "record the run again",
-    };
-    Error::refused(error.to_string(), help)
-}
-
-fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
-    match outputs.folder.as_deref().filter(|folder| campaign::has_journal(folder)) {
-        Some(folder) => {
-            let message = format!("{} has the results of a campaign", folder.display());
-            Err(Error::refused(message, "a run does not write over them: name another folder with `--out`"))
-        }
-        None => Ok(()),
-    }
-}
-
-/// That a run was broken off, and what there is of it.
-fn interrupted(view: &RunView, outputs: &Outputs, record: Option<&Path>) -> Error {
-    let mut text = format!("interrupted after {:.1} s of simulated time", view.time().as_secs_f64());
-    let verdicts = view.monitors().map(|monitor| {
-        let verdict = match monitor.state.verdict {
-            Verdict::True => "satisfied",
-            Verdict::False => "violated",
-            Verdict::Inconclusive => "undecided",
-        };
-        format!("{} {verdict}", monitor.name())
-    });
-    let verdicts: Vec<String> = verdicts.collect();
-    if !verdicts.is_empty() {
-        text += &format!(" ({})", verdicts.join(", "));
-    }
-    text += "; report and pictures were not written";
-    let what = if record.is_some_and(is_log) { "event log" } else { "recording" };
-    for (what, path) in [(what, record), ("animation", outputs.gif.as_deref())] {
-        if let Some(path) = path {
-            text += &format!(", the {what} until then is {}", path.display());
-        }
-    }
-    Error::Interrupted(text)
-}
+pub const FITS: &str = "a run tells of nothing that its header does not have";
 
 /// Whether a file of that name is to be an event log.
-fn is_log(path: &Path) -> bool {
+#[must_use]
+pub fn is_log(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("jsonl"))
 }
 
@@ -171,7 +84,7 @@ impl Archive {
             true => EventLogWriter::begin(output, header).map(Form::Log),
             false => Writer::begin(output).map(Form::Recording),
         };
-        let form = form.map_err(|source| Error::Write { path: path.to_owned(), source })?;
+        let form = form.map_err(|source| unwritten(path, source))?;
         let mut archive = Self { path: path.to_owned(), form };
         archive.record(|| Record::Header(Box::new(header.clone())))?;
         archive.record(|| Record::Step(start.clone()))?;
@@ -181,13 +94,13 @@ impl Archive {
     /// Adds a record, if that is what it is made of.
     fn record(&mut self, record: impl FnOnce() -> Record) -> Result<(), Error> {
         let Form::Recording(writer) = &mut self.form else { return Ok(()) };
-        writer.write(&record()).map_err(|source| Error::Write { path: self.path.clone(), source })
+        writer.write(&record()).map_err(|source| unwritten(&self.path, source))
     }
 
     /// Adds what the last step says, if it is the event log.
     fn follow(&mut self, view: &RunView) -> Result<(), Error> {
         let Form::Log(log) = &mut self.form else { return Ok(()) };
-        log.follow(view).map_err(|source| Error::Write { path: self.path.clone(), source })
+        log.follow(view).map_err(|source| unwritten(&self.path, source))
     }
 
     fn finish(self) -> Result<(), Error> {
@@ -195,6 +108,10 @@ impl Archive {
             Form::Log(log) => log.finish(),
             Form::Recording(writer) => writer.finish(),
         };
-        Ok(output.map_err(|source: io::Error| Error::Write { path: self.path, source })?.finish()?)
+        Ok(output.map_err(|source: io::Error| unwritten(&self.path, source))?.finish()?)
     }
+}
+
+fn unwritten(path: &Path, source: io::Error) -> Error {
+    diagnostics::Error::Write { path: path.to_owned(), source }.into()
 }

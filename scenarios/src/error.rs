@@ -1,16 +1,11 @@
-//! Why a command could not be carried out, and the exit status that says so.
+//! Why a scenario could not be run.
 
-use std::io;
-use std::path::PathBuf;
-
+use diagnostics::Problem;
 use miette::Diagnostic;
 
 use crate::live::StepError;
 
-/// The exit status of a command that was interrupted: what a shell calls such a program.
-pub(crate) const INTERRUPTED: u8 = 130;
-
-/// Why a command could not be carried out.
+/// Why a scenario could not be run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -24,19 +19,8 @@ pub enum Error {
     #[error("the run was given up: it had more than {0} communications (`execution.run_budget`)")]
     Budget(u64),
     /// A file could not be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// A run was interrupted: how far it came, and what there is of it.
-    #[error("{0}")]
-    Interrupted(String),
-    /// A picture could not be made.
-    #[error("cannot draw: {0}")]
-    Draw(String),
+    #[error(transparent)]
+    Write(diagnostics::Error),
 }
 
 impl Error {
@@ -49,18 +33,19 @@ impl Error {
     /// Bad input that no place in a file stands for, with what would be accepted.
     #[must_use]
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
-        Self::bad_input(Refusal { message: message.into(), help: help.into() })
+        Self::bad_input(Problem::new(message).with_help(help))
     }
 
-    /// The exit status: 2 for bad input (what the files describe included), 3 when the work could not be done, 130 when it
-    /// was interrupted.
+    /// Everything that is wrong, in a line.
     #[must_use]
-    pub fn exit_status(&self) -> u8 {
-        match self {
-            Self::BadInput(_) | Self::Run(_) | Self::Budget(_) => 2,
-            Self::Write { .. } | Self::Draw(_) => 3,
-            Self::Interrupted(_) => INTERRUPTED,
+    pub fn reasons(&self) -> String {
+        let Self::BadInput(diagnostics) = self else { return self.to_string() };
+        let mut reasons: Vec<String> = Vec::new();
+        for diagnostic in diagnostics {
+            let related: Vec<String> = diagnostic.related().into_iter().flatten().map(ToString::to_string).collect();
+            reasons.extend(if related.is_empty() { vec![diagnostic.to_string()] } else { related });
         }
+        reasons.join("; ")
     }
 }
 
@@ -76,7 +61,7 @@ impl From<StepError> for Error {
 impl From<diagnostics::Error> for Error {
     fn from(error: diagnostics::Error) -> Self {
         match error {
-            diagnostics::Error::Write { path, source } => Self::Write { path, source },
+            unwritten @ diagnostics::Error::Write { .. } => Self::Write(unwritten),
             wrong => Self::bad_input(wrong),
         }
     }
@@ -91,27 +76,18 @@ impl From<maps::Error> for Error {
     }
 }
 
-/// A complaint about an argument, without a place in a file.
-#[derive(Debug, thiserror::Error, Diagnostic)]
-#[error("{message}")]
-#[diagnostic(help("{help}"))]
-pub(crate) struct Refusal {
-    pub(crate) message: String,
-    pub(crate) help: String,
-}
-
 /// Collects what is wrong with several files, so that all of it is said at once.
 #[derive(Debug, Default)]
-pub(crate) struct Complaints(Vec<Box<dyn Diagnostic + Send + Sync>>);
+pub struct Complaints(Vec<Box<dyn Diagnostic + Send + Sync>>);
 
 impl Complaints {
     /// The value, or nothing after noting what is wrong.
-    pub(crate) fn note<T, E: Diagnostic + Send + Sync + 'static>(&mut self, result: Result<T, E>) -> Option<T> {
+    pub fn note<T, E: Diagnostic + Send + Sync + 'static>(&mut self, result: Result<T, E>) -> Option<T> {
         result.map_err(|error| self.0.push(Box::new(error))).ok()
     }
 
     /// The value, or nothing after noting everything that is wrong.
-    pub(crate) fn take<T>(&mut self, result: Result<T, Error>) -> Option<T> {
+    pub fn take<T>(&mut self, result: Result<T, Error>) -> Option<T> {
         match result {
             Ok(value) => Some(value),
             Err(Error::BadInput(diagnostics)) => {
@@ -119,20 +95,20 @@ impl Complaints {
                 None
             }
             Err(error) => {
-                self.0.push(Box::new(Refusal { message: error.to_string(), help: String::new() }));
+                self.0.push(Box::new(Problem::new(error.to_string())));
                 None
             }
         }
     }
 
     /// Notes what is wrong.
-    pub(crate) fn push(&mut self, diagnostic: impl Diagnostic + Send + Sync + 'static) {
+    pub fn push(&mut self, diagnostic: impl Diagnostic + Send + Sync + 'static) {
         self.0.push(Box::new(diagnostic));
     }
 
     /// # Errors
     /// Everything that was noted, if anything was.
-    pub(crate) fn check(&mut self) -> Result<(), Error> {
+    pub fn check(&mut self) -> Result<(), Error> {
         if self.0.is_empty() { Ok(()) } else { Err(Error::BadInput(std::mem::take(&mut self.0))) }
     }
 }

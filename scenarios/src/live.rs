@@ -15,9 +15,6 @@ use recording::{
 use robot::{Reading, Streams};
 use sim::Simulation;
 
-#[cfg(test)]
-use recording::RunView;
-
 use crate::Error;
 use crate::error::Complaints;
 use crate::faults::{self, Injector, Run};
@@ -262,21 +259,6 @@ impl Live {
     #[must_use]
     pub fn warnings(&self) -> &[Warnings] {
         self.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
-    }
-}
-
-#[cfg(test)]
-impl Live {
-    /// Runs for so long; `follow` is called at the start and after every step.
-    pub(crate) fn run_until(mut self, detail: Detail, until: Duration, mut follow: impl FnMut(&RunView)) -> RunView {
-        let mut view = RunView::new(self.header(), self.record(detail)).unwrap();
-        follow(&view);
-        while self.time() < until {
-            self.step().unwrap();
-            view.apply(self.record(detail)).unwrap();
-            follow(&view);
-        }
-        view
     }
 }
 

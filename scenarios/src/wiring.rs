@@ -12,26 +12,25 @@ use components::{
     BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
     Operation, operations,
 };
-use diagnostics::Spanned;
+use diagnostics::{Problem, Spanned};
 use maps::Places;
+use recording::TREE;
 use robot::Streams;
 use skills::{Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
-use crate::error::{Complaints, Refusal};
+use crate::error::Complaints;
 use crate::occurrences::occurrences;
 use crate::scenario::{Order, Policy, Scenario, Skill, TreeForm, unknown};
 
 /// The name of the process that supplies ticks.
 const TICK_GENERATOR: &str = "TickGenerator";
-/// The name of the tree's process.
-const TREE: &str = "BT";
 
 /// The names of the processes that are not leaves.
 pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
 /// The processes that a skill may send to.
-pub(crate) const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
+pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
 /// A process with its place in the topology.
 type Player = (ProcessId, Box<dyn Process>);
@@ -83,14 +82,23 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
     Ok(Wired { system, scheduler: scheduler.expect("an unknown process was complained about"), ids })
 }
 
+/// The processes and channels of a scenario's system.
+///
+/// # Errors
+/// [`Error::BadInput`] with everything that does not fit together.
+pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
+    let wired = wire(scenario, &Streams::new(scenario.file.seed))?;
+    Ok(Arc::clone(wired.system.topology()))
+}
+
 /// A system that cannot be wired, as bad input: which files are at fault, the message says by the processes' names.
 fn refused(error: WiringError) -> Error {
     Error::bad_input(misfit(error))
 }
 
-fn misfit(error: WiringError) -> Refusal {
-    let help = "tree, skills and components have to agree on their channels and messages".to_owned();
-    Refusal { message: error.to_string(), help }
+fn misfit(error: WiringError) -> Problem {
+    Problem::new(error.to_string())
+        .with_help("tree, skills and components have to agree on their channels and messages")
 }
 
 /// What each skill says over channels: to whom, and what the message begins with.

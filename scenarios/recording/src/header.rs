@@ -11,6 +11,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Graph, plain};
 
+/// The name of the process that is the tree of a run; what its leaves say, they say to it.
+pub const TREE: &str = "BT";
+
 /// What is known of a run before its first step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Header {

@@ -58,7 +58,9 @@ pub use decimals::decimals;
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::{FORMAT, Record, Recording, RecordingError, Writer};
-pub use header::{Argument, Expected, Fault, Header, Moment, Monitor, Node, Origin, Place, SettingGroup, Snapshots};
+pub use header::{
+    Argument, Expected, Fault, Header, Moment, Monitor, Node, Origin, Place, SettingGroup, Snapshots, TREE,
+};
 pub use monitor::{Graph, Location, MonitorState, Transition};
 pub use scene_clock::SceneClock;
 pub use step::{Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step};

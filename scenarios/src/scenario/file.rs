@@ -169,7 +169,7 @@ pub struct Expectations {
 
 impl Expectations {
     /// What records tell of them.
-    pub(crate) fn told(&self) -> Expected {
+    pub fn told(&self) -> Expected {
         let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
         Expected {
             outcomes: self.outcomes.iter().map(|(name, outcome)| (name.value.clone(), *outcome)).collect(),

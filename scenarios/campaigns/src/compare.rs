@@ -1,0 +1,352 @@
+//! Comparing two campaigns: whether the new is better than the old.
+//!
+//! Both must vary the same parameters in the same way, so that what differs is what was changed between them: a tree, a
+//! machine, a fixed value of the scenario. Their numbers of runs may differ. Where both have a run of the same number with
+//! the same seed and parameters, these runs are compared with each other too, which shows smaller differences.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use monitors::Outcome;
+use serde::Serialize;
+
+use super::journal::{JournalReader, Layout, ParameterLayout, Shard};
+use super::results::{SUMMARY, command};
+use super::statistics::{Comparison, Confidence, Count, Paired};
+use super::{RunOutcome, RunRecord};
+use crate::Error;
+
+/// The confidence of the intervals; what is less probable than the rest is taken for a difference.
+const CONFIDENCE: f64 = 0.95;
+/// How many runs are named that went differently.
+const NAMED: usize = 3;
+
+/// What two campaigns say of each other.
+#[derive(Clone, Debug, Serialize)]
+pub struct CampaignComparison {
+    /// The one before.
+    pub before: Side,
+    /// The one after.
+    pub after: Side,
+    /// The confidence of all intervals.
+    pub confidence: Confidence,
+    /// How many runs both have with the same number, seed and parameters.
+    pub pairs: u64,
+    /// For each property that both watch, and the expectation.
+    pub comparisons: Vec<Compared>,
+}
+
+/// One of the two campaigns.
+#[derive(Clone, Debug, Serialize)]
+pub struct Side {
+    /// Where its results are.
+    pub folder: PathBuf,
+    /// How the command line calls it.
+    pub campaign: String,
+    /// The command that runs it again.
+    pub again: String,
+    /// Its scenario.
+    pub scenario: String,
+    /// The version that ran it.
+    pub version: String,
+    /// How many runs it has.
+    pub runs: u64,
+    /// How many of them failed; they count for no property.
+    pub failed: u64,
+}
+
+/// How often something happened before and after.
+#[derive(Clone, Debug, Serialize)]
+pub struct Compared {
+    /// What: a property that was violated, or `expectation`.
+    pub of: String,
+    /// The two counts, and what they say.
+    #[serde(flatten)]
+    pub comparison: Comparison,
+    /// In the pairs: how many went differently; null without pairs.
+    pub paired: Option<Paired>,
+    /// The p-value of the pairs: McNemar's exact test.
+    pub paired_p_value: Option<f64>,
+    /// The first runs in which it happened only before, and only after.
+    pub first_only_before: Vec<u64>,
+    /// See [`first_only_before`](Self::first_only_before).
+    pub first_only_after: Vec<u64>,
+    /// Whether the rate is `lower`, `higher`, or the runs show `no_difference`: by Fisher's test, or by the pairs' if there
+    /// are some, with an error of 5 % over all that is compared (Bonferroni).
+    pub change: Change,
+}
+
+/// What became of a rate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Change {
+    /// It happens less often.
+    Lower,
+    /// It happens more often.
+    Higher,
+    /// The runs do not show that it differs.
+    NoDifference,
+}
+
+impl CampaignComparison {
+    /// Compares the results in two folders.
+    ///
+    /// # Errors
+    /// [`Error::BadInput`] if there are none, if they are incomplete, or if the campaigns cannot be compared.
+    pub fn of(before: &Path, after: &Path) -> Result<Self, Error> {
+        let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
+        let [mut old, mut new] = [open(before)?, open(after)?];
+        check_alike(&old.header.layout, &new.header.layout)?;
+        let events = Event::shared(&old.header.layout, &new.header.layout)?;
+        let mut tally = Tally::new(events);
+        loop {
+            let (old, new) = (old.next()?, new.next()?);
+            if old.is_none() && new.is_none() {
+                break;
+            }
+            tally.add(old.as_ref(), new.as_ref());
+        }
+        let side = |folder: &Path, journal: &JournalReader, place: usize| Side {
+            folder: folder.to_owned(),
+            campaign: journal.header.layout.campaign.clone(),
+            again: journal.header.layout.again(),
+            scenario: journal.header.layout.scenario.clone(),
+            version: journal.header.version().to_owned(),
+            runs: tally.runs[place],
+            failed: tally.failed[place],
+        };
+        let (before, after) = (side(before, &old, 0), side(after, &new, 1));
+        Ok(Self { before, after, confidence, pairs: tally.pairs, comparisons: tally.compared(confidence) })
+    }
+}
+
+/// Opens the results of a whole campaign that has come to its end.
+fn open(folder: &Path) -> Result<JournalReader, Error> {
+    let journal = JournalReader::open(folder)?;
+    let shown = folder.display();
+    if journal.header.shard != Shard::ALL {
+        let Shard { index, of } = journal.header.shard;
+        let message = format!("{shown} is shard {index}/{of} of a campaign");
+        return Err(Error::refused(message, "put the shards together first: `steward campaign merge`"));
+    }
+    if !folder.join(SUMMARY).is_file() {
+        let message = format!("the campaign in {shown} has not come to its end");
+        return Err(Error::refused(message, "run its command again: it goes on where it stopped"));
+    }
+    Ok(journal)
+}
+
+/// Refuses campaigns that vary different things.
+fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
+    let help = "two campaigns are comparable if they vary the same parameters in the same way";
+    let keys = |layout: &Layout| -> Vec<String> {
+        let mut keys: Vec<_> = layout.parameters.iter().map(|parameter| parameter.key.clone()).collect();
+        keys.sort_unstable();
+        keys
+    };
+    let [old, new] = [before, after].map(keys);
+    if old != new {
+        let list =
+            |keys: &[String]| if keys.is_empty() { "nothing".to_owned() } else { format!("`{}`", keys.join("`, `")) };
+        let message = format!("the campaigns vary different things: {}, and {}", list(&old), list(&new));
+        return Err(Error::refused(message, help));
+    }
+    let differs = |old: &&ParameterLayout| {
+        let same = after.parameters.iter().find(|new| new.key == old.key);
+        same.filter(|new| new.domain != old.domain).map(|new| (old.key.clone(), old.domain.clone(), new.domain.clone()))
+    };
+    match before.parameters.iter().find_map(|old| differs(&old)) {
+        Some((key, old, new)) => {
+            Err(Error::refused(format!("the campaigns vary `{key}` differently: {old}, and {new}"), help))
+        }
+        None => Ok(()),
+    }
+}
+
+/// Something that can happen in runs of both campaigns.
+struct Event {
+    name: String,
+    /// The places of its property in both; none for the expectation.
+    places: Option<[usize; 2]>,
+}
+
+impl Event {
+    /// What both campaigns know of.
+    fn shared(before: &Layout, after: &Layout) -> Result<Vec<Self>, Error> {
+        let place = |layout: &Layout, name: &String| layout.properties.iter().position(|other| other == name);
+        let shared = before.properties.iter().filter_map(|name| {
+            Some(Self { name: name.clone(), places: Some([place(before, name)?, place(after, name)?]) })
+        });
+        let shared: Vec<Self> = shared.collect();
+        if shared.is_empty() && !(before.properties.is_empty() && after.properties.is_empty()) {
+            let list = |layout: &Layout| layout.properties.join(", ");
+            let message = format!("the campaigns watch no property in common: {}; {}", list(before), list(after));
+            return Err(Error::refused(message, "compare campaigns whose scenarios have the same properties"));
+        }
+        Ok(shared.into_iter().chain([Self { name: "expectation".to_owned(), places: None }]).collect())
+    }
+
+    /// Whether it happened in a run of the campaign of that place.
+    fn happened(&self, record: &RunRecord, campaign: usize) -> Option<bool> {
+        match self.places {
+            Some(places) => Some(record.facts.as_ref()?.monitors.get(places[campaign])?.verdict == Outcome::Violated),
+            None => Some(record.outcome != RunOutcome::AsExpected),
+        }
+    }
+}
+
+/// What is counted while the runs of both go by.
+struct Tally {
+    runs: [u64; 2],
+    failed: [u64; 2],
+    pairs: u64,
+    events: Vec<Counted>,
+}
+
+struct Counted {
+    event: Event,
+    counts: [Count; 2],
+    paired: Paired,
+    only: [Vec<u64>; 2],
+}
+
+impl Tally {
+    fn new(events: Vec<Event>) -> Self {
+        let counted =
+            |event| Counted { event, counts: Default::default(), paired: Paired::default(), only: Default::default() };
+        Self { runs: [0; 2], failed: [0; 2], pairs: 0, events: events.into_iter().map(counted).collect() }
+    }
+
+    /// Counts the runs of one number; either campaign may have none.
+    fn add(&mut self, old: Option<&RunRecord>, new: Option<&RunRecord>) {
+        let alike = old.zip(new).is_some_and(|(old, new)| (old.seed, &old.values) == (new.seed, &new.values));
+        self.pairs += u64::from(alike);
+        for (place, record) in [old, new].into_iter().enumerate() {
+            let Some(record) = record else { continue };
+            self.runs[place] += 1;
+            self.failed[place] += u64::from(record.outcome == RunOutcome::Failed);
+        }
+        for Counted { event, counts, paired, only } in &mut self.events {
+            let [before, after] = [(old, 0), (new, 1)].map(|(record, place)| event.happened(record?, place));
+            for (count, happened) in counts.iter_mut().zip([before, after]) {
+                happened.into_iter().for_each(|happened| count.push(happened));
+            }
+            let Some((record, before, after)) =
+                old.zip(before).zip(after).map(|((run, before), after)| (run, before, after))
+            else {
+                continue;
+            };
+            if alike && before != after {
+                paired.only_before += u64::from(before);
+                paired.only_after += u64::from(after);
+                let named = &mut only[usize::from(after)];
+                if named.len() < NAMED {
+                    named.push(record.k);
+                }
+            }
+        }
+    }
+
+    fn compared(self, confidence: Confidence) -> Vec<Compared> {
+        let enough = (1.0 - CONFIDENCE) / self.events.len().max(1) as f64;
+        let pairs = self.pairs;
+        let compared = |Counted {
+                            event,
+                            counts: [before, after],
+                            paired,
+                            only: [first_only_before, first_only_after],
+                        }: Counted| {
+            let comparison = Comparison::of(before, after, confidence);
+            let all_paired = pairs > 0 && pairs == before.runs().max(after.runs());
+            let p_value = if all_paired { paired.p_value() } else { comparison.p_value };
+            let change = match comparison.difference {
+                Some(difference) if p_value < enough && difference < 0.0 => Change::Lower,
+                Some(difference) if p_value < enough && difference > 0.0 => Change::Higher,
+                _ => Change::NoDifference,
+            };
+            Compared {
+                of: event.name,
+                comparison,
+                paired: (pairs > 0).then_some(paired),
+                paired_p_value: (pairs > 0).then(|| paired.p_value()),
+                first_only_before,
+                first_only_after,
+                change,
+            }
+        };
+        self.events.into_iter().map(compared).collect()
+    }
+}
+
+/// In words.
+impl fmt::Display for CampaignComparison {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (name, side) in [("before", &self.before), ("after", &self.after)] {
+            let Side { folder, campaign, scenario, version, runs, failed, .. } = side;
+            writeln!(
+                f,
+                "{name:<7} {}: {campaign} ({scenario}, steward {version}), {runs} runs, {failed} failed",
+                folder.display()
+            )?;
+        }
+        if self.pairs > 0 {
+            writeln!(f, "{} runs have the same parameters and seed in both", self.pairs)?;
+        }
+        self.comparisons.iter().try_for_each(|compared| compared.write(f, self))
+    }
+}
+
+impl Compared {
+    fn write(&self, f: &mut fmt::Formatter<'_>, of: &CampaignComparison) -> fmt::Result {
+        let Comparison { before, after, p_value, difference, interval, odds_ratio, odds_interval, .. } =
+            &self.comparison;
+        let percent = |count: &Count| count.rate().map_or("–".to_owned(), |rate| format!("{:.2} %", 100.0 * rate));
+        let what = if self.of == "expectation" { "not as expected" } else { "violated" };
+        let verdict = match self.change {
+            Change::Lower => format!("less often {what} after"),
+            Change::Higher => format!("more often {what} after"),
+            Change::NoDifference => "no difference shown".to_owned(),
+        };
+        writeln!(f, "\n{}: {verdict}", self.of)?;
+        writeln!(
+            f,
+            "  {what} in {} of {} ({}) before, {} of {} ({}) after",
+            before.happened(),
+            before.runs(),
+            percent(before),
+            after.happened(),
+            after.runs(),
+            percent(after)
+        )?;
+        let high = odds_interval.high.map_or("∞".to_owned(), |high| format!("{high:.3}"));
+        let ratio = odds_ratio.map_or("–".to_owned(), |ratio| format!("{ratio:.3}"));
+        writeln!(
+            f,
+            "  difference {:+.2} points ({:+.2} to {:+.2}), odds ratio {ratio} ({:.3} to {high}), Fisher's exact test p = {}",
+            100.0 * difference.unwrap_or(0.0),
+            100.0 * interval.low,
+            100.0 * interval.high,
+            odds_interval.low,
+            probability(*p_value)
+        )?;
+        let Some((paired, p_value)) = self.paired.zip(self.paired_p_value) else { return Ok(()) };
+        writeln!(
+            f,
+            "  of equal runs, {} only before and {} only after, McNemar's exact test p = {}",
+            paired.only_before,
+            paired.only_after,
+            probability(p_value)
+        )?;
+        for (runs, when) in [(&self.first_only_before, "before"), (&self.first_only_after, "after")] {
+            if let Some(k) = runs.first() {
+                let side = if when == "before" { &of.before } else { &of.after };
+                writeln!(f, "  only {when}: run {k}, {}", command(&side.again, *k))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn probability(p: f64) -> String {
+    if p >= 0.001 { format!("{p:.4}") } else { format!("{p:.1e}") }
+}

@@ -1,0 +1,355 @@
+//! The campaign file: what a user writes, read and checked as far as it can be without the scenario.
+
+use diagnostics::document::{Document, Field, Table};
+use diagnostics::{FileProblems, Problem, Span, Spanned};
+use scenarios::scenario::unknown;
+
+use super::Measure;
+use super::model::Model;
+use super::parameter::{Domain, Parameter, normal_cdf};
+use super::sampling::{MAX_SOBOL_DIMENSIONS, Sampling};
+use super::statistics::{Confidence, Precision, Sprt, StatisticsError};
+
+/// No campaign has more runs.
+pub const MAX_RUNS: u64 = 100_000_000;
+/// No list of values is longer: the scenario is asked about each before the first run.
+const MAX_VALUES: u64 = 1000;
+/// No range has more steps.
+const MAX_STEPS: u64 = 1_000_000;
+
+/// A campaign file.
+#[derive(Clone, Debug)]
+pub struct CampaignFile {
+    /// What the campaign is to find out, in a line.
+    pub about: String,
+    /// The scenario, by name or as a path beside the file.
+    pub scenario: Spanned<String>,
+    /// Where all randomness of the campaign comes from.
+    pub seed: u64,
+    /// Which root seeds the runs have.
+    pub seeds: Seeds,
+    /// What is set in every run alike, as `--set` takes it.
+    pub set: Vec<Spanned<String>>,
+    /// How runs are spread over the parameters.
+    pub sampling: Sampling,
+    /// What varies.
+    pub parameters: Vec<Parameter>,
+    /// How many runs there are at most.
+    pub runs: u64,
+    /// When fewer are enough.
+    pub goal: Option<Goal>,
+    /// What is drawn against the parameters.
+    pub measures: Vec<Measure>,
+    /// What the results are held against.
+    pub model: Option<Model>,
+}
+
+/// Which root seeds the runs have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seeds {
+    /// Run k has the campaign's seed plus k.
+    Each,
+    /// All have the campaign's: only the parameters differ.
+    Same,
+}
+
+/// A statistical goal.
+#[derive(Clone, Debug)]
+pub struct Goal {
+    /// Of what the probability is asked: a property's violation by its name, or `expectation`, that a run is not what the
+    /// scenario expects.
+    pub of: Spanned<String>,
+    /// What is asked.
+    pub question: Question,
+}
+
+/// What is asked of a probability.
+#[derive(Clone, Debug)]
+pub enum Question {
+    /// What it is, to within a half width.
+    Estimate(Precision),
+    /// On which side of a bound it lies.
+    Test(Sprt),
+}
+
+impl CampaignFile {
+    /// Reads a campaign; `name` is what diagnostics call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the text.
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        Document::parse_toml(name, text)?.read(read)
+    }
+}
+
+fn read(root: Table<'_>) -> Option<CampaignFile> {
+    let about = root.text("about").or(String::new());
+    let scenario = root.text("scenario").spanned().required();
+    let seed = root.get::<u64>("seed").or(1);
+    let seeds = root.one_of("seeds", &[("each", Seeds::Each), ("same", Seeds::Same)]).or(Seeds::Each);
+    let set = root.get("set").or(Vec::new());
+    let samplings = [
+        ("grid", Sampling::Grid),
+        ("random", Sampling::Random),
+        ("latin_hypercube", Sampling::LatinHypercube),
+        ("sobol", Sampling::Sobol),
+    ];
+    let sampling = root.one_of("sampling", &samplings).spanned();
+    let random = Spanned { value: Sampling::Random, span: root.span().clone() };
+    let sampling = if root.has("parameters") { sampling.required() } else { Some(sampling.or(random)) };
+    let goal = root.table("goal").and_then(read_goal);
+    let goal = if root.has("goal") { goal.required().map(Some) } else { Some(None) };
+    let measures = root.get::<Vec<Spanned<String>>>("measures").try_map(|names, _| read_measures(&names));
+    let measures = if root.has("measures") { measures.required() } else { Some(Vec::new()) };
+    let model = root.table("model").and_then(|table| Model::read(table));
+    let model = if root.has("model") { model.required().map(Some) } else { Some(None) };
+    let parameters = root.tables("parameters").each(read_parameter);
+    let parameters = if root.has("parameters") { parameters.required() } else { Some(Vec::new()) };
+    let runs = root.get::<u64>("runs").within(1..=MAX_RUNS).spanned();
+    let repeats = root.get::<u64>("repeats").within(1..=MAX_RUNS).spanned();
+    let (sampling, parameters, goal, model) = (sampling?, parameters?, goal?, model?);
+    check_parameters(root, &sampling, &parameters);
+    model.iter().for_each(|model| model.check(root, &parameters));
+    let runs = if sampling.value == Sampling::Grid {
+        refuse_given(root, runs, "a grid has one run for each combination: say `repeats` for more");
+        grid_runs(root, &parameters, repeats)
+    } else {
+        refuse_given(root, repeats, "only a grid repeats its runs: say `runs`");
+        settled_runs(root, sampling.value, goal.as_ref(), runs)
+    };
+    Some(CampaignFile {
+        about,
+        scenario: scenario?,
+        seed,
+        seeds,
+        set,
+        sampling: sampling.value,
+        parameters,
+        runs: runs?,
+        goal,
+        measures: measures?,
+        model,
+    })
+}
+
+fn read_measures(names: &[Spanned<String>]) -> Result<Vec<Measure>, Problem> {
+    let measure = |name: &Spanned<String>| {
+        let found = Measure::ALL.into_iter().find(|measure| measure.name() == name.value);
+        found.ok_or_else(|| unknown("measure", name, Measure::ALL.map(Measure::name)))
+    };
+    names.iter().map(measure).collect()
+}
+
+fn refuse_given(root: Table<'_>, field: Field<'_, Spanned<u64>>, why: &str) {
+    if let Some(given) = field.optional() {
+        root.report(given.span.problem(why).with_label("not here"));
+    }
+}
+
+/// How many runs a design has that is no grid.
+fn settled_runs(
+    root: Table<'_>,
+    sampling: Sampling,
+    goal: Option<&Goal>,
+    runs: Field<'_, Spanned<u64>>,
+) -> Option<u64> {
+    if let (Sampling::LatinHypercube, Some(goal)) = (sampling, goal) {
+        let problem = goal.of.span.problem("a Latin hypercube cannot stop early").with_label("this is when to stop");
+        root.report(problem.with_help("only all of its runs together are one: choose `sobol` or `random`"));
+    }
+    match goal.map(|goal| &goal.question) {
+        Some(Question::Estimate(precision)) => {
+            Some(runs.optional().map_or(u64::MAX, |runs| runs.value).min(precision.max_runs()))
+        }
+        Some(Question::Test(_)) => {
+            let help = "a test may go on for ever: say with `runs` how many runs there are at most";
+            runs.required_or(help).map(|runs| runs.value)
+        }
+        None => runs.required_or("say how many runs, or what to find out in a `[goal]`").map(|runs| runs.value),
+    }
+}
+
+/// How many runs a grid has.
+fn grid_runs(root: Table<'_>, parameters: &[Parameter], repeats: Field<'_, Spanned<u64>>) -> Option<u64> {
+    let repeats = repeats.optional().map_or(1, |repeats| repeats.value);
+    let counts: Vec<u64> = parameters.iter().filter_map(|parameter| parameter.domain.count()).collect();
+    let runs = counts.iter().fold(u128::from(repeats), |runs, count| runs.saturating_mul(u128::from(*count)));
+    if runs <= u128::from(MAX_RUNS) {
+        return Some(runs as u64);
+    }
+    let factors: Vec<String> = counts.iter().chain([&repeats]).map(u64::to_string).collect();
+    let message = format!("the grid has {} = {runs} runs", factors.join(" × "));
+    let span = parameters.first().map_or(root.span(), |parameter| &parameter.key.span);
+    let help = format!("at most {MAX_RUNS} are possible: take fewer values, or `sobol` with the `runs` you can afford");
+    root.report(span.problem(message).with_label("of these parameters").with_help(help));
+    None
+}
+
+/// Whether the parameters go together, and with the design.
+fn check_parameters(root: Table<'_>, sampling: &Spanned<Sampling>, parameters: &[Parameter]) {
+    for (place, parameter) in parameters.iter().enumerate() {
+        let Spanned { value: key, span } = &parameter.key;
+        let before = &parameters[..place];
+        let inside = |outer: &str, inner: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
+        if before.iter().any(|other| other.key.value == *key) {
+            root.report(span.problem(format!("`{key}` varies twice")).with_label("again"));
+        } else if let Some(other) =
+            before.iter().find(|other| inside(&other.key.value, key) || inside(key, &other.key.value))
+        {
+            root.report(span.problem(format!("`{key}` and `{}` overlap", other.key.value)).with_label("this key"));
+        }
+        if sampling.value == Sampling::Grid && parameter.domain.count().is_none() {
+            let problem = span.problem(format!("a grid cannot go through all values of `{key}`"));
+            root.report(
+                problem.with_label("of this key").with_help("say `values`, or `steps` between `from` and `to`"),
+            );
+        }
+    }
+    if sampling.value == Sampling::Sobol && parameters.len() > MAX_SOBOL_DIMENSIONS {
+        let problem = sampling.span.problem(format!("a Sobol sequence has at most {MAX_SOBOL_DIMENSIONS} parameters"));
+        let label = format!("with {} parameters", parameters.len());
+        root.report(problem.with_label(label).with_help("`latin_hypercube` and `random` take any number"));
+    }
+}
+
+fn read_parameter(table: Table<'_>) -> Option<Parameter> {
+    let key = table.text("key").check(|key| is_key(key), "be a dotted key such as `battery.initial_pct`");
+    let key = key.spanned().required();
+    let domain = read_domain(table);
+    let name = table.text("name").check(|name| is_name(name), "be a name of letters, digits and `_`").optional();
+    let about = table.text("about").check(|about| !about.is_empty(), "not be empty").optional();
+    Some(Parameter { key: key?, domain: domain?, name, about })
+}
+
+/// Whether a formula can speak of it.
+fn is_name(name: &str) -> bool {
+    name.starts_with(|first: char| first.is_alphabetic() || first == '_')
+        && name.chars().all(|letter| letter.is_alphanumeric() || letter == '_')
+}
+
+/// Whether `--set` takes it as a key.
+fn is_key(key: &str) -> bool {
+    key.split('.').all(|part| !part.trim().is_empty()) && !key.contains(['=', '\n'])
+}
+
+fn read_domain(table: Table<'_>) -> Option<Domain> {
+    let kinds = ["values", "from", "normal", "exponential"];
+    let given: Vec<&str> = kinds.into_iter().filter(|kind| table.has(kind)).collect();
+    kinds.into_iter().chain(["to", "steps", "scale", "whole"]).for_each(|key| table.know(key));
+    let help = "say either `values`, or `from` and `to`, or `normal`, or `exponential`";
+    match given.as_slice() {
+        ["values"] => {
+            let few = |values: &Vec<_>| (1..=MAX_VALUES).contains(&(values.len() as u64));
+            let values = table.get("values").check(few, format!("have 1 to {MAX_VALUES} items"));
+            only_ranges(table);
+            values.required().map(Domain::Values)
+        }
+        ["from"] => read_range(table),
+        ["normal"] => {
+            only_ranges(table);
+            table.table("normal").and_then(read_normal).required()
+        }
+        ["exponential"] => {
+            only_ranges(table);
+            let mean = |table: Table<'_>| table.number("mean").above(0.0).required();
+            table.table("exponential").and_then(mean).required().map(|mean| Domain::Exponential { mean })
+        }
+        [] => {
+            table.report(table.span().problem("nothing says what the parameter may be").with_help(help));
+            None
+        }
+        _ => {
+            let message = format!("the parameter has both `{}`", given.join("` and `"));
+            table.report(table.span().problem(message).with_help(help));
+            None
+        }
+    }
+}
+
+/// Refuses the keys of a range beside something else.
+fn only_ranges(table: Table<'_>) {
+    for (key, span) in table.keys().filter(|(key, _)| ["to", "steps", "scale", "whole"].contains(key)) {
+        table.report(span.problem(format!("`{key}` belongs to `from`")).with_label("there is no `from`"));
+    }
+}
+
+fn read_range(table: Table<'_>) -> Option<Domain> {
+    let whole = table.boolean("whole").or(false);
+    let (from, to) = (table.number("from").spanned().required(), table.number("to").spanned().required());
+    let logarithmic = table.one_of("scale", &[("linear", false), ("log", true)]).or(false);
+    let steps = table.get::<u64>("steps").within(2..=MAX_STEPS).optional();
+    if whole {
+        for (key, span) in table.keys().filter(|(key, _)| ["steps", "scale"].contains(key)) {
+            table.report(
+                span.problem(format!("`{key}` does not go with `whole`")).with_label("all whole numbers are taken"),
+            );
+        }
+        let (from, to) = (table.integer("from").optional(), table.integer("to").spanned().optional());
+        let (from, to) = (from?, to?);
+        check_order(table, from < to.value, &to.span)?;
+        return Some(Domain::Whole { from, to: to.value });
+    }
+    let (from, to) = (from?, to?);
+    check_order(table, from.value < to.value, &to.span)?;
+    if logarithmic && from.value <= 0.0 {
+        table.report(from.span.problem("a logarithmic scale begins above 0").with_label("this value"));
+        return None;
+    }
+    Some(Domain::Range { from: from.value, to: to.value, logarithmic, steps })
+}
+
+fn check_order(table: Table<'_>, right: bool, to: &Span) -> Option<()> {
+    if !right {
+        table.report(to.problem("`to` must be greater than `from`").with_label("this value"));
+    }
+    right.then_some(())
+}
+
+fn read_normal(table: Table<'_>) -> Option<Domain> {
+    let (mean, sd) = (table.number("mean").required(), table.number("sd").above(0.0).required());
+    let (min, max) = (table.number("min").optional(), table.number("max").optional());
+    let (mean, sd) = (mean?, sd?);
+    let share = |end: f64| normal_cdf((end - mean) / sd);
+    let left = max.map_or(1.0, share) - min.map_or(0.0, share);
+    if left < 1e-6 {
+        let problem = table.span().problem("hardly anything of the distribution lies between `min` and `max`");
+        table.report(problem.with_label("this distribution").with_help("at least a millionth of it must"));
+        return None;
+    }
+    Some(Domain::Normal { mean, sd, min, max })
+}
+
+fn read_goal(table: Table<'_>) -> Option<Goal> {
+    let estimate = table.text("estimate").spanned();
+    let test = table.text("test").spanned();
+    match (table.has("estimate"), table.has("test")) {
+        (true, false) => {
+            let half_width = table.number("half_width").spanned().required();
+            let confidence = table.number("confidence").try_map(|value, span| sensible(span, Confidence::new(value)));
+            let confidence = confidence.required_or("say how sure to be, such as `confidence = 0.95`");
+            let (of, half_width) = (estimate.required(), half_width?);
+            let precision = sensible(&half_width.span, Precision::new(half_width.value, confidence?));
+            let precision = precision.map_err(|problem| table.report(problem)).ok()?;
+            Some(Goal { of: of?, question: Question::Estimate(precision) })
+        }
+        (false, true) => {
+            let (bound, indifference) =
+                (table.number("bound").spanned().required(), table.number("indifference").required());
+            let error = table.number("error").required_or("say how often to be wrong, such as `error = 0.05`");
+            let (of, bound) = (test.required(), bound?);
+            let sprt = sensible(&bound.span, Sprt::new(bound.value, indifference?, error?));
+            let sprt = sprt.map_err(|problem| table.report(problem)).ok()?;
+            Some(Goal { of: of?, question: Question::Test(sprt) })
+        }
+        _ => {
+            let problem = table.span().problem("a goal either estimates or tests").with_label("this goal");
+            table.report(problem.with_help("`estimate = \"phi1\"` with `half_width` and `confidence`, or `test = \"phi1\"` with `bound`, `indifference` and `error`"));
+            None
+        }
+    }
+}
+
+/// What statistics refuses is a problem of the place that says it.
+fn sensible<T>(span: &Span, result: Result<T, StatisticsError>) -> Result<T, Problem> {
+    result.map_err(|error| span.problem(error.to_string()).with_label("this value"))
+}

@@ -1,0 +1,260 @@
+//! Formulas over the parameters of a campaign: numbers, names, `+ - * /` and parentheses.
+
+use std::fmt;
+use std::iter::Peekable;
+
+/// A formula, such as `drain * (distance / 0.45 + lost + 2)`.
+///
+/// ```
+/// use campaigns::Formula;
+///
+/// let formula = Formula::parse("2 * (a + 1) - a / 4")?;
+/// assert_eq!(formula.value(&|name| (name == "a").then_some(8.0)), Some(16.0));
+/// # Ok::<(), campaigns::FormulaError>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Formula {
+    text: String,
+    root: Node,
+}
+
+/// Why a text is no formula.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FormulaError {
+    /// It is longer than that, in bytes.
+    #[error("a formula has at most {0} letters")]
+    TooLong(usize),
+    /// Its parentheses are too deep.
+    #[error("the parentheses are too deep")]
+    TooDeep,
+    /// It ends before it is whole.
+    #[error("the formula breaks off")]
+    Unfinished,
+    /// A parenthesis is not closed.
+    #[error("a `)` is missing")]
+    Unclosed,
+    /// It is whole before this.
+    #[error("`{0}` is one too many")]
+    Superfluous(String),
+    /// This is where a number, a name or a parenthesis should be.
+    #[error("`{0}` cannot stand here")]
+    Misplaced(String),
+    /// This looks like a number and is none.
+    #[error("`{0}` is no number")]
+    NotANumber(String),
+    /// No formula has this character.
+    #[error("`{0}` means nothing here")]
+    Meaningless(char),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Node {
+    Number(f64),
+    Name(String),
+    Negative(Box<Self>),
+    Both(Box<Self>, char, Box<Self>),
+}
+
+impl Formula {
+    /// Reads a formula.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn parse(text: &str) -> Result<Self, FormulaError> {
+        if text.len() > LONGEST {
+            return Err(FormulaError::TooLong(LONGEST));
+        }
+        let mut parser = Parser { tokens: tokens(text)?.into_iter().peekable() };
+        let root = parser.sum(0)?;
+        match parser.tokens.next() {
+            None => Ok(Self { text: text.to_owned(), root }),
+            Some(token) => Err(FormulaError::Superfluous(token.to_string())),
+        }
+    }
+
+    /// What it comes to; `value` knows the names. None if a name has no value, or if it comes to no finite number.
+    #[must_use]
+    pub fn value(&self, value: &impl Fn(&str) -> Option<f64>) -> Option<f64> {
+        self.root.value(value).filter(|value| value.is_finite())
+    }
+
+    /// The names in it, in the order of their first appearance.
+    #[must_use]
+    pub fn names(&self) -> Vec<&str> {
+        let mut names = Vec::new();
+        self.root.collect(&mut names);
+        names
+    }
+}
+
+/// As it was written.
+impl fmt::Display for Formula {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl Node {
+    fn value(&self, of: &impl Fn(&str) -> Option<f64>) -> Option<f64> {
+        Some(match self {
+            Self::Number(number) => *number,
+            Self::Name(name) => of(name)?,
+            Self::Negative(node) => -node.value(of)?,
+            Self::Both(left, sign, right) => {
+                let (left, right) = (left.value(of)?, right.value(of)?);
+                match sign {
+                    '+' => left + right,
+                    '-' => left - right,
+                    '*' => left * right,
+                    _ => left / right,
+                }
+            }
+        })
+    }
+
+    fn collect<'n>(&'n self, names: &mut Vec<&'n str>) {
+        match self {
+            Self::Number(_) => {}
+            Self::Name(name) if names.contains(&name.as_str()) => {}
+            Self::Name(name) => names.push(name),
+            Self::Negative(node) => node.collect(names),
+            Self::Both(left, _, right) => {
+                left.collect(names);
+                right.collect(names);
+            }
+        }
+    }
+}
+
+/// A piece of a formula's text.
+#[derive(Clone, Debug, PartialEq)]
+enum Token {
+    Number(f64),
+    Name(String),
+    Sign(char),
+}
+
+impl fmt::Display for Token {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Name(name) => f.write_str(name),
+            Self::Sign(sign) => sign.fmt(f),
+        }
+    }
+}
+
+fn tokens(text: &str) -> Result<Vec<Token>, FormulaError> {
+    let (mut tokens, mut rest) = (Vec::new(), text.trim_start());
+    while let Some(first) = rest.chars().next() {
+        let of_name = |letter: char| letter.is_alphanumeric() || letter == '_';
+        let of_number = |letter: char| letter.is_ascii_digit() || letter == '.';
+        let end = |part: fn(char) -> bool| rest.find(|letter| !part(letter)).unwrap_or(rest.len());
+        let (token, taken) = if of_number(first) {
+            let number = &rest[..end(of_number)];
+            let parsed = number.parse().map_err(|_| FormulaError::NotANumber(number.to_owned()))?;
+            (Token::Number(parsed), number.len())
+        } else if of_name(first) {
+            let name = &rest[..end(of_name)];
+            (Token::Name(name.to_owned()), name.len())
+        } else if "+-*/()".contains(first) {
+            (Token::Sign(first), 1)
+        } else {
+            return Err(FormulaError::Meaningless(first));
+        };
+        tokens.push(token);
+        rest = rest[taken..].trim_start();
+    }
+    Ok(tokens)
+}
+
+/// A formula may not be longer, in bytes.
+const LONGEST: usize = 1000;
+/// Parentheses may not be deeper.
+const DEEPEST: usize = 100;
+
+struct Parser<I: Iterator<Item = Token>> {
+    tokens: Peekable<I>,
+}
+
+impl<I: Iterator<Item = Token>> Parser<I> {
+    fn sum(&mut self, depth: usize) -> Result<Node, FormulaError> {
+        self.chain(['+', '-'], |parser| parser.product(depth))
+    }
+
+    fn product(&mut self, depth: usize) -> Result<Node, FormulaError> {
+        self.chain(['*', '/'], |parser| parser.single(depth))
+    }
+
+    /// Parts with signs of one kind between them, from left to right.
+    fn chain(
+        &mut self,
+        signs: [char; 2],
+        part: impl Fn(&mut Self) -> Result<Node, FormulaError>,
+    ) -> Result<Node, FormulaError> {
+        let mut left = part(self)?;
+        let is_sign = |token: &Token| matches!(token, Token::Sign(sign) if signs.contains(sign));
+        while let Some(Token::Sign(sign)) = self.tokens.next_if(is_sign) {
+            left = Node::Both(Box::new(left), sign, Box::new(part(self)?));
+        }
+        Ok(left)
+    }
+
+    fn single(&mut self, depth: usize) -> Result<Node, FormulaError> {
+        match self.tokens.next() {
+            _ if depth > DEEPEST => Err(FormulaError::TooDeep),
+            Some(Token::Number(number)) => Ok(Node::Number(number)),
+            Some(Token::Name(name)) => Ok(Node::Name(name)),
+            Some(Token::Sign('-')) => Ok(Node::Negative(Box::new(self.single(depth + 1)?))),
+            Some(Token::Sign('(')) => {
+                let inside = self.sum(depth + 1)?;
+                let closes = self.tokens.next() == Some(Token::Sign(')'));
+                if closes { Ok(inside) } else { Err(FormulaError::Unclosed) }
+            }
+            Some(token) => Err(FormulaError::Misplaced(token.to_string())),
+            None => Err(FormulaError::Unfinished),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(text: &str) -> Option<f64> {
+        Formula::parse(text).unwrap().value(&|name| match name {
+            "a" => Some(3.0),
+            "zero" => Some(0.0),
+            _ => None,
+        })
+    }
+
+    #[test]
+    fn points_come_before_lines_and_both_go_from_left_to_right() {
+        assert_eq!(value("1 + 2 * a"), Some(7.0));
+        assert_eq!(value("(1 + 2) * a"), Some(9.0));
+        assert_eq!(value("10 - 3 - 2"), Some(5.0));
+        assert_eq!(value("12 / 2 / a"), Some(2.0));
+        assert_eq!(value("-a * -(2 - 1.5)"), Some(1.5));
+        assert_eq!(value("a / zero"), None);
+        assert_eq!(value("b"), None);
+        assert_eq!(Formula::parse("a*b + a").unwrap().names(), ["a", "b"]);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        for (text, wanted) in [
+            ("1 +", FormulaError::Unfinished),
+            ("(1", FormulaError::Unclosed),
+            ("1 2", FormulaError::Superfluous("2".to_owned())),
+            ("a ^ 2", FormulaError::Meaningless('^')),
+            ("1.2.3", FormulaError::NotANumber("1.2.3".to_owned())),
+            ("* 2", FormulaError::Misplaced("*".to_owned())),
+            (&"(".repeat(500), FormulaError::TooDeep),
+            (&"1".repeat(1001), FormulaError::TooLong(1000)),
+        ] {
+            assert_eq!(Formula::parse(text), Err(wanted));
+        }
+    }
+}

@@ -1,0 +1,523 @@
+//! The journal: each run's record as a line of text, written when the run and all before it have ended.
+//!
+//! It is what makes a campaign survive: whatever kills the program, complete lines are there, and an incomplete last one is
+//! cut off when the campaign goes on. Datasets are made from journals alone, so that one that was resumed or merged cannot
+//! differ from one that was not.
+
+use std::borrow::Borrow;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use reports::REPORT;
+use serde::{Deserialize, Serialize};
+
+use super::file::MAX_RUNS;
+use super::{Domain, Measure, Model, Parameter, Plan, RunRecord, Value};
+use crate::Error;
+
+/// The format of journals and datasets.
+const FORMAT: u32 = 2;
+pub(super) const JOURNAL: &str = "journal.jsonl";
+/// The dataset that is made of the journal.
+pub(super) const DATASET: &str = "dataset.parquet";
+const TIMING: &str = "timing.csv";
+
+/// Whether a campaign writes to `folder`, or has.
+pub(crate) fn has_journal(folder: &Path) -> bool {
+    folder.join(JOURNAL).exists()
+}
+
+/// A part of a campaign: the runs whose number leaves the remainder `index` when divided by `of`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// Which part, from 0.
+    pub index: u64,
+    /// How many parts there are.
+    pub of: u64,
+}
+
+impl Shard {
+    /// All of a campaign.
+    pub const ALL: Self = Self { index: 0, of: 1 };
+
+    /// A campaign has no more parts than this.
+    pub const MOST: u64 = 1_000_000;
+
+    /// One of so many parts, if there is such a part.
+    #[must_use]
+    pub fn new(index: u64, of: u64) -> Option<Self> {
+        (index < of && of <= Self::MOST).then_some(Self { index, of })
+    }
+
+    /// How many of that many runs are in the part.
+    #[must_use]
+    pub fn len(self, runs: u64) -> u64 {
+        (runs + self.of - 1 - self.index) / self.of
+    }
+
+    /// The number of the part's run of that place.
+    #[must_use]
+    pub fn run(self, place: u64) -> u64 {
+        self.index + place * self.of
+    }
+}
+
+/// A journal's first line: what it is a journal of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Header {
+    format: u32,
+    version: String,
+    plan: String,
+    runs: u64,
+    pub(super) shard: Shard,
+    pub(super) layout: Layout,
+}
+
+/// What the first line of every journal says, whatever its format.
+#[derive(Deserialize)]
+struct Stamp {
+    format: u32,
+    version: String,
+}
+
+/// What a journal's records mean, so that results can be made without the campaign's file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Layout {
+    /// How the command line calls the campaign.
+    pub(super) campaign: String,
+    /// The number of runs that the command line asked for, where it is not the file's.
+    pub(super) asked: Option<u64>,
+    /// How it calls the scenario.
+    pub(super) scenario: String,
+    /// What it is to find out.
+    pub(super) about: String,
+    pub(super) parameters: Vec<ParameterLayout>,
+    pub(super) properties: Vec<String>,
+    /// The columns of the dataset that the report draws against the parameters.
+    pub(super) measures: Vec<Measure>,
+    /// What the results are held against.
+    pub(super) model: Option<ModelLayout>,
+}
+
+/// A campaign's model, as [`Model`] says it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct ModelLayout {
+    pub(super) of: String,
+    pub(super) about: String,
+    pub(super) quantity: String,
+    pub(super) bound: f64,
+}
+
+impl From<&Model> for ModelLayout {
+    fn from(model: &Model) -> Self {
+        Self {
+            of: model.of.value.clone(),
+            about: model.about.clone(),
+            quantity: model.quantity.value.to_string(),
+            bound: model.bound,
+        }
+    }
+}
+
+impl Layout {
+    /// The command that runs the campaign again.
+    pub(super) fn again(&self) -> String {
+        let plain = |c: char| c.is_alphanumeric() || "-_./".contains(c);
+        let campaign = &self.campaign;
+        let quoted = format!("'{}'", campaign.replace('\'', "'\\''"));
+        let campaign = if campaign.chars().all(plain) { campaign } else { &quoted };
+        let runs = self.asked.map_or(String::new(), |runs| format!(" --runs {runs}"));
+        format!("steward campaign {campaign}{runs}")
+    }
+}
+
+/// A parameter's key and what its values are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct ParameterLayout {
+    pub(super) key: String,
+    pub(super) kind: ParameterKind,
+    /// What its values may be, in words.
+    pub(super) domain: String,
+    /// Whether equal ratios are equally far apart.
+    pub(super) logarithmic: bool,
+    /// How the model calls it.
+    pub(super) name: Option<String>,
+    /// What it is, in words.
+    pub(super) about: Option<String>,
+}
+
+/// What all values of a parameter are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum ParameterKind {
+    Integer,
+    Number,
+    Boolean,
+    /// Texts, or values of several kinds as TOML.
+    Text,
+}
+
+impl ParameterKind {
+    fn of(domain: &Domain) -> Self {
+        let values = match domain {
+            Domain::Values(values) => values,
+            Domain::Whole { .. } => return Self::Integer,
+            Domain::Range { .. } | Domain::Normal { .. } | Domain::Exponential { .. } => return Self::Number,
+        };
+        let all = |is: fn(&Value) -> bool| values.iter().all(is);
+        if all(|value| matches!(value, Value::Integer(_))) {
+            Self::Integer
+        } else if all(|value| matches!(value, Value::Integer(_) | Value::Number(_))) {
+            Self::Number
+        } else if all(|value| matches!(value, Value::Boolean(_))) {
+            Self::Boolean
+        } else {
+            Self::Text
+        }
+    }
+}
+
+impl Header {
+    pub(super) fn of(plan: &Plan, shard: Shard) -> Self {
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let parameter = |parameter: &Parameter| ParameterLayout {
+            key: parameter.key.value.clone(),
+            kind: ParameterKind::of(&parameter.domain),
+            domain: parameter.domain.to_string(),
+            logarithmic: matches!(parameter.domain, Domain::Range { logarithmic: true, .. }),
+            name: parameter.name.clone(),
+            about: parameter.about.clone(),
+        };
+        let layout = Layout {
+            campaign: plan.name().to_owned(),
+            asked: plan.asked(),
+            scenario: plan.scenario().argument.clone(),
+            about: plan.file().about.clone(),
+            parameters: plan.file().parameters.iter().map(parameter).collect(),
+            properties: plan.properties().to_vec(),
+            measures: plan.file().measures.clone(),
+            model: plan.file().model.as_ref().map(ModelLayout::from),
+        };
+        Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }
+    }
+
+    /// The header of another shard of the same campaign.
+    pub(super) fn with_shard(&self, shard: Shard) -> Self {
+        Self { shard, ..self.clone() }
+    }
+
+    /// The version that wrote it.
+    pub(super) fn version(&self) -> &str {
+        &self.version
+    }
+
+    /// How many runs the campaign has, all shards together.
+    pub(super) fn runs(&self) -> u64 {
+        self.runs
+    }
+
+    /// That a journal in `folder` is another campaign's, if it is.
+    pub(super) fn check(&self, found: &Self, folder: &Path) -> Result<(), Error> {
+        let folder = folder.display();
+        let (message, help) = if found.version != self.version {
+            let help = "results of different versions are not mixed: use that version or another folder, or start over with \
+                        `--fresh`";
+            (format!("{folder} has results of version {}, and this is {}", found.version, self.version), help)
+        } else if (&found.plan, found.runs) != (&self.plan, self.runs) {
+            let help = "its file, its number of runs, or a file of its scenario (map, tree, skill, property, …) is another \
+                        now: use another folder, or start over with `--fresh`";
+            (format!("{folder} has results of another campaign"), help)
+        } else if found.shard != self.shard {
+            let Shard { index, of } = found.shard;
+            (format!("{folder} has shard {index}/{of} of this campaign"), "use another folder")
+        } else {
+            return Ok(());
+        };
+        Err(Error::refused(message, help))
+    }
+}
+
+/// A journal that is being written, with the wall times beside it. As long as it is open no other program writes to the
+/// folder.
+#[derive(Debug)]
+pub(super) struct Journal {
+    folder: PathBuf,
+    journal: File,
+    timing: File,
+}
+
+impl Journal {
+    /// Begins a journal in `folder`, or goes on with the one that is there; `replay` gets what it holds already.
+    pub(super) fn open(
+        folder: &Path,
+        header: &Header,
+        replay: impl FnMut(RunRecord) -> Result<(), Error>,
+    ) -> Result<Self, Error> {
+        let journal = folder.join(JOURNAL);
+        let failed = |path: &Path| {
+            let path = path.to_owned();
+            move |source| Error::unwritten(path, source)
+        };
+        if !journal.exists() && folder.join(DATASET).exists() {
+            let message = format!("{} has a dataset without the journal that it was made of", folder.display());
+            return Err(Error::refused(message, "what is there is not overwritten: use another folder"));
+        }
+        if !journal.exists() && folder.join(REPORT).exists() {
+            let message = format!("{} has the report of a run", folder.display());
+            return Err(Error::refused(message, "a campaign does not write over it: name another folder with `--out`"));
+        }
+        std::fs::create_dir_all(folder).map_err(failed(folder))?;
+        let open = |path: &Path| {
+            let file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+            file.map_err(failed(path))
+        };
+        let mut file = open(&journal)?;
+        lock(&file, folder)?;
+        let (runs, end) = resume(folder, &file, header, replay)?;
+        cut(&mut file, end).map_err(failed(&journal))?;
+        if end == 0 {
+            write_line(&mut file, header).map_err(failed(&journal))?;
+        }
+        let path = folder.join(TIMING);
+        let mut timing = open(&path)?;
+        let end = end_of_lines(&timing, runs + 1).map_err(failed(&path))?;
+        cut(&mut timing, end).map_err(failed(&path))?;
+        if end == 0 {
+            timing.write_all(b"k,wall_time_s\n").map_err(failed(&path))?;
+        }
+        Ok(Self { folder: folder.to_owned(), journal: file, timing })
+    }
+
+    /// Reads what was written.
+    ///
+    /// # Errors
+    /// [`Error::Write`] if it is no longer where it was written to.
+    pub(super) fn reader(&self) -> Result<JournalReader, Error> {
+        let path = self.folder.join(JOURNAL);
+        let file = File::open(&path).map_err(|source| Error::unwritten(path, source))?;
+        JournalReader::of(file, &self.folder)
+    }
+
+    /// The folder of the campaign's results.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Writes a run down, with how long the computer took if that is known here.
+    pub(super) fn append(&mut self, record: &RunRecord, wall_time_s: impl Into<Option<f64>>) -> Result<(), Error> {
+        let failed = |name: &str| {
+            let path = self.folder.join(name);
+            move |source| Error::unwritten(path, source)
+        };
+        let (timing, journal) = (failed(TIMING), failed(JOURNAL));
+        if let Some(wall_time_s) = wall_time_s.into() {
+            self.timing.write_all(format!("{},{wall_time_s:.6}\n", record.k).as_bytes()).map_err(timing)?;
+        }
+        write_line(&mut self.journal, record).map_err(journal)
+    }
+}
+
+/// Empties the journal in `folder`, if there is one, once it has removed the files that were `made_of_it`.
+pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error> {
+    let path = folder.join(JOURNAL);
+    let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
+    lock(&file, folder)?;
+    let mut lines = Lines::of(&file, folder).map_err(|_| damaged(folder))?;
+    let header: Option<serde_json::Value> = lines.next_as().unwrap_or_default();
+    if lines.end > 0 && header.is_none_or(|header| header["plan"].is_null()) {
+        let message = format!("{} is not the journal of a campaign", path.display());
+        return Err(Error::refused(message, "only what a campaign wrote is removed: use another folder"));
+    }
+    for name in made_of_it.iter().chain([&TIMING]) {
+        let path = folder.join(name);
+        match std::fs::remove_file(&path) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(Error::unwritten(path, source)),
+            _ => {}
+        }
+    }
+    file.set_len(0).map_err(|source| Error::unwritten(path, source))
+}
+
+/// Keeps other programs from writing to `folder` until the journal is closed.
+fn lock(journal: &File, folder: &Path) -> Result<(), Error> {
+    match journal.try_lock() {
+        Err(TryLockError::WouldBlock) => {
+            let message = format!("another program is writing to {}", folder.display());
+            Err(Error::refused(message, "wait for it to end, or use another folder"))
+        }
+        // A file system without locks is no reason not to run.
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
+    }
+}
+
+/// What a journal has that was written before: how many runs, and where its last complete line ends.
+fn resume(
+    folder: &Path,
+    file: &File,
+    header: &Header,
+    mut replay: impl FnMut(RunRecord) -> Result<(), Error>,
+) -> Result<(u64, u64), Error> {
+    let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
+    let Some(found) = lines.header()? else { return Ok((0, 0)) };
+    header.check(&found, folder)?;
+    let mut runs = 0;
+    while let Some(record) = lines.next_as::<RunRecord>()? {
+        if record.k != header.shard.run(runs) {
+            return Err(damaged(folder));
+        }
+        runs += 1;
+        replay(record)?;
+    }
+    Ok((runs, lines.end))
+}
+
+/// Where the first so many complete lines end, or all there are.
+fn end_of_lines(file: &File, count: u64) -> io::Result<u64> {
+    let (mut reader, mut end, mut line) = (BufReader::new(file.take(file.metadata()?.len())), 0, Vec::new());
+    for _ in 0..count {
+        line.clear();
+        let read = reader.read_until(b'\n', &mut line)?;
+        if !line.ends_with(b"\n") {
+            break;
+        }
+        end += read as u64;
+    }
+    Ok(end)
+}
+
+fn cut(file: &mut File, end: u64) -> io::Result<()> {
+    if file.metadata()?.len() > end {
+        file.set_len(end)?;
+    }
+    file.seek(SeekFrom::Start(end)).map(drop)
+}
+
+/// Writes a line with one call, so that a file holds whole lines however the program ends, but for the last.
+fn write_line(file: &mut File, content: &impl Serialize) -> io::Result<()> {
+    let mut line = serde_json::to_vec(content).expect("records are always JSON");
+    line.push(b'\n');
+    file.write_all(&line)
+}
+
+/// A journal that is read from beginning to end.
+#[derive(Debug)]
+pub(super) struct JournalReader {
+    pub(super) header: Header,
+    lines: Lines<io::Take<File>>,
+}
+
+impl JournalReader {
+    /// Opens the journal in `folder`.
+    pub(super) fn open(folder: &Path) -> Result<Self, Error> {
+        let path = folder.join(JOURNAL);
+        let file = File::open(&path).map_err(|error| {
+            let message = format!("cannot read {}: {error}", path.display());
+            Error::refused(message, "a folder with results has the journal that its campaign wrote")
+        })?;
+        Self::of(file, folder)
+    }
+
+    fn of(file: File, folder: &Path) -> Result<Self, Error> {
+        let mut lines = Lines::of(file, folder).map_err(|_| damaged(folder))?;
+        let header = lines.header()?.ok_or_else(|| damaged(folder))?;
+        Ok(Self { header, lines })
+    }
+
+    /// The next run; none after the last complete line.
+    pub(super) fn next(&mut self) -> Result<Option<RunRecord>, Error> {
+        self.lines.next_as()
+    }
+}
+
+/// The wall times beside a journal, read from beginning to end.
+#[derive(Debug)]
+pub(super) struct TimingReader {
+    lines: io::Lines<BufReader<File>>,
+    /// The run that was read last, with its time.
+    last: Option<(u64, f64)>,
+}
+
+impl TimingReader {
+    /// Opens the wall times in `folder`; none where they are missing.
+    pub(super) fn open(folder: &Path) -> Option<Self> {
+        let file = File::open(folder.join(TIMING)).ok()?;
+        let mut lines = BufReader::new(file).lines();
+        lines.next()?.ok()?;
+        Some(Self { lines, last: None })
+    }
+
+    /// How long run `k` took, in seconds, if that is written down. Runs are asked for in their order.
+    pub(super) fn of(&mut self, k: u64) -> Option<f64> {
+        while self.last.is_none_or(|(last, _)| last < k) {
+            let line = self.lines.next()?.ok()?;
+            let (run, seconds) = line.split_once(',')?;
+            self.last = Some((run.parse().ok()?, seconds.parse().ok()?));
+        }
+        self.last.filter(|(last, _)| *last == k).map(|(_, seconds)| seconds)
+    }
+}
+
+/// The complete lines of a journal.
+#[derive(Debug)]
+struct Lines<R> {
+    folder: PathBuf,
+    reader: BufReader<R>,
+    /// Where the last complete line ended.
+    end: u64,
+}
+
+impl<F: Read + Borrow<File>> Lines<io::Take<F>> {
+    /// The lines of a file, as far as it has been written by now.
+    fn of(file: F, folder: &Path) -> io::Result<Self> {
+        let len = file.borrow().metadata()?.len();
+        Ok(Self { folder: folder.to_owned(), reader: BufReader::new(file.take(len)), end: 0 })
+    }
+}
+
+impl<R: Read> Lines<R> {
+    /// The first line.
+    fn header(&mut self) -> Result<Option<Header>, Error> {
+        let Some(line) = self.next_line()? else { return Ok(None) };
+        let stamp: Stamp = self.parsed(&line)?;
+        if stamp.format != FORMAT {
+            let (folder, version) = (self.folder.display(), env!("CARGO_PKG_VERSION"));
+            let found = format!("{folder} has results of version {} in format {}", stamp.version, stamp.format);
+            let message = format!("{found}; this program is version {version} and writes format {FORMAT}");
+            return Err(Error::refused(
+                message,
+                "use the program that wrote them or another folder, or start over with `--fresh`",
+            ));
+        }
+        let header: Header = self.parsed(&line)?;
+        let Shard { index, of } = header.shard;
+        if Shard::new(index, of).is_none() || header.runs > MAX_RUNS {
+            return Err(damaged(&self.folder));
+        }
+        Ok(Some(header))
+    }
+
+    fn next_as<T: for<'d> Deserialize<'d>>(&mut self) -> Result<Option<T>, Error> {
+        self.next_line()?.map(|line| self.parsed(&line)).transpose()
+    }
+
+    /// The next complete line.
+    fn next_line(&mut self) -> Result<Option<Vec<u8>>, Error> {
+        let mut line = Vec::new();
+        let read = self.reader.read_until(b'\n', &mut line).map_err(|_| damaged(&self.folder))?;
+        if !line.ends_with(b"\n") {
+            return Ok(None);
+        }
+        self.end += read as u64;
+        Ok(Some(line))
+    }
+
+    fn parsed<T: for<'d> Deserialize<'d>>(&self, line: &[u8]) -> Result<T, Error> {
+        serde_json::from_slice(line).map_err(|_| damaged(&self.folder))
+    }
+}
+
+fn damaged(folder: &Path) -> Error {
+    let message = format!("the journal in {} is damaged, or of another version", folder.display());
+    Error::refused(message, "a complete line of it is not what a campaign writes: use another folder")
+}

@@ -1,0 +1,44 @@
+//! Campaigns: from one run to a hundred thousand.
+//!
+//! One run shows that a fault can break a requirement; a campaign says how likely it is. A [`Plan`] is read from a TOML
+//! file, and says what each run is as a function of its number: the values of the [parameters](Parameter) that the file
+//! varies, spread by a [`Sampling`](sampling::Sampling), and a seed. What the numbers that come of it mean, and when there
+//! are enough of them, is in [`statistics`].
+//!
+//! [`run`] runs a campaign, or a [`Shard`] of it, on all cores and writes each run's [`RunRecord`] to a journal, in the
+//! order of the runs; [`Ran::finish`] makes the [dataset] and the [`Summary`] of that, and [`merge`] puts shards together. A
+//! run that is refused, cannot go on or panics is a record like any other; it says nothing of any property, and counts
+//! as one that was not as expected. What a run may take is bounded in simulated time and communications
+//! (`execution.max_time_s`, `step_budget` and `run_budget` of the scenario), never by the clock: results must not depend on
+//! the machine.
+
+pub mod compare;
+pub mod dataset;
+mod error;
+pub mod file;
+mod formula;
+mod journal;
+pub mod matrix;
+mod model;
+mod page;
+pub mod parameter;
+mod plan;
+mod record;
+pub mod reproduce;
+mod results;
+mod run_and_report;
+mod runner;
+pub mod sampling;
+pub mod statistics;
+
+pub use error::Error;
+pub use file::CampaignFile;
+pub use formula::{Formula, FormulaError};
+pub use journal::Shard;
+pub use model::Model;
+pub use parameter::{Domain, Parameter, Value};
+pub use plan::{Plan, PlannedRun};
+pub use record::{Measure, MonitorFacts, RunFacts, RunOutcome, RunRecord};
+pub use results::{Estimate, Named, Outcomes, Summary, merge, start_over};
+pub use run_and_report::{refuse_campaign, report_of, run_and_report};
+pub use runner::{GoalReport, Progress, Ran, run};

@@ -1,0 +1,207 @@
+//! The matrix: which property notices which fault.
+
+mod page;
+mod table;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use diagnostics::Staging;
+use monitors::Outcome;
+use reports::report::Report;
+use scenarios::scenario::Scenario;
+use serde::Serialize;
+
+use crate::Error;
+use crate::report_of;
+
+pub use table::table;
+
+/// A scenario of the matrix, ready to be run.
+struct Job {
+    scenario: Arc<Scenario>,
+    seed: u64,
+}
+
+/// What came of running scenarios with faults, and the same world without any.
+#[derive(Clone, Debug, Serialize)]
+pub struct Matrix {
+    /// The properties, in the order in which the scenarios name them.
+    pub properties: Vec<String>,
+    /// The scenarios with faults, in their order.
+    pub rows: Vec<Row>,
+    /// The runs without any fault.
+    pub fault_free: FaultFree,
+}
+
+/// A scenario with faults.
+#[derive(Clone, Debug, Serialize)]
+pub struct Row {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The root seed.
+    pub seed: u64,
+    /// What its first fault does, in words; null if none took hold.
+    pub fault: Option<String>,
+    /// When its first fault took hold, in ticks and in seconds; null if none did.
+    pub onset: Option<Onset>,
+    /// What each property says, in the order of the matrix; null where the scenario does not watch it.
+    pub notices: Vec<Option<Notice>>,
+    /// Whether the run was what the scenario expects.
+    pub as_expected: bool,
+    /// What differs from that, in words.
+    pub differences: Vec<String>,
+    /// Contacts begun between the robot and anything else.
+    pub collisions: u64,
+    /// Whether the robot came to rest where the scenario sends it.
+    pub arrived: bool,
+}
+
+/// When a fault took hold.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Onset {
+    /// The last tick generated before; null if there was none.
+    pub tick: Option<u64>,
+    /// The time, in seconds.
+    pub time_s: f64,
+}
+
+/// What a property says of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct Notice {
+    /// `satisfied`, `violated` or `inconclusive`.
+    pub verdict: Outcome,
+    /// How many ticks after the fault's onset it was violated; null if it was not, or before the onset.
+    pub ticks_after_onset: Option<u64>,
+    /// Whether it was violated before any fault took hold.
+    pub false_alarm: bool,
+}
+
+/// What came of the runs without any fault.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultFree {
+    /// The scenario.
+    pub scenario: String,
+    /// How many runs there were, with the root seeds from 1 on.
+    pub runs: u64,
+    /// The runs in which a property was violated, or that were not as expected.
+    pub alarms: Vec<Alarm>,
+}
+
+/// A false alarm.
+#[derive(Clone, Debug, Serialize)]
+pub struct Alarm {
+    /// The root seed.
+    pub seed: u64,
+    /// What was violated, or not as expected, in words.
+    pub what: Vec<String>,
+}
+
+impl Matrix {
+    /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. `progress` is told how
+    /// many runs of how many are done.
+    ///
+    /// # Errors
+    /// What is wrong with a scenario, or why a run cannot go on.
+    pub fn run(
+        scenarios: Vec<Arc<Scenario>>,
+        fault_free: &Arc<Scenario>,
+        runs: u64,
+        progress: impl Fn(usize, usize) + Sync,
+    ) -> Result<Self, Error> {
+        let faulty = scenarios.into_iter().map(|scenario| Job { seed: scenario.file.seed, scenario });
+        let sound = (1..=runs).map(|seed| Job { scenario: Arc::clone(fault_free), seed });
+        let jobs: Vec<Job> = faulty.chain(sound).collect();
+        let one = |job: &Job| report_of(Arc::clone(&job.scenario), job.seed);
+        let reports = batch::run(&jobs, one, |done| progress(done, jobs.len()));
+        let reports = reports.into_iter().collect::<Result<Vec<_>, _>>()?;
+        let (faulty, sound) = reports.split_at(jobs.len() - runs as usize);
+        let properties = properties(&reports);
+        let rows = faulty.iter().zip(&jobs).map(|(report, job)| Row::of(report, &job.scenario, &properties)).collect();
+        let alarms = sound.iter().filter_map(Alarm::of).collect();
+        let fault_free = FaultFree { scenario: fault_free.name.clone(), runs, alarms };
+        Ok(Self { properties, rows, fault_free })
+    }
+
+    /// The rows whose fault no property notices.
+    pub fn unnoticed(&self) -> impl Iterator<Item = &Row> {
+        self.rows.iter().filter(|row| !row.notices.iter().flatten().any(|notice| notice.verdict == Outcome::Violated))
+    }
+
+    /// False alarms in words: violations without a fault, and before one.
+    #[must_use]
+    pub fn false_alarms(&self) -> Vec<String> {
+        let sound = self.fault_free.alarms.iter().map(|alarm| {
+            format!("{}, seed {}, without a fault: {}", self.fault_free.scenario, alarm.seed, alarm.what.join("; "))
+        });
+        let early = self.rows.iter().flat_map(|row| {
+            let named = self.properties.iter().zip(&row.notices);
+            let early = named.filter(|(_, notice)| notice.as_ref().is_some_and(|notice| notice.false_alarm));
+            early.map(|(name, _)| format!("{}: {name} was violated before the fault", row.scenario))
+        });
+        sound.chain(early).collect()
+    }
+
+    /// Writes the matrix as `matrix.json` and as a page, `index.html`, to a folder.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let staging = Staging::begin(folder)?;
+        staging.write("matrix.json", serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;
+        staging.write("index.html", page::page(self))?;
+        Ok(staging.publish(&["matrix.json", "index.html"])?)
+    }
+}
+
+/// The names of all properties, in the order of their first appearance.
+fn properties(reports: &[Report]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for monitor in reports.iter().flat_map(|report| &report.monitors) {
+        if !names.contains(&monitor.name) {
+            names.push(monitor.name.clone());
+        }
+    }
+    names
+}
+
+impl Row {
+    fn of(report: &Report, scenario: &Scenario, properties: &[String]) -> Self {
+        let first = report.faults.first();
+        let onset = first.map(|fault| Onset { tick: fault.tick, time_s: fault.time_s });
+        let notice = |name: &String| {
+            let monitor = report.monitors.iter().find(|monitor| monitor.name == *name)?;
+            let late = monitor.tick.zip(onset).and_then(|(tick, onset)| ticks_after(onset.tick, tick));
+            let early = monitor.time_s.is_some_and(|at| onset.is_none_or(|onset| at < onset.time_s));
+            Some(Notice { verdict: monitor.verdict, ticks_after_onset: late.filter(|_| !early), false_alarm: early })
+        };
+        let stop = &scenario.file.stop.at;
+        let reached = |name: &str| report.places.iter().any(|place| place.name == name && place.reached_at_s.is_some());
+        Self {
+            scenario: report.scenario.clone(),
+            seed: report.seed,
+            fault: first.map(|fault| fault.effect.clone()),
+            onset,
+            notices: properties.iter().map(notice).collect(),
+            as_expected: report.differences.is_empty(),
+            differences: report.differences.clone(),
+            collisions: report.robot.collisions,
+            arrived: stop.iter().any(|place| reached(&place.value)),
+        }
+    }
+}
+
+/// How many ticks were generated after one, up to another and with it; none if that came before.
+fn ticks_after(last_before: Option<u64>, tick: u64) -> Option<u64> {
+    tick.checked_add(1)?.checked_sub(last_before.map_or(0, |last| last + 1))
+}
+
+impl Alarm {
+    /// The alarm that a run without a fault is; none if all is as it should be.
+    fn of(report: &Report) -> Option<Self> {
+        let violated = report.monitors.iter().filter(|monitor| monitor.verdict == Outcome::Violated);
+        let mut what: Vec<String> = violated.map(|monitor| format!("{} is violated", monitor.name)).collect();
+        what.extend(report.differences.iter().cloned());
+        (!what.is_empty()).then_some(Self { seed: report.seed, what })
+    }
+}

@@ -1,0 +1,97 @@
+//! The matrix for the terminal.
+
+use std::fmt::Write;
+
+use monitors::Outcome;
+
+use super::{Matrix, Notice, Row};
+
+/// The matrix as a table, then what no property notices, then false alarms.
+pub fn table(matrix: &Matrix) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_table(&mut text, matrix);
+    text
+}
+
+fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
+    // A very long name stands out of its column.
+    let widest = matrix.rows.iter().map(|row| row.scenario.chars().count()).max().unwrap_or(0).clamp(8, 60);
+    let widths: Vec<usize> = matrix.properties.iter().map(|name| name.chars().count().clamp(7, 60)).collect();
+    write!(text, "{:<widest$}  {:>8}", "scenario", "onset")?;
+    for (name, width) in matrix.properties.iter().zip(&widths) {
+        write!(text, "  {name:>width$}")?;
+    }
+    writeln!(text, "  robot")?;
+    for row in &matrix.rows {
+        write!(text, "{:<widest$}  {:>8}", row.scenario, onset(row))?;
+        for (notice, width) in row.notices.iter().zip(&widths) {
+            write!(text, "  {:>width$}", cell(notice.as_ref()))?;
+        }
+        writeln!(text, "  {}", robot(row))?;
+    }
+    writeln!(
+        text,
+        "\n+n: violated n ticks after the fault took hold; -: satisfied; ?: inconclusive at the end of the run"
+    )?;
+    write_conclusions(text, matrix)
+}
+
+fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
+    let unnoticed: Vec<&str> = matrix.unnoticed().map(|row| row.scenario.as_str()).collect();
+    let noticed = matrix.rows.len() - unnoticed.len();
+    writeln!(text, "\n{noticed} of {} faults are noticed by a property.", matrix.rows.len())?;
+    if !unnoticed.is_empty() {
+        writeln!(text, "No property notices {}.", unnoticed.join(", "))?;
+    }
+    for row in matrix.rows.iter().filter(|row| !row.as_expected) {
+        writeln!(text, "  ! {}: {}", row.scenario, row.differences.join("; "))?;
+    }
+    let alarms = matrix.false_alarms();
+    let runs = matrix.fault_free.runs;
+    match alarms.len() {
+        0 => writeln!(text, "No false alarm in {runs} runs of {} without a fault.", matrix.fault_free.scenario),
+        count => {
+            writeln!(text, "{count} false alarms:")?;
+            alarms.iter().try_for_each(|alarm| writeln!(text, "  ! {alarm}"))
+        }
+    }
+}
+
+pub(super) fn onset(row: &Row) -> String {
+    row.onset.map_or("never".to_owned(), |onset| format!("{:.2} s", onset.time_s))
+}
+
+/// What became of the robot, in a word or two.
+pub(super) fn robot(row: &Row) -> String {
+    let arrived = if row.arrived { "arrived" } else { "did not arrive" };
+    match row.collisions {
+        0 => arrived.to_owned(),
+        1 => format!("{arrived}, 1 collision"),
+        count => format!("{arrived}, {count} collisions"),
+    }
+}
+
+/// What a property says, in a sign or two.
+fn cell(notice: Option<&Notice>) -> String {
+    let Some(notice) = notice else { return String::new() };
+    match (notice.verdict, notice.ticks_after_onset) {
+        (Outcome::Violated, Some(ticks)) => format!("+{ticks}"),
+        (Outcome::Violated, None) => "early!".to_owned(),
+        (Outcome::Satisfied, _) => "-".to_owned(),
+        (Outcome::Inconclusive, _) => "?".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::matrix::FaultFree;
+
+    #[test]
+    fn a_name_may_be_longer_than_any_column() {
+        let fault_free = FaultFree { scenario: "errand".to_owned(), runs: 0, alarms: Vec::new() };
+        let name = "p".repeat(70_000);
+        assert!(table(&Matrix { properties: vec![name.clone()], rows: Vec::new(), fault_free }).contains(&name));
+    }
+}

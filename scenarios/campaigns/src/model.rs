@@ -1,0 +1,54 @@
+//! A model that a campaign is held against: something happens as soon as a quantity exceeds a bound.
+
+use diagnostics::Spanned;
+use diagnostics::document::Table;
+
+use super::{Domain, Formula, Parameter, Value};
+
+/// A model: the campaign's `[model]`.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Of what it speaks: a property's violation by its name, or `expectation`.
+    pub of: Spanned<String>,
+    /// The model in words.
+    pub about: String,
+    /// A formula over the names of parameters.
+    pub quantity: Spanned<Formula>,
+    /// It happens where the quantity is greater.
+    pub bound: f64,
+}
+
+impl Model {
+    /// Reads a model. `None` if something is wrong with it, which has been recorded.
+    pub(super) fn read(table: Table<'_>) -> Option<Self> {
+        let of = table.text("of").spanned().required();
+        let about = table.text("about").or(String::new());
+        let parse = |text: String, span: &diagnostics::Span| {
+            Formula::parse(&text).map_err(|error| {
+                let help = "numbers, names of parameters, `+ - * /` and parentheses";
+                span.problem(error.to_string()).with_label("this formula").with_help(help)
+            })
+        };
+        let quantity = table.text("quantity").try_map(parse).spanned().required();
+        let bound = table.number("bound").required();
+        Some(Self { of: of?, about, quantity: quantity?, bound: bound? })
+    }
+
+    /// Complains about names in the formula that no parameter with numbers has.
+    pub(super) fn check(&self, root: Table<'_>, parameters: &[Parameter]) {
+        let of_numbers = |domain: &Domain| match domain {
+            Domain::Values(values) => values.iter().all(|value| matches!(value, Value::Integer(_) | Value::Number(_))),
+            _ => true,
+        };
+        let numbers = parameters.iter().filter(|parameter| of_numbers(&parameter.domain));
+        let known: Vec<&str> = numbers.filter_map(|parameter| parameter.name.as_deref()).collect();
+        for name in self.quantity.value.names().into_iter().filter(|name| !known.contains(name)) {
+            let problem = self.quantity.span.problem(format!("no parameter with numbers has the name `{name}`"));
+            let help = match known.as_slice() {
+                [] => "give parameters names: `name = \"drain\"`".to_owned(),
+                known => format!("there are `{}`", known.join("`, `")),
+            };
+            root.report(problem.with_label("this formula").with_help(help));
+        }
+    }
+}

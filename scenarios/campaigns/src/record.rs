@@ -1,0 +1,219 @@
+//! What is kept of a run.
+
+use monitors::Outcome;
+use reports::report::{MonitorReport, OutcomeReport, Report};
+use serde::{Deserialize, Serialize};
+
+use super::{PlannedRun, Value};
+
+/// One run of a campaign: what it was, and what came of it. Nothing in it depends on the computer.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunRecord {
+    /// The run's number, from 0.
+    pub k: u64,
+    /// Its root seed.
+    pub seed: u64,
+    /// The parameters' values, in the order of the campaign's file.
+    pub values: Vec<Value>,
+    /// How it went.
+    pub outcome: RunOutcome,
+    /// Why there are no facts, in words: what the scenario refused, why the run could not go on, or how it panicked.
+    pub failure: Option<String>,
+    /// What was measured; none if the run failed.
+    pub facts: Option<RunFacts>,
+}
+
+/// How a run went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunOutcome {
+    /// It was what the scenario expects.
+    AsExpected,
+    /// It was not.
+    NotAsExpected,
+    /// It did not come to an end.
+    Failed,
+}
+
+impl RunOutcome {
+    /// The outcome's name in results.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AsExpected => "as_expected",
+            Self::NotAsExpected => "not_as_expected",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What was measured in a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunFacts {
+    /// Why the run ended: `arrival`, `violation`, `settled` or `time_limit`.
+    pub ended: String,
+    /// How long the run took, in simulated seconds.
+    pub sim_time_s: f64,
+    /// How many ticks were generated.
+    pub ticks: u64,
+    /// When the robot first came to rest at one of the places where the scenario stops, in seconds.
+    pub arrived_s: Option<f64>,
+    /// The least charge of the battery, in percent.
+    pub battery_minimum_pct: f64,
+    /// Its charge at the end, in percent.
+    pub battery_final_pct: f64,
+    /// Distance driven, in metres.
+    pub distance_m: f64,
+    /// Contacts begun between the robot and anything else.
+    pub collisions: u64,
+    /// Root mean square of the distance between the estimated and the true position, in metres.
+    pub localization_rmse_m: f64,
+    /// The greatest such distance, in metres.
+    pub localization_max_m: f64,
+    /// How many faults took hold.
+    pub faults: u64,
+    /// When the first did, in seconds.
+    pub fault_onset_s: Option<f64>,
+    /// BLAKE3 hash of the run's trace.
+    pub trace_hash: String,
+    /// What the monitors say, in the order of [`Plan::properties`](super::Plan::properties).
+    pub monitors: Vec<MonitorFacts>,
+}
+
+/// A number that is measured in every run: a column of the dataset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// When the robot came to rest where the scenario stops.
+    ArrivedS,
+    /// The least charge of the battery.
+    BatteryMinimumPct,
+    /// Distance driven.
+    DistanceM,
+    /// Contacts begun between the robot and anything else.
+    Collisions,
+    /// Root mean square of localization's error.
+    LocalizationRmseM,
+    /// Its greatest error.
+    LocalizationMaxM,
+}
+
+impl Measure {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::ArrivedS,
+        Self::BatteryMinimumPct,
+        Self::DistanceM,
+        Self::Collisions,
+        Self::LocalizationRmseM,
+        Self::LocalizationMaxM,
+    ];
+
+    /// The column's name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ArrivedS => "arrived_s",
+            Self::BatteryMinimumPct => "battery_minimum_pct",
+            Self::DistanceM => "distance_m",
+            Self::Collisions => "collisions",
+            Self::LocalizationRmseM => "localization_rmse_m",
+            Self::LocalizationMaxM => "localization_max_m",
+        }
+    }
+
+    /// What it is, with its unit.
+    #[must_use]
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::ArrivedS => "time of arrival, s",
+            Self::BatteryMinimumPct => "least charge of the battery, %",
+            Self::DistanceM => "distance driven, m",
+            Self::Collisions => "collisions",
+            Self::LocalizationRmseM => "localization's error (rmse), m",
+            Self::LocalizationMaxM => "localization's greatest error, m",
+        }
+    }
+
+    /// What was measured; none if it does not exist.
+    #[must_use]
+    pub fn of(self, facts: &RunFacts) -> Option<f64> {
+        match self {
+            Self::ArrivedS => facts.arrived_s,
+            Self::BatteryMinimumPct => Some(facts.battery_minimum_pct),
+            Self::DistanceM => Some(facts.distance_m),
+            Self::Collisions => Some(facts.collisions as f64),
+            Self::LocalizationRmseM => Some(facts.localization_rmse_m),
+            Self::LocalizationMaxM => Some(facts.localization_max_m),
+        }
+    }
+}
+
+/// What a monitor says at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MonitorFacts {
+    /// `satisfied`, `violated` or `inconclusive`.
+    pub verdict: Outcome,
+    /// The tick of the violation.
+    pub tick: Option<u64>,
+    /// The time of the violation, in seconds.
+    pub time_s: Option<f64>,
+    /// Time from the first fault's onset to the violation, in seconds; none if it was violated before or not at all.
+    pub latency_s: Option<f64>,
+}
+
+impl RunRecord {
+    /// The record of a run that has ended.
+    pub(super) fn of(run: PlannedRun, report: &Report, stops: &[&str]) -> Self {
+        let onset = report.faults.first().map(|fault| fault.time_s);
+        let stops = report.places.iter().filter(|place| stops.contains(&&*place.name));
+        let facts = RunFacts {
+            ended: report.ended.to_owned(),
+            sim_time_s: report.sim_time_s,
+            ticks: report.ticks,
+            arrived_s: stops.filter_map(|place| place.reached_at_s).min_by(f64::total_cmp),
+            battery_minimum_pct: report.battery.minimum,
+            battery_final_pct: report.battery.r#final,
+            distance_m: report.robot.distance_m,
+            collisions: report.robot.collisions,
+            localization_rmse_m: report.robot.localization.rmse_m,
+            localization_max_m: report.robot.localization.max_m,
+            faults: report.faults.len() as u64,
+            fault_onset_s: onset,
+            trace_hash: report.trace_hash.clone(),
+            monitors: report.monitors.iter().map(|monitor| MonitorFacts::of(monitor, onset)).collect(),
+        };
+        let outcome = match report.outcome {
+            OutcomeReport::AsExpected => RunOutcome::AsExpected,
+            OutcomeReport::NotAsExpected => RunOutcome::NotAsExpected,
+        };
+        let PlannedRun { k, seed, values } = run;
+        Self { k, seed, values, outcome, failure: None, facts: Some(facts) }
+    }
+
+    /// The record of a run that did not come to an end.
+    pub(super) fn failed(run: PlannedRun, why: String) -> Self {
+        let PlannedRun { k, seed, values } = run;
+        Self { k, seed, values, outcome: RunOutcome::Failed, failure: Some(why), facts: None }
+    }
+
+    /// Whether the property of that place among the [plan's](super::Plan::properties) was violated. None of a run that
+    /// failed: it says nothing of any property, and counts for none.
+    #[must_use]
+    pub fn violated(&self, property: usize) -> Option<bool> {
+        Some(self.facts.as_ref()?.monitors.get(property)?.verdict == Outcome::Violated)
+    }
+
+    /// Whether the run was not what the scenario expects. A run that failed was not.
+    #[must_use]
+    pub fn unexpected(&self) -> bool {
+        self.outcome != RunOutcome::AsExpected
+    }
+}
+
+impl MonitorFacts {
+    fn of(monitor: &MonitorReport, onset: Option<f64>) -> Self {
+        let latency = monitor.time_s.zip(onset).map(|(time, onset)| time - onset).filter(|latency| *latency >= 0.0);
+        Self { verdict: monitor.verdict, tick: monitor.tick, time_s: monitor.time_s, latency_s: latency }
+    }
+}

@@ -1,0 +1,357 @@
+//! The paper's experiments, run again and checked against what the paper says.
+
+mod deviations;
+mod experiments;
+mod film;
+mod observed;
+mod page;
+mod shots;
+mod table;
+
+use std::collections::BTreeMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use diagnostics::Staging;
+use drawing::Context;
+use recording::Detail;
+use reports::Outputs;
+use scenarios::Complaints;
+use scenarios::live::Live;
+use scenarios::scenario::{Scenario, TreeForm, find};
+use serde::Serialize;
+
+use crate::Error;
+use crate::run_and_report;
+
+use experiments::{Claim, EXPERIMENTS, Experiment, Run};
+use film::{Film, Still};
+use observed::Observed;
+
+pub use table::table;
+
+/// How the experiments are run again.
+#[derive(Clone, Debug, Default)]
+pub struct Settings {
+    /// Each experiment is run with the root seeds from 1 to this.
+    pub seeds: u64,
+    /// Another map than the project's own.
+    pub map: Option<PathBuf>,
+    /// Other places than the project's own.
+    pub places: Option<PathBuf>,
+    /// Another start than the point of that name: x and y in metres, heading in degrees.
+    pub start: Option<[f64; 3]>,
+    /// Another form of the tree's process than the scenarios'.
+    pub tree: Option<TreeForm>,
+}
+
+/// What came of running the experiments again.
+#[derive(Debug, Serialize)]
+pub struct Reproduction {
+    /// The program's version.
+    pub version: &'static str,
+    /// Each experiment was run with the root seeds from 1 to this.
+    pub seeds: u64,
+    /// What was changed in all scenarios, as `--set` takes it.
+    pub settings: Vec<String>,
+    /// The experiments, in the order of the paper.
+    pub experiments: Vec<ExperimentResult>,
+    /// The moments that the paper's figures show, of the runs with seed 1.
+    #[serde(skip)]
+    stills: Vec<Still>,
+    /// The system that was run, and its properties.
+    #[serde(skip)]
+    context: Context,
+    #[serde(skip)]
+    properties: Vec<(String, String)>,
+}
+
+/// What came of an experiment.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExperimentResult {
+    /// The scenario.
+    pub scenario: &'static str,
+    /// What the paper calls it.
+    pub title: &'static str,
+    /// How it is carried out here.
+    pub here: &'static str,
+    /// What the paper says must happen, and what did.
+    pub claims: Vec<ClaimResult>,
+    /// What this project adds, and what came of that.
+    pub ours: Vec<ClaimResult>,
+    /// The runs.
+    pub runs: Vec<RunResult>,
+}
+
+/// A run, to be compared with the same run elsewhere.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunResult {
+    /// The root seed.
+    pub seed: u64,
+    /// BLAKE3 hash of the trace; monitors do not enter.
+    pub trace_hash: String,
+    /// The monitors that were violated, each with the tick.
+    pub violated_at_tick: BTreeMap<String, u64>,
+}
+
+/// What came of a claim.
+#[derive(Clone, Debug, Serialize)]
+pub struct ClaimResult {
+    /// What must be so, in words.
+    pub says: &'static str,
+    /// Where the paper says so, or what it follows from.
+    pub source: &'static str,
+    /// In how many runs it was so.
+    pub runs: u64,
+    /// The runs in which it was not.
+    pub differences: Vec<Difference>,
+}
+
+/// A run in which a claim was not so.
+#[derive(Clone, Debug, Serialize)]
+pub struct Difference {
+    /// The root seed.
+    pub seed: u64,
+    /// What was found instead, in words.
+    pub found: String,
+}
+
+/// Something to be done on one of the cores.
+enum Job {
+    /// A run for its report.
+    Run(Arc<Scenario>, u64),
+    /// A run for its pictures.
+    Film(Arc<Scenario>),
+}
+
+enum Done {
+    Run(Box<Run>),
+    Film(Film),
+}
+
+impl Settings {
+    /// The settings as `--set` takes them; every scenario gets the monitors of the paper's figure besides.
+    fn overrides(&self) -> Result<Vec<String>, Error> {
+        let path = |key: &str, path: &Option<PathBuf>| -> Result<Option<String>, Error> {
+            let Some(path) = path else { return Ok(None) };
+            // Scenarios look for their files beside themselves, a command line means the folder that it is given in.
+            let path = std::path::absolute(path).map_err(|error| {
+                Error::refused(format!("cannot find {}: {error}", path.display()), "give the path of a file")
+            })?;
+            Ok(Some(format!("{key}={:?}", path.display().to_string())))
+        };
+        let form = |form| match form {
+            TreeForm::Whole => "execution.tree=whole".to_owned(),
+            TreeForm::Nodes => "execution.tree=nodes".to_owned(),
+        };
+        let (map, places) = (path("map", &self.map)?, path("places", &self.places)?);
+        let start = self.start.map(|[x_m, y_m, heading_deg]| format!("sites.start=[{x_m:?},{y_m:?},{heading_deg:?}]"));
+        Ok(map.into_iter().chain(places).chain(start).chain(self.tree.map(form)).collect())
+    }
+}
+
+/// That many runs, in words.
+fn runs(count: u64) -> String {
+    if count == 1 { "1 run".to_owned() } else { format!("{count} runs") }
+}
+
+/// What every scenario is run with besides: the monitors of the paper's figure.
+const FIGURE_MONITORS: &str = r#"monitors=[{ figure = "5 (a)" }, { figure = "5 (b)" }]"#;
+
+impl Reproduction {
+    /// Runs every experiment on all cores. `progress` is told how many runs of how many are done.
+    ///
+    /// # Errors
+    /// What is wrong with a scenario, or why a run cannot go on.
+    pub fn run(settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
+        let changes = settings.overrides()?;
+        let overrides: Vec<String> = changes.iter().cloned().chain([FIGURE_MONITORS.to_owned()]).collect();
+        let mut complaints = Complaints::default();
+        let load = |experiment: &Experiment| {
+            let loaded = find::find(experiment.scenario).and_then(|found| Scenario::load(&found, &overrides));
+            complaints.take(loaded).map(Arc::new)
+        };
+        let scenarios: Vec<_> = EXPERIMENTS.iter().filter_map(load).collect();
+        complaints.check()?;
+        let seeds = settings.seeds;
+        let films = scenarios.iter().map(|scenario| Job::Film(Arc::clone(scenario)));
+        let runs = scenarios.iter().flat_map(|scenario| (1..=seeds).map(|seed| Job::Run(Arc::clone(scenario), seed)));
+        let jobs: Vec<Job> = films.chain(runs).collect();
+        let done = batch::run(&jobs, Job::carry_out, |done| progress(done, jobs.len()));
+        let (mut films, mut runs) = (Vec::new(), Vec::new());
+        for done in done {
+            match done? {
+                Done::Film(film) => films.push(film),
+                Done::Run(run) => runs.push(*run),
+            }
+        }
+        let of_each = EXPERIMENTS.iter().zip(runs.chunks(seeds.max(1) as usize));
+        Ok(Self {
+            version: env!("CARGO_PKG_VERSION"),
+            seeds,
+            settings: changes,
+            experiments: of_each.map(|(experiment, runs)| ExperimentResult::of(experiment, runs)).collect(),
+            context: films.first().map(|film| film.context.clone()).unwrap_or_default(),
+            properties: scenarios.first().map(|scenario| scenario.properties.clone()).unwrap_or_default(),
+            stills: films.into_iter().flat_map(|film| film.stills).collect(),
+        })
+    }
+
+    /// Whether every claim was true of every run, the paper's and this project's.
+    #[must_use]
+    pub fn all_hold(&self) -> bool {
+        self.experiments
+            .iter()
+            .flat_map(|experiment| experiment.claims.iter().chain(&experiment.ours))
+            .all(ClaimResult::holds)
+    }
+
+    /// What came of the paper's claims, in a sentence or two.
+    fn outcome(&self) -> String {
+        let claims = || self.experiments.iter().flat_map(|experiment| &experiment.claims);
+        let ours = || self.experiments.iter().flat_map(|experiment| &experiment.ours);
+        let (all, failed) = (claims().count(), claims().filter(|claim| !claim.holds()).count());
+        let failed_ours = ours().filter(|claim| !claim.holds()).count();
+        let all_runs = runs(self.seeds * self.experiments.len() as u64);
+        let simulated = format!(
+            "{all_runs} in simulation, {} of the undisturbed scenario and of each of the three experiments",
+            self.seeds
+        );
+        let papers = match failed {
+            0 => format!(
+                "{simulated}: each of the {all} claims taken from the paper was true of every run of its experiment."
+            ),
+            _ => format!("{simulated}: {failed} of the {all} claims taken from the paper were not true of every run."),
+        };
+        match failed_ours {
+            0 => papers,
+            _ => format!("{papers} {failed_ours} of the {} claims that this project adds were not.", ours().count()),
+        }
+    }
+
+    /// Writes the results as `reproduce.json` and as a page, `index.html`, to a folder.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let staging = Staging::begin(folder)?;
+        staging.write("reproduce.json", serde_json::to_string_pretty(self).expect("results are always JSON") + "\n")?;
+        staging.write("index.html", page::page(self))?;
+        Ok(staging.publish(&["reproduce.json", "index.html"])?)
+    }
+}
+
+impl Job {
+    fn carry_out(&self) -> Result<Done, Error> {
+        match self {
+            Self::Run(scenario, seed) => {
+                let mut observed = Observed::default();
+                let live = Live::new(Arc::clone(scenario), *seed, true)?;
+                let report = run_and_report(live, Detail::Full, &Outputs::default(), None, |view| {
+                    observed.follow(view);
+                    ControlFlow::Continue(())
+                })?;
+                Ok(Done::Run(Box::new(Run { report, observed })))
+            }
+            Self::Film(scenario) => film::film(scenario).map(Done::Film),
+        }
+    }
+}
+
+impl ExperimentResult {
+    fn of(experiment: &Experiment, runs: &[Run]) -> Self {
+        let results = |claims: &[Claim]| -> Vec<ClaimResult> {
+            claims.iter().map(|claim| ClaimResult::of(claim.says, claim.source, runs, claim.differs)).collect()
+        };
+        let mut ours = results(experiment.ours);
+        let as_expected = |run: &Run| (!run.report.differences.is_empty()).then(|| run.report.differences.join("; "));
+        let says = "all else that the scenario expects: φ3, places, collisions, charge";
+        ours.push(ClaimResult::of(says, "the scenario’s [expect]", runs, as_expected));
+        let result = |run: &Run| RunResult {
+            seed: run.report.seed,
+            trace_hash: run.report.trace_hash.clone(),
+            violated_at_tick: violations(run),
+        };
+        Self {
+            scenario: experiment.scenario,
+            title: experiment.title,
+            here: experiment.here,
+            claims: results(experiment.claims),
+            ours,
+            runs: runs.iter().map(result).collect(),
+        }
+    }
+}
+
+fn violations(run: &Run) -> BTreeMap<String, u64> {
+    run.report.monitors.iter().filter_map(|monitor| Some((monitor.name.clone(), monitor.tick?))).collect()
+}
+
+impl ClaimResult {
+    fn of(says: &'static str, source: &'static str, runs: &[Run], differs: impl Fn(&Run) -> Option<String>) -> Self {
+        let difference = |run: &Run| differs(run).map(|found| Difference { seed: run.report.seed, found });
+        let differences: Vec<Difference> = runs.iter().filter_map(difference).collect();
+        Self { says, source, runs: (runs.len() - differences.len()) as u64, differences }
+    }
+
+    fn holds(&self) -> bool {
+        self.differences.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(scenario: &str, overrides: &[&str]) -> Run {
+        let found = find::find(scenario).expect("a shipped scenario");
+        let overrides: Vec<String> = overrides.iter().copied().chain([FIGURE_MONITORS]).map(str::to_owned).collect();
+        let scenario = Arc::new(Scenario::load(&found, &overrides).expect("a sound scenario"));
+        let Done::Run(run) = Job::Run(scenario, 1).carry_out().expect("a run") else { panic!("a run") };
+        *run
+    }
+
+    /// The claims about an experiment that are not true of a run.
+    fn wrong(experiment: &str, run: &Run) -> Vec<&'static str> {
+        let experiment = EXPERIMENTS.iter().find(|known| known.scenario == experiment).expect("an experiment");
+        let result = ExperimentResult::of(experiment, std::slice::from_ref(run));
+        let all = result.claims.iter().chain(&result.ours);
+        all.filter(|claim| !claim.holds()).map(|claim| claim.says).collect()
+    }
+
+    #[test]
+    fn a_run_of_another_scenario_is_not_what_the_paper_says() {
+        let other = run("already_there", &[]);
+        for experiment in &EXPERIMENTS {
+            assert!(!wrong(experiment.scenario, &other).is_empty(), "{}", experiment.title);
+        }
+    }
+
+    #[test]
+    fn a_robot_that_leaves_the_station_early_did_not_wait_until_it_was_full() {
+        let early = run(
+            "nominal",
+            &[
+                "battery.charge_pct_per_s=2",
+                r#"faults=[{ kind = "charging_status_wrong", at_s = 65, charging = false }]"#,
+            ],
+        );
+        let full = run("nominal", &["battery.charge_pct_per_s=2"]);
+        let says = |run: &Run| wrong("nominal", run).iter().any(|claim| claim.starts_with("it waits there"));
+        assert!(!says(&full), "{:?}", full.observed.charges);
+        assert!(says(&early), "{:?}", early.observed.charges);
+    }
+
+    #[test]
+    fn a_robot_that_breaks_off_at_another_level_is_noticed() {
+        let says = |threshold: &str| {
+            let fault =
+                format!(r#"{{ kind = "skill_threshold", at_s = 0, skill = "BatteryLevel", value = "{threshold}" }}"#);
+            let run = run("nominal", &[&format!("faults=[{fault}]"), "battery.charge_pct_per_s=2"]);
+            wrong("nominal", &run).iter().any(|claim| claim.starts_with("the robot breaks off"))
+        };
+        assert!(says("31"), "it breaks off too early");
+        assert!(says("29"), "it breaks off too late");
+    }
+}

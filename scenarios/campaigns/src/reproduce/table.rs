@@ -1,0 +1,38 @@
+//! The results for the terminal.
+
+use std::fmt::Write;
+
+use super::{ClaimResult, Reproduction};
+
+/// What the paper says, where, and in how many runs it was so, with the runs in which it was not; then what this project adds.
+pub fn table(reproduction: &Reproduction) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = write_table(&mut text, reproduction);
+    text
+}
+
+fn write_table(text: &mut String, reproduction: &Reproduction) -> std::fmt::Result {
+    let seeds = reproduction.seeds;
+    for experiment in &reproduction.experiments {
+        writeln!(text, "{} ({})", experiment.title, experiment.scenario)?;
+        experiment.claims.iter().try_for_each(|claim| write_claim(text, claim, seeds))?;
+        writeln!(text)?;
+    }
+    writeln!(text, "Ours, not the paper's")?;
+    for experiment in &reproduction.experiments {
+        writeln!(text, " {}", experiment.scenario)?;
+        experiment.ours.iter().try_for_each(|claim| write_claim(text, claim, seeds))?;
+    }
+    writeln!(text, "\n{}", reproduction.outcome())
+}
+
+fn write_claim(text: &mut String, claim: &ClaimResult, seeds: u64) -> std::fmt::Result {
+    let sign = if claim.holds() { ' ' } else { '!' };
+    writeln!(text, "{sign} {:>7}  {}", format!("{}/{seeds}", claim.runs), claim.says)?;
+    writeln!(text, "           [{}]", claim.source)?;
+    for difference in &claim.differences {
+        writeln!(text, "           seed {}: {}", difference.seed, difference.found)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,304 @@
+//! From journals to results: the dataset and the summary, of one campaign or of its shards put together.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use diagnostics::Staging;
+use serde::Serialize;
+
+use super::dataset::DatasetWriter;
+use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, Shard, TimingReader};
+use super::runner::GoalReport;
+use super::statistics::{Confidence, Count, Interval};
+use super::{Plan, RunOutcome, RunRecord, page};
+use crate::Error;
+
+/// The summary's file.
+pub(super) const SUMMARY: &str = "summary.json";
+/// How many runs the summary names of a kind.
+const NAMED: usize = 10;
+/// The confidence of the summary's intervals.
+const CONFIDENCE: f64 = 0.95;
+
+/// A campaign's results in short: `summary.json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// The campaign's file.
+    pub campaign: String,
+    /// The command that runs it again.
+    pub again: String,
+    /// Its scenario.
+    pub scenario: String,
+    /// The program's version.
+    pub version: String,
+    /// How many runs there are.
+    pub runs: u64,
+    /// How many of them were not what the scenario expects, and how many failed.
+    pub outcomes: Outcomes,
+    /// How often each property was violated. Runs that failed count for no property.
+    pub properties: Vec<Estimate>,
+    /// How often a run was not what the scenario expects, or failed.
+    pub expectation: Estimate,
+    /// What came of the campaign's goal; null without one.
+    pub goal: Option<GoalReport>,
+    /// The first runs that failed, with why and how to repeat them.
+    pub failures: Vec<Named>,
+    /// The first runs that were not as expected, with how to repeat them.
+    pub unexpected: Vec<Named>,
+}
+
+impl Summary {
+    /// The command that repeats a run alone, with pictures and report.
+    #[must_use]
+    pub fn command(&self, k: u64) -> String {
+        command(&self.again, k)
+    }
+}
+
+/// The command that repeats a run alone, made of the one that runs its campaign `again`.
+pub(super) fn command(again: &str, k: u64) -> String {
+    format!("{again} --only {k}")
+}
+
+/// How many runs went how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Outcomes {
+    /// As the scenario expects.
+    pub as_expected: u64,
+    /// Not so.
+    pub not_as_expected: u64,
+    /// Not to their end.
+    pub failed: u64,
+}
+
+/// How often something happened, and what that says.
+#[derive(Clone, Debug, Serialize)]
+pub struct Estimate {
+    /// What: a property that was violated, or `expectation`.
+    pub of: String,
+    /// In how many of how many runs.
+    pub count: Count,
+    /// The fraction; null without runs.
+    pub rate: Option<f64>,
+    /// The exact interval with a confidence of 0.95, for a number of runs that was settled beforehand.
+    pub interval: Interval,
+}
+
+/// A run worth looking at.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Named {
+    /// Its number.
+    pub k: u64,
+    /// Why it failed; null if it did not.
+    pub why: Option<String>,
+    /// The command that repeats it alone, with pictures and report.
+    pub command: String,
+}
+
+/// Makes dataset, summary and page of a journal that holds all runs of a campaign.
+///
+/// # Errors
+/// [`Error::BadInput`] if the journal is damaged, [`Error::Write`] if the results cannot be written; results that were
+/// there before then stay as they were.
+pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summary, Error> {
+    let folder = journal.folder();
+    let mut records = journal.reader()?;
+    let layout = records.header.layout.clone();
+    let path = folder.join(DATASET);
+    let failed = |source| Error::unwritten(&path, source);
+    let mut dataset = DatasetWriter::begin(&path, &layout)?;
+    let mut tally = Tally::new(&layout);
+    while let Some(record) = records.next()? {
+        tally.add(&record);
+        dataset.push(record).map_err(failed)?;
+    }
+    let dataset = dataset.finish().map_err(failed)?;
+    let summary = tally.summary(&layout, goal)?;
+    let page = page::page(&summary, &layout, || journal.reader())?;
+    let text = serde_json::to_string_pretty(&summary).expect("a summary is always JSON") + "\n";
+    let staging = Staging::begin(folder)?;
+    staging.write(SUMMARY, text)?;
+    staging.write(page::FILE, page)?;
+    staging.publish(&[SUMMARY, page::FILE])?;
+    dataset.finish()?;
+    Ok(summary)
+}
+
+/// Removes what a campaign wrote to `folder`, whichever campaign it was, and nothing else, before a shard of `plan` is run
+/// there.
+///
+/// # Errors
+/// [`Error::BadInput`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the journal
+/// there is no campaign's; [`Error::Write`].
+pub fn start_over(plan: &Plan, shard: Shard, folder: &Path) -> Result<(), Error> {
+    plan.check_shard(shard)?;
+    journal::start_over(folder, &[DATASET, SUMMARY, page::FILE])
+}
+
+/// The folders of shards that a path stands for: itself, or all in it.
+fn shard_folders(path: &PathBuf) -> Vec<PathBuf> {
+    let has_journal = |folder: &PathBuf| folder.join(JOURNAL).is_file();
+    let inside = std::fs::read_dir(path).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
+    let is_shard = |folder: &PathBuf| {
+        folder.file_name().is_some_and(|name| name.to_string_lossy().starts_with("shard-")) && has_journal(folder)
+    };
+    let mut shards: Vec<PathBuf> = if has_journal(path) { Vec::new() } else { inside.filter(is_shard).collect() };
+    shards.sort_unstable();
+    if shards.is_empty() { vec![path.clone()] } else { shards }
+}
+
+/// Puts the shards of a campaign together: a journal in `out`, and then the results. Each of `shards` is the folder of one,
+/// or a folder with several. Where that was killed half-way it goes on.
+///
+/// # Errors
+/// [`Error::BadInput`] if the shards are not all of one campaign, or incomplete, or `out` has results already or another
+/// campaign's journal; [`Error::Write`].
+pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
+    let shards = &shards.iter().flat_map(shard_folders).collect::<Vec<_>>();
+    let mut readers = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;
+    let header = whole(shards, &readers)?;
+    if out.join(DATASET).exists() {
+        let message = format!("{} has results already", out.display());
+        return Err(Error::refused(message, "choose a new folder for what is put together"));
+    }
+    // Everything is read once before anything is written, so that what is incomplete leaves nothing behind.
+    let mut complete = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;
+    complete.sort_by_key(|reader| reader.header.shard.index);
+    in_turn(&header, complete, |_| Ok(()))?;
+    let mut timings: BTreeMap<u64, TimingReader> = BTreeMap::new();
+    for (folder, reader) in shards.iter().zip(&readers) {
+        timings.extend(TimingReader::open(folder).map(|timing| (reader.header.shard.index, timing)));
+    }
+    readers.sort_by_key(|reader| reader.header.shard.index);
+    let mut done = 0;
+    let count = |_| {
+        done += 1;
+        Ok(())
+    };
+    let mut journal = Journal::open(out, &header, count)?;
+    let of = readers.len() as u64;
+    in_turn(&header, readers, |record| {
+        if record.k < done {
+            return Ok(());
+        }
+        let wall_time_s = timings.get_mut(&(record.k % of)).and_then(|timing| timing.of(record.k));
+        journal.append(&record, wall_time_s)
+    })?;
+    finish(&journal, None)
+}
+
+/// The header of all shards together, if they belong together.
+fn whole(folders: &[PathBuf], readers: &[JournalReader]) -> Result<Header, Error> {
+    let Some(first) = readers.first().map(|reader| &reader.header) else {
+        return Err(Error::refused("there are no shards", "name the folders that the shards were written to"));
+    };
+    for (folder, reader) in folders.iter().zip(readers) {
+        first.with_shard(reader.header.shard).check(&reader.header, folder)?;
+        if reader.header.shard.of != first.shard.of {
+            let message = format!(
+                "{} is one of {} shards, {} one of {}",
+                folders[0].display(),
+                first.shard.of,
+                folder.display(),
+                reader.header.shard.of
+            );
+            return Err(Error::refused(message, "only shards of one sharding belong together"));
+        }
+    }
+    let mut there: Vec<u64> = readers.iter().map(|reader| reader.header.shard.index).collect();
+    there.sort_unstable();
+    if there != (0..first.shard.of).collect::<Vec<_>>() {
+        let there: Vec<String> = there.iter().map(u64::to_string).collect();
+        let message = format!("of the shards 0 to {}, there are {}", first.shard.of - 1, there.join(", "));
+        return Err(Error::refused(message, "each must be there once"));
+    }
+    Ok(first.with_shard(Shard::ALL))
+}
+
+/// Hands on all runs of the shards, which are in their order, in the order of the runs.
+fn in_turn(
+    header: &Header,
+    mut readers: Vec<JournalReader>,
+    mut take: impl FnMut(RunRecord) -> Result<(), Error>,
+) -> Result<(), Error> {
+    let of = readers.len() as u64;
+    for k in 0..header.runs() {
+        let record = readers[(k % of) as usize].next()?.filter(|record| record.k == k).ok_or_else(|| {
+            let message = format!("shard {}/{of} is not complete: run {k} is missing", k % of);
+            Error::refused(message, "run the same command again: it goes on where it stopped")
+        })?;
+        take(record)?;
+    }
+    Ok(())
+}
+
+/// What is counted while the runs go by.
+struct Tally {
+    outcomes: Outcomes,
+    properties: Vec<Count>,
+    expectation: Count,
+    failures: Vec<(u64, Option<String>)>,
+    unexpected: Vec<(u64, Option<String>)>,
+}
+
+impl Tally {
+    fn new(layout: &Layout) -> Self {
+        let properties = vec![Count::default(); layout.properties.len()];
+        let (failures, unexpected) = (Vec::new(), Vec::new());
+        Self { outcomes: Outcomes::default(), properties, expectation: Count::default(), failures, unexpected }
+    }
+
+    fn add(&mut self, record: &RunRecord) {
+        self.expectation.push(record.unexpected());
+        for (property, count) in self.properties.iter_mut().enumerate() {
+            if let Some(violated) = record.violated(property) {
+                count.push(violated);
+            }
+        }
+        let named = match record.outcome {
+            RunOutcome::AsExpected => {
+                self.outcomes.as_expected += 1;
+                return;
+            }
+            RunOutcome::NotAsExpected => {
+                self.outcomes.not_as_expected += 1;
+                &mut self.unexpected
+            }
+            RunOutcome::Failed => {
+                self.outcomes.failed += 1;
+                &mut self.failures
+            }
+        };
+        if named.len() < NAMED {
+            named.push((record.k, record.failure.clone()));
+        }
+    }
+
+    fn summary(self, layout: &Layout, goal: Option<GoalReport>) -> Result<Summary, Error> {
+        let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
+        let estimate = |of: &str, count: Count| Estimate {
+            of: of.to_owned(),
+            count,
+            rate: count.rate(),
+            interval: count.interval(confidence),
+        };
+        let again = layout.again();
+        let named = |runs: Vec<(u64, Option<String>)>| {
+            runs.into_iter().map(|(k, why)| Named { k, why, command: command(&again, k) }).collect()
+        };
+        let counted = layout.properties.iter().zip(&self.properties);
+        Ok(Summary {
+            campaign: layout.campaign.clone(),
+            again: layout.again(),
+            scenario: layout.scenario.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            runs: self.expectation.runs(),
+            outcomes: self.outcomes,
+            properties: counted.map(|(name, count)| estimate(name, *count)).collect(),
+            expectation: estimate("expectation", self.expectation),
+            goal,
+            failures: named(self.failures),
+            unexpected: named(self.unexpected),
+        })
+    }
+}

@@ -1,0 +1,93 @@
+//! A run from its start to its report.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use channels::Verdict;
+use recording::{Detail, RunView};
+use reports::report::Report;
+use reports::{Outputs, Presentation};
+use scenarios::conduct::{conduct, is_log};
+use scenarios::live::Live;
+use scenarios::scenario::Scenario;
+
+use crate::Error;
+use crate::journal::has_journal;
+
+/// Runs a scenario to its end, with monitors, and leaves nothing behind but the report.
+///
+/// # Errors
+/// What is wrong with the scenario.
+pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
+    let live = Live::new(scenario, seed, true)?;
+    run_and_report(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
+}
+
+/// Runs a scenario to its end, as [`conduct`] does, and shows it.
+///
+/// # Errors
+/// What could not be written; why the run cannot go on; that `follow` broke it off.
+pub fn run_and_report(
+    live: Live,
+    detail: Detail,
+    outputs: &Outputs,
+    record: Option<&Path>,
+    mut follow: impl FnMut(&RunView) -> ControlFlow<()>,
+) -> Result<Report, Error> {
+    refuse_campaign(outputs)?;
+    let detail = if outputs.is_nothing() { detail } else { detail.max(Detail::Full) };
+    let mut begun = None;
+    let view = conduct(live, detail, record, |view| {
+        match &mut begun {
+            None => begun = Some(Presentation::begin(view, outputs)?),
+            Some(presentation) => presentation.follow(view)?,
+        }
+        Ok::<_, Error>(follow(view))
+    })?;
+    let presentation = begun.expect("a run is followed from its start");
+    if view.end().is_none() {
+        presentation.break_off()?;
+        return Err(interrupted(&view, outputs, record));
+    }
+    Ok(presentation.finish(&view)?)
+}
+
+/// Refuses a folder that has the results of a campaign: a run does not write over them.
+///
+/// # Errors
+/// That it has some.
+pub fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
+    match outputs.folder.as_deref().filter(|folder| has_journal(folder)) {
+        Some(folder) => {
+            let message = format!("{} has the results of a campaign", folder.display());
+            Err(Error::refused(message, "a run does not write over them: name another folder with `--out`"))
+        }
+        None => Ok(()),
+    }
+}
+
+/// That a run was broken off, and what there is of it.
+fn interrupted(view: &RunView, outputs: &Outputs, record: Option<&Path>) -> Error {
+    let mut text = format!("interrupted after {:.1} s of simulated time", view.time().as_secs_f64());
+    let verdicts = view.monitors().map(|monitor| {
+        let verdict = match monitor.state.verdict {
+            Verdict::True => "satisfied",
+            Verdict::False => "violated",
+            Verdict::Inconclusive => "undecided",
+        };
+        format!("{} {verdict}", monitor.name())
+    });
+    let verdicts: Vec<String> = verdicts.collect();
+    if !verdicts.is_empty() {
+        text += &format!(" ({})", verdicts.join(", "));
+    }
+    text += "; report and pictures were not written";
+    let what = if record.is_some_and(is_log) { "event log" } else { "recording" };
+    for (what, path) in [(what, record), ("animation", outputs.gif.as_deref())] {
+        if let Some(path) = path {
+            text += &format!(", the {what} until then is {}", path.display());
+        }
+    }
+    Error::Interrupted(text)
+}

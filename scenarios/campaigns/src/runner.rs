@@ -1,0 +1,279 @@
+//! Running a campaign: on all cores, with results in the order of the runs.
+
+use std::any::Any;
+use std::cell::Cell;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Once};
+use std::time::Instant;
+
+use scenarios::scenario::Scenario;
+use serde::Serialize;
+
+use super::file::{Goal, Question};
+use super::journal::{Header, Journal, Shard};
+use super::statistics::{Count, Interval, Side};
+use super::{Plan, PlannedRun, RunRecord, Summary, results};
+use crate::Error;
+use crate::report_of;
+
+/// How far a campaign has come, after one more of its runs.
+#[derive(Clone, Debug)]
+pub struct Progress<'p> {
+    /// How many runs are done, those of earlier sittings included.
+    pub done: u64,
+    /// How many there are at most.
+    pub all: u64,
+    /// What is asked of the runs: each property by its name, and `expectation`.
+    pub asked: &'p [String],
+    /// In how many of how many runs each of them happened: the property was violated, the run was not as expected.
+    pub counts: &'p [Count],
+}
+
+/// What came of running a campaign.
+#[derive(Debug)]
+pub struct Ran {
+    /// How many runs are done.
+    pub done: u64,
+    /// How many there are at most.
+    pub all: u64,
+    /// Whether nothing is left to be run: all runs are done, or the campaign's goal is reached.
+    pub complete: bool,
+    /// What came of the campaign's goal, if it has one.
+    pub goal: Option<GoalReport>,
+    /// Nobody else writes to the folder as long as it is open.
+    journal: Journal,
+}
+
+impl Ran {
+    /// Makes dataset, summary and page of the journal, which holds all runs of the campaign.
+    ///
+    /// # Errors
+    /// [`Error::Write`]; results that were there before then stay as they were.
+    pub fn finish(self) -> Result<Summary, Error> {
+        results::finish(&self.journal, self.goal)
+    }
+}
+
+/// Runs a shard of a campaign, or what is left of it, on so many `threads`, and writes the journal in `folder`. Once `interrupted` is set, no run
+/// begins any more; those that have begun end and are written down. `progress` is told after each run. A run that fails
+/// is a result; see [`RunRecord::failure`].
+///
+/// # Errors
+/// [`Error::BadInput`] if the folder has another campaign's results, or if a campaign with a goal is to be sharded;
+/// [`Error::Write`] if the journal cannot be written.
+pub fn run(
+    plan: &Plan,
+    shard: Shard,
+    folder: &Path,
+    threads: usize,
+    interrupted: &AtomicBool,
+    progress: impl FnMut(&Progress<'_>),
+) -> Result<Ran, Error> {
+    run_each(plan, shard, folder, threads, interrupted, progress, |run| conducted(plan, run))
+}
+
+/// Runs what is left of a shard, each run by `conduct`.
+fn run_each(
+    plan: &Plan,
+    shard: Shard,
+    folder: &Path,
+    threads: usize,
+    interrupted: &AtomicBool,
+    mut progress: impl FnMut(&Progress<'_>),
+    conduct: impl Fn(&PlannedRun) -> Result<RunRecord, String> + Sync,
+) -> Result<Ran, Error> {
+    plan.check_shard(shard)?;
+    let (mut watch, mut done) = (Watch::new(plan), 0);
+    let mut journal = Journal::open(folder, &Header::of(plan, shard), |record| {
+        done += 1;
+        watch.take(&record);
+        Ok(())
+    })?;
+    let all = shard.len(plan.runs());
+    progress(&watch.progress(done, all));
+    let end = if watch.enough() { done } else { all };
+    let work = |place: u64| timed(|| run_one(plan, shard.run(place), &conduct));
+    hush_caught_panics();
+    batch::in_order(done..end, threads, interrupted, work, |place, (record, wall_time_s)| {
+        journal.append(&record, wall_time_s)?;
+        done = place + 1;
+        watch.take(&record);
+        progress(&watch.progress(done, all));
+        Ok::<bool, Error>(!watch.enough())
+    })?;
+    // Whoever has removed the folder meanwhile has removed the results.
+    journal.reader()?;
+    Ok(Ran { done, all, complete: done == all || watch.enough(), goal: watch.report(), journal })
+}
+
+/// What came of a campaign's goal.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct GoalReport {
+    /// Of what the probability is asked.
+    pub of: String,
+    /// In how many of how many runs it happened. Runs that failed count for no property.
+    pub count: Count,
+    /// Whether the goal was reached with these runs.
+    pub reached: bool,
+    /// The interval of an estimate, which keeps the goal's confidence though it was looked at on the way.
+    pub interval: Option<Interval>,
+    /// The decision of a test.
+    pub side: Option<Side>,
+}
+
+/// Counts what happens in the runs, in their order, and says whether the campaign's goal is reached.
+struct Watch<'p> {
+    plan: &'p Plan,
+    asked: Vec<String>,
+    counts: Vec<Count>,
+}
+
+impl<'p> Watch<'p> {
+    fn new(plan: &'p Plan) -> Self {
+        let asked: Vec<String> = plan.properties().iter().cloned().chain(["expectation".to_owned()]).collect();
+        Self { plan, counts: vec![Count::default(); asked.len()], asked }
+    }
+
+    fn take(&mut self, record: &RunRecord) {
+        let (expectation, properties) = self.counts.split_last_mut().expect("the expectation is always counted");
+        expectation.push(record.unexpected());
+        for (property, count) in properties.iter_mut().enumerate() {
+            if let Some(violated) = record.violated(property) {
+                count.push(violated);
+            }
+        }
+    }
+
+    fn progress(&self, done: u64, all: u64) -> Progress<'_> {
+        Progress { done, all, asked: &self.asked, counts: &self.counts }
+    }
+
+    /// The campaign's goal, with the count that it asks for.
+    fn goal(&self) -> Option<(&'p Goal, Count)> {
+        let goal = self.plan.file().goal.as_ref()?;
+        let place = self.asked.iter().position(|asked| *asked == goal.of.value);
+        Some((goal, self.counts[place.expect("a plan's goal was checked to ask of something that there is")]))
+    }
+
+    fn enough(&self) -> bool {
+        self.goal().is_some_and(|(goal, count)| match &goal.question {
+            Question::Estimate(precision) => precision.reached(count).is_some(),
+            Question::Test(test) => test.decision(count).is_some(),
+        })
+    }
+
+    fn report(&self) -> Option<GoalReport> {
+        let (goal, count) = self.goal()?;
+        let (interval, side) = match &goal.question {
+            Question::Estimate(precision) => (Some(precision.interval(count)), None),
+            Question::Test(test) => (None, test.decision(count)),
+        };
+        Some(GoalReport { of: goal.of.value.clone(), count, reached: self.enough(), interval, side })
+    }
+}
+
+/// The result, and how long the computer took for it, in seconds.
+fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
+    #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of the results")]
+    let began = Instant::now();
+    let result = work();
+    (result, began.elapsed().as_secs_f64())
+}
+
+/// Run `k` from start to end.
+fn run_one(plan: &Plan, k: u64, conduct: impl Fn(&PlannedRun) -> Result<RunRecord, String>) -> RunRecord {
+    let run = plan.run(k);
+    caught(|| conduct(&run)).unwrap_or_else(|why| RunRecord::failed(run, why))
+}
+
+fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
+    let scenario = Scenario::load_like(plan.base(), plan.scenario(), &run.overrides(plan));
+    let scenario = Arc::new(scenario.map_err(|error| error.reasons())?);
+    let report = report_of(Arc::clone(&scenario), run.seed);
+    let report = report.map_err(|error| error.reasons())?;
+    let stops: Vec<&str> = scenario.file.stop.at.iter().map(|place| place.value.as_str()).collect();
+    Ok(RunRecord::of(run.clone(), &report, &stops))
+}
+
+thread_local! {
+    /// Whether a panic of this thread is caught and becomes a result.
+    static CATCHING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// What `work` gives; a panic is a failure like any other.
+fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    let message = |panic: Box<dyn Any + Send>| {
+        let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+        format!("panicked: {}", text.unwrap_or("without a message"))
+    };
+    CATCHING.set(true);
+    // What the work leaves half done is its own and goes with it.
+    let result = catch_unwind(AssertUnwindSafe(work));
+    CATCHING.set(false);
+    result.unwrap_or_else(|panic| Err(message(panic)))
+}
+
+/// Lets panics that are [caught] pass in silence: they are told among the results. `--only` tells where it was.
+fn hush_caught_panics() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let told = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |panic| {
+            if !CATCHING.get() {
+                told(panic);
+            }
+        }));
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::RunOutcome;
+
+    static NOT: AtomicBool = AtomicBool::new(false);
+
+    #[test]
+    fn a_panic_is_a_failure_in_words() {
+        let panics = || -> Result<(), String> { panic!("run {}", 3) };
+        assert_eq!(caught(panics), Err("panicked: run 3".to_owned()));
+        assert_eq!(caught(|| Ok(1)), Ok(1));
+    }
+
+    /// Whatever a run does, it is a record, and the campaign goes on.
+    #[test]
+    fn runs_that_panic_or_are_refused_are_records_with_their_command() {
+        let text = "scenario = \"errand\"\nruns = 4\nset = [\"execution.max_time_s=0.1\"]\n";
+        let plan = Plan::parse("two words.toml", text).unwrap().with_runs(3).unwrap();
+        let folder = tempfile::tempdir().unwrap();
+        let work = |run: &PlannedRun| match run.k {
+            0 => panic!("a wheel came off"),
+            1 => Err("refused".to_owned()),
+            _ => conducted(&plan, run),
+        };
+        let mut seen = Vec::new();
+        let see = |progress: &Progress<'_>| seen.push((progress.done, progress.counts.to_vec()));
+        let ran = run_each(&plan, Shard::ALL, folder.path(), 2, &NOT, see, work).unwrap();
+        assert_eq!((ran.done, ran.complete), (3, true));
+        let again = || Journal::open(folder.path(), &Header::of(&plan, Shard::ALL), |_| Ok(()));
+        assert!(
+            again().unwrap_err().to_string().contains("another program is writing"),
+            "until the results are written"
+        );
+        let summary = ran.finish().unwrap();
+        again().unwrap();
+        assert_eq!((summary.outcomes.failed, summary.failures.len()), (2, 2));
+        assert_eq!(summary.failures[0].why.as_deref(), Some("panicked: a wheel came off"));
+        assert_eq!(summary.failures[0].command, "steward campaign 'two words.toml' --runs 3 --only 0");
+        // Failed runs say nothing of a property, in the summary as on the way.
+        let (_, counts) = seen.last().unwrap();
+        assert_eq!(counts[0].runs(), 1);
+        assert_eq!((counts[3].happened(), counts[3].runs()), (3, 3), "the third ends before it arrives");
+        assert_eq!(summary.properties[0].count, counts[0]);
+        assert_eq!(summary.expectation.count, counts[3]);
+        assert_eq!(seen.iter().map(|(done, _)| *done).collect::<Vec<_>>(), [0, 1, 2, 3]);
+        assert_eq!(RunRecord::failed(plan.run(0), String::new()).outcome, RunOutcome::Failed);
+    }
+}

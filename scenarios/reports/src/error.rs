@@ -1,0 +1,35 @@
+//! Why a run cannot be shown.
+
+use std::fmt::Display;
+
+use miette::Diagnostic;
+use recording::RecordingError;
+
+/// Why a run cannot be shown.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A file could not be written.
+    #[error(transparent)]
+    File(#[from] diagnostics::Error),
+    /// A picture could not be made.
+    #[error("cannot draw: {0}")]
+    Draw(#[from] drawing::DrawError),
+    /// The recording is not one that can be shown.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+}
+
+impl Diagnostic for Error {
+    fn help<'a>(&'a self) -> Option<Box<dyn Display + 'a>> {
+        let Self::Recording(error) = self else { return None };
+        Some(Box::new(match error {
+            RecordingError::Foreign(_) => "a recording is what `steward --scenario … --record FILE.rec` writes",
+            RecordingError::Version { .. } => {
+                "run the scenario again with this version, or report with that of the recording"
+            }
+            RecordingError::Truncated { .. } => "a run that was broken off has no report: run it again to its end",
+            _ => "record the run again",
+        }))
+    }
+}

@@ -1,0 +1,87 @@
+//! The battery's level over time.
+
+use drawing::canvas::{Anchor, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::path::Path;
+use drawing::{Area, Spot, theme};
+
+use super::Chart;
+use crate::pictures;
+use crate::timeline::Timeline;
+
+impl Chart {
+    /// The level as a line, with thresholds and the times of charging.
+    pub(super) fn battery(&mut self, timeline: &Timeline) {
+        self.heading("Battery, in percent");
+        let height = if self.sizes.names_above { 92.0 } else { 120.0 };
+        let plot = Area::new(self.plot.x, self.y + 4.0, self.plot.width, height);
+        self.charging(plot, timeline);
+        self.scale(plot);
+        let spots: Vec<Spot> = timeline
+            .battery()
+            .points()
+            .iter()
+            .map(|&(time, level)| (self.axis.x(time), height_of(plot, level)))
+            .collect();
+        let spots = drawing::map_panel::thinned(spots.into_iter(), 0.6);
+        if let (Some(first), Some(last)) = (spots.first(), spots.last()) {
+            let ground = [(last.0, plot.bottom()), (first.0, plot.bottom())];
+            let filled = Path::through(spots.iter().copied().chain(ground)).close();
+            self.canvas.path(&filled, Paint::fill(theme::INK).fill_opacity(0.06));
+            self.canvas.path(&Path::through(spots.iter().copied()), Paint::stroke(theme::INK, 2.0));
+        }
+        self.thresholds(plot);
+        self.y = plot.bottom() + 12.0;
+    }
+
+    fn scale(&mut self, plot: Area) {
+        for level in [0.0, 50.0, 100.0] {
+            let y = height_of(plot, level);
+            self.canvas.line((plot.x, y), (plot.right(), y), Paint::stroke(theme::RULE, 1.0));
+            let style = TextStyle::new(self.sizes.small, theme::MUTED).anchored(Anchor::End);
+            self.canvas.centered_text((plot.x - 6.0, y), &format!("{level:.0}"), style);
+        }
+    }
+
+    fn thresholds(&mut self, plot: Area) {
+        let thresholds = pictures::thresholds();
+        for threshold in &thresholds {
+            let y = height_of(plot, threshold.level_pct);
+            let (line, ink) =
+                if threshold.critical { (theme::BAD, theme::BAD) } else { (theme::BUSY, theme::BUSY_DARK) };
+            self.canvas.line((plot.x, y), (plot.right(), y), Paint::stroke(line, 1.3).dashed("5 4"));
+            if self.sizes.names_above {
+                continue;
+            }
+            // Beside the scale: the labels of two thresholds that are close must not touch.
+            let above = thresholds.iter().all(|other| other.level_pct <= threshold.level_pct);
+            let nudge = self.sizes.small.line_height() * if above { -0.3 } else { 0.3 };
+            let text = format!("{:.0} {}", threshold.level_pct, threshold.label);
+            let style = TextStyle::new(self.sizes.small, ink).anchored(Anchor::End);
+            self.canvas.centered_text((plot.x - 34.0, y + nudge), &text, style);
+        }
+    }
+
+    fn charging(&mut self, plot: Area, timeline: &Timeline) {
+        for span in timeline.charging().spans(timeline.end()).filter(|span| *span.state) {
+            let (left, right) = (self.axis.x(span.from), self.axis.x(span.to));
+            let area = Area::new(left, plot.y, (right - left).max(1.5), plot.height);
+            self.canvas.rounded(area, 0.0, Paint::fill(theme::GOOD_LIGHT).fill_opacity(0.8));
+            let room = right - left;
+            let middle = (left + room / 2.0, plot.y + 11.0);
+            let text = "charging";
+            let width = self.sizes.small.width(text);
+            if room > width + 30.0 {
+                Icon::Bolt.draw(&mut self.canvas, (middle.0 - width / 2.0 - 7.0, middle.1), 12.0, theme::GOOD);
+                let style = TextStyle::new(self.sizes.small, theme::GOOD).anchored(Anchor::Middle);
+                self.canvas.centered_text((middle.0 + 4.0, middle.1), text, style);
+            } else if room > 14.0 {
+                Icon::Bolt.draw(&mut self.canvas, middle, 12.0, theme::GOOD);
+            }
+        }
+    }
+}
+
+fn height_of(plot: Area, level_pct: f64) -> f64 {
+    plot.bottom() - plot.height * level_pct.clamp(0.0, 100.0) / 100.0
+}

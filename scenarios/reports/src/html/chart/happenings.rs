@@ -1,0 +1,148 @@
+//! What happened at one moment: faults, violations, arrivals.
+
+use std::time::Duration;
+
+use drawing::Area;
+use drawing::canvas::{Canvas, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::theme::{self, Color};
+use recording::{FaultCourse, RunView};
+
+use super::Chart;
+use crate::timeline::Timeline;
+
+/// An arrival this early is where the robot stood from the start.
+const FROM_THE_START: Duration = Duration::from_secs(1);
+
+/// Something that happened at one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Happening {
+    pub(super) time: Duration,
+    pub(super) words: String,
+    icon: Icon,
+    color: Color,
+    /// Whether it is marked across all lanes.
+    across: bool,
+    /// When it was so: a fault that held for a while, perhaps again and again.
+    held: Vec<(Duration, Duration)>,
+}
+
+/// All that happened, in order.
+pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
+    let faults = view.fault_courses().into_iter().map(|course| Happening {
+        time: course.first().time,
+        words: course.words(),
+        icon: Icon::Alert,
+        color: theme::BAD,
+        across: true,
+        held: held(&course, view.time()),
+    });
+    let violations = timeline.episodes().iter().map(|episode| Happening {
+        time: episode.decided.time,
+        words: format!("{} violated", view.monitor(episode.property).name()),
+        icon: Icon::Cross,
+        color: theme::BAD,
+        across: true,
+        held: Vec::new(),
+    });
+    let visits = view.visits().filter_map(|(place, at)| Some((place, at?)));
+    let arrivals = visits.filter(|(_, at)| *at > FROM_THE_START).map(|(place, at)| Happening {
+        time: at,
+        words: format!("at {place}"),
+        icon: Icon::Check,
+        color: theme::GOOD,
+        across: false,
+        held: Vec::new(),
+    });
+    let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).collect();
+    happenings.sort_by_key(|happening| happening.time);
+    happenings
+}
+
+/// When a fault held; nothing for one that happens at an instant.
+fn held(course: &FaultCourse<'_>, end: Duration) -> Vec<(Duration, Duration)> {
+    if course.fault.momentary {
+        return Vec::new();
+    }
+    course.records.iter().map(|record| (record.time, record.until.unwrap_or(end))).collect()
+}
+
+/// Where a happening's sign and words stand.
+struct Placed<'a> {
+    happening: &'a Happening,
+    x: f64,
+    row: usize,
+    /// Empty where there is no room for it.
+    text: String,
+    /// Whether the words stand left of the sign.
+    leftwards: bool,
+}
+
+const SIGN: f64 = 7.5;
+/// More rows than this make the chart a list.
+const MOST_ROWS: usize = 6;
+
+impl Chart {
+    /// The signs with their words, in as many rows as it takes.
+    pub(super) fn happenings(&mut self, happenings: &[Happening]) {
+        let placed = self.placed(happenings);
+        let rows = placed.iter().map(|placed| placed.row + 1).max().unwrap_or(0);
+        let pitch = self.sizes.font.line_height() + 7.0;
+        for Placed { happening, x, row, text, leftwards } in placed {
+            let y = self.y + (row as f64 + 0.5) * pitch;
+            self.canvas.circle((x, y), SIGN, Paint::fill(happening.color).outlined(theme::PAPER, 1.5));
+            happening.icon.draw(&mut self.canvas, (x, y), 10.5, theme::PAPER);
+            let style = TextStyle::new(self.sizes.font, happening.color).with_halo();
+            let width = self.sizes.font.width(&text);
+            let left = if leftwards { x - SIGN - 5.0 - width } else { x + SIGN + 5.0 };
+            self.canvas.centered_text((left, y), &text, style);
+        }
+        self.y += rows as f64 * pitch + if rows > 0 { 4.0 } else { 0.0 };
+    }
+
+    /// Finds room: for violations first, then in the order of time. Words stand right of their sign where they can; where
+    /// there is no room at all, the sign stands alone.
+    fn placed<'a>(&self, happenings: &'a [Happening]) -> Vec<Placed<'a>> {
+        let (low, high) = (1.0, self.sizes.width - 1.0);
+        let mut rows: Vec<Vec<(f64, f64)>> = vec![Vec::new(); MOST_ROWS];
+        let mut placed = Vec::new();
+        let (first, then): (Vec<_>, Vec<_>) = happenings.iter().partition(|happening| happening.icon == Icon::Cross);
+        for happening in first.into_iter().chain(then) {
+            let x = self.axis.x(happening.time);
+            let text = self.sizes.font.fit(&happening.words, (high - low) * 0.6);
+            let reach = SIGN + 8.0 + self.sizes.font.width(&text);
+            let (near, far) = (x - SIGN - 1.0, x + SIGN + 1.0);
+            let ways = [(text.clone(), false, near, x + reach), (text, true, x - reach, far)];
+            let alone = (String::new(), false, near, far);
+            let free = |taken: &[(f64, f64)], from: f64, to: f64| {
+                from >= low && to <= high && taken.iter().all(|(left, right)| to <= *left || from >= *right)
+            };
+            let place = |ways: &[(String, bool, f64, f64)]| {
+                rows.iter().enumerate().find_map(|(row, taken)| {
+                    ways.iter().find(|(.., from, to)| free(taken, *from, *to)).map(|way| (row, way.clone()))
+                })
+            };
+            if let Some((row, (text, leftwards, from, to))) = place(&ways).or_else(|| place(&[alone])) {
+                rows[row].push((from, to));
+                placed.push(Placed { happening, x, row, text, leftwards });
+            }
+        }
+        placed
+    }
+
+    /// A line across all lanes for each fault and each violation, and a band as long as a fault held.
+    pub(super) fn happening_lines(&mut self, happenings: &[Happening], top: f64) {
+        let mut lines = Canvas::for_browsers();
+        for (from, until) in happenings.iter().flat_map(|happening| &happening.held) {
+            let (left, right) = (self.axis.x(*from), self.axis.x(*until));
+            let band = Area::new(left, top, right - left, self.y - top);
+            lines.rounded(band, 0.0, Paint::fill(theme::BAD).fill_opacity(0.09));
+        }
+        for happening in happenings.iter().filter(|happening| happening.across) {
+            let x = self.axis.x(happening.time);
+            lines.line((x, top), (x, self.y), Paint::stroke(happening.color, 1.4).stroke_opacity(0.75));
+        }
+        let front = std::mem::replace(&mut self.canvas, lines);
+        self.canvas.append(front);
+    }
+}

@@ -1,0 +1,140 @@
+//! Why a property is violated: which messages caused it, and which one was missing.
+
+use channels::{ChannelId, Event, EventKind, Topology};
+use monitors::{Formula, Moment, Witness};
+use recording::RunView;
+
+use super::words;
+use crate::timeline::Episode;
+
+/// What is known of a violation.
+#[derive(Clone, Debug)]
+pub(super) struct Evidence<'a> {
+    /// The property's name.
+    pub(super) name: &'a str,
+    /// What it asks for.
+    pub(super) summary: &'a str,
+    /// The violation with the events around it.
+    pub(super) episode: &'a Episode,
+    /// The messages that caused it, oldest first.
+    pub(super) causes: Vec<Seen>,
+    /// Since when an answer was owed.
+    pub(super) since: Option<Moment>,
+    /// The last tick at which it would have been in time.
+    pub(super) deadline_tick: Option<u64>,
+    /// The answers, one of which should have come.
+    pub(super) missing: Vec<Missing>,
+    /// The processes that the property speaks of, by name.
+    pub(super) concerned: Vec<String>,
+}
+
+/// A message that was received.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Seen {
+    pub(super) at: Moment,
+    pub(super) from: String,
+    pub(super) to: String,
+    pub(super) message: String,
+}
+
+impl Seen {
+    /// The message that an event is; `None` if it is a tick.
+    pub(super) fn of(event: &Event, topology: &Topology) -> Option<Self> {
+        let EventKind::Received { channel, message } = &event.kind else { return None };
+        let (from, to) = topology.ends(*channel);
+        let (from, to) = (from.to_owned(), to.to_owned());
+        Some(Self { at: Moment::of(event), from, to, message: words::message(message) })
+    }
+}
+
+/// A message that should have come.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Missing {
+    pub(super) channel: ChannelId,
+    pub(super) from: String,
+    pub(super) to: String,
+    pub(super) message: String,
+}
+
+impl<'a> Evidence<'a> {
+    /// What is known of the violation that ended that episode.
+    pub(super) fn of(episode: &'a Episode, view: &'a RunView) -> Self {
+        let monitor = view.monitor(episode.property);
+        let topology = view.topology();
+        let decided = Seen::of(&episode.decided, topology);
+        let mut evidence = Self {
+            name: monitor.name(),
+            summary: &monitor.about.summary,
+            episode,
+            causes: decided.iter().cloned().collect(),
+            since: None,
+            deadline_tick: None,
+            missing: Vec::new(),
+            concerned: decided.into_iter().flat_map(|seen| [seen.from, seen.to]).collect(),
+        };
+        if let Some(formula) = &monitor.about.formula {
+            let witness = monitor.decision.and_then(|decision| decision.witness.as_ref());
+            evidence.ask(formula, witness, topology);
+        }
+        evidence.concerned.sort();
+        evidence.concerned.dedup();
+        evidence
+    }
+
+    /// Takes over what a monitor that explains itself has to say.
+    fn ask(&mut self, formula: &Formula, witness: Option<&Witness>, topology: &Topology) {
+        let mut events = Vec::new();
+        collect(formula, &mut events);
+        let ends = |channel: ChannelId| {
+            let (from, to) = topology.ends(channel);
+            (from.to_owned(), to.to_owned())
+        };
+        self.concerned.extend(events.iter().map(|(event, _)| ends(event.channel)).flat_map(|(from, to)| [from, to]));
+        let Some(witness) = witness else { return };
+        self.since = witness.since;
+        self.deadline_tick = witness.deadline_tick;
+        self.causes = witness
+            .messages
+            .iter()
+            .map(|sighting| Seen {
+                at: sighting.at,
+                from: sighting.from.clone(),
+                to: sighting.to.clone(),
+                message: words::message(&sighting.message),
+            })
+            .collect();
+        let named = witness.missing.as_deref().filter(|_| witness.deadline_tick.is_some()).unwrap_or_default();
+        self.missing = events
+            .into_iter()
+            .filter(|(_, timed)| *timed)
+            .map(|(event, _)| {
+                let (from, to) = ends(event.channel);
+                Missing { channel: event.channel, from, to, message: words::wanted(&event.condition) }
+            })
+            .filter(|missing| named.contains(&format!("({}, {}, ", missing.from, missing.to)))
+            .collect();
+    }
+
+    /// The first tick that belongs to the story.
+    pub(super) fn first_tick(&self) -> u64 {
+        let causes = self.causes.iter().map(|seen| seen.at.tick);
+        causes.chain(self.since.map(|since| since.tick)).min().unwrap_or(self.episode.decided.tick)
+    }
+}
+
+/// The events of a formula, each with whether it is one to wait for.
+fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::Event, bool)>) {
+    match formula {
+        Formula::True | Formula::False => {}
+        Formula::Event(event) => events.push((event, false)),
+        Formula::TimeUntil { event, .. } => events.push((event, true)),
+        Formula::Not(part) | Formula::Next(part) | Formula::Always(part) | Formula::Eventually(part) => {
+            collect(part, events);
+        }
+        Formula::And(parts) | Formula::Or(parts) => parts.iter().for_each(|part| collect(part, events)),
+        Formula::Implies(a, b) | Formula::Until(a, b) => {
+            collect(a, events);
+            collect(b, events);
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! Drawings on the page: each one twice, for wide and for narrow screens.
+
+use drawing::canvas::{Canvas, escape};
+use drawing::path::number;
+
+use super::colors;
+
+/// The width of a drawing for phones, in pixels: what is left of 375 inside a panel.
+pub const NARROW: f64 = 325.0;
+
+/// For which width a drawing is laid out. Text keeps its size; the style sheet shows the one that fits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layout {
+    /// For tablets, desks and paper.
+    Wide,
+    /// For phones.
+    Narrow,
+}
+
+impl Layout {
+    const ALL: [Self; 2] = [Self::Wide, Self::Narrow];
+
+    fn class(self) -> &'static str {
+        match self {
+            Self::Wide => "wide",
+            Self::Narrow => "narrow",
+        }
+    }
+
+    /// One of two values.
+    pub fn pick<T>(self, wide: T, narrow: T) -> T {
+        match self {
+            Self::Wide => wide,
+            Self::Narrow => narrow,
+        }
+    }
+}
+
+/// A drawing and its size, in pixels.
+pub struct Drawing {
+    /// What is drawn.
+    pub canvas: Canvas,
+    /// How wide it is.
+    pub width: f64,
+    /// How high it is.
+    pub height: f64,
+}
+
+/// A drawing in both layouts, as SVG inside the page; `label` says to those who cannot see it what it shows.
+pub fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> String {
+    Layout::ALL.map(|layout| inline(draw(layout), layout.class(), label)).concat()
+}
+
+fn inline(drawing: Drawing, class: &str, label: &str) -> String {
+    let (width, height) = (number(drawing.width), number(drawing.height));
+    format!(
+        "<svg class=\"chart {class}\" role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {width} {height}\" \
+         stroke-linecap=\"round\" stroke-linejoin=\"round\" style=\"--width:{width}px\">\n{}</svg>\n",
+        escape(label),
+        colors::adopted(&drawing.canvas.into_elements()),
+    )
+}
+
+/// A small square sign of that side, for use in a line of text.
+pub(super) fn sign(side: f64, draw: impl FnOnce(&mut Canvas, (f64, f64))) -> String {
+    let mut canvas = Canvas::for_browsers();
+    draw(&mut canvas, (side / 2.0, side / 2.0));
+    let side = number(side);
+    format!(
+        "<svg class=\"sign\" aria-hidden=\"true\" viewBox=\"0 0 {side} {side}\" width=\"{side}\" height=\"{side}\" \
+         stroke-linecap=\"round\" stroke-linejoin=\"round\">{}</svg>",
+        colors::adopted(&canvas.into_elements()),
+    )
+}

@@ -1,0 +1,117 @@
+//! The map with the way of the robot, coloured by what the tree was doing.
+
+use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::icons::Icon;
+use drawing::labels::Site;
+use drawing::map_panel::{self, MapDrawing};
+use drawing::path::Path;
+use drawing::text::Font;
+use drawing::view::View;
+use drawing::{Area, Scene, Spot, theme};
+use maps::Point;
+use recording::RunView;
+
+use super::activities::Activity;
+use super::figure::{Drawing, Layout, NARROW};
+use crate::pictures::Camera;
+use crate::timeline::Timeline;
+
+/// More stages than this have no number on the map.
+const MOST_NUMBERS: usize = 24;
+
+/// What the map shows: the run's last moment without what the robot sensed and planned then.
+pub(super) fn scene(run: &RunView) -> Scene {
+    /// More faults than these are marked without words: the list beside the map has them.
+    const MOST_WORDS: usize = 4;
+    let mut scene = Camera::new(run).frame(run, "").scene;
+    if scene.faults.iter().filter(|fault| !fault.label.is_empty()).count() > MOST_WORDS {
+        scene.faults.iter_mut().for_each(|fault| fault.label.clear());
+    }
+    scene.laser_hits.clear();
+    scene.particles.clear();
+    scene.path.clear();
+    scene.trail.clear();
+    scene
+}
+
+/// Draws the map.
+pub(super) fn draw(
+    scene: &Scene,
+    activities: &[Activity],
+    run: &RunView,
+    timeline: &Timeline,
+    layout: Layout,
+) -> Drawing {
+    let width = layout.pick(660.0, NARROW);
+    let bounds = map_panel::bounds(scene);
+    let extent = bounds.high - bounds.low;
+    let height = (width * extent.y / extent.x.max(1e-3)).clamp(width * 0.4, width * 1.3);
+    let area = Area::new(0.0, 0.0, width, height);
+    let view = View::fitting(bounds, area);
+    let mut canvas = Canvas::for_browsers();
+    canvas.rounded(area, 8.0, Paint::fill(theme::UNKNOWN));
+    canvas.clipped(layout.pick("map-wide", "map-narrow"), area, |canvas| {
+        scene.map.draw(canvas, &view);
+        let font = Font::regular(layout.pick(13.5, 10.5));
+        let mut drawing = MapDrawing::new(canvas, view, scene, font);
+        if let Some(destination) = &scene.destination {
+            drawing.destination(destination);
+        }
+        way(&mut drawing, &view, activities);
+        drawing.bodies();
+        drawing.places();
+        drawing.faults();
+        violations(&mut drawing, &view, run, timeline);
+        drawing.robot();
+        drawing.write_labels();
+        numbers(&mut drawing, &view, activities, layout);
+    });
+    Drawing { canvas, width, height }
+}
+
+/// The trail, a line for each stage on a light ground.
+fn way(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity]) {
+    for ground in [true, false] {
+        for activity in activities {
+            let points: Vec<Point> = activity.stage.points.iter().map(|(_, point)| *point).collect();
+            let spots = map_panel::thinned(view.spots(&points), 1.0);
+            let path = Path::through(spots.iter().copied());
+            match ground {
+                true => drawing.canvas.path(&path, Paint::stroke(theme::PAPER, 7.0).stroke_opacity(0.8)),
+                false => drawing.canvas.path(&path, Paint::stroke(activity.color, 3.4)),
+            }
+            if !ground {
+                drawing.placer.avoid_line(spots);
+            }
+        }
+    }
+}
+
+/// Where the robot was when a property was violated.
+fn violations(drawing: &mut MapDrawing<'_>, view: &View, run: &RunView, timeline: &Timeline) {
+    for episode in timeline.episodes() {
+        let position = timeline.trail().position(episode.decided.time);
+        let Some(spot) = position.and_then(|position| view.spot(position)) else { continue };
+        drawing.canvas.circle(spot, 8.0, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
+        Icon::Cross.draw(drawing.canvas, spot, 11.0, theme::PAPER);
+        let name = run.monitor(episode.property).name();
+        drawing.label(spot, 13.0, &format!("{name} violated"), theme::BAD);
+    }
+}
+
+/// The number of each stage, near where it began.
+fn numbers(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity], layout: Layout) {
+    let font = Font::bold(layout.pick(12.0, 10.0));
+    let radius = layout.pick(9.5, 8.0);
+    for activity in activities.iter().filter(|activity| activity.number.is_some()).take(MOST_NUMBERS) {
+        let begin = activity.stage.points.first().and_then(|(_, point)| view.spot(*point));
+        let (Some(number), Some(spot)) = (activity.number, begin) else { continue };
+        let site = Site { symbol: Area::around(spot, 12.0, 12.0), roomy: false };
+        let area = drawing.placer.place(&site, (Font::regular(2.0 * radius / 1.2), 2.0 * radius), |_| 0.0);
+        let center: Spot = area.center();
+        drawing.canvas.line(spot, center, Paint::stroke(activity.color, 1.4));
+        drawing.canvas.circle(center, radius, Paint::fill(activity.color).outlined(theme::PAPER, 1.4));
+        let style = TextStyle::new(font, theme::PAPER).anchored(Anchor::Middle);
+        drawing.canvas.centered_text(center, &number.to_string(), style);
+    }
+}

@@ -1,0 +1,73 @@
+//! Parts of a frame as drawings of a page: a scene, a state machine, a behavior tree.
+
+use drawing::canvas::{Canvas, Paint};
+use drawing::map_panel::{self, MapDrawing};
+use drawing::text::Font;
+use drawing::view::View;
+use drawing::{
+    Area, Context, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_context, draw_machine, draw_nodes, theme,
+};
+
+use super::figure::{Drawing, Layout, NARROW};
+
+/// A fault has its words in a scene if it is the only one and they are no longer than this, so that they are not cut.
+const MOST_LETTERS: usize = 28;
+
+/// A width that two drawings have beside each other, in pixels.
+pub const HALF: f64 = 500.0;
+const MARGIN: f64 = 8.0;
+
+/// The map with everything on it. `name` tells it from the page's other drawings.
+pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
+    let mut scene = scene.clone();
+    let alone = scene.faults.len() == 1;
+    for fault in scene.faults.iter_mut().filter(|fault| !alone || fault.label.chars().count() > MOST_LETTERS) {
+        fault.label.clear();
+    }
+    let width = layout.pick(HALF, NARROW);
+    let bounds = map_panel::bounds(&scene);
+    let extent = bounds.high - bounds.low;
+    let height = (width * extent.y / extent.x.max(1e-3)).clamp(width * 0.4, width * 1.3);
+    let area = Area::new(0.0, 0.0, width, height);
+    let view = View::fitting(bounds, area);
+    let mut canvas = Canvas::for_browsers();
+    canvas.rounded(area, 8.0, Paint::fill(theme::UNKNOWN));
+    canvas.clipped(&format!("{name}-{}", layout.pick("wide", "narrow")), area, |canvas| {
+        scene.map.draw(canvas, &view);
+        MapDrawing::new(canvas, view, &scene, Font::regular(layout.pick(12.0, 10.5))).draw();
+    });
+    Drawing { canvas, width, height }
+}
+
+/// A state machine: as wide as two drawings beside each other have to be, or wider where names and labels need it.
+pub fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
+    let narrowest = layout.pick(HALF, NARROW);
+    let attempt = |factor: f64| (factor * narrowest, DiagramLayout::new(diagram, factor * narrowest - 2.0 * MARGIN));
+    let mut wider = [1.25, 1.6, 2.0, 2.6].into_iter().map(attempt);
+    let first = attempt(1.0);
+    let complete = |(_, placed): &(f64, DiagramLayout)| placed.is_complete(diagram);
+    let (width, placed) = if complete(&first) { first } else { wider.find(complete).unwrap_or(first) };
+    let mut canvas = Canvas::for_browsers();
+    let area = Area::new(MARGIN, MARGIN, width - 2.0 * MARGIN, placed.height);
+    draw_machine(&mut canvas, area, &placed, diagram);
+    Drawing { canvas, width, height: placed.height + 2.0 * MARGIN }
+}
+
+/// The processes of a system with their channels.
+pub fn context(context: &Context, layout: Layout) -> Drawing {
+    let width = layout.pick(1.4 * HALF, 1.6 * NARROW);
+    let mut canvas = Canvas::for_browsers();
+    let height = draw_context(&mut canvas, context, Area::new(MARGIN, 0.0, width - 2.0 * MARGIN, 0.0));
+    Drawing { canvas, width, height }
+}
+
+/// A behavior tree.
+pub fn tree(tree: &[TreeNode], layout: Layout) -> Drawing {
+    // On a phone it is drawn smaller, not with shorter names.
+    let width = layout.pick(HALF, 1.4 * NARROW);
+    let (pleasant, _) = TreeLayout::wanted_height(tree);
+    let placed = TreeLayout::new(tree, width - 2.0 * MARGIN, pleasant);
+    let mut canvas = Canvas::for_browsers();
+    draw_nodes(&mut canvas, &placed, tree, (MARGIN, MARGIN));
+    Drawing { canvas, width: placed.width.min(width) + 2.0 * MARGIN, height: placed.height + 2.0 * MARGIN }
+}

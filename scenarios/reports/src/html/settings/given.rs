@@ -1,0 +1,93 @@
+//! What the scenario's file says, and what the command line changed.
+
+use recording::Origin;
+
+use crate::html::markup::{code, escape, row};
+
+/// A key of the scenario's file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Given {
+    key: String,
+    value: String,
+    /// Whether the command line set it.
+    overridden: bool,
+}
+
+impl Given {
+    /// The key as a row of a table.
+    pub(super) fn row(&self) -> String {
+        let note = if self.overridden { "<span class=\"note\">set on the command line</span>" } else { "" };
+        row(&escape(&self.key), &[format!("{}{note}", code(&self.value))])
+    }
+}
+
+/// What the scenario's file says, key by key as `--set` calls them, with what the command line changed.
+pub(super) fn of(origin: &Origin) -> Vec<Given> {
+    let mut given = Vec::new();
+    // The file has been read before; a text that is not TOML cannot come this far.
+    let table: toml::Table = origin.text.parse().unwrap_or_default();
+    flatten("", &toml::Value::Table(table), false, &mut given);
+    for assignment in &origin.overrides {
+        let Some((key, value)) = assignment.split_once('=') else { continue };
+        let (key, value) = (key.trim(), value.trim());
+        let inside = format!("{key}.");
+        given.retain(|known| known.key != key && !known.key.starts_with(&inside));
+        let parsed: Option<toml::Table> = format!("value = {value}").parse().ok();
+        let value = parsed.and_then(|mut table| table.remove("value"));
+        let value = value.unwrap_or_else(|| {
+            toml::Value::String(assignment.split_once('=').map_or("", |(_, value)| value).to_owned())
+        });
+        flatten(key, &value, true, &mut given);
+    }
+    given.sort_by_cached_key(|given| (given.key.contains('.'), order(&given.key)));
+    given
+}
+
+/// What keys are sorted by: part by part, numbers by their value.
+fn order(key: &str) -> Vec<(Option<u64>, String)> {
+    key.split('.').map(|part| (part.parse().ok(), part.to_owned())).collect()
+}
+
+fn flatten(key: &str, value: &toml::Value, overridden: bool, given: &mut Vec<Given>) {
+    let inner = |name: &str| if key.is_empty() { name.to_owned() } else { format!("{key}.{name}") };
+    match value {
+        toml::Value::Table(table) => {
+            table.iter().for_each(|(name, value)| flatten(&inner(name), value, overridden, given));
+        }
+        toml::Value::Array(items) if items.iter().any(toml::Value::is_table) => {
+            let items = items.iter().enumerate();
+            items.for_each(|(index, value)| flatten(&inner(&index.to_string()), value, overridden, given));
+        }
+        value => given.push(Given { key: key.to_owned(), value: value.to_string(), overridden }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn origin(overrides: &[&str]) -> Origin {
+        Origin {
+            argument: "test".into(),
+            text: "about = \"a\"\n[battery]\ninitial_pct = 80\n[[faults]]\nkind = \"x\"\nat_s = 20.5\n".into(),
+            overrides: overrides.iter().map(|text| (*text).to_owned()).collect(),
+        }
+    }
+
+    #[test]
+    fn what_the_command_line_sets_takes_the_place_of_what_the_file_says() {
+        let given = of(&origin(&["battery.initial_pct=35", "faults.0.kind=other", "seed = 4"]));
+        let told: Vec<_> =
+            given.iter().map(|given| (given.key.as_str(), given.value.as_str(), given.overridden)).collect();
+        assert_eq!(
+            told,
+            [
+                ("about", "\"a\"", false),
+                ("seed", "4", true),
+                ("battery.initial_pct", "35", true),
+                ("faults.0.at_s", "20.5", false),
+                ("faults.0.kind", "\"other\"", true),
+            ]
+        );
+    }
+}

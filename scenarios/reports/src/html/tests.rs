@@ -1,0 +1,98 @@
+//! Charts of whole runs, in both layouts: texts stay apart and inside.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Duration;
+
+use drawing::{Area, Renderer};
+use recording::{Detail, RunView};
+use scenarios::conduct::conduct;
+use scenarios::live::Live;
+use scenarios::scenario::{Scenario, find};
+
+use super::evidence::Evidence;
+use super::figure::{Drawing, Layout};
+use super::sequence::{self, Sequence};
+use super::{activities, chart, map};
+use crate::timeline::Timeline;
+
+/// A run of a shipped scenario until that time.
+fn run(name: &str, overrides: &[&str], until_s: u64) -> (RunView, Timeline) {
+    let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+    let scenario = Scenario::load(&find::find(name).unwrap(), &overrides).unwrap();
+    let live = Live::new(Arc::new(scenario), 1, true).unwrap();
+    let mut timeline: Option<Timeline> = None;
+    let conducted = conduct(live, Detail::Full, None, |view| {
+        match &mut timeline {
+            None => timeline = Some(Timeline::new(view)),
+            Some(timeline) => timeline.follow(view),
+        }
+        let over = view.time() >= Duration::from_secs(until_s);
+        Ok::<_, scenarios::Error>(if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+    });
+    (conducted.unwrap(), timeline.unwrap())
+}
+
+/// Looks at a drawing as the snapshots' renderer sees it.
+fn look_at(what: &str, drawing: Drawing) {
+    let whole = Area::new(0.0, 0.0, drawing.width, drawing.height);
+    let svg = drawing.canvas.finish(drawing.width, drawing.height);
+    assert!(svg.len() < 400_000, "{what} takes {} bytes", svg.len());
+    let texts = Renderer::new().texts(&svg).unwrap();
+    assert!(!texts.is_empty(), "{what} says nothing");
+    for (i, (text, area)) in texts.iter().enumerate() {
+        assert!(whole.encloses(area), "{what}: {text:?} leaves the drawing: {area:?}");
+        for (other, other_area) in &texts[..i] {
+            assert!(!area.inset(0.3).overlaps(other_area), "{what}: {text:?} overlaps {other:?}");
+        }
+    }
+}
+
+fn look_at_all(what: &str, view: &RunView, timeline: &Timeline) {
+    let activities = activities::activities(timeline);
+    let scene = map::scene(view);
+    for layout in [Layout::Wide, Layout::Narrow] {
+        look_at(&format!("{what}, timeline, {layout:?}"), chart::draw(view, timeline, layout));
+        look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, view, timeline, layout));
+        for episode in timeline.episodes() {
+            let evidence = Evidence::of(episode, view);
+            let sequence = Sequence::of(&evidence, view.topology(), view.faults());
+            assert!((2..=12).contains(&sequence.lifelines.len()), "{:?}", sequence.lifelines);
+            assert!(sequence.rows.len() < 80, "{} rows", sequence.rows.len());
+            look_at(&format!("{what}, {}, {layout:?}", evidence.name), sequence::draw(&sequence, layout));
+        }
+    }
+}
+
+#[test]
+fn the_first_experiment_is_drawn_without_overlaps() {
+    let (view, timeline) = run("battery_fault", &[], 60);
+    assert_eq!(timeline.episodes().len(), 1);
+    look_at_all("battery_fault", &view, &timeline);
+}
+
+#[test]
+fn a_whole_charge_is_drawn_without_overlaps() {
+    let (view, timeline) = run("nominal", &[], 1490);
+    look_at_all("nominal", &view, &timeline);
+}
+
+#[test]
+fn many_faults_do_not_crowd_each_other_out() {
+    let faults = (0..40).map(|i| format!("{{kind=\"battery_level\",at_s={},level_pct={}}}", 2 + i, 90 - 2 * (i % 8)));
+    let faults = format!("faults=[{}]", faults.collect::<Vec<_>>().join(","));
+    let (view, timeline) = run("battery_fault", &[&faults], 45);
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
+    look_at("map", map::draw(&map::scene(&view), &activities::activities(&timeline), &view, &timeline, Layout::Narrow));
+}
+
+#[test]
+fn a_run_that_never_rests_is_still_a_small_drawing() {
+    let (view, mut timeline) = run("battery_fault", &[], 20);
+    timeline.shake(Duration::from_secs(3600));
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
+    look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
+    let table = super::facts::stages(&activities::activities(&timeline));
+    assert_eq!(table.matches("<tr>").count(), 42, "the head, 40 stages, and how many more there are");
+}

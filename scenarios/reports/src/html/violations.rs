@@ -1,0 +1,324 @@
+//! Each violation with its witness: in words, and as a sequence chart.
+
+use std::time::Duration;
+
+use channels::{Event, EventKind, Topology};
+use recording::{FaultCourse, FaultRecord, RunView};
+
+use super::evidence::{Evidence, Missing, Seen};
+use super::figure::figure;
+use super::markup::{escape, prose, text};
+use super::said_once;
+use super::sequence::{self, Row, Sequence, Weight};
+use super::words;
+use crate::timeline::Timeline;
+
+/// The section of all violations; empty if there are none.
+pub(super) fn section(view: &RunView, timeline: &Timeline) -> String {
+    let stories: String =
+        timeline.episodes().iter().map(|episode| story(&Evidence::of(episode, view), view, timeline)).collect();
+    match stories.is_empty() {
+        true => String::new(),
+        false => format!(
+            "<section id=\"violations\">\n<h2>How {} came about</h2>\n{stories}</section>\n",
+            if timeline.episodes().len() == 1 { "the violation" } else { "the violations" }
+        ),
+    }
+}
+
+/// What happened, in a few sentences.
+pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> String {
+    let mut sentences = vec![cause_sentence(evidence)];
+    sentences.extend(owed_sentence(evidence));
+    if !evidence.missing.is_empty() {
+        sentences.push("It did not.".to_owned());
+    }
+    sentences.extend(fault_sentences(evidence, view.faults()));
+    format!("{} <a href=\"#{}\">How it came about</a>", prose(&sentences.join(" ")), anchor(evidence))
+}
+
+fn anchor(evidence: &Evidence<'_>) -> String {
+    let name: String =
+        evidence.name.chars().map(|c| if c.is_ascii_alphanumeric() || c == '_' { c } else { '-' }).collect();
+    format!("violation-{name}")
+}
+
+fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> String {
+    let topology = view.topology();
+    let sequence = Sequence::of(evidence, topology, view.faults());
+    let label = format!("Sequence chart of the messages that led to the violation of {}", evidence.name);
+    let chart = figure(&label, |layout| sequence::draw(&sequence, layout));
+    let steps: String = story_sentences(evidence, view, timeline)
+        .iter()
+        .map(|sentence| format!("<li>{}</li>\n", prose(sentence)))
+        .collect();
+    format!(
+        "<article class=\"panel\" id=\"{}\">\n<h3>{} is violated</h3>\n<p>Required: {}</p>\n<ol class=\"story\">\n{steps}</ol>\n\
+         <figure>{chart}<figcaption>Time runs downwards. Orange: the messages that caused it. Red: where the verdict \
+         fell.</figcaption></figure>\n<details class=\"again\"><summary>The same messages as text</summary>\n{}</details>\n</article>\n",
+        anchor(evidence),
+        escape(evidence.name),
+        text(&words::sentence(evidence.summary)),
+        transcript(&sequence),
+    )
+}
+
+/// What happened, a sentence a step.
+fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Vec<String> {
+    let topology = view.topology();
+    let decided = &evidence.episode.decided;
+    let mut sentences = fault_sentences(evidence, view.faults());
+    sentences.push(cause_sentence(evidence));
+    sentences.extend(owed_sentence(evidence));
+    sentences.extend(channel_sentences(evidence, topology));
+    sentences.extend(going_on_sentence(evidence, topology));
+    sentences.extend(answer_sentence(evidence, topology, view));
+    sentences.extend(activity_sentence(evidence, timeline));
+    sentences.extend(component_sentence(evidence, topology, timeline));
+    if !evidence.missing.is_empty() {
+        let (from, to) = window(evidence);
+        let earlier = evidence.missing.iter().filter_map(|missing| last_before(evidence, missing, topology));
+        let from = earlier.map(|seen| seen.at.time).fold(from, Duration::min);
+        sentences.extend(said_once::sentence(&evidence.episode.events, (from, to), topology));
+    }
+    sentences.push(match evidence.missing.is_empty() {
+        true => format!("That is what {} forbids: it is violated from there on, for good.", evidence.name),
+        false => format!(
+            "At tick {} ({}) it was too late: {} is violated.",
+            decided.tick,
+            words::time(decided.time),
+            evidence.name
+        ),
+    });
+    sentences
+}
+
+/// What the monitor saw.
+fn cause_sentence(evidence: &Evidence<'_>) -> String {
+    let decided = &evidence.episode.decided;
+    let Some((last, before)) = evidence.causes.split_last() else {
+        return format!("The verdict fell at tick {} ({}).", decided.tick, words::time(decided.time));
+    };
+    let earlier =
+        |seen: &Seen| format!("{} had told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
+    let before: Vec<String> = before.iter().map(earlier).collect();
+    let after = if before.is_empty() { String::new() } else { format!(", after {}", words::list(&before)) };
+    let Seen { at, from, to, message } = last;
+    format!("At tick {} ({}) {from} told {to} `{message}`{after}.", at.tick, words::time(at.time))
+}
+
+/// What had to come then.
+fn owed_sentence(evidence: &Evidence<'_>) -> Option<String> {
+    let wanted = |missing: &Missing| format!("{} had to tell {} `{}`", missing.from, missing.to, missing.message);
+    let wanted: Vec<String> = evidence.missing.iter().map(wanted).collect();
+    let deadline = evidence.deadline_tick.map_or(String::new(), |tick| format!(" by tick {tick}"));
+    (!wanted.is_empty()).then(|| format!("So {}{deadline}.", wanted.join(", or ")))
+}
+
+/// The faults that took hold shortly before the story, or in it.
+fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<String> {
+    /// More than these make no story.
+    const MOST: usize = 3;
+    let decided = evidence.episode.decided.time;
+    let before = faults.iter().take_while(|fault| fault.time <= decided).count();
+    let mut latest = FaultCourse::of(&faults[..before]);
+    latest.sort_by_key(|course| course.records.last().map(|record| record.time));
+    latest.drain(..latest.len().saturating_sub(MOST));
+    latest
+        .iter()
+        .map(|course| {
+            let again = match course.records.len() {
+                1 => String::new(),
+                times => format!(", for the first of {times} times"),
+            };
+            format!("At {} a fault took hold{again}: {}.", words::time(course.first().time), course.fault.words)
+        })
+        .collect()
+}
+
+/// The part of the run that the story is about.
+fn window(evidence: &Evidence<'_>) -> (Duration, Duration) {
+    let from_tick = evidence.since.map_or(evidence.first_tick(), |since| since.tick);
+    let first = evidence.episode.events.iter().find(|event| event.tick >= from_tick);
+    let decided = evidence.episode.decided.time;
+    (first.map_or(decided, |event| event.time), decided)
+}
+
+/// What the tree and navigation were doing in the meantime, or before and after a violation that took no time.
+fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<String> {
+    let (from, to) = window(evidence);
+    let stages = timeline.trail().stages(timeline.end());
+    if evidence.missing.is_empty() {
+        let now = stages.iter().rposition(|stage| stage.from <= to && !stage.doing.is_empty())?;
+        let turned = stages[now].from == to;
+        let before = now.checked_sub(1).filter(|_| turned).map(|before| stages[before].doing.as_str());
+        return Some(match before.filter(|before| !before.is_empty()) {
+            Some(before) => {
+                format!("Until then the tree was running {before}; at this tick it turned to {}.", stages[now].doing)
+            }
+            None => format!("The tree was running {}.", stages[now].doing),
+        });
+    }
+    let mut doing: Vec<String> = Vec::new();
+    for stage in stages.iter().filter(|stage| stage.from < to && stage.to > from && !stage.doing.is_empty()) {
+        if doing.last() != Some(&stage.doing) {
+            doing.push(stage.doing.clone());
+        }
+    }
+    let mut statuses: Vec<String> = Vec::new();
+    for span in timeline.navigation().spans(timeline.end()).filter(|span| span.from < to && span.to > from) {
+        let name = span.state.status.replace('_', " ");
+        if !statuses.contains(&name) {
+            statuses.push(name);
+        }
+    }
+    let doing = if doing.is_empty() { return None } else { doing.join(", then ") };
+    Some(format!("In the meantime the tree was running {doing}, and navigation was {}.", statuses.join(", then ")))
+}
+
+/// What components told the leaf that the tree was running last, while an answer was owed.
+fn component_sentence(evidence: &Evidence<'_>, topology: &Topology, timeline: &Timeline) -> Option<String> {
+    let (from, to) = window(evidence);
+    let stages = timeline.trail().stages(timeline.end());
+    let doing = &stages.iter().rfind(|stage| stage.from < to && stage.to > from && !stage.doing.is_empty())?.doing;
+    let events = evidence.episode.events.iter().filter(|event| (from..=to).contains(&event.time));
+    let heard = events.filter_map(|event| Seen::of(event, topology));
+    let heard: Vec<Seen> = heard.filter(|seen| seen.to == *doing && seen.from != recording::TREE).collect();
+    let teller = heard.last().filter(|_| !evidence.missing.is_empty())?.from.clone();
+    let mut counts: Vec<(String, usize)> = Vec::new();
+    for seen in heard.into_iter().filter(|seen| seen.from == teller) {
+        count(&mut counts, seen.message);
+    }
+    let told: Vec<String> = counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
+    (told.len() <= 4).then(|| format!("{teller} told {doing} {}.", words::list(&told)))
+}
+
+fn count(counts: &mut Vec<(String, usize)>, message: String) {
+    match counts.iter_mut().find(|(known, _)| *known == message) {
+        Some((_, count)) => *count += 1,
+        None => counts.push((message, 1)),
+    }
+}
+
+/// The last message on a channel on which an answer was owed that came before it was.
+fn last_before(evidence: &Evidence<'_>, missing: &Missing, topology: &Topology) -> Option<Seen> {
+    let (from, _) = window(evidence);
+    let is_there = |event: &&Event| {
+        event.time < from && matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel)
+    };
+    evidence.episode.events.iter().rfind(is_there).and_then(|event| Seen::of(event, topology))
+}
+
+/// What passed on the channels on which an answer was owed.
+fn channel_sentences(evidence: &Evidence<'_>, topology: &Topology) -> Vec<String> {
+    let (from, _) = window(evidence);
+    let decided = evidence.episode.decided.step;
+    let sentence = |missing: &Missing| {
+        let passed = evidence.episode.events.iter().filter(|event| {
+            event.time >= from
+                && event.step <= decided
+                && matches!(&event.kind, EventKind::Received { channel, .. } if *channel == missing.channel)
+        });
+        let passed: Vec<Seen> = passed.filter_map(|event| Seen::of(event, topology)).collect();
+        let before = last_before(evidence, missing, topology)
+            .filter(|seen| passed.last().is_none_or(|last| last.message != seen.message))
+            .map(|seen| format!("; before it, at tick {}, it had told it `{}`", seen.at.tick, seen.message))
+            .unwrap_or_default();
+        match passed.last() {
+            None => format!("But {} told {} nothing at all in that time{before}.", missing.from, missing.to),
+            Some(last) => format!(
+                "But {} told {} only {} in that time, the last of them `{}` at tick {}{before}.",
+                missing.from,
+                missing.to,
+                words::count(passed.len(), "other message"),
+                last.message,
+                last.at.tick
+            ),
+        }
+    };
+    evidence.missing.iter().map(sentence).collect()
+}
+
+/// How what had begun it went on.
+fn going_on_sentence(evidence: &Evidence<'_>, topology: &Topology) -> Option<String> {
+    let cause = evidence.causes.last().filter(|_| !evidence.missing.is_empty())?;
+    let later = evidence.episode.events.iter().filter(|event| event.step > cause.at.step);
+    let later = later.filter(|event| event.step <= evidence.episode.decided.step);
+    let mut later = later.filter_map(|event| Seen::of(event, topology));
+    let last = later.rfind(|seen| seen.from == cause.from && seen.to == cause.to)?;
+    let Seen { at, from, to, message } = &last;
+    Some(format!("{from} went on telling {to}: at tick {} it was `{message}`.", at.tick))
+}
+
+/// What the leaves that the property concerns answered the tree.
+fn answer_sentence(evidence: &Evidence<'_>, topology: &Topology, view: &RunView) -> Option<String> {
+    if evidence.missing.is_empty() {
+        return None;
+    }
+    let (from, _) = window(evidence);
+    let decided = evidence.episode.decided.step;
+    let asked = evidence.concerned.iter().filter(|name| view.header().skills.contains(name));
+    let answers = |name: &String| {
+        let mut counts: Vec<(String, usize)> = Vec::new();
+        let messages = evidence.episode.events.iter().filter(|event| event.time >= from && event.step <= decided);
+        for seen in messages.filter_map(|event| Seen::of(event, topology)) {
+            // A leaf's answers to the tree have one word; what it asks components has more, or goes elsewhere.
+            if seen.from == *name && !evidence.concerned.contains(&seen.to) {
+                count(&mut counts, seen.message);
+            }
+        }
+        let told: Vec<String> =
+            counts.iter().map(|(message, count)| format!("`{message}` {}", times(*count))).collect();
+        match told.is_empty() {
+            true => format!("{name} was not asked by the tree"),
+            false => format!("{name} answered the tree {}", words::list(&told)),
+        }
+    };
+    let told: Vec<String> = asked.map(answers).collect();
+    (!told.is_empty()).then(|| words::sentence(&told.join("; ")))
+}
+
+fn times(count: usize) -> String {
+    match count {
+        1 => "once".to_owned(),
+        2 => "twice".to_owned(),
+        count => format!("{count} times"),
+    }
+}
+
+/// The chart as a list, for those who cannot see it.
+fn transcript(sequence: &Sequence) -> String {
+    let name = |lifeline: usize| sequence.lifelines.get(lifeline).map_or("", String::as_str);
+    let line = |row: &Row| match row {
+        Row::Tick { tick, time } => format!("<li class=\"tick\">Tick {tick}, {}</li>", words::time(*time)),
+        Row::Message { seen, weight, .. } => {
+            let class = match weight {
+                Weight::Cause => " class=\"cause\"",
+                Weight::Decisive => " class=\"decisive\"",
+                Weight::Plain | Weight::Afterwards => "",
+            };
+            format!(
+                "<li{class}>step {}: {} → {} {}</li>",
+                seen.at.step,
+                escape(&seen.from),
+                escape(&seen.to),
+                super::markup::code(&seen.message)
+            )
+        }
+        Row::Ticks { first, last, words } if first == last => format!("<li>Tick {first}: {}</li>", escape(words)),
+        Row::Ticks { first, last, words } => format!("<li>Ticks {first} to {last}: {}</li>", escape(words)),
+        Row::Fault { words, time } => format!("<li>Fault at {}: {}</li>", words::time(*time), escape(words)),
+        Row::Missing { from, to, message, words } => format!(
+            "<li class=\"decisive\">{}: {} → {} {}</li>",
+            escape(words),
+            escape(name(*from)),
+            escape(name(*to)),
+            super::markup::code(message)
+        ),
+        Row::Verdict { words, time } => {
+            format!("<li class=\"decisive\">{} at {}</li>", escape(words), words::time(*time))
+        }
+    };
+    let lines: Vec<String> = sequence.rows.iter().map(line).collect();
+    format!("<ul class=\"transcript\">\n{}\n</ul>\n", lines.join("\n"))
+}

@@ -1,0 +1,116 @@
+//! The results of a run as JUnit XML, for continuous integration.
+//!
+//! There is a test case for each property and one for each expectation. A property that the scenario expects something
+//! of passes if that is what came of it; any other one fails if it is violated, and counts as skipped if it was left
+//! open. So all cases pass exactly when the run was as expected and nothing else was violated. No times are in it: the same
+//! run gives the same bytes.
+
+use std::path::Path;
+
+use drawing::canvas::escape;
+use monitors::Outcome;
+use recording::Expected;
+
+use crate::Error;
+use crate::report::{ExpectationReport, MonitorReport, Report};
+
+/// Writes the results of a run to a file, with the folders on the way.
+///
+/// # Errors
+/// [`Error::Write`] if that is not possible.
+pub fn write(path: &Path, expected: &Expected, report: &Report) -> Result<(), Error> {
+    Ok(diagnostics::write_whole(path, document(expected, report))?)
+}
+
+/// The results of a run as JUnit XML.
+#[must_use]
+pub fn document(expected: &Expected, report: &Report) -> String {
+    let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
+    let cases: Vec<Case> = properties.chain(report.expectations.iter().map(of_expectation)).collect();
+    let count = |wanted: fn(&CaseResult) -> bool| cases.iter().filter(|case| wanted(&case.result)).count();
+    let failures = count(|result| matches!(result, CaseResult::Failed { .. }));
+    let skipped = count(|result| matches!(result, CaseResult::Skipped(_)));
+    let counts = format!("tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"", cases.len());
+    let name = escape(&report.scenario);
+    let cases: String = cases.iter().map(|case| case.element(&name)).collect();
+    let facts = [
+        ("seed", report.seed.to_string()),
+        ("version", report.version.clone()),
+        ("sim_time_s", report.sim_time_s.to_string()),
+        ("ticks", report.ticks.to_string()),
+        ("trace_hash", report.trace_hash.clone()),
+    ];
+    let facts: String = facts
+        .iter()
+        .map(|(name, value)| format!("      <property name=\"{name}\" value=\"{}\"/>\n", escape(value)))
+        .collect();
+    format!(
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"steward\" {counts}>\n  \
+         <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}    </properties>\n{cases}  </testsuite>\n</testsuites>\n"
+    )
+}
+
+/// A test case.
+struct Case {
+    group: &'static str,
+    name: String,
+    result: CaseResult,
+}
+
+/// What came of a test case.
+enum CaseResult {
+    Passed,
+    Skipped(String),
+    Failed { message: String, details: String },
+}
+
+impl Case {
+    fn element(&self, suite: &str) -> String {
+        let head = format!("    <testcase classname=\"{suite}.{}\" name=\"{}\"", self.group, escape(&self.name));
+        match &self.result {
+            CaseResult::Passed => format!("{head}/>\n"),
+            CaseResult::Skipped(why) => {
+                format!("{head}>\n      <skipped message=\"{}\"/>\n    </testcase>\n", escape(why))
+            }
+            CaseResult::Failed { message, details } if details.is_empty() => {
+                format!("{head}>\n      <failure message=\"{}\"/>\n    </testcase>\n", escape(message))
+            }
+            CaseResult::Failed { message, details } => format!(
+                "{head}>\n      <failure message=\"{}\">{}</failure>\n    </testcase>\n",
+                escape(message),
+                details.lines().map(escape).collect::<Vec<_>>().join("\n")
+            ),
+        }
+    }
+}
+
+fn of_property(monitor: &MonitorReport, expected: &Expected) -> Case {
+    let failed = |message: String| CaseResult::Failed { message, details: details(monitor) };
+    let result = match (expected.of(&monitor.name), monitor.verdict) {
+        (Some(expected), found) if expected == found => CaseResult::Passed,
+        (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
+        (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
+        (None, Outcome::Inconclusive) => CaseResult::Skipped("something was still owed when the run ended".to_owned()),
+        (None, Outcome::Satisfied) => CaseResult::Passed,
+    };
+    Case { group: "properties", name: monitor.name.clone(), result }
+}
+
+fn of_expectation(expectation: &ExpectationReport) -> Case {
+    let failed = |message: &String| CaseResult::Failed { message: message.clone(), details: String::new() };
+    let result = expectation.difference.as_ref().map_or(CaseResult::Passed, failed);
+    Case { group: "expectations", name: expectation.expected.clone(), result }
+}
+
+/// When and why, for whoever reads the log of a build.
+fn details(monitor: &MonitorReport) -> String {
+    let mut details = format!("{}\nmonitor in state {}", monitor.property, monitor.state);
+    if let (Some(tick), Some(time_s)) = (monitor.tick, monitor.time_s) {
+        details += &format!("\nat tick {tick}, {time_s:.2} s");
+    }
+    if let Some(witness) = &monitor.witness {
+        let words = witness["words"].as_str().map_or_else(|| witness.to_string(), str::to_owned);
+        details += &format!("\n{}", words.trim_end());
+    }
+    details
+}

@@ -1,0 +1,18 @@
+//! What is made of a run's records: the report as JSON, as a page and as JUnit XML, pictures, an animation.
+//!
+//! Everything here reads a [`RunView`](recording::RunView) and nothing else of a run, so it makes the same of a run that is
+//! going on and of one that was recorded: [`report_recording`] reads a file.
+
+mod error;
+mod file_name;
+pub mod html;
+pub mod junit;
+pub mod pictures;
+mod presentation;
+pub mod report;
+mod reporting;
+pub mod timeline;
+
+pub use error::Error;
+pub use file_name::file_name;
+pub use presentation::{Outputs, Presentation, REPORT, report_recording};

@@ -1,0 +1,262 @@
+//! What is made of a run's records: pictures at the named moments, an animation, the report and its page.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use diagnostics::{Staging, Unfinished};
+use drawing::{GifWriter, Renderer};
+use recording::{Decision, Happening, Moment, MonitorView, Recording, RunView, SceneClock};
+
+use crate::file_name;
+use crate::pictures::Camera;
+use crate::report::{Report, SnapshotReport};
+use crate::timeline::Timeline;
+use crate::{Error, html, reporting};
+
+/// What a run is to be shown by.
+#[derive(Clone, Debug, Default)]
+pub struct Outputs {
+    /// The folder for the report and the pictures; nothing is written without one.
+    pub folder: Option<PathBuf>,
+    /// Whether pictures are taken.
+    pub snapshots: bool,
+    /// Where an animation goes.
+    pub gif: Option<PathBuf>,
+}
+
+impl Outputs {
+    /// Whether nothing but a report is wanted, and that not in a file.
+    #[must_use]
+    pub fn is_nothing(&self) -> bool {
+        self.folder.is_none() && self.gif.is_none()
+    }
+}
+
+/// The name of the report's file.
+pub const REPORT: &str = "report.json";
+/// How long a picture of an animation stays.
+const GIF_FRAME: Duration = Duration::from_millis(100);
+
+/// A run on its way to being shown.
+pub struct Presentation {
+    began: Instant,
+    staging: Option<Staging>,
+    album: Album,
+    /// None where there is no page to make.
+    timeline: Option<Timeline>,
+}
+
+impl Presentation {
+    /// Begins with a run at its start.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn begin(view: &RunView, outputs: &Outputs) -> Result<Self, Error> {
+        #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of the run")]
+        let began = Instant::now();
+        let staging = outputs.folder.as_deref().map(Staging::begin).transpose()?;
+        let snapshots = outputs.snapshots && staging.is_some();
+        let album = Album::begin(view, snapshots, outputs.gif.as_deref())?;
+        let timeline = staging.is_some().then(|| Timeline::new(view));
+        Ok(Self { began, staging, album, timeline })
+    }
+
+    /// Takes in the last step, which comes with the end if it is the last one.
+    ///
+    /// # Errors
+    /// What cannot be drawn or written.
+    pub fn follow(&mut self, view: &RunView) -> Result<(), Error> {
+        self.album.take(view, self.staging.as_ref())?;
+        if let Some(timeline) = &mut self.timeline {
+            timeline.follow(view);
+        }
+        Ok(())
+    }
+
+    /// Ends a run that was broken off: the animation until then stays, everything else goes.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    pub fn break_off(self) -> Result<(), Error> {
+        self.album.finish().map(|_| ())
+    }
+
+    /// The report of a run that has ended; it and its page are written.
+    ///
+    /// # Errors
+    /// What cannot be written.
+    ///
+    /// # Panics
+    /// If the run has not ended.
+    pub fn finish(self, view: &RunView) -> Result<Report, Error> {
+        let snapshots = self.album.finish()?;
+        let end = view.end().expect("a report is of a run that has ended");
+        let report = reporting::report(view, end, snapshots, self.began.elapsed());
+        if let (Some(staging), Some(timeline)) = (self.staging, &self.timeline) {
+            staging.write(REPORT, serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n")?;
+            html::write(&staging, view, timeline, &report)?;
+            staging.publish(&[REPORT, html::FILE])?;
+        }
+        Ok(report)
+    }
+}
+
+/// Makes the report of a recorded run, with its page and pictures, as the run itself did.
+///
+/// # Errors
+/// What is wrong with the recording; what could not be written.
+pub fn report_recording(path: &Path, outputs: &Outputs) -> Result<Report, Error> {
+    let mut recording = Recording::open(path)?;
+    let mut view = recording.begin()?;
+    let mut presentation = Presentation::begin(&view, outputs)?;
+    while view.end().is_none() {
+        recording.advance(&mut view)?;
+        presentation.follow(&view)?;
+    }
+    presentation.finish(&view)
+}
+
+/// The pictures of a run.
+struct Album {
+    /// None where no pictures are wanted.
+    camera: Option<Camera>,
+    renderer: Renderer,
+    /// Whether snapshots are taken.
+    snapshots: bool,
+    clock: SceneClock,
+    taken: Vec<SnapshotReport>,
+    animation: Option<Animation>,
+}
+
+/// An animation on its way to a file.
+struct Animation {
+    path: PathBuf,
+    writer: GifWriter<Unfinished>,
+    clock: SceneClock,
+}
+
+impl Album {
+    fn begin(view: &RunView, snapshots: bool, gif: Option<&Path>) -> Result<Self, Error> {
+        let clock = SceneClock::new(&view.header().snapshots);
+        let animation = gif.map(|path| Animation::begin(path, clock.clone())).transpose()?;
+        Ok(Self {
+            camera: (snapshots || animation.is_some()).then(|| Camera::new(view)),
+            renderer: Renderer::new(),
+            snapshots,
+            clock,
+            taken: Vec::new(),
+            animation,
+        })
+    }
+
+    /// Takes the pictures that the last step asks for.
+    fn take(&mut self, view: &RunView, folder: Option<&Staging>) -> Result<(), Error> {
+        let Some(mut camera) = self.camera.take() else { return Ok(()) };
+        camera.follow(view);
+        if let Some(folder) = folder.filter(|_| self.snapshots) {
+            for (why, caption) in self.occasions(view) {
+                self.shoot(&camera, view, &why, &caption, folder)?;
+            }
+        }
+        if let Some(animation) = &mut self.animation {
+            let is_frame = animation.clock.is_frame(view.time(), view.robot().charging);
+            if is_frame || view.end().is_some() {
+                animation.add(&self.renderer, &camera.frame(view, &view.doing()))?;
+            }
+        }
+        self.camera = Some(camera);
+        Ok(())
+    }
+
+    /// The occasions for a picture that this step offers: a word for the file's name and a sentence for the picture.
+    fn occasions(&mut self, view: &RunView) -> Vec<(String, String)> {
+        let header = view.header();
+        let wanted = |moment| header.snapshots.at.contains(&moment);
+        let mut occasions = Vec::new();
+        let first = view.time() <= header.dt;
+        if first && wanted(Moment::Start) {
+            occasions.push(("start".to_owned(), header.about.clone()));
+        }
+        for happening in view.happenings() {
+            match happening {
+                Happening::FaultBegan { fault, time, .. } if wanted(Moment::Fault) => {
+                    let mut records = view.faults().iter().filter(|record| record.index == *fault);
+                    if records.next().is_some_and(|first| first.time == *time) {
+                        let fault = &header.faults[*fault];
+                        occasions.push((format!("fault-{}", fault.kind), format!("Fault: {}", fault.words)));
+                    }
+                }
+                Happening::Verdict { monitor, decision } if wanted(Moment::Verdict) => {
+                    occasions.push(verdict_occasion(view.monitor(*monitor), decision));
+                }
+                Happening::Arrival { place } if wanted(Moment::Arrival) && !first => {
+                    let place = &header.places[*place].name;
+                    occasions.push((format!("arrival-{place}"), format!("The robot has come to rest at {place}")));
+                }
+                _ => {}
+            }
+        }
+        if self.clock.is_named(view.time()) {
+            occasions.push(("moment".to_owned(), view.doing()));
+        }
+        if self.clock.is_regular(view.time()) {
+            occasions.push(("regular".to_owned(), view.doing()));
+        }
+        if view.end().is_some() && wanted(Moment::End) {
+            occasions.push(("end".to_owned(), "The run has ended".to_owned()));
+        }
+        occasions
+    }
+
+    fn shoot(
+        &mut self,
+        camera: &Camera,
+        view: &RunView,
+        why: &str,
+        caption: &str,
+        folder: &Staging,
+    ) -> Result<(), Error> {
+        let file = format!("{:02}-{}.png", self.taken.len() + 1, file_name(why));
+        let svg = drawing::svg(&camera.frame(view, caption));
+        let png = self.renderer.png(&svg)?;
+        folder.write(&file, png)?;
+        self.taken.push(SnapshotReport { file, time_s: view.time().as_secs_f64(), why: caption.to_owned() });
+        Ok(())
+    }
+
+    fn finish(self) -> Result<Vec<SnapshotReport>, Error> {
+        if let Some(animation) = self.animation {
+            animation.finish()?;
+        }
+        Ok(self.taken)
+    }
+}
+
+impl Animation {
+    fn begin(path: &Path, clock: SceneClock) -> Result<Self, Error> {
+        let writer = GifWriter::new(Unfinished::create(path)?, GIF_FRAME).map_err(|error| failed(path, error))?;
+        Ok(Self { path: path.to_owned(), writer, clock })
+    }
+
+    fn add(&mut self, renderer: &Renderer, frame: &drawing::Frame) -> Result<(), Error> {
+        self.writer.push(renderer, frame).map_err(|error| failed(&self.path, error))
+    }
+
+    fn finish(self) -> Result<(), Error> {
+        let Self { path, writer, .. } = self;
+        Ok(writer.finish().map_err(|error| failed(&path, error))?.finish()?)
+    }
+}
+
+fn failed(path: &Path, error: drawing::DrawError) -> Error {
+    match error {
+        drawing::DrawError::Write(source) => diagnostics::Error::Write { path: path.to_owned(), source }.into(),
+        error => error.into(),
+    }
+}
+
+fn verdict_occasion(monitor: MonitorView<'_>, decision: &Decision) -> (String, String) {
+    let (name, outcome, tick) = (monitor.name(), monitor.outcome(), decision.event.tick);
+    let summary = &monitor.about.summary;
+    (format!("{name}-{outcome}"), format!("At tick {tick}, {name} is {outcome}. It asks: {summary}"))
+}

@@ -1,0 +1,299 @@
+//! What is written down of a run: `report.json`.
+
+use monitors::Outcome;
+use serde::Serialize;
+
+/// The report of a run. Keys are stable; absent values are null. Only [`timing`](Self::timing) may differ between two
+/// runs of one scenario and seed.
+#[derive(Clone, Debug, Serialize)]
+pub struct Report {
+    /// The scenario's name.
+    pub scenario: String,
+    /// The root seed.
+    pub seed: u64,
+    /// The program's version.
+    pub version: String,
+    /// Whether the run was what the scenario's `[expect]` says.
+    pub outcome: OutcomeReport,
+    /// What differs from `[expect]`, in words; empty when nothing does.
+    pub differences: Vec<String>,
+    /// Everything that `[expect]` says, and whether it was so.
+    pub expectations: Vec<ExpectationReport>,
+    /// How long the run took, in simulated seconds.
+    pub sim_time_s: f64,
+    /// Why the run ended: `arrival`, `violation`, `settled` or `time_limit`.
+    pub ended: &'static str,
+    /// The same in words.
+    pub ended_because: String,
+    /// How many ticks were generated.
+    pub ticks: u64,
+    /// How many of them could not be delivered.
+    pub overruns: u64,
+    /// How many communications there were.
+    pub steps: u64,
+    /// BLAKE3 hash of the trace.
+    pub trace_hash: String,
+    /// The properties and what their monitors say.
+    pub monitors: Vec<MonitorReport>,
+    /// The faults that took hold, in order.
+    pub faults: Vec<FaultReport>,
+    /// The faults that were due and could not be done, in order.
+    pub undone_faults: Vec<UndoneFaultReport>,
+    /// What went wrong in nodes of the tree, each thing once, in the order of its first time.
+    pub tree_errors: Vec<TreeErrorReport>,
+    /// What went wrong in the skills' machines, each thing once, in the order of its first time.
+    pub skill_errors: Vec<SkillErrorReport>,
+    /// The battery's charge.
+    pub battery: BatteryReport,
+    /// How the robot fared.
+    pub robot: RobotReport,
+    /// When each place was reached.
+    pub places: Vec<PlaceReport>,
+    /// The pictures that were made.
+    pub snapshots: Vec<SnapshotReport>,
+    /// How long the computer took.
+    pub timing: TimingReport,
+}
+
+/// Whether a run was what its scenario expects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OutcomeReport {
+    /// It was.
+    AsExpected,
+    /// It was not.
+    NotAsExpected,
+}
+
+/// Something that the scenario expects of its runs.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExpectationReport {
+    /// What, in words: `phi1 is violated`.
+    pub expected: String,
+    /// What was found instead, in words; null if it was as expected.
+    pub difference: Option<String>,
+}
+
+/// What a monitor says at the end of a run.
+#[derive(Clone, Debug, Serialize)]
+pub struct MonitorReport {
+    /// The property's name.
+    pub name: String,
+    /// Its formula.
+    pub property: String,
+    /// `satisfied`, `violated` or `inconclusive`.
+    pub verdict: Outcome,
+    /// Where the monitor stands.
+    pub state: String,
+    /// The tick of the violation.
+    pub tick: Option<u64>,
+    /// The time of the violation, in seconds.
+    pub time_s: Option<f64>,
+    /// Why the property was violated: the communication at which it was, and the messages that led to it.
+    pub witness: Option<serde_json::Value>,
+    /// What was still owed when the run ended, in words.
+    pub open: Vec<String>,
+    /// The clauses whose antecedent never held, so that they said nothing about this run.
+    pub vacuous: Vec<String>,
+    /// What went wrong in the scripts of a monitor that is a machine, each thing once.
+    pub errors: Vec<String>,
+}
+
+/// A fault that took hold.
+#[derive(Clone, Debug, Serialize)]
+pub struct FaultReport {
+    /// What kind of fault.
+    pub kind: String,
+    /// When it took hold, in seconds.
+    pub time_s: f64,
+    /// The last tick that had been generated then; null if none had.
+    pub tick: Option<u64>,
+    /// When it let go, in seconds; null if it held to the end or happened at one instant.
+    pub until_s: Option<f64>,
+    /// What it did, in words.
+    pub effect: String,
+    /// The values of its parameters, angles in degrees.
+    pub arguments: serde_json::Map<String, serde_json::Value>,
+    /// How many messages it damaged in the run; null for a fault that damages none.
+    pub messages: Option<u64>,
+}
+
+/// A fault that was due and could not be done.
+#[derive(Clone, Debug, Serialize)]
+pub struct UndoneFaultReport {
+    /// What kind of fault.
+    pub kind: String,
+    /// When it was due, in seconds.
+    pub time_s: f64,
+    /// What it was to do, in words.
+    pub effect: String,
+    /// Why it could not be done, in words.
+    pub reason: String,
+}
+
+/// Something that went wrong in a node of the tree: a script that cannot be evaluated, a port without a value.
+#[derive(Clone, Debug, Serialize)]
+pub struct TreeErrorReport {
+    /// The node's number in document order.
+    pub node: usize,
+    /// Its name.
+    pub label: String,
+    /// What went wrong, in words.
+    pub message: String,
+    /// The tick in which it did so for the first time.
+    pub tick: u64,
+    /// The time of that, in seconds.
+    pub time_s: f64,
+}
+
+/// Something that went wrong in a skill's machine: an expression or a script that failed.
+#[derive(Clone, Debug, Serialize)]
+pub struct SkillErrorReport {
+    /// The skill's name.
+    pub skill: String,
+    /// The state in which the machine's file has what failed; null for what stands outside of states.
+    pub state: Option<String>,
+    /// What went wrong, in words.
+    pub message: String,
+    /// When it did for the first time, in seconds.
+    pub time_s: f64,
+    /// How often it did.
+    pub times: u64,
+}
+
+impl SkillErrorReport {
+    /// The skill, and the state of its machine: `BatteryLevel, state get`.
+    pub fn place(&self) -> String {
+        self.state.as_ref().map_or_else(|| self.skill.clone(), |state| format!("{}, state {state}", self.skill))
+    }
+
+    /// What went wrong, and how often if more than once.
+    pub fn words(&self) -> String {
+        match self.times {
+            1 => self.message.clone(),
+            times => format!("{} ({times} times)", self.message),
+        }
+    }
+}
+
+impl Report {
+    /// The faults in words, each once: what it did, and when. Those that could not be done come last.
+    pub fn faults_in_words(&self) -> Vec<(String, String)> {
+        let mut groups: Vec<(&str, Vec<&FaultReport>)> = Vec::new();
+        for fault in &self.faults {
+            match groups.iter_mut().find(|(effect, _)| *effect == fault.effect) {
+                Some((_, times)) => times.push(fault),
+                None => groups.push((&fault.effect, vec![fault])),
+            }
+        }
+        let done = groups.iter().map(|(effect, times)| ((*effect).to_owned(), when(times)));
+        let undone = self.undone_faults.iter().map(|UndoneFaultReport { effect, reason, time_s, .. }| {
+            (format!("NOT DONE: {effect} ({reason})"), format!("at {time_s:.2} s"))
+        });
+        done.chain(undone).collect()
+    }
+}
+
+/// When a fault took hold, in words. There is one time at least.
+fn when(times: &[&FaultReport]) -> String {
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let until = last.until_s.map_or(String::new(), |until| format!(" to {until:.2} s"));
+    match times.len() {
+        1 if until.is_empty() => format!("at {:.2} s", first.time_s),
+        1 => format!("from {:.2} s{until}", first.time_s),
+        count => format!("{count} times, from {:.2} s{until}", first.time_s),
+    }
+}
+
+/// The battery's charge over a run, in percent.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BatteryReport {
+    /// At the start.
+    pub initial: f64,
+    /// The least there was.
+    pub minimum: f64,
+    /// At the end.
+    pub r#final: f64,
+}
+
+/// How the robot fared.
+#[derive(Clone, Debug, Serialize)]
+pub struct RobotReport {
+    /// True pose at the end: x and y in metres, heading in radians.
+    pub final_pose: [f64; 3],
+    /// Distance driven, in metres.
+    pub distance_m: f64,
+    /// Contacts begun between the robot and anything else.
+    pub collisions: u64,
+    /// The trips that navigation gave up, in order.
+    pub given_up: Vec<GivenUpReport>,
+    /// How well localization knew where it was.
+    pub localization: LocalizationReport,
+}
+
+impl RobotReport {
+    /// Why trips were given up, each reason once: how many trips, and when the first.
+    pub fn given_up_in_words(&self) -> Vec<String> {
+        let mut reasons: Vec<(&GivenUpReport, usize)> = Vec::new();
+        for trip in &self.given_up {
+            match reasons.iter_mut().find(|(first, _)| first.reason == trip.reason) {
+                Some((_, count)) => *count += 1,
+                None => reasons.push((trip, 1)),
+            }
+        }
+        let words = |(first, count): &(&GivenUpReport, usize)| match count {
+            1 => format!("a trip at {:.2} s: {}", first.time_s, first.reason),
+            count => format!("{count} trips, the first at {:.2} s: {}", first.time_s, first.reason),
+        };
+        reasons.iter().map(words).collect()
+    }
+}
+
+/// A trip that navigation gave up.
+#[derive(Clone, Debug, Serialize)]
+pub struct GivenUpReport {
+    /// When, in seconds.
+    pub time_s: f64,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// The error of the estimated pose against the true one, over all steps.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct LocalizationReport {
+    /// Root mean square of the distance, in metres.
+    pub rmse_m: f64,
+    /// Greatest distance, in metres.
+    pub max_m: f64,
+    /// Root mean square of the heading's error, in radians.
+    pub rmse_rad: f64,
+}
+
+/// When a place was reached.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlaceReport {
+    /// The place's name.
+    pub name: String,
+    /// When the robot first came to rest there, in seconds.
+    pub reached_at_s: Option<f64>,
+}
+
+/// A picture of the run.
+#[derive(Clone, Debug, Serialize)]
+pub struct SnapshotReport {
+    /// The file, in the output folder.
+    pub file: String,
+    /// When it was taken, in seconds.
+    pub time_s: f64,
+    /// What happened then.
+    pub why: String,
+}
+
+/// How long the computer took.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct TimingReport {
+    /// For the run and its pictures, in seconds.
+    pub wall_time_s: f64,
+    /// Simulated seconds a second.
+    pub real_time_factor: f64,
+}

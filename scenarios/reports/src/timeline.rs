@@ -1,0 +1,257 @@
+//! What a run was like over time: everything on one time axis.
+//!
+//! A [`Timeline`] looks at a run after each of its steps and writes down what has changed: the battery, the leaves of
+//! the tree, where skills, components and monitors stand, navigation's status, the way the robot took. It also keeps the
+//! latest events, so that for each violation there are the messages that led to it ([`Episode`]). Its memory is bounded
+//! by the number of changes, not of steps.
+
+mod course;
+mod recent;
+mod track;
+mod trail;
+
+use std::time::Duration;
+
+use recording::{Happening, Navigation, RunView};
+
+use crate::pictures;
+
+pub use course::Course;
+pub use recent::Episode;
+pub use track::{Lane, Span, Track};
+pub use trail::{Stage, Trail};
+
+use recent::Recent;
+
+/// Where a monitor stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MonitorState {
+    /// What can be said of the property so far.
+    pub verdict: drawing::Verdict,
+    /// The monitor's location.
+    pub location: String,
+}
+
+/// A run over time.
+#[derive(Clone, Debug)]
+pub struct Timeline {
+    battery: Course,
+    charging: Track<bool>,
+    navigation: Track<Navigation>,
+    leaves: Vec<Lane<drawing::NodeStatus>>,
+    skills: Vec<Lane<String>>,
+    components: Vec<Lane<String>>,
+    monitors: Vec<Lane<MonitorState>>,
+    trail: Trail,
+    recent: Recent,
+    episodes: Vec<Episode>,
+    end: Duration,
+}
+
+impl Timeline {
+    /// The timeline of a run that is about to begin.
+    #[must_use]
+    pub fn new(view: &RunView) -> Self {
+        let header = view.header();
+        let lanes = |names: &[String]| names.iter().map(|name| Lane::new(name)).collect();
+        let leaves = header.tree.iter().filter(|node| node.is_leaf);
+        let mut timeline = Self {
+            battery: Course::default(),
+            charging: Track::default(),
+            navigation: Track::default(),
+            leaves: leaves.map(|leaf| Lane::new(&leaf.process)).collect(),
+            skills: lanes(&header.skills),
+            components: lanes(&header.components),
+            monitors: header.monitors.iter().map(|monitor| Lane::new(&monitor.name)).collect(),
+            trail: Trail::default(),
+            recent: Recent::default(),
+            episodes: Vec::new(),
+            end: view.time(),
+        };
+        timeline.look(view);
+        timeline.look_at_processes(view);
+        timeline
+    }
+
+    /// Writes down what a step has changed. Call it after every step.
+    pub fn follow(&mut self, view: &RunView) {
+        let events = view.events();
+        if !events.is_empty() {
+            self.recent.see(events);
+            self.look_at_processes(view);
+        }
+        self.look(view);
+        for happening in view.happenings() {
+            if let Happening::Verdict { monitor, .. } = happening
+                && let Some(decision) = view.monitor(*monitor).violation()
+            {
+                self.episodes.push(self.recent.episode(*monitor, decision.event.clone()));
+            }
+        }
+    }
+
+    /// What may change in any step.
+    fn look(&mut self, view: &RunView) {
+        let (now, robot) = (view.time(), view.robot());
+        self.end = now;
+        self.battery.note(now, robot.charge_pct);
+        self.charging.note(now, &robot.charging);
+        self.navigation.note(now, view.navigation());
+        self.trail.note(now, view.position());
+    }
+
+    /// What only changes where a message is received or a tick is generated.
+    fn look_at_processes(&mut self, view: &RunView) {
+        let now = view.time();
+        let nodes = view.header().tree.iter().zip(view.outcomes());
+        let leaves = nodes.filter(|(node, _)| node.is_leaf);
+        for (lane, (_, outcome)) in self.leaves.iter_mut().zip(leaves) {
+            lane.track.note(now, &pictures::node_status(*outcome));
+        }
+        self.trail.set_doing(now, &view.running().collect::<Vec<_>>().join(", "));
+        for lane in self.skills.iter_mut().chain(&mut self.components) {
+            if let Some(location) = view.location(&lane.name) {
+                lane.track.note(now, &location.to_owned());
+            }
+        }
+        for (lane, monitor) in self.monitors.iter_mut().zip(view.monitors()) {
+            let location = monitor.state.location.clone();
+            lane.track.note(now, &MonitorState { verdict: pictures::verdict(monitor.state, false), location });
+        }
+    }
+
+    /// When the run has come to, or ended.
+    #[must_use]
+    pub fn end(&self) -> Duration {
+        self.end
+    }
+
+    /// The battery's level, in percent.
+    #[must_use]
+    pub fn battery(&self) -> &Course {
+        &self.battery
+    }
+
+    /// Whether the battery is being charged.
+    #[must_use]
+    pub fn charging(&self) -> &Track<bool> {
+        &self.charging
+    }
+
+    /// What navigation is doing.
+    #[must_use]
+    pub fn navigation(&self) -> &Track<Navigation> {
+        &self.navigation
+    }
+
+    /// What each leaf of the tree answered last, in document order.
+    #[must_use]
+    pub fn leaves(&self) -> &[Lane<drawing::NodeStatus>] {
+        &self.leaves
+    }
+
+    /// Which states of each skill are active when a step is over.
+    #[must_use]
+    pub fn skills(&self) -> &[Lane<String>] {
+        &self.skills
+    }
+
+    /// Where each component stands when a step is over.
+    #[must_use]
+    pub fn components(&self) -> &[Lane<String>] {
+        &self.components
+    }
+
+    /// Where each monitor stands, in the order of the scenario's properties.
+    #[must_use]
+    pub fn monitors(&self) -> &[Lane<MonitorState>] {
+        &self.monitors
+    }
+
+    /// The way that the robot took.
+    #[must_use]
+    pub fn trail(&self) -> &Trail {
+        &self.trail
+    }
+
+    /// For each violation the messages that led to it, in the order in which they happened.
+    #[must_use]
+    pub fn episodes(&self) -> &[Episode] {
+        &self.episodes
+    }
+}
+
+#[cfg(test)]
+impl Timeline {
+    /// Goes on until `end` with leaves and skills that change their minds ten times a second.
+    pub fn shake(&mut self, end: Duration) {
+        let statuses = [drawing::NodeStatus::Success, drawing::NodeStatus::Failure, drawing::NodeStatus::Running];
+        for (count, now) in (0_usize..).map(|i| (i, self.end + Duration::from_millis(100) * i as u32)) {
+            if now > end {
+                break;
+            }
+            for (shift, lane) in self.leaves.iter_mut().enumerate() {
+                lane.track.note(now, &statuses[(count + shift) % 3]);
+            }
+            for lane in &mut self.skills {
+                lane.track.note(now, &format!("state {}", count % 7));
+            }
+            self.trail.set_doing(now, if count % 40 < 20 { "Go" } else { "Wait" });
+        }
+        self.end = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+    use std::sync::Arc;
+
+    use recording::Detail;
+
+    use super::*;
+    use scenarios::conduct::conduct;
+    use scenarios::live::Live;
+    use scenarios::scenario::{Scenario, find};
+
+    /// The timeline of the first experiment, together with its last moment.
+    fn battery_fault() -> (RunView, Timeline) {
+        let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &[]).unwrap();
+        let live = Live::new(Arc::new(scenario), 1, true).unwrap();
+        let mut timeline: Option<Timeline> = None;
+        let conducted = conduct(live, Detail::Full, None, |view| {
+            match &mut timeline {
+                None => timeline = Some(Timeline::new(view)),
+                Some(timeline) => timeline.follow(view),
+            }
+            let over = view.time() >= Duration::from_secs(30);
+            Ok::<_, scenarios::Error>(if over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+        });
+        (conducted.unwrap(), timeline.unwrap())
+    }
+
+    #[test]
+    fn a_run_leaves_its_turning_points_and_no_more() {
+        let (view, timeline) = battery_fault();
+        assert_eq!(timeline.end(), view.time());
+        let levels = timeline.battery().points().len();
+        assert!((4..60).contains(&levels), "{levels} levels for a line with one step");
+        let goto = timeline.leaves().iter().find(|lane| lane.name == "GotoRechargingStation").unwrap();
+        let statuses: Vec<_> = goto.track.spans(timeline.end()).map(|span| *span.state).collect();
+        assert_eq!(statuses, [drawing::NodeStatus::NotTicked, drawing::NodeStatus::Running]);
+        let stages = timeline.trail().stages(timeline.end());
+        let doings: Vec<_> = stages.iter().map(|stage| stage.doing.as_str()).collect();
+        assert_eq!(doings, ["GoToDestination", "GotoRechargingStation"]);
+        let way_m: f64 = stages.iter().map(Stage::distance_m).sum();
+        assert!((way_m - view.robot().distance_m).abs() < 0.1, "{way_m} m");
+    }
+
+    #[test]
+    fn the_messages_before_a_violation_are_kept() {
+        let (view, timeline) = battery_fault();
+        let [episode] = timeline.episodes() else { panic!("one violation, {} episodes", timeline.episodes().len()) };
+        assert_eq!(view.monitor(episode.property).name(), "phi1");
+        assert!(episode.events.contains(&episode.decided));
+        assert_eq!(episode.events.first().map(|event| event.tick), Some(0));
+    }
+}

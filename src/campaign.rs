@@ -1,0 +1,243 @@
+//! `steward campaign`: from one run to a hundred thousand.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use campaigns::Error;
+use campaigns::compare::CampaignComparison;
+use campaigns::run_and_report;
+use campaigns::{Plan, Ran, Shard, Summary};
+use clap::{Args, Subcommand};
+use recording::Detail;
+use reports::{Outputs, file_name};
+use scenarios::live::Live;
+use scenarios::scenario::Scenario;
+
+use crate::output::{note, print};
+use crate::progress::CampaignBar;
+use crate::{interrupt, summary};
+
+/// Which campaign, and how much of it.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+pub(crate) struct CampaignArgs {
+    #[command(subcommand)]
+    command: Option<CampaignCommand>,
+    /// The campaign: a name (see `steward list`) or a file
+    #[arg(value_name = "NAME|FILE", required = true)]
+    file: Option<PathBuf>,
+    /// How many runs, instead of what the file says
+    #[arg(long, value_name = "N")]
+    runs: Option<u64>,
+    /// Only the runs k with k mod N = I; taken from a Slurm array or a Kubernetes indexed job if it is not given
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    shard: Option<Shard>,
+    /// Repeats run K alone, with pictures and report; exit status 1 if it is not as expected
+    #[arg(long, value_name = "K", conflicts_with = "shard")]
+    only: Option<u64>,
+    /// Where results go; a campaign that was interrupted goes on there [default: out/NAME]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Starts over: first removes the results of an earlier campaign in that folder, and nothing else
+    #[arg(long, conflicts_with = "only")]
+    fresh: bool,
+    /// Shows no progress and no summary
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum CampaignCommand {
+    /// Puts the shards of a campaign together
+    Merge {
+        /// The folders that the shards were written to, or a folder that has them
+        #[arg(value_name = "DIR", required = true)]
+        shards: Vec<PathBuf>,
+        /// Where the results go: a new folder
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
+    /// Says whether something happens more often in one campaign than in another
+    Compare {
+        /// The results before: a folder that a campaign wrote, or merged
+        before: PathBuf,
+        /// The results after
+        after: PathBuf,
+        /// Prints JSON instead of words
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// Reads `I/N`.
+fn shard(text: &str) -> Result<Shard, String> {
+    let shard = text.split_once('/').and_then(|(index, of)| Shard::new(index.parse().ok()?, of.parse().ok()?));
+    shard.ok_or_else(|| format!("a shard is I/N, with I from 0 to N-1 and N at most {}", Shard::MOST))
+}
+
+/// The shard that a scheduler gives to this process, told by its environment.
+///
+/// # Errors
+/// If the environment says something that is no shard.
+fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shard>, Error> {
+    let (index, of) = if let Some(id) = variable("SLURM_ARRAY_TASK_ID") {
+        let least = variable("SLURM_ARRAY_TASK_MIN").unwrap_or_else(|| "0".to_owned());
+        let index = id.parse().ok().zip(least.parse().ok()).and_then(|(id, least): (u64, u64)| id.checked_sub(least));
+        (index, variable("SLURM_ARRAY_TASK_COUNT"))
+    } else if let Some(index) = variable("JOB_COMPLETION_INDEX") {
+        (index.parse().ok(), variable("JOB_COMPLETIONS"))
+    } else {
+        return Ok(None);
+    };
+    let of = of.and_then(|of| of.parse().ok());
+    let shard = index.zip(of).and_then(|(index, of)| Shard::new(index, of));
+    shard.map(Some).ok_or_else(|| {
+        Error::refused(
+            "the job's environment does not say which shard this is",
+            "Slurm sets SLURM_ARRAY_TASK_ID, _MIN and _COUNT (number the tasks without gaps); Kubernetes sets \
+             JOB_COMPLETION_INDEX, and JOB_COMPLETIONS is yours to set; or say `--shard I/N`",
+        )
+    })
+}
+
+/// Runs a campaign or a shard of it, repeats a run, or puts shards together.
+pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
+    match &args.command {
+        Some(CampaignCommand::Merge { shards, out }) => {
+            let summary = campaigns::merge(shards, out)?;
+            print(&in_words(&summary, out))?;
+            return Ok(status(&summary));
+        }
+        Some(CampaignCommand::Compare { before, after, json }) => {
+            let comparison = CampaignComparison::of(before, after)?;
+            let as_json = || serde_json::to_string_pretty(&comparison).expect("a comparison is always JSON") + "\n";
+            print(&if *json { as_json() } else { comparison.to_string() })?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        None => {}
+    }
+    let file = args.file.as_deref().unwrap_or(Path::new(""));
+    let plan = Plan::load(file)?;
+    let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
+    let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
+    if let Some(k) = args.only {
+        return only(&plan, k, &out.join(format!("run-{k}")), args.quiet);
+    }
+    let shard = args.shard.map_or_else(|| shard_of_job(|name| std::env::var(name).ok()), |shard| Ok(Some(shard)))?;
+    let folder = shard.map_or(out.clone(), |Shard { index, of }| out.join(format!("shard-{index}-of-{of}")));
+    let part = shard.unwrap_or(Shard::ALL);
+    if args.fresh {
+        campaigns::start_over(&plan, part, &folder)?;
+    }
+    let mut bar = CampaignBar::new(args.quiet);
+    let interrupted = interrupt::listen();
+    let ran = campaigns::run(&plan, part, &folder, batch::threads(), interrupted, |progress| bar.show(progress));
+    bar.finish();
+    let ran = ran?;
+    if !ran.complete {
+        let Ran { done, all, .. } = ran;
+        note(&format!("interrupted after {done} of {all} runs; the same command goes on where it stopped"));
+        return Ok(interrupt::status());
+    }
+    let (said, status) = match shard {
+        Some(_) => {
+            let said = format!("wrote {}; `steward campaign merge` puts shards together\n", folder.display());
+            (said, ExitCode::SUCCESS)
+        }
+        None => {
+            let summary = ran.finish()?;
+            (in_words(&summary, &folder), status(&summary))
+        }
+    };
+    if !args.quiet {
+        print(&said)?;
+    }
+    Ok(status)
+}
+
+/// A campaign answers its question, whatever that is; one of which no run came to its end does not.
+fn status(summary: &Summary) -> ExitCode {
+    ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
+}
+
+/// Repeats a run alone.
+fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
+    if k >= plan.runs() {
+        let help = format!("runs are counted from 0 to {}", plan.runs() - 1);
+        return Err(Error::refused(format!("the campaign has no run {k}"), help));
+    }
+    let run = plan.run(k);
+    let scenario = Arc::new(Scenario::load(plan.scenario(), &run.overrides(plan))?);
+    let outputs = Outputs { folder: Some(folder.to_owned()), snapshots: true, ..Outputs::default() };
+    let _ = interrupt::listen();
+    let report =
+        run_and_report(Live::new(scenario, run.seed, true)?, Detail::Full, &outputs, None, |_| interrupt::flow())?;
+    summary::tell(&report, folder, quiet)
+}
+
+/// The summary as lines of text.
+fn in_words(summary: &Summary, folder: &Path) -> String {
+    let outcomes = &summary.outcomes;
+    let mut text = format!(
+        "{} runs: {} as expected, {} not, {} failed\n",
+        summary.runs, outcomes.as_expected, outcomes.not_as_expected, outcomes.failed
+    );
+    for estimate in &summary.properties {
+        let (count, interval) = (estimate.count, estimate.interval);
+        text += &format!(
+            "{:<16} violated in {} of {}: {:.4} (95 %: {interval:.4})\n",
+            estimate.of,
+            count.happened(),
+            count.runs(),
+            estimate.rate.unwrap_or(0.0),
+        );
+    }
+    if outcomes.failed > 0 {
+        text += "runs that failed say nothing of a property, and count for none\n";
+    }
+    if let Some(goal) = &summary.goal {
+        let said = match (goal.interval, goal.side) {
+            (Some(interval), _) => format!("the probability lies in {interval:.4}"),
+            (None, Some(side)) => format!("the probability is {} the bound", side.name()),
+            (None, None) => "undecided".to_owned(),
+        };
+        let reached = if goal.reached { "reached" } else { "not reached" };
+        text += &format!("goal {reached} for {} after {} runs: {said}\n", goal.of, goal.count.runs());
+    }
+    for run in summary.failures.iter().chain(&summary.unexpected).take(3) {
+        text += &format!("run {}: {}\n", run.k, run.command);
+    }
+    text + &format!("wrote {}\n", folder.display())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job(variables: &[(&str, &str)]) -> Result<Option<Shard>, Error> {
+        let value = |name: &str| variables.iter().find(|(key, _)| *key == name).map(|(_, value)| (*value).to_owned());
+        shard_of_job(value)
+    }
+
+    #[test]
+    fn a_scheduler_says_which_shard_it_is() {
+        let slurm = [("SLURM_ARRAY_TASK_ID", "5"), ("SLURM_ARRAY_TASK_MIN", "1"), ("SLURM_ARRAY_TASK_COUNT", "8")];
+        assert_eq!(job(&slurm).unwrap(), Some(Shard { index: 4, of: 8 }));
+        let kubernetes = [("JOB_COMPLETION_INDEX", "0"), ("JOB_COMPLETIONS", "3")];
+        assert_eq!(job(&kubernetes).unwrap(), Some(Shard { index: 0, of: 3 }));
+        assert_eq!(job(&[]).unwrap(), None);
+        assert!(job(&kubernetes[..1]).is_err());
+        assert!(job(&[("SLURM_ARRAY_TASK_ID", "8"), ("SLURM_ARRAY_TASK_COUNT", "8")]).is_err());
+    }
+
+    #[test]
+    fn a_shard_is_written_as_a_fraction() {
+        assert_eq!(shard("0/1"), Ok(Shard::ALL));
+        assert_eq!(shard("7/8"), Ok(Shard { index: 7, of: 8 }));
+        for wrong in ["8/8", "1", "-1/2", "a/b", "0/0", "0/1000001", "0/18446744073709551615"] {
+            assert!(shard(wrong).is_err(), "{wrong}");
+        }
+    }
+}

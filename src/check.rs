@@ -1,0 +1,244 @@
+//! `steward check`: everything short of a run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use bt::Tree;
+use campaigns::{Error, Plan};
+use clap::Args;
+use maps::{Cell, PlacesFile};
+use miette::Diagnostic;
+use scenarios::files::shipped_campaigns;
+use scenarios::live::Live;
+use scenarios::scenario::{Scenario, find};
+use scenarios::wiring;
+use serde_json::json;
+use skills::{Chart, Strictness};
+
+use crate::monitor::System;
+use crate::output::{complain, print, warn};
+use crate::render::{Finding, findings};
+
+/// What to say of a machine that sends to a process that no shipped system has.
+const ELSEWHERE: &str = "which components there are, the scenario says; the program's own scenarios have BatteryReader, Localization \
+                         and Navigation";
+
+/// What to check.
+#[derive(Debug, Args)]
+pub(crate) struct CheckArgs {
+    /// Scenarios, campaigns, maps, places, trees, skills and properties: files, or names (see `steward list`)
+    #[arg(value_name = "NAME|FILE", required = true)]
+    files: Vec<String>,
+    /// The scenario whose processes and channels property files speak of
+    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
+    scenario: String,
+    /// Prints the findings as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found in a file that can be used.
+pub(crate) struct Checked {
+    /// What it is, in a few words.
+    pub(crate) summary: String,
+    /// What looks wrong with it.
+    pub(crate) concerns: Vec<Box<dyn Diagnostic + Send + Sync>>,
+}
+
+impl Checked {
+    /// The summary, and whether anything looks wrong.
+    pub(crate) fn words(&self) -> String {
+        let found = match self.concerns.iter().map(|concern| findings(concern.as_ref()).len()).sum() {
+            0 => "no problems found".to_owned(),
+            count => counted(count, "warning"),
+        };
+        format!("{}; {found}", self.summary)
+    }
+}
+
+/// Checks every file, and says what is wrong or looks wrong with it. Exit status 2 if anything is wrong.
+pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
+    let (mut refused, mut report) = (0, Vec::new());
+    for file in &args.files {
+        let checked = examine(file, &args.scenario);
+        refused += usize::from(checked.is_err());
+        if args.json {
+            report.push(as_json(file, &checked));
+            continue;
+        }
+        let said = match &checked {
+            Ok(checked) => {
+                checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
+                checked.words()
+            }
+            Err(error) => {
+                complain(error);
+                counted(problems(error).len(), "problem")
+            }
+        };
+        print(&format!("{file}: {said}\n"))?;
+    }
+    if args.json {
+        print(&(serde_json::to_string_pretty(&report).expect("findings are always JSON") + "\n"))?;
+    } else if args.files.len() > 1 {
+        let files = args.files.len();
+        print(&format!("{} checked, {} with problems\n", counted(files, "file"), refused))?;
+    }
+    Ok(ExitCode::from(if refused > 0 { 2 } else { 0 }))
+}
+
+fn counted(count: usize, what: &str) -> String {
+    format!("{count} {what}{}", if count == 1 { "" } else { "s" })
+}
+
+fn as_json(file: &str, checked: &Result<Checked, Error>) -> serde_json::Value {
+    let (summary, warnings, problems) = match checked {
+        Ok(checked) => {
+            let warnings: Vec<Finding> =
+                checked.concerns.iter().flat_map(|concern| findings(concern.as_ref())).collect();
+            (Some(&checked.summary), warnings, Vec::new())
+        }
+        Err(error) => (None, Vec::new(), problems(error)),
+    };
+    json!({ "file": file, "ok": checked.is_ok(), "summary": summary, "warnings": warnings, "problems": problems })
+}
+
+/// Everything that an error says.
+fn problems(error: &Error) -> Vec<Finding> {
+    match error.diagnostics() {
+        none if none.is_empty() => vec![Finding::of_message(error.to_string())],
+        diagnostics => diagnostics.into_iter().flat_map(findings).collect(),
+    }
+}
+
+/// Checks a file as what it is.
+fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
+    let path = Path::new(file);
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    match ending.as_deref() {
+        Some("xml") => tree(path).map(|(_, checked)| checked),
+        Some("scxml") => machine(path).map(|(_, checked)| checked),
+        Some("scope") => properties(path, scenario),
+        Some("yaml" | "yml") => map(path),
+        Some("ini") => places(path),
+        Some("toml") => match std::fs::read_to_string(path).ok().as_deref().map_or(Toml::Scenario, Toml::of) {
+            Toml::Campaign => campaign(path),
+            Toml::Places => places(path),
+            Toml::Scenario => of_scenario(file),
+        },
+        None if find::shipped(file).is_none() && shipped_campaigns().any(|(name, _)| name == file) => campaign(path),
+        None => of_scenario(file),
+        Some(_) => Err(Error::refused(
+            format!("{file} is of no kind that is known"),
+            "scenarios, campaigns and places (also .ini) end in .toml, maps in .yaml, trees in .xml, skills in .scxml, and properties \
+             in .scope",
+        )),
+    }
+}
+
+/// What a TOML file is about.
+enum Toml {
+    Scenario,
+    Campaign,
+    Places,
+}
+
+impl Toml {
+    /// What it seems to be by its keys; one that cannot be read is refused as a scenario.
+    fn of(text: &str) -> Self {
+        let table: toml::Table = text.parse().unwrap_or_default();
+        let is_place = |value: &toml::Value| value.get("position_m").or(value.get("corners_m")).is_some();
+        if table.contains_key("scenario") {
+            Self::Campaign
+        } else if !table.contains_key("map") && table.values().any(is_place) {
+            Self::Places
+        } else {
+            Self::Scenario
+        }
+    }
+}
+
+/// A tree, and what is to be said of it.
+pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
+    let tree = Tree::from_file(file).map_err(Error::bad_input)?;
+    let summary = format!("{} nodes, {} of them leaves", tree.nodes().len(), tree.leaves().count());
+    let concerns = tree.concerns().into_iter().map(|concerns| Box::new(concerns.clone()) as _).collect();
+    Ok((tree, Checked { summary, concerns }))
+}
+
+/// A machine, and what is to be said of it.
+pub(crate) fn machine(file: &Path) -> Result<(Arc<Chart>, Checked), Error> {
+    let chart = Chart::open(file, Strictness::Strict).map_err(Error::bad_input)?;
+    let summary = format!("{} states, {} transitions", chart.states().count(), chart.transitions().count());
+    let elsewhere = chart.sends_elsewhere(&wiring::HEARERS, ELSEWHERE);
+    let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
+    Ok((chart, Checked { summary, concerns }))
+}
+
+fn properties(file: &Path, scenario: &str) -> Result<Checked, Error> {
+    let properties = System::of(scenario)?.load(file)?;
+    let warned = (!properties.warnings.is_empty()).then(|| Box::new(properties.warnings) as _);
+    Ok(Checked { summary: counted_properties(properties.properties.len()), concerns: warned.into_iter().collect() })
+}
+
+fn counted_properties(count: usize) -> String {
+    format!("{count} propert{}", if count == 1 { "y" } else { "ies" })
+}
+
+fn map(file: &Path) -> Result<Checked, Error> {
+    let map = maps::load_map(file, &diagnostics::from_disk).map_err(Error::bad_input)?;
+    let free = map.cells().iter().filter(|cell| **cell == Cell::Free).count();
+    if free == 0 {
+        let message = format!("{} has no free cell", file.display());
+        return Err(Error::refused(message, "light pixels are free floor, unless the map's `negate` says otherwise"));
+    }
+    let size = |cells: usize| cells as f64 * map.resolution_m();
+    let share = 100.0 * free as f64 / map.cells().len() as f64;
+    let summary = format!("a map of {:.1} m × {:.1} m, {share:.0} % free", size(map.width()), size(map.height()));
+    Ok(Checked { summary, concerns: Vec::new() })
+}
+
+fn places(file: &Path) -> Result<Checked, Error> {
+    let places = PlacesFile::load(file, &diagnostics::from_disk).map_err(Error::bad_input)?;
+    Ok(Checked { summary: counted(places.places().iter().count(), "place"), concerns: Vec::new() })
+}
+
+fn campaign(file: &Path) -> Result<Checked, Error> {
+    let plan = Plan::load(file)?;
+    let mut checked = ready(plan.base())?;
+    let runs = match plan.file().goal {
+        Some(_) => format!("at most {} runs", plan.runs()),
+        None => format!("{} runs", plan.runs()),
+    };
+    checked.summary = format!("a campaign of {runs} of a scenario with {}", checked.summary);
+    Ok(checked)
+}
+
+fn of_scenario(name: &str) -> Result<Checked, Error> {
+    let scenario = Arc::new(Scenario::load(&find::find(name)?, &[])?);
+    let mut checked = ready(&scenario)?;
+    checked.summary = format!("a scenario with {}", checked.summary);
+    Ok(checked)
+}
+
+/// Sets a scenario up as for a run: the world, the processes and channels, the monitors, the faults with their triggers.
+fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
+    let live = Live::new(Arc::clone(scenario), scenario.file.seed, true)?;
+    let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();
+    concerns.extend(scenario.tree.concerns().map(|concerns| Box::new(concerns.clone()) as _));
+    concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
+    let machines: BTreeMap<&Path, &Arc<Chart>> =
+        scenario.skills.values().map(|skill| (&*skill.path, &skill.machine)).collect();
+    concerns.extend(machines.values().filter_map(|chart| chart.concerns()).map(|concerns| Box::new(concerns) as _));
+    concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
+    concerns.extend(live.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
+    let parts = [
+        counted(scenario.tree.leaves().count(), "leaf").replace("leafs", "leaves"),
+        counted(scenario.places.iter().count(), "place"),
+        counted_properties(live.properties().count()),
+        counted(scenario.file.faults.len(), "fault"),
+    ];
+    Ok(Checked { summary: parts.join(", "), concerns })
+}

@@ -1,0 +1,282 @@
+//! `steward localize --map MAP.yaml --log LOG`: localization on a recorded robot.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use campaigns::Error;
+use clap::Args;
+use diagnostics::Staging;
+use drawing::{MapPicture, Renderer, Trajectories};
+use maps::OccupancyGrid;
+use nav::Atlas;
+use robot::recorded::{Recording, RecordingError};
+use serde_json::json;
+use trials::replay::fit::Fit;
+use trials::replay::starts::{Start, WITHIN_M, try_starts};
+use trials::replay::{Conditions, Course, Score, Stretch, replay};
+
+use crate::output::print;
+
+/// The name of the results' file.
+const TRAJECTORIES: &str = "trajectories.csv";
+
+/// A log and the map of where it was recorded.
+#[derive(Debug, Args)]
+pub(crate) struct LocalizeArgs {
+    /// The map, in ROS `map_server` format
+    #[arg(long, value_name = "MAP.yaml")]
+    map: PathBuf,
+    /// The log, in CARMEN's format (.log or .log.gz)
+    #[arg(long)]
+    log: PathBuf,
+    /// Starts from nothing instead of from the first corrected pose
+    #[arg(long)]
+    global: bool,
+    /// Tries so many starts, spread over the log, and says after how much way the robot was found
+    #[arg(long, value_name = "N", requires = "global", conflicts_with = "out",
+          value_parser = clap::value_parser!(u16).range(1..))]
+    starts: Option<u16>,
+    /// Odometry drives and turns too far by this share: 0.05 or 5%
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
+    odometry_drift: f64,
+    /// And by so much more at random (standard deviation): 0.05 or 5%
+    #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
+    odometry_noise: f64,
+    /// The root seed of particles and noise
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Prints the result as JSON
+    #[arg(long)]
+    json: bool,
+    /// Writes both trajectories there, as trajectories.csv and trajectories.png
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// A share, as a number from 0 to 1 or in percent.
+fn share(text: &str) -> Result<f64, String> {
+    let (number, unit) = match text.strip_suffix('%') {
+        Some(percent) => (percent.trim_end(), 0.01),
+        None => (text, 1.0),
+    };
+    let value = number.parse::<f64>().map_err(|_| "not a number; 0.05 or 5% would be one".to_owned())? * unit;
+    if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not from 0 to 1 (0% to 100%)".to_owned()) }
+}
+
+/// Replays the log and prints how far estimates were off.
+pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
+    let map = Arc::new(maps::load_map(&args.map, &diagnostics::from_disk).map_err(Error::bad_input)?);
+    let recording = Arc::new(open_log(&args.log)?);
+    let fit = check_fit(args, &recording, &map)?;
+    let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
+    let atlas = Arc::new(atlas.map_err(|error| {
+        Error::refused(format!("{}: {error}", args.map.display()), "robots are localized where a map has free cells")
+    })?);
+    let conditions = Conditions {
+        global: args.global,
+        odometry_drift: args.odometry_drift,
+        odometry_noise: args.odometry_noise,
+        seed: args.seed,
+    };
+    if let Some(count) = args.starts {
+        let starts = try_starts(&recording, &atlas, &conditions, usize::from(count));
+        print(&if args.json { starts_as_json(&starts) } else { starts_in_words(&starts) })?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let course = replay(&recording, &atlas, &conditions);
+    let score = Score::of(&course);
+    if let Some(folder) = &args.out {
+        write(folder, args, &map, &course, &score)?;
+    }
+    print(&if args.json {
+        as_json(args, &recording, &fit, &course, &score)
+    } else {
+        in_words(args, &fit, &course, &score)
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Reads a log; what is wrong with lines of it is said on stderr.
+pub(crate) fn open_log(path: &Path) -> Result<Recording, Error> {
+    let help = "a log is a text in CARMEN's format, plain or gzipped, with ODOM and FLASER lines";
+    let name = path.display();
+    let bytes = diagnostics::from_disk_or_pipe(path)
+        .map_err(|error| Error::refused(format!("cannot read the log {name}: {error}"), help))?;
+    let recording = Recording::read(&bytes).map_err(|error| {
+        let complaints = match &error {
+            RecordingError::NoScans { complaints } | RecordingError::Unusable { complaints, .. } => {
+                complaints.as_slice()
+            }
+            _ => &[],
+        };
+        complaints.iter().for_each(|complaint| crate::output::note(&format!("{name}: {complaint}")));
+        Error::refused(format!("{name}: {error}"), help)
+    })?;
+    recording.complaints().iter().for_each(|complaint| crate::output::note(&format!("{name}: {complaint}")));
+    Ok(recording)
+}
+
+fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<Fit, Error> {
+    let Some(fit) = Fit::of(recording, map) else {
+        let message = format!("{}: no beam of the log has hit anything", args.log.display());
+        return Err(Error::refused(message, "a robot is localized by what its laser sees"));
+    };
+    if fit.is_plausible() {
+        if !fit.is_good() {
+            crate::output::note(&format!(
+                "the map {} fits the log {} badly: at the log's corrected poses, {:.0} % of which are on free floor, only \
+                 {:.0} % of beams end at an obstacle; errors are those of the map and the poses, too",
+                args.map.display(),
+                args.log.display(),
+                100.0 * fit.poses,
+                100.0 * fit.beams,
+            ));
+        }
+        return Ok(fit);
+    }
+    let message = format!(
+        "the map {} does not fit the log {}: at the log's corrected poses, {:.0} % of which are on free floor, {:.0} % of \
+         beams end at an obstacle",
+        args.map.display(),
+        args.log.display(),
+        100.0 * fit.poses,
+        100.0 * fit.beams,
+    );
+    let help = "a map of the same place in the frame of the log's poses is needed; `steward map --log LOG` makes one";
+    Err(Error::refused(message, help))
+}
+
+fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Course, score: &Score) -> Result<(), Error> {
+    let staging = Staging::begin(folder)?;
+    staging.write(TRAJECTORIES, csv(course))?;
+    let picture = Trajectories {
+        title: args.log.file_name().unwrap_or_default().to_string_lossy().into_owned(),
+        caption: caption(args, score),
+        map: &MapPicture::new(map),
+        corrected: course.waypoints.iter().map(|at| at.corrected.translation.vector.into()).collect(),
+        estimate: course.waypoints.iter().map(|at| at.estimate.translation.vector.into()).collect(),
+        odometry: course.waypoints.iter().map(|at| at.odometry.translation.vector.into()).collect(),
+        errors: course.waypoints.iter().map(|at| (at.time.as_secs_f64(), at.error_m())).collect(),
+    };
+    let png = Renderer::new().png(&picture.svg()).map_err(reports::Error::from)?;
+    staging.write("trajectories.png", png)?;
+    Ok(staging.publish(&[TRAJECTORIES])?)
+}
+
+/// What the picture shows, in a line.
+fn caption(args: &LocalizeArgs, score: &Score) -> String {
+    let odometry = match (args.odometry_drift, args.odometry_noise) {
+        (0.0, 0.0) => "odometry as recorded".to_owned(),
+        (drift, noise) => format!("odometry with {:.0} % drift and {:.0} % noise", 100.0 * drift, 100.0 * noise),
+    };
+    let start = if args.global { "from nothing" } else { "from the first corrected pose" };
+    format!("Localized {start}, {odometry}: off by {:.3} m (median), {:.2} m at worst.", score.median_m, score.max_m)
+}
+
+fn csv(course: &Course) -> String {
+    let mut text = "line,time_s,corrected_x_m,corrected_y_m,corrected_heading_rad,\
+                    estimate_x_m,estimate_y_m,estimate_heading_rad,error_m,error_rad,\
+                    sigma_x_m,sigma_y_m,sigma_heading_rad,odometry_x_m,odometry_y_m,odometry_heading_rad\n"
+        .to_owned();
+    for at in &course.waypoints {
+        let of = |pose: &maps::Pose| {
+            let position = pose.translation.vector;
+            format!("{:.4},{:.4},{:.5}", position.x, position.y, maps::heading(pose))
+        };
+        let sigma = at.covariance.diagonal().map(f64::sqrt);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{},{:.3},{},{},{:.4},{:.5},{:.4},{:.4},{:.5},{}",
+            at.line,
+            at.time.as_secs_f64(),
+            of(&at.corrected),
+            of(&at.estimate),
+            at.error_m(),
+            at.error_rad(),
+            sigma.x,
+            sigma.y,
+            sigma.z,
+            of(&at.odometry),
+        );
+    }
+    text
+}
+
+fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> String {
+    let mut text = format!("{}, seed {}\n", args.log.display(), args.seed);
+    let mut line = |name: &str, what: String| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "  {name:<9} {what}");
+    };
+    let found = match (score.converged_at, score.converged_after_m) {
+        (Some(at), Some(way_m)) => format!("at {:.1} s, after {way_m:.1} m", at.as_secs_f64()),
+        _ => "never".to_owned(),
+    };
+    line("scans", format!("{} over {:.0} m, {} updates", score.scans, score.driven_m, course.updates));
+    line("surfaces", format!("{:.3} m behind the faces of the map's cells", fit.surface_depth_m));
+    line("found", found);
+    line(
+        "position",
+        format!("median {:.4} m, rmse {:.4} m, at worst {:.3} m", score.median_m, score.rmse_m, score.max_m),
+    );
+    line("heading", format!("median {:.4} rad, rmse {:.4} rad", score.median_rad, score.rmse_rad));
+    let seconds = |stretch: &Stretch| format!("{:.1}–{:.1} s", stretch.from.as_secs_f64(), stretch.to.as_secs_f64());
+    let lost: Vec<String> = score.lost.iter().map(seconds).collect();
+    line("lost", if lost.is_empty() { "never".to_owned() } else { lost.join(", ") });
+    if let Some(folder) = &args.out {
+        line("wrote", format!("trajectories.csv and trajectories.png in {}", folder.display()));
+    }
+    text
+}
+
+fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Course, score: &Score) -> String {
+    let lost = score.lost.iter().map(|stretch| [stretch.from.as_secs_f64(), stretch.to.as_secs_f64()]);
+    let report = json!({
+        "map": args.map.display().to_string(),
+        "log": args.log.display().to_string(),
+        "seed": args.seed,
+        "global": args.global,
+        "odometry_drift": args.odometry_drift,
+        "odometry_noise": args.odometry_noise,
+        "surface_depth_m": fit.surface_depth_m,
+        "scans": score.scans,
+        "updates": course.updates,
+        "driven_m": score.driven_m,
+        "median_m": score.median_m,
+        "rmse_m": score.rmse_m,
+        "max_m": score.max_m,
+        "median_rad": score.median_rad,
+        "rmse_rad": score.rmse_rad,
+        "lost": lost.collect::<Vec<_>>(),
+        "converged_at_s": score.converged_at.map(|at| at.as_secs_f64()),
+        "converged_after_m": score.converged_after_m,
+        "complaints": recording.complaints().iter().map(ToString::to_string).collect::<Vec<_>>(),
+    });
+    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+}
+
+fn starts_in_words(starts: &[Start]) -> String {
+    let mut text = String::from("start  line    time      found after\n");
+    for (number, start) in starts.iter().enumerate() {
+        let found = start.found_after_m.map_or_else(|| "not found".to_owned(), |way_m| format!("{way_m:.1} m"));
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:>5}  {:<6}  {:>6.1} s  {found}", number + 1, start.line, start.time.as_secs_f64());
+    }
+    let _ = writeln!(text, "found within {WITHIN_M} m: {} of {}", found(starts), starts.len());
+    text
+}
+
+fn starts_as_json(starts: &[Start]) -> String {
+    let each = starts.iter().map(
+        |start| json!({ "line": start.line, "time_s": start.time.as_secs_f64(), "found_after_m": start.found_after_m }),
+    );
+    let report = json!({ "within_m": WITHIN_M, "found": found(starts), "starts": each.collect::<Vec<_>>() });
+    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+}
+
+fn found(starts: &[Start]) -> usize {
+    starts.iter().filter(|start| start.is_found()).count()
+}

@@ -1,0 +1,67 @@
+//! `steward matrix`: which property notices which fault.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use campaigns::Error;
+use campaigns::matrix::{Matrix, table};
+use clap::Args;
+use scenarios::Complaints;
+use scenarios::faults::KINDS;
+use scenarios::scenario::{Scenario, find};
+
+use crate::output::print;
+use crate::progress::Bar;
+
+/// Which scenarios to run.
+#[derive(Debug, Args)]
+pub(crate) struct MatrixArgs {
+    /// Scenarios with faults, by name or file [default: those of all kinds of faults]
+    #[arg(value_name = "SCENARIO")]
+    scenarios: Vec<String>,
+    /// The same world without any fault
+    #[arg(long, value_name = "SCENARIO", default_value = "errand")]
+    fault_free: String,
+    /// How often it is run, with the root seeds from 1 on
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(..=100_000))]
+    runs: u64,
+    /// Where page and data go
+    #[arg(long, value_name = "DIR", default_value = "out/matrix")]
+    out: PathBuf,
+    /// Prints the matrix as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs everything and prints the matrix. Exit status 1 if there was a false alarm or a run was not as expected.
+pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
+    let names = match args.scenarios.as_slice() {
+        [] => KINDS.iter().map(|kind| format!("faults/{}", kind.name)).collect(),
+        given => given.to_vec(),
+    };
+    let mut complaints = Complaints::default();
+    let mut load = |name: &String| {
+        let scenario = find::find(name).and_then(|found| Scenario::load(&found, &[]));
+        complaints.take(scenario).map(Arc::new)
+    };
+    let scenarios: Vec<_> = names.iter().filter_map(&mut load).collect();
+    let fault_free = load(&args.fault_free);
+    complaints.check()?;
+    let fault_free = fault_free.expect("what could not be loaded was complained about");
+    let bar = Bar::new(args.quiet || args.json, "runs");
+    let matrix = Matrix::run(scenarios, &fault_free, args.runs, |done, all| bar.show(done, all))?;
+    bar.finish();
+    matrix.write(&args.out)?;
+    if args.json {
+        print(&(serde_json::to_string_pretty(&matrix).expect("a matrix is always JSON") + "\n"))?;
+    } else {
+        let page = args.out.join("index.html");
+        print(&format!("{}wrote {}\n", table(&matrix), page.display()))?;
+    }
+    let sound = matrix.false_alarms().is_empty() && matrix.rows.iter().all(|row| row.as_expected);
+    Ok(ExitCode::from(u8::from(!sound)))
+}

@@ -1,0 +1,168 @@
+//! `steward navigate`: how well the robot gets from anywhere to anywhere.
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use campaigns::Error;
+use clap::{Args, ValueEnum};
+use diagnostics::Staging;
+use drawing::Renderer;
+use reports::file_name;
+use scenarios::Complaints;
+use scenarios::files::Files;
+use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
+
+use crate::output::print;
+use crate::progress::Bar;
+
+/// The name of the results' file.
+const DATA: &str = "navigate.json";
+
+/// Which trips to drive.
+#[derive(Debug, Args)]
+pub(crate) struct NavigateArgs {
+    /// Maps (YAML files) to drive on
+    #[arg(long, value_name = "MAP.yaml", num_args = 1.., default_value = "maps/house.yaml")]
+    map: Vec<PathBuf>,
+    /// How many trips there are on each map, between random places
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    goals: u64,
+    /// How many people are about: two thirds walk across the robot's way and back, the others stand
+    #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
+    people: u16,
+    /// How many boxes that no map shows stand beside the robot's way, where they leave it room
+    #[arg(long, value_name = "B", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
+    boxes: u16,
+    /// The root seed of the first trip on each map; those of the others follow
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    seed: u64,
+    /// Exit status 1 if fewer trips arrive, in percent, or a wall or what stands still is touched
+    #[arg(long, value_name = "PCT", value_parser = percent)]
+    at_least: Option<f64>,
+    /// Which trips are drawn as they ended
+    #[arg(long, value_enum, default_value_t = Pictures::Failed)]
+    pictures: Pictures,
+    /// Where pictures and data go
+    #[arg(long, value_name = "DIR", default_value = "out/navigate")]
+    out: PathBuf,
+    /// Prints the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Which trips are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Pictures {
+    /// Those that did not arrive, or touched a wall or what stood still
+    Failed,
+    /// All
+    All,
+    /// None
+    None,
+}
+
+/// Drives all trips and prints what came of them.
+pub(crate) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
+    let seeds = seeds(args.seed, args.goals)?;
+    let mut complaints = Complaints::default();
+    let maps = args.map.iter().zip(names(&args.map));
+    let courses: Vec<Course> = maps.filter_map(|(path, name)| complaints.take(course(path, &name))).collect();
+    complaints.check()?;
+    let about = About { people: args.people.into(), boxes: args.boxes.into() };
+    let scenes = match args.pictures {
+        Pictures::Failed => Scenes::Failed,
+        Pictures::All => Scenes::All,
+        Pictures::None => Scenes::None,
+    };
+    let settings = Settings { seeds, about, scenes };
+    let bar = Bar::new(args.quiet || args.json, "trips");
+    let benchmark = Benchmark::run(&courses, &settings, |done, all| bar.show(done, all));
+    bar.finish();
+    let json = serde_json::to_string_pretty(&benchmark).expect("a benchmark is always JSON") + "\n";
+    let pictures = write(args, &benchmark, &json)?;
+    if args.json {
+        print(&json)?;
+    } else {
+        let again = |trip: &Trip| again(args, trip);
+        let wrote = match pictures {
+            0 => String::new(),
+            count => format!(" and {count} pictures"),
+        };
+        print(&format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join(DATA).display()))?;
+    }
+    Ok(ExitCode::from(u8::from(args.at_least.is_some_and(|pct| !is_enough(&benchmark, pct)))))
+}
+
+/// A share, in percent.
+fn percent(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().map_err(|_| "not a number; 95 would be one".to_owned())?;
+    if (0.0..=100.0).contains(&value) { Ok(value) } else { Err("not from 0 to 100".to_owned()) }
+}
+
+/// The root seeds of so many trips.
+fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
+    let last = first.checked_add(count - 1).ok_or_else(|| {
+        let message = format!("there are no {count} seeds from {first} on: the last is {}", u64::MAX);
+        Error::refused(message, "a smaller --seed, or fewer --goals")
+    })?;
+    Ok(first..=last)
+}
+
+/// What maps are called: as their files, numbered where several have the same name.
+fn names(maps: &[PathBuf]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for path in maps {
+        let stem = path.file_stem().map_or_else(|| path.display().to_string(), |stem| stem.to_string_lossy().into());
+        let mut name = stem.clone();
+        let mut number = 1;
+        while names.contains(&name) {
+            number += 1;
+            name = format!("{stem}_{number}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+fn course(path: &Path, name: &str) -> Result<Course, scenarios::Error> {
+    let files = Files::beside("");
+    let read = |path: &Path| files.read(path);
+    let map = maps::load_map(path, &read).map_err(scenarios::Error::bad_input)?;
+    Course::new(name, path, map).map_err(|error| {
+        scenarios::Error::refused(
+            format!("{}: {error}", path.display()),
+            "the robot is a disc of 0.3 m radius and drives on free cells",
+        )
+    })
+}
+
+/// Writes the results, and the pictures of the trips that left a scene; returns how many.
+fn write(args: &NavigateArgs, benchmark: &Benchmark, json: &str) -> Result<usize, Error> {
+    let staging = Staging::begin(&args.out)?;
+    staging.write(DATA, json)?;
+    let renderer = Renderer::new();
+    for (trip, scene) in &benchmark.scenes {
+        let png = renderer.png(&picture(trip, scene)).map_err(reports::Error::from)?;
+        staging.write(format!("{}_{}.png", file_name(&trip.map), trip.seed), png)?;
+    }
+    staging.publish(&[DATA])?;
+    Ok(benchmark.scenes.len())
+}
+
+/// The command that drives one trip again.
+fn again(args: &NavigateArgs, trip: &Trip) -> String {
+    let (map, people, seed) = (&trip.map_file, args.people, trip.seed);
+    let boxes = if args.boxes > 0 { format!(" --boxes {}", args.boxes) } else { String::new() };
+    format!("steward navigate --map {map} --goals 1 --people {people}{boxes} --seed {seed} --pictures all")
+}
+
+fn is_enough(benchmark: &Benchmark, at_least_pct: f64) -> bool {
+    benchmark
+        .maps
+        .last()
+        .is_some_and(|all| all.arrived_pct >= at_least_pct && all.wall_contacts == 0 && all.standing_contacts == 0)
+}

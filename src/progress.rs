@@ -1,0 +1,166 @@
+//! The line that shows, on a terminal, how a run is going.
+
+use std::fmt::Write;
+use std::io::IsTerminal;
+use std::time::{Duration, Instant};
+
+use campaigns;
+use campaigns::statistics::{Confidence, Count};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use recording::RunView;
+
+/// The progress line: time, battery, what the tree is doing, monitors. Only on a terminal, and only on stderr.
+#[derive(Debug)]
+pub(crate) struct Progress {
+    bar: Option<ProgressBar>,
+}
+
+impl Progress {
+    pub(crate) fn new(silent: bool, max_time: Duration) -> Self {
+        if silent || !std::io::stderr().is_terminal() {
+            return Self { bar: None };
+        }
+        let bar = ProgressBar::with_draw_target(Some(max_time.as_secs()), ProgressDrawTarget::stderr_with_hz(10));
+        // A template that is fixed here can be parsed; if not, the default style serves.
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {pos:>4} s  {msg}") {
+            bar.set_style(style);
+        }
+        Self { bar: Some(bar) }
+    }
+
+    /// Shows how the run stands, once a simulated second.
+    pub(crate) fn show(&self, view: &RunView) {
+        let Some(bar) = &self.bar else { return };
+        if view.time().as_secs() == bar.position() && !view.time().is_zero() {
+            return;
+        }
+        let monitors = view.monitors().map(|monitor| format!("{}: {}", monitor.name(), monitor.state.location));
+        let monitors: Vec<String> = monitors.collect();
+        let charge_pct = view.robot().charge_pct;
+        bar.set_position(view.time().as_secs());
+        bar.set_message(format!("battery {charge_pct:.1} %  {}  {}", view.doing(), monitors.join("  ")));
+    }
+
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// How many of many runs are done. Only on a terminal, and only on stderr.
+#[derive(Debug)]
+pub(crate) struct Bar(Option<ProgressBar>);
+
+impl Bar {
+    /// A bar that counts such things.
+    pub(crate) fn new(silent: bool, things: &str) -> Self {
+        if silent || !std::io::stderr().is_terminal() {
+            return Self(None);
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+        let template = format!("{{bar:40}} {{pos}} of {{len}} {things}, {{eta}} to go");
+        // A template that is fixed here can be parsed; if not, the default style serves.
+        if let Ok(style) = ProgressStyle::with_template(&template) {
+            bar.set_style(style);
+        }
+        Self(Some(bar))
+    }
+
+    /// Shows how many of how many are done.
+    pub(crate) fn show(&self, done: usize, all: usize) {
+        if let Some(bar) = &self.0 {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = &self.0 {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// How long what the bar of a campaign says of probabilities stays as it is.
+const ESTIMATES_STAY: Duration = Duration::from_millis(500);
+
+/// How a campaign is going: how many runs a second, how long it will take, and what is known by now. Only on a terminal,
+/// and only on stderr.
+#[derive(Debug)]
+pub(crate) struct CampaignBar {
+    bar: Option<ProgressBar>,
+    /// When the estimates were last worked out.
+    estimated: Option<Instant>,
+}
+
+impl CampaignBar {
+    pub(crate) fn new(silent: bool) -> Self {
+        if silent || !std::io::stderr().is_terminal() {
+            return Self { bar: None, estimated: None };
+        }
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+        // A template that is fixed here can be parsed; if not, the default style serves.
+        let template = "{bar:24} {pos} of {len} runs, {per_sec}, {eta} to go\n{wide_msg}";
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar: Some(bar), estimated: None }
+    }
+
+    pub(crate) fn show(&mut self, progress: &campaigns::Progress<'_>) {
+        let Some(bar) = &self.bar else { return };
+        #[expect(clippy::disallowed_methods, reason = "a bar moves with the clock on the wall")]
+        let now = Instant::now();
+        bar.set_length(progress.all);
+        bar.set_position(progress.done);
+        let Some(estimated) = self.estimated else {
+            // Runs of earlier sittings say nothing of how fast this one is.
+            bar.reset_elapsed();
+            bar.reset_eta();
+            bar.set_message(estimates(progress));
+            self.estimated = Some(now);
+            return;
+        };
+        if now.duration_since(estimated) >= ESTIMATES_STAY {
+            bar.set_message(estimates(progress));
+            self.estimated = Some(now);
+        }
+    }
+
+    /// Takes the bar away.
+    pub(crate) fn finish(&self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// How often each property was violated and a run was not as expected so far, with exact intervals of 95 %.
+fn estimates(progress: &campaigns::Progress<'_>) -> String {
+    let mut text = String::new();
+    let Ok(confidence) = Confidence::new(0.95) else { return text };
+    let happened = |count: &Count| Some((count.rate()?, count.interval(confidence)));
+    for (name, (rate, interval)) in
+        progress.asked.iter().zip(progress.counts).filter_map(|(name, count)| Some((name, happened(count)?)))
+    {
+        let name = if name == "expectation" { "unexpected" } else { name };
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{name} {rate:.3} ({interval:.3})  ");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn estimates_are_told_of_what_has_been_counted() {
+        let asked = ["phi1".to_owned(), "phi2".to_owned(), "expectation".to_owned()];
+        let counts = [Count::new(5, 10), Count::default(), Count::new(10, 20)];
+        let progress = campaigns::Progress { done: 20, all: 100, asked: &asked, counts: &counts };
+        assert_eq!(estimates(&progress), "phi1 0.500 (0.187 to 0.813)  unexpected 0.500 (0.272 to 0.728)  ");
+    }
+}

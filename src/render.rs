@@ -1,0 +1,394 @@
+//! Diagnostics as text, each with the line that it is about, however long that is.
+//!
+//! A file without line breaks, as programs write them, is one line of any length. What is shown of such a line is the
+//! stretch around the place that is meant. Of very many problems the first are shown, and of a very long text its
+//! beginning.
+//!
+//! Names and texts of files may hold anything. What would steer a terminal is shown as a character that does not.
+
+use std::borrow::Cow;
+use std::fmt;
+use std::sync::OnceLock;
+
+use miette::{
+    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Severity, SourceCode, SourceSpan,
+    SpanContents,
+};
+use serde::Serialize;
+
+/// Longer lines are cut, in bytes.
+const LONG_LINE: usize = 2000;
+/// So much is shown before and after the place, in bytes.
+const AROUND: usize = 60;
+
+/// So many problems are shown at once.
+const MOST_PROBLEMS: usize = 100;
+/// Longer messages, labels and hints are cut, in bytes.
+const LONG_TEXT: usize = 2000;
+
+/// The diagnostics with everything that belongs to them, as a terminal shows it.
+pub(crate) fn rendered<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) -> String {
+    let (mut text, mut shown, mut all) = (String::new(), 0, 0);
+    for diagnostic in diagnostics {
+        let problems = diagnostic.related().map_or(1, Iterator::count);
+        let room = MOST_PROBLEMS - shown;
+        if room > 0 {
+            // Writing to a string cannot fail.
+            let _ = miette::GraphicalReportHandler::new().render_report(&mut text, &Cut::of(diagnostic, room));
+        }
+        shown += problems.min(room);
+        all += problems;
+    }
+    if all > shown {
+        text += &format!("and {} more\n", grouped(all - shown));
+    }
+    text
+}
+
+/// One thing that a diagnostic says, with its place.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Finding {
+    message: String,
+    file: Option<String>,
+    line: Option<usize>,
+    column: Option<usize>,
+    help: Option<String>,
+}
+
+impl Finding {
+    /// A message without a place.
+    pub(crate) fn of_message(message: String) -> Self {
+        Self { message, ..Self::default() }
+    }
+}
+
+/// Everything that a diagnostic says: what belongs to it, or else itself.
+pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<Finding> {
+    found(diagnostic, None)
+}
+
+fn found(diagnostic: &dyn Diagnostic, outer: Option<&dyn SourceCode>) -> Vec<Finding> {
+    let source = diagnostic.source_code().or(outer);
+    let related: Vec<Finding> =
+        diagnostic.related().into_iter().flatten().flat_map(|related| found(related, source)).collect();
+    if !related.is_empty() {
+        return related;
+    }
+    let label = diagnostic.labels().and_then(|mut labels| labels.next());
+    let text = source.map(CutText::of);
+    let place = text.as_ref().zip(label.as_ref()).and_then(|(text, label)| text.place(label.inner()).ok());
+    let name = place.as_ref().and_then(|place| place.name().map(str::to_owned));
+    vec![Finding {
+        message: diagnostic.to_string(),
+        file: name.or_else(|| Some(source?.read_span(&SourceSpan::from((0, 0)), 0, 0).ok()?.name()?.to_owned())),
+        line: place.as_ref().map(|place| place.line() + 1),
+        column: place.as_ref().map(|place| place.column() + 1),
+        help: diagnostic.help().map(|help| help.to_string()).filter(|help| !help.is_empty()),
+    }]
+}
+
+/// A number with a comma between thousands.
+fn grouped(number: usize) -> String {
+    let digits = number.to_string();
+    let comma = |place: usize| place > 0 && (digits.len() - place).is_multiple_of(3);
+    digits.char_indices().flat_map(|(place, digit)| comma(place).then_some(',').into_iter().chain([digit])).collect()
+}
+
+/// A text as it is shown.
+fn shown(text: &dyn fmt::Display) -> String {
+    let mut text = visible(&text.to_string()).into_owned();
+    if text.len() > LONG_TEXT {
+        text.truncate(text.floor_char_boundary(LONG_TEXT));
+        text.push('…');
+    }
+    text
+}
+
+/// The text without characters that would steer a terminal: control characters other than line ends and tabs, and those
+/// that turn the direction of writing around. Each is replaced by one of as many bytes, so that spans stay right.
+pub(crate) fn visible(text: &str) -> Cow<'_, str> {
+    let steers = |c: char| {
+        c.is_control() && !matches!(c, '\n' | '\t') || matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+    };
+    if !text.contains(steers) {
+        return Cow::Borrowed(text);
+    }
+    let mut rest = text.chars().peekable();
+    let mut shown = String::with_capacity(text.len());
+    while let Some(c) = rest.next() {
+        shown.push(match c.len_utf8() {
+            _ if !steers(c) || c == '\r' && rest.peek() == Some(&'\n') => c,
+            1 => '?',
+            2 => '·',
+            _ => '\u{fffd}',
+        });
+    }
+    Cow::Owned(shown)
+}
+
+/// A diagnostic whose long lines are cut, and whose texts are [visible].
+#[derive(Debug)]
+struct Cut<'d> {
+    diagnostic: &'d dyn Diagnostic,
+    text: Option<CutText<'d>>,
+    related: Vec<Cut<'d>>,
+}
+
+impl<'d> Cut<'d> {
+    /// The diagnostic with at most `room` of its related ones.
+    fn of(diagnostic: &'d dyn Diagnostic, room: usize) -> Self {
+        let related = diagnostic.related().into_iter().flatten().take(room);
+        let related = related.map(|related| Self::of(related, MOST_PROBLEMS)).collect();
+        Self { diagnostic, text: diagnostic.source_code().map(CutText::of), related }
+    }
+}
+
+impl fmt::Display for Cut<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&shown(&self.diagnostic))
+    }
+}
+
+impl std::error::Error for Cut<'_> {}
+
+impl Diagnostic for Cut<'_> {
+    fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.diagnostic.code()
+    }
+
+    fn severity(&self) -> Option<Severity> {
+        self.diagnostic.severity()
+    }
+
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.diagnostic.help().map(|help| Box::new(shown(&help)) as _)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.text.as_ref().map(|text| -> &dyn SourceCode { text })
+    }
+
+    /// The labels, none longer than what is shown of a long line.
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let shown = |label: LabeledSpan| {
+            let window = self.text.as_ref().and_then(|text| text.window(label.inner()));
+            let length =
+                window.map_or(label.len(), |window| label.len().min(window.end.saturating_sub(label.offset())));
+            LabeledSpan::new(label.label().map(|label| self::shown(&label)), label.offset(), length)
+        };
+        self.diagnostic.labels().map(|labels| Box::new(labels.map(shown)) as _)
+    }
+
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
+        (!self.related.is_empty())
+            .then(|| Box::new(self.related.iter().map(|related| -> &dyn Diagnostic { related })) as _)
+    }
+}
+
+/// A text whose long lines are cut.
+struct CutText<'d> {
+    source: &'d dyn SourceCode,
+    /// The file's name and all of its text made visible, where they were not; once somebody has asked.
+    shown: OnceLock<Option<NamedSource<String>>>,
+}
+
+impl fmt::Debug for CutText<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("CutText").finish_non_exhaustive()
+    }
+}
+
+/// What is shown of a long line.
+struct Window {
+    /// Where it begins and ends in the text, in bytes.
+    start: usize,
+    end: usize,
+    /// Its line and column, from 0.
+    line: usize,
+    column: usize,
+    name: Option<String>,
+}
+
+impl<'d> CutText<'d> {
+    fn of(source: &'d dyn SourceCode) -> Self {
+        Self { source, shown: OnceLock::new() }
+    }
+
+    fn made_visible(&self) -> Option<NamedSource<String>> {
+        let whole = self.source.read_span(&SourceSpan::from((0, 0)), 0, usize::MAX).ok()?;
+        let name = visible(whole.name().unwrap_or_default());
+        let text = visible(std::str::from_utf8(whole.data()).ok()?);
+        let steers = matches!((&name, &text), (Cow::Owned(_), _) | (_, Cow::Owned(_)));
+        steers.then(|| NamedSource::new(name, text.into_owned()))
+    }
+
+    fn read(
+        &self,
+        span: &SourceSpan,
+        before: usize,
+        after: usize,
+    ) -> Result<Box<dyn SpanContents<'_> + '_>, MietteError> {
+        match self.shown.get_or_init(|| self.made_visible()) {
+            Some(shown) => shown.read_span(span, before, after),
+            None => self.source.read_span(span, before, after),
+        }
+    }
+
+    /// A stretch alone, which says where it begins: its column counts characters, as everywhere, and not bytes.
+    fn place<'a>(&'a self, span: &SourceSpan) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        let alone = self.read(span, 0, 0)?;
+        let before = SourceSpan::from((span.offset().saturating_sub(alone.column()), alone.column()));
+        let column = match alone.column() {
+            // Nothing is before it, and of an empty stretch at the beginning of a text miette gives the first byte.
+            0 => 0,
+            bytes => {
+                std::str::from_utf8(self.read(&before, 0, 0)?.data()).map_or(bytes, |before| before.chars().count())
+            }
+        };
+        Ok(contents(alone.name().map(str::to_owned), alone.data(), *alone.span(), (alone.line(), column)))
+    }
+
+    /// What to show of the line on which a stretch begins, if a line around it is long.
+    fn window(&self, span: &SourceSpan) -> Option<Window> {
+        let around = self.read(span, 1, 1).ok()?;
+        let text = std::str::from_utf8(around.data()).ok()?;
+        if text.lines().all(|line| line.len() <= LONG_LINE) {
+            return None;
+        }
+        let place = text.floor_char_boundary(span.offset().checked_sub(around.span().offset())?);
+        let line_start = text[..place].rfind('\n').map_or(0, |end| end + 1);
+        let line_end = text[place..].find('\n').map_or(text.len(), |length| place + length);
+        let start = text.floor_char_boundary(place.saturating_sub(AROUND)).max(line_start);
+        let marked = place + span.len().min(2 * AROUND);
+        let end = text.floor_char_boundary(marked + AROUND).min(line_end).max(start);
+        let column_of_line = if line_start == 0 { around.column() } else { 0 };
+        Some(Window {
+            start: around.span().offset() + start,
+            end: around.span().offset() + end,
+            line: around.line() + text[..line_start].matches('\n').count(),
+            column: column_of_line + text[line_start..start].chars().count(),
+            name: around.name().map(str::to_owned),
+        })
+    }
+}
+
+impl SourceCode for CutText<'_> {
+    fn read_span<'a>(
+        &'a self,
+        span: &SourceSpan,
+        lines_before: usize,
+        lines_after: usize,
+    ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
+        if lines_before + lines_after == 0 {
+            return self.place(span);
+        }
+        let Some(Window { start, end, line, column, name }) = self.window(span) else {
+            return self.read(span, lines_before, lines_after);
+        };
+        let shown = SourceSpan::from(start..end);
+        let data = self.read(&shown, 0, 0)?.data();
+        Ok(contents(name, data, shown, (line, column)))
+    }
+}
+
+/// What is shown of a text: a stretch of it that begins in that line and column, counted from 0.
+fn contents<'a>(
+    name: Option<String>,
+    data: &'a [u8],
+    span: SourceSpan,
+    (line, column): (usize, usize),
+) -> Box<dyn SpanContents<'a> + 'a> {
+    match name {
+        Some(name) => Box::new(MietteSpanContents::new_named(name, data, span, line, column, 1)),
+        None => Box::new(MietteSpanContents::new(data, span, line, column, 1)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use diagnostics::{FileProblems, Source};
+
+    use super::*;
+
+    /// How a problem with the last word of this text looks.
+    fn problem_at_end(text: &str, word: &str) -> String {
+        let source = Source::new("file.xml", text);
+        let problem = source.span(text.len() - word.len()..text.len()).problem("wrong").with_label("here");
+        rendered([&problem as &dyn Diagnostic])
+    }
+
+    #[test]
+    fn of_very_many_problems_the_first_are_shown() {
+        let source = Source::new("file.toml", "x");
+        let problems = |count: usize| {
+            let problems = (0..count).map(|number| source.span(0..1).problem(format!("wrong {number}.")));
+            FileProblems::none_of(problems.collect()).expect_err("problems")
+        };
+        let (few, many) = (problems(30), problems(10_000));
+        let said = rendered([&few as &dyn Diagnostic, &many, &few]);
+        assert_eq!(said.matches("wrong ").count(), MOST_PROBLEMS);
+        assert!(said.contains("wrong 29.") && said.contains("wrong 69.") && !said.contains("wrong 70."), "{said}");
+        assert!(said.ends_with("and 9,960 more\n"), "{said}");
+        assert!(!rendered([&few as &dyn Diagnostic]).contains("more"));
+        assert_eq!([1, 12, 999, 1000, 1_234_567].map(grouped), ["1", "12", "999", "1,000", "1,234,567"]);
+    }
+
+    #[test]
+    fn of_a_very_long_text_the_beginning_is_shown() {
+        let source = Source::new("file.toml", "x");
+        let long = "é".repeat(10_000);
+        let problem = source.span(0..1).problem(&long).with_label(&long).with_help(&long);
+        assert!(rendered([&problem as &dyn Diagnostic]).matches('é').count() <= 3 * LONG_TEXT / 2);
+    }
+
+    #[test]
+    fn the_first_byte_of_a_text_is_in_its_first_column() {
+        for text in ["first", "first\nsecond", "é"] {
+            let source = Source::new("file.xml", text);
+            let problem = source.span(0..text.len()).problem("wrong");
+            assert!(rendered([&problem as &dyn Diagnostic]).contains("file.xml:1:1]"), "{text}");
+            assert_eq!(findings(&problem)[0].column, Some(1));
+        }
+        assert!(problem_at_end("first\nsecond", "second").contains("file.xml:2:1]"));
+    }
+
+    #[test]
+    fn a_short_line_is_shown_whole() {
+        let said = problem_at_end("a\nfirst second\tthird", "third");
+        assert!(said.contains("file.xml:2:14") && said.contains("first second"), "{said}");
+    }
+
+    #[test]
+    fn of_a_long_line_the_place_is_shown() {
+        for blanks in [3000, 65_000, 65_480, 65_536, 70_000, 200_000] {
+            let said = problem_at_end(&format!("<a>\n{}é <Nope/>", " ".repeat(blanks)), "<Nope/>");
+            assert!(said.contains(&format!("file.xml:2:{}", blanks + 3)), "{said}");
+            assert!(said.contains("é <Nope/>") && said.contains("here") && said.len() < 2000, "{said}");
+        }
+    }
+
+    #[test]
+    fn a_long_stretch_is_shown_at_its_beginning() {
+        let said = problem_at_end(&format!("x = {}", "y".repeat(100_000)), &"y".repeat(100_000));
+        assert!(said.contains("x = yyy") && said.contains("here") && said.len() < 2000, "{said}");
+    }
+
+    #[test]
+    fn nothing_of_a_file_steers_the_terminal() {
+        let text = "one\r\n\u{1b}[31mtwo\u{7}\u{9b}31m \u{202e}three\n";
+        let source = Source::new("a\u{1b}]0;title\u{7}.xml", text);
+        let at = text.find("three").unwrap();
+        let problem = source.span(at..at + 5).problem("no \u{1b}[2J").with_label("here\u{1b}").with_help("\u{8}help");
+        let said = rendered([&problem as &dyn Diagnostic]);
+        assert!(!said.chars().any(|c| c.is_control() && c != '\n'), "{said:?}");
+        assert!(said.contains("?[31mtwo?·31m \u{fffd}three") && said.contains("a?]0;title?.xml:2:"), "{said}");
+        assert!(said.contains("no ?[2J") && said.contains("here?") && said.contains("?help"), "{said}");
+        assert_eq!(visible("a\tb\r\nc"), "a\tb\r\nc");
+    }
+
+    #[test]
+    fn a_long_line_beside_the_place_is_left_out() {
+        let said = problem_at_end(&format!("{}\nshort Nope", "z".repeat(100_000)), "Nope");
+        assert!(said.contains("file.xml:2:7") && said.contains("short Nope") && said.len() < 2000, "{said}");
+    }
+}

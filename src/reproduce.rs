@@ -1,0 +1,66 @@
+//! `steward reproduce`: the paper's experiments, run again.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use campaigns::Error;
+use campaigns::reproduce::{Reproduction, Settings, table};
+use clap::Args;
+use scenarios::scenario::TreeForm;
+
+use crate::output::print;
+use crate::progress::Bar;
+
+/// How often to run the experiments.
+#[derive(Debug, Args)]
+pub(crate) struct ReproduceArgs {
+    /// How often each experiment is run, with the root seeds from 1 on
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    seeds: u64,
+    /// Another map: a ROS map_server YAML file
+    #[arg(long, value_name = "FILE")]
+    map: Option<PathBuf>,
+    /// Other places: a file with `start`, `RechargingStation` and `Destination`
+    #[arg(long, value_name = "FILE")]
+    places: Option<PathBuf>,
+    /// Another start: x and y in metres, heading in degrees
+    #[arg(long, value_name = "X,Y,DEG", value_parser = parse_start, allow_hyphen_values = true)]
+    start: Option<[f64; 3]>,
+    /// The tree as one process, or a process for each node, as in the paper
+    #[arg(long, value_name = "whole|nodes", value_parser = ["whole", "nodes"])]
+    tree: Option<String>,
+    /// Where page and data go
+    #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
+    out: PathBuf,
+    /// Prints the results as JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    /// Shows no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs everything and prints the table. Exit status 1 if a claim was not true of every run.
+pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<ExitCode, Error> {
+    let bar = Bar::new(args.quiet || args.json, "runs");
+    let tree = args.tree.as_ref().map(|form| if form == "nodes" { TreeForm::Nodes } else { TreeForm::Whole });
+
+    let settings =
+        Settings { seeds: args.seeds, map: args.map.clone(), places: args.places.clone(), start: args.start, tree };
+    let reproduction = Reproduction::run(&settings, |done, all| bar.show(done, all))?;
+    bar.finish();
+    reproduction.write(&args.out)?;
+    if args.json {
+        print(&(serde_json::to_string_pretty(&reproduction).expect("results are always JSON") + "\n"))?;
+    } else {
+        print(&format!("{}wrote {}\n", table(&reproduction), args.out.join("index.html").display()))?;
+    }
+    Ok(ExitCode::from(u8::from(!reproduction.all_hold())))
+}
+
+/// `X,Y,DEG`
+fn parse_start(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
+    let start = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    start.filter(|start| start.iter().all(|number| number.is_finite())).ok_or("three numbers, as in 0,0.5,0".to_owned())
+}

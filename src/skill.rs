@@ -1,0 +1,167 @@
+//! `steward skill`: machines without a robot.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use campaigns::Error;
+use clap::{Subcommand, ValueEnum};
+use drawing::State;
+use skills::{Chart, Cues, HistoryKind, SkillError, StateId, StateKind, Status, Strictness, rehearse};
+
+use crate::output::{print, warn};
+
+/// What can be done with a machine.
+#[derive(Debug, Subcommand)]
+pub(crate) enum SkillCommand {
+    /// Says everything that is wrong with a machine, or looks wrong, as strictly as a scenario does; `run` is more lenient
+    Check {
+        /// The machine, an SCXML file
+        file: PathBuf,
+    },
+    /// Shows a machine's states and transitions
+    Show {
+        /// The machine, an SCXML file
+        file: PathBuf,
+        /// An outline, a graph for Graphviz, or a drawing
+        #[arg(long, value_enum, default_value_t = Format::Text)]
+        format: Format,
+    },
+    /// Lists the mistakes that a machine may have, as the fault `skill_mutant` calls them
+    Mutants {
+        /// Machines, SCXML files [default: those of the shipped skills]
+        files: Vec<PathBuf>,
+    },
+    /// Runs a machine alone: prints its log, every configuration that it enters, and the last one
+    Run {
+        /// The machine, an SCXML file
+        file: PathBuf,
+        /// Events to give it, one JSON object a line: {"event": "BT.tick", "time_s": 1.5, "data": {}}
+        #[arg(long, value_name = "FILE")]
+        events: Option<PathBuf>,
+        /// Simulated seconds after which it is stopped, if delayed events keep it going
+        #[arg(long, value_name = "SECONDS", default_value_t = 3600.0)]
+        until: f64,
+        /// Prints a JSON object a line
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// How a machine is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    Text,
+    Dot,
+    Svg,
+}
+
+/// Carries out a command on a machine.
+pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
+    match command {
+        SkillCommand::Check { file } => check(file),
+        SkillCommand::Show { file, format } => show(file, *format),
+        SkillCommand::Mutants { files } => mutants(files),
+        SkillCommand::Run { file, events, until, json } => run(file, events.as_deref(), *until, *json),
+    }
+}
+
+fn check(file: &Path) -> Result<ExitCode, Error> {
+    let (chart, checked) = crate::check::machine(file)?;
+    checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
+    print(&format!("{}: {}\n", chart.name(), checked.words()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
+    let chart = Chart::open(file, Strictness::Standard).map_err(Error::bad_input)?;
+    match format {
+        Format::Text => print(&chart.outline())?,
+        Format::Dot => print(&chart.to_dot())?,
+        Format::Svg => print(&drawing::state_chart_svg(&drawn(&chart, chart.root(), false)))?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A state with all that is inside it, as the picture shows them.
+fn drawn(chart: &Chart, id: StateId, is_default: bool) -> State {
+    let state = chart.state(id);
+    let title = match state.kind() {
+        _ if id == chart.root() => chart.name().to_owned(),
+        StateKind::History(HistoryKind::Shallow) => format!("H  {}", state.id()),
+        StateKind::History(HistoryKind::Deep) => format!("H*  {}", state.id()),
+        _ => state.id().to_owned(),
+    };
+    let mut lines: Vec<String> =
+        state.transitions().iter().map(|transition| chart.label(chart.transition(*transition))).collect();
+    if let StateKind::History(_) = state.kind() {
+        let targets: Vec<&str> = state.initial().iter().map(|target| chart.state(*target).id()).collect();
+        lines.push(format!("-> {}", targets.join(", ")));
+    }
+    let mut children: Vec<StateId> = state.children().iter().chain(state.histories()).copied().collect();
+    children.sort_unstable();
+    let is_first = |child: StateId| state.kind() == StateKind::Compound && chart.enters_first(id, child);
+    State {
+        title,
+        lines,
+        is_default,
+        is_parallel: state.kind() == StateKind::Parallel,
+        is_final: state.kind() == StateKind::Final,
+        inner: children.into_iter().map(|child| drawn(chart, child, is_first(child))).collect(),
+    }
+}
+
+fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
+    let mut text = String::new();
+    let mut list = |name: &str, machine: &str| {
+        let skill = Path::new(name).file_stem().unwrap_or_default().to_string_lossy();
+        let mistakes = skills::mutations(name, machine).map_err(Error::bad_input)?;
+        text.extend(mistakes.iter().map(|mistake| format!("{skill}: {mistake}\n")));
+        Ok::<(), Error>(())
+    };
+    for file in files {
+        let name = file.to_string_lossy();
+        let machine = diagnostics::text_from_disk(file)
+            .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
+        list(&name, &machine)?;
+    }
+    if files.is_empty() {
+        for (name, machine) in skills::SHIPPED {
+            list(&format!("{name}.scxml"), machine)?;
+        }
+    }
+    print(&text)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<ExitCode, Error> {
+    let chart = Chart::open(file, Strictness::Standard).map_err(Error::bad_input)?;
+    let cues = match events {
+        Some(events) => read_cues(events)?,
+        None => Cues::default(),
+    };
+    let until = Duration::try_from_secs_f64(until_s)
+        .map_err(|_| Error::refused(format!("{until_s} s is no time"), "a number of seconds, zero or more"))?;
+    let mut printed = Ok(());
+    let ending = rehearse(&chart, &cues, until, &mut |line| {
+        if printed.is_ok() {
+            let text = if json { line.to_json() } else { line.to_string() };
+            printed = print(&format!("{text}\n"));
+        }
+    });
+    printed?;
+    Ok(match ending.status {
+        Status::Done => ExitCode::SUCCESS,
+        Status::Stuck => ExitCode::FAILURE,
+        _ if ending.unhandled_errors => ExitCode::FAILURE,
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+fn read_cues(file: &Path) -> Result<Cues, Error> {
+    let name = file.to_string_lossy();
+    let text = diagnostics::from_disk_or_pipe(file)
+        .and_then(diagnostics::text)
+        .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
+    Cues::parse(&name, &text).map_err(Error::bad_input)
+}

@@ -1,0 +1,196 @@
+//! `steward tree`: behavior trees without a robot.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use bt::{Moment, Outcome, Rehearsal, Request, Tree};
+use campaigns::Error;
+use clap::{Subcommand, ValueEnum};
+use reports::pictures;
+use serde_json::json;
+
+use crate::output::{print, warn};
+use crate::tree_script::{MOST_TICKS, TreeScript};
+
+/// What can be done with a tree.
+#[derive(Debug, Subcommand)]
+pub(crate) enum TreeCommand {
+    /// Says everything that is wrong with a tree file, or looks wrong
+    Check {
+        /// The tree, BehaviorTree.CPP's XML
+        file: PathBuf,
+    },
+    /// Shows a tree's nodes
+    Show {
+        /// The tree, BehaviorTree.CPP's XML
+        file: PathBuf,
+        /// An outline, a graph for Graphviz, a drawing, or format 4 of BehaviorTree.CPP's XML
+        #[arg(long, value_enum, default_value_t = Format::Text)]
+        format: Format,
+    },
+    /// Ticks a tree whose leaves answer by a script, and prints every node's status at every tick
+    ///
+    /// One line per node, one column per tick: S is success, F failure, R running, K skipped and H halted; · is a node
+    /// that the tick did not reach.
+    Run {
+        /// The tree, BehaviorTree.CPP's XML
+        file: PathBuf,
+        /// What each leaf answers at each of its ticks (TOML)
+        #[arg(long, value_name = "FILE")]
+        leaves: PathBuf,
+        /// How many ticks; as long as the longest part if neither this nor the file says so
+        #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TICKS))]
+        ticks: Option<u64>,
+        /// Prints JSON, with what each leaf read from its ports and the blackboard after each tick
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// How a tree is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Format {
+    Text,
+    Dot,
+    Svg,
+    Xml,
+}
+
+/// Carries out a command on a tree.
+pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
+    match command {
+        TreeCommand::Check { file } => check(file),
+        TreeCommand::Show { file, format } => show(&open(file)?, *format),
+        TreeCommand::Run { file, leaves, ticks, json } => run(file, leaves, *ticks, *json),
+    }
+}
+
+fn open(file: &Path) -> Result<Tree, Error> {
+    Tree::from_file(file).map_err(Error::bad_input)
+}
+
+fn check(file: &Path) -> Result<ExitCode, Error> {
+    let (tree, checked) = crate::check::tree(file)?;
+    checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
+    print(&format!("{}: {}\n", bt::one_line(tree.name()), checked.words()))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn show(tree: &Tree, format: Format) -> Result<ExitCode, Error> {
+    print(&match format {
+        Format::Text => tree.to_string(),
+        Format::Dot => tree.to_dot(None),
+        Format::Svg => drawing::tree_svg(&pictures::tree_nodes(&nodes(tree), &[])),
+        Format::Xml => tree.to_xml(),
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The nodes of a tree as records tell of them.
+fn nodes(tree: &Tree) -> Vec<recording::Node> {
+    tree.nodes().iter().map(recording::Node::from).collect()
+}
+
+/// Exit status 1 if something went wrong in a node: a script that could not be evaluated, a port without a value.
+fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<ExitCode, Error> {
+    let tree = Arc::new(open(file)?);
+    let script = TreeScript::open(leaves, &tree)?;
+    let (mut moments, mut boards) = (Vec::new(), Vec::new());
+    rehearse(&tree, &script, ticks, |rehearsal, moment| {
+        if as_json {
+            boards.push(to_entries(&tree, rehearsal.execution().blackboard()));
+        }
+        moments.push(moment);
+    })?;
+    let text = if as_json { to_json(&tree, &moments, boards) } else { bt::table(&tree, &moments) };
+    print(&text)?;
+    let failed = moments.iter().any(|moment| !moment.faults.is_empty());
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Ticks the tree as the script says; `see` is told of every tick and every halt.
+fn rehearse(
+    tree: &Arc<Tree>,
+    script: &TreeScript,
+    ticks: Option<u64>,
+    mut see: impl FnMut(&Rehearsal, Moment),
+) -> Result<(), Error> {
+    let mut rehearsal = Rehearsal::new(Arc::clone(tree), script.parts.iter().cloned());
+    for (key, value) in &script.blackboard {
+        let board = rehearsal.execution_mut().blackboard_mut();
+        board.set(key, value.clone()).map_err(|error| {
+            Error::refused(format!("`{key}` on the blackboard: {error}"), "the entry is used as a port of that type")
+        })?;
+    }
+    for tick in 0..ticks.unwrap_or(script.ticks) {
+        let now = script.period.saturating_mul(u32::try_from(tick).unwrap_or(u32::MAX));
+        let moment = rehearsal.tick(now);
+        see(&rehearsal, moment);
+        if script.halts.contains(&(tick + 1)) {
+            let moment = rehearsal.halt(now);
+            see(&rehearsal, moment);
+        }
+    }
+    Ok(())
+}
+
+/// What is on the blackboard: the entries of the main tree and of its subtrees.
+fn to_entries(tree: &Tree, board: &bt::Blackboard) -> serde_json::Value {
+    let subtrees = tree.nodes().iter().filter(|node| node.kind() == bt::Kind::SubTree);
+    let subtrees: Vec<usize> = subtrees.map(|node| node.id().index()).collect();
+    let entries = board.entries().map(|(keeper, key, value)| {
+        // The main tree is 0, and subtrees follow in the order of their nodes.
+        let subtree = keeper.checked_sub(1).map(|place| subtrees[place]);
+        json!({ "subtree": subtree, "key": key, "value": to_value(value) })
+    });
+    entries.collect()
+}
+
+fn to_value(value: &bt::Value) -> serde_json::Value {
+    match value {
+        bt::Value::Int(number) => json!(number),
+        bt::Value::Real(number) => json!(number),
+        bt::Value::Text(text) => json!(**text),
+        bt::Value::List(items) => items.iter().map(to_value).collect(),
+    }
+}
+
+fn to_json(tree: &Tree, moments: &[Moment], boards: Vec<serde_json::Value>) -> String {
+    let nodes = tree.nodes().iter().map(|node| {
+        json!({
+            "node": node.id().index(),
+            "parent": node.parent().map(bt::NodeId::index),
+            "kind": node.kind().name(),
+            "id": node.type_id(),
+            "label": node.label(),
+            "process": node.kind().is_leaf().then(|| node.process()),
+        })
+    });
+    let moments = moments.iter().zip(boards).map(|(moment, board)| {
+        let outcomes = moment.nodes.iter().map(|node| node.outcome.map(Outcome::name));
+        let calls = moment.calls.iter().zip(&moment.inputs).map(|(call, inputs)| {
+            let node = call.leaf.index();
+            let inputs =
+                inputs.iter().map(|(port, value)| (port.clone(), value.as_ref().map_or(json!(null), to_value)));
+            match call.request {
+                Request::Tick => json!({
+                    "node": node, "request": "tick", "inputs": inputs.collect::<serde_json::Map<_, _>>(),
+                }),
+                Request::Halt => json!({ "node": node, "request": "halt" }),
+            }
+        });
+        let faults = moment.faults.iter();
+        json!({
+            "tick": moment.tick,
+            "time_s": moment.time.as_secs_f64(),
+            "status": moment.status.map_or("halted", bt::Status::name),
+            "nodes": outcomes.collect::<Vec<_>>(),
+            "calls": calls.collect::<Vec<_>>(),
+            "blackboard": board,
+            "faults": faults.map(|f| json!({ "node": f.node.index(), "message": f.message })).collect::<Vec<_>>(),
+        })
+    });
+    let all = json!({ "tree": tree.name(), "nodes": nodes.collect::<Vec<_>>(), "ticks": moments.collect::<Vec<_>>() });
+    serde_json::to_string_pretty(&all).expect("what is printed is always JSON") + "\n"
+}

@@ -1,0 +1,153 @@
+//! What the leaves of a tree answer at each of their ticks: the file of `steward tree run --leaves`.
+//!
+//! ```toml
+//! ticks = 5                     # as long as the longest part if it is not there
+//! period_s = 0.5                # the time from tick to tick; 1 if it is not there
+//! halt_after = [3]              # the tree is halted after these ticks
+//!
+//! [leaves]                      # by the name of its process, its own name, or its ID
+//! BatteryLevel = ["success", "success", "failure"]     # the last answer is for all ticks that follow
+//! AtDestination = "failure"
+//! GoToDestination = "running running success"
+//! Look = { answers = ["success", "failure"], repeat = true }
+//! Find = [{ answer = "success", outputs = { pose = "1;2;0" } }]
+//!
+//! [blackboard]                  # what is there before the first tick
+//! goal = "home"
+//! ```
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::time::Duration;
+
+use bt::{Cue, Part, Status, Tree, Value};
+use campaigns::Error;
+use diagnostics::Problem;
+use diagnostics::document::{Document, Item, Table};
+
+/// A tree is ticked so often at most: what came of every tick is kept.
+pub(crate) const MOST_TICKS: u64 = 1_000_000;
+
+/// A rehearsal as its file describes it.
+#[derive(Clone, Debug)]
+pub(crate) struct TreeScript {
+    /// For each leaf of the tree.
+    pub(crate) parts: Vec<Part>,
+    pub(crate) ticks: u64,
+    pub(crate) period: Duration,
+    /// The tree is halted after these ticks.
+    pub(crate) halts: BTreeSet<u64>,
+    pub(crate) blackboard: Vec<(String, Value)>,
+}
+
+impl TreeScript {
+    /// Reads the file, which has to have a part for every leaf.
+    pub(crate) fn open(file: &Path, tree: &Tree) -> Result<Self, Error> {
+        let name = file.display().to_string();
+        let text = diagnostics::text_from_disk(file).map_err(|error| {
+            Error::refused(format!("cannot read {name}: {error}"), "a TOML file with a table `leaves`")
+        })?;
+        let document = Document::parse_toml(&name, &text).map_err(Error::bad_input)?;
+        document.read(|table| Self::read(&table, tree)).map_err(Error::bad_input)
+    }
+
+    fn read(table: &Table<'_>, tree: &Tree) -> Option<Self> {
+        let ticks = table.get::<u64>("ticks").within(0..=MOST_TICKS).optional();
+        let period = table.seconds("period_s").or(Duration::from_secs(1));
+        let halts = table.get::<Vec<u64>>("halt_after").or(Vec::new()).into_iter().collect();
+        let blackboard = table.table("blackboard").optional().map_or(Some(Vec::new()), |entries| values(&entries));
+        let parts = parts(&table.table("leaves").required()?, tree);
+        let parts = parts?;
+        let longest = parts.iter().map(Part::length).max().unwrap_or(1);
+        let ticks = ticks.unwrap_or(u64::try_from(longest).unwrap_or(u64::MAX));
+        Some(Self { parts, ticks, period, halts, blackboard: blackboard? })
+    }
+}
+
+/// The parts of all leaves, those with a name of their own by that, the others by their IDs.
+fn parts(leaves: &Table<'_>, tree: &Tree) -> Option<Vec<Part>> {
+    let mut parts = Vec::new();
+    let mut missing = BTreeSet::new();
+    for leaf in tree.leaves() {
+        let key = [leaf.process(), leaf.label(), leaf.type_id()].into_iter().find(|key| leaves.has(key));
+        match key {
+            Some(key) => parts.push(part(leaves, key)),
+            None => {
+                missing.insert(leaf.label());
+            }
+        }
+    }
+    for key in missing.into_iter().map(bt::one_line) {
+        let problem = leaves.span().problem(format!("nothing says what the leaf `{key}` answers")).with_label("here");
+        leaves.report(problem.with_help(format!("add `{key} = \"success\"`, or what it is to answer")));
+        parts.push(None);
+    }
+    parts.into_iter().collect()
+}
+
+fn part(leaves: &Table<'_>, key: &str) -> Option<Part> {
+    let item = leaves.get::<Item<'_>>(key).optional()?;
+    let read = if let Some(table) = item.as_table().filter(|table| table.has("answers")) {
+        let answers = table.get::<Item<'_>>("answers").required()?;
+        let repeats = table.boolean("repeat").or(false);
+        cues(&answers).map(|cues| if repeats { Part::new(cues).repeating() } else { Part::new(cues) })
+    } else {
+        cues(&item).map(Part::new)
+    };
+    read.map_err(|problem| leaves.report(problem)).ok()
+}
+
+/// One cue or more; a text may name several.
+fn cues(item: &Item<'_>) -> Result<Vec<Cue>, Problem> {
+    let cues = match (item.as_array(), item.as_text()) {
+        (Some(items), _) => items.iter().map(cues).collect::<Result<Vec<_>, _>>()?.concat(),
+        (_, Some(text)) => {
+            let statuses = text.split_whitespace().map(|word| status(word).map(Cue::from));
+            statuses.collect::<Option<_>>().ok_or_else(|| wrong(item))?
+        }
+        _ => vec![cue(&item.as_table().ok_or_else(|| wrong(item))?, item)?],
+    };
+    if cues.is_empty() { Err(wrong(item)) } else { Ok(cues) }
+}
+
+/// An answer with what is written to the leaf's ports.
+fn cue(table: &Table<'_>, item: &Item<'_>) -> Result<Cue, Problem> {
+    let answer = table.text("answer").optional().and_then(|word| status(&word)).ok_or_else(|| wrong(item))?;
+    let outputs = table.table("outputs").optional().map_or(Some(Vec::new()), |outputs| values(&outputs));
+    Ok(Cue { status: answer, outputs: outputs.unwrap_or_default() })
+}
+
+fn wrong(item: &Item<'_>) -> Problem {
+    item.wrong("an answer or several").with_help("\"success\", \"failure\", \"running\" or \"skipped\"")
+}
+
+fn status(word: &str) -> Option<Status> {
+    let statuses = [Status::Running, Status::Success, Status::Failure, Status::Skipped];
+    statuses.into_iter().find(|status| word.eq_ignore_ascii_case(status.name()))
+}
+
+/// The entries of a table, as the blackboard holds them.
+fn values(table: &Table<'_>) -> Option<Vec<(String, Value)>> {
+    let keys: Vec<&str> = table.keys().map(|(key, _)| key).collect();
+    let values = keys.into_iter().map(|key| {
+        let item = table.get::<Item<'_>>(key).optional()?;
+        match value(&item) {
+            Some(value) => Some((key.to_owned(), value)),
+            None => {
+                table.report(item.wrong("a number, a text, true or false, or a list of such"));
+                None
+            }
+        }
+    });
+    // All of them are looked at, for the problems of each.
+    let values: Vec<_> = values.collect();
+    values.into_iter().collect()
+}
+
+fn value(item: &Item<'_>) -> Option<Value> {
+    if let Some(items) = item.as_array() {
+        return items.iter().map(value).collect();
+    }
+    let number = item.as_integer().map(Value::Int).or_else(|| item.as_number().map(Value::Real));
+    number.or_else(|| item.as_text().map(Value::from)).or_else(|| item.as_boolean().map(Value::from))
+}

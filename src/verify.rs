@@ -1,0 +1,271 @@
+//! `steward verify LOG --property FILE.scope`: holds properties against a recorded run.
+
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Read as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use campaigns::Error;
+use channels::Monitor;
+use clap::Args;
+use monitors::{Channels, EventLog, Outcome, Property};
+use recording::message_json;
+use scenarios::scenario::find;
+use serde_json::json;
+
+use crate::monitor::System;
+use crate::output::print;
+
+/// A recorded run, and what is asked of it.
+#[derive(Debug, Args)]
+pub(crate) struct VerifyArgs {
+    /// The event log, as `--record` writes it; `-` reads it from standard input
+    log: PathBuf,
+    /// A property file, or the name of one that comes with the program; may be given more than once
+    #[arg(long = "property", value_name = "FILE", required = true)]
+    properties: Vec<PathBuf>,
+    /// The scenario whose processes and channels they speak of [default: the log's own]
+    #[arg(long, value_name = "NAME|FILE")]
+    scenario: Option<String>,
+    /// Prints the verdicts as JSON instead of words
+    #[arg(long)]
+    json: bool,
+}
+
+/// Reads the log once, from start to end, in constant memory. Status 1 if a property is violated.
+pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
+    let unreadable = |error: std::io::Error| {
+        let message = format!("cannot read the log {}: {error}", args.log.display());
+        Error::refused(message, "a log is what `steward --scenario … --record FILE.jsonl` writes")
+    };
+    let mut input = open(&args.log).map_err(unreadable)?;
+    let mut first = Vec::new();
+    input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
+    let described = Description::of(&first);
+    described.check_version()?;
+    let mut system = System::of(described.scenario(args.scenario.as_deref())?)?;
+    system.tick = described.tick.unwrap_or(system.tick);
+    let mut properties: Vec<Property> = Vec::new();
+    for path in &args.properties {
+        let file = system.load(path)?;
+        if !file.warnings.is_empty() {
+            crate::output::complain(&Error::bad_input(file.warnings));
+        }
+        let known = |name: &str| properties.iter().any(|property| property.name == name);
+        if let Some(again) = file.properties.iter().find(|property| known(&property.name)) {
+            let message = format!("there are two properties `{}`, one in {}", again.name, path.display());
+            return Err(Error::refused(message, "give each property a name of its own"));
+        }
+        properties.extend(file.properties);
+    }
+    let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
+    let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
+    let end = monitors::verify(&mut log, monitors).map_err(|error| {
+        Error::refused(format!("{}: {error}", args.log.display()), "each line of a log is one JSON object")
+    })?;
+    if log.skipped() > 0 {
+        let count = log.skipped();
+        crate::output::note(&format!(
+            "{count} messages passed on channels that the scenario does not have; they were left out"
+        ));
+    }
+    if end.messages + end.ticks == 0 {
+        crate::output::note("the log has no event: every verdict is that of a run in which nothing happened");
+    }
+    if properties.is_empty() {
+        crate::output::note("there is no property to hold the log against");
+    }
+    let text = if args.json { as_json(&properties, &args.log) } else { in_words(&properties, end) };
+    print(&text)?;
+    let violated = properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated);
+    Ok(ExitCode::from(u8::from(violated)))
+}
+
+/// The log's bytes: a file's, a pipe's, or those of standard input.
+fn open(log: &Path) -> std::io::Result<Box<dyn BufRead>> {
+    if log == Path::new("-") {
+        return Ok(Box::new(std::io::stdin().lock()));
+    }
+    Ok(Box::new(BufReader::with_capacity(1 << 18, File::open(log)?)))
+}
+
+/// What the first line of a log says of the run.
+#[derive(Debug, PartialEq, Eq)]
+struct Description {
+    scenario: Option<String>,
+    /// The version of the program that wrote the log.
+    version: Option<String>,
+    /// Time between ticks.
+    tick: Option<Duration>,
+}
+
+impl Description {
+    /// What a log's first line says; nothing if it is not JSON.
+    fn of(line: &[u8]) -> Self {
+        let described: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
+        let text = |key: &str| match &described[key] {
+            serde_json::Value::Null => None,
+            serde_json::Value::String(text) => Some(text.clone()),
+            other => Some(other.to_string()),
+        };
+        let tick = described["tick_s"].as_f64().and_then(|tick_s| Duration::try_from_secs_f64(tick_s).ok());
+        Self { scenario: text("scenario"), version: text("version"), tick: tick.filter(|tick| !tick.is_zero()) }
+    }
+
+    /// Refuses a log whose format cannot be known yet.
+    fn check_version(&self) -> Result<(), Error> {
+        const THIS: &str = env!("CARGO_PKG_VERSION");
+        let Some(version) = self.version.as_deref().filter(|version| numbers(version) > numbers(THIS)) else {
+            return Ok(());
+        };
+        let message = format!("the log was written by version {version} of steward, and this is {THIS}");
+        Err(Error::refused(message, "use that version, or a newer one"))
+    }
+
+    /// The scenario that the log is of, unless another one is asked for.
+    fn scenario<'a>(&'a self, asked_for: Option<&'a str>) -> Result<&'a str, Error> {
+        match (asked_for, self.scenario.as_deref()) {
+            (Some(name), _) => Ok(name),
+            (None, Some(name)) if find::shipped(name).is_some() => Ok(name),
+            (None, Some(name)) => {
+                let message = format!("the log is of the scenario `{name}`, which does not come with the program");
+                Err(Error::refused(message, format!("give its file: `--scenario {name}.toml`")))
+            }
+            (None, None) => {
+                crate::output::note(
+                    "the log does not say which scenario it is of; its channels are taken to be those of `nominal`",
+                );
+                Ok("nominal")
+            }
+        }
+    }
+}
+
+/// The numbers of a version, so that versions compare; what is none is above all of them.
+fn numbers(version: &str) -> Vec<u64> {
+    version.split('.').map(|number| number.parse().unwrap_or(u64::MAX)).collect()
+}
+
+fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{} messages, {} ticks", end.messages, end.ticks);
+    for property in properties {
+        let _ = writeln!(text, "{:<12} {}", property.name, Outcome::of(property.monitor.as_ref()));
+        let Some(monitor) = property.scope_monitor() else { continue };
+        if let Some(witness) = monitor.witness() {
+            let _ = write!(text, "{witness}");
+        }
+        for open in monitor.open_obligations() {
+            let _ = writeln!(text, "  {open}");
+        }
+        for vacuity in monitor.vacuous() {
+            let _ = writeln!(text, "  asked {} times, but this never held: {}", vacuity.asked, vacuity.antecedent);
+        }
+    }
+    text
+}
+
+fn as_json(properties: &[Property], log: &Path) -> String {
+    let moment = |at: &monitors::Moment| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
+    let of = |property: &Property| {
+        let monitor = property.scope_monitor();
+        let witness = monitor.and_then(|monitor| monitor.witness()).map(|witness| {
+            let messages = witness.messages.iter().map(|seen| {
+                let mut message = moment(&seen.at);
+                message["from"] = seen.from.as_str().into();
+                message["to"] = seen.to.as_str().into();
+                message["message"] = message_json(&seen.message);
+                message
+            });
+            json!({
+                "clause": witness.clause,
+                "messages": messages.collect::<Vec<_>>(),
+                "since": witness.since.as_ref().map(moment),
+                "deadline_tick": witness.deadline_tick,
+                "missing": witness.missing,
+                "settled": moment(&witness.settled),
+            })
+        });
+        let vacuous = monitor.map(|monitor| monitor.vacuous()).unwrap_or_default();
+        let open = monitor.map(|monitor| monitor.open_obligations()).unwrap_or_default();
+        json!({
+            "name": property.name,
+            "property": property.formula,
+            "verdict": Outcome::of(property.monitor.as_ref()).name(),
+            "state": property.monitor.location(),
+            "witness": witness,
+            "open": open.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "never_asked_for_anything": vacuous.iter().map(|vacuity| &vacuity.clause).collect::<Vec<_>>(),
+        })
+    };
+    let report = json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() });
+    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    #[test]
+    fn a_log_is_held_against_the_shipped_properties() {
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        let lines = [
+            r#"{"scenario":"battery_fault","seed":1}"#,
+            r#"{"step":0,"tick":0,"time_s":0.0,"generated":"tick"}"#,
+            r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#,
+        ];
+        writeln!(file, "{}", lines.join("\n")).expect("room for three lines");
+        let verdict = |name: &str| {
+            let args = VerifyArgs {
+                log: file.path().to_owned(),
+                properties: vec![PathBuf::from(name)],
+                scenario: None,
+                json: true,
+            };
+            format!("{:?}", verify(&args).expect("a readable log"))
+        };
+        assert_eq!(verdict("phi1"), format!("{:?}", ExitCode::from(1)));
+        assert_eq!(verdict("phi2"), format!("{:?}", ExitCode::SUCCESS));
+    }
+
+    #[test]
+    fn the_log_says_which_scenario_it_is_of_and_how_often_it_ticks() {
+        let described = |line: &str| {
+            let Description { scenario, tick, .. } = Description::of(line.as_bytes());
+            (scenario, tick.map(|tick| tick.as_millis()))
+        };
+        let battery_fault = || Some("battery_fault".to_owned());
+        assert_eq!(described(r#"{"scenario":"battery_fault","tick_s":0.5}"#), (battery_fault(), Some(500)));
+        assert_eq!(described(r#"{"scenario":"battery_fault"}"#), (battery_fault(), None));
+        assert_eq!(described(r#"{"scenario":"unheard of","tick_s":-1}"#), (Some("unheard of".to_owned()), None));
+        assert_eq!(described("no JSON"), (None, None));
+    }
+
+    #[test]
+    fn bounds_in_seconds_are_counted_in_the_ticks_of_the_log() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let property = folder.path().join("soon.scope");
+        let text = "property soon := always ((BatteryReader, BatteryLevel, m[2] < 20) implies\n\
+                    time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) < 2 s)\n";
+        std::fs::write(&property, text).expect("room for a property");
+        let log = folder.path().join("log.jsonl");
+        let ticks = |from: u64, to: u64| {
+            (from..to).map(|tick| format!(r#"{{"step":{tick},"tick":{tick},"time_s":{tick}.0,"generated":"tick"}}"#))
+        };
+        let low = r#"{"step":1,"tick":0,"time_s":0.1,"from":"BatteryReader","to":"BatteryLevel","message":[{"sym":"ok"},10.0]}"#;
+        let status = |tick_s: f64| {
+            let mut lines = vec![format!(r#"{{"scenario":"nominal","tick_s":{tick_s}}}"#)];
+            lines.extend(ticks(0, 1).chain([low.to_owned()]).chain(ticks(1, 4)));
+            std::fs::write(&log, lines.join("\n")).expect("room for a log");
+            let args = VerifyArgs { log: log.clone(), properties: vec![property.clone()], scenario: None, json: true };
+            format!("{:?}", verify(&args).expect("a readable log"))
+        };
+        assert_eq!(status(1.0), format!("{:?}", ExitCode::from(1)), "two ticks are two seconds");
+        assert_eq!(status(0.5), format!("{:?}", ExitCode::SUCCESS), "there are two ticks a second");
+    }
+}
