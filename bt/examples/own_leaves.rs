@@ -1,7 +1,7 @@
 //! Ticks a tree with leaves of your own: `cargo run --example own_leaves`.
 //!
-//! A robot pushes a door open and drives through. On its way the door falls shut once: the drive is halted, and the robot
-//! opens the door again.
+//! A robot pushes a door open and drives through. On its way the door falls shut once: the drive is halted, and the
+//! robot opens the door again.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -194,8 +194,8 @@ impl Declared {
         &mut self.entries[slot.0 as usize]
     }
 
-    /// A port of that type uses the entry: the first one says of which type it is. The type that it has already, if they
-    /// don't go together.
+    /// A port of that type uses the entry: the first one says of which type it is. The type that it has already, if
+    /// they don't go together.
     pub(crate) fn port(&mut self, slot: Slot, of: &Type) -> Result<(), Type> {
         let entry = self.entry(slot);
         if !entry.exists {

@@ -44,8 +44,8 @@ pub enum Kind {
     /// Like [`Sequence`](Kind::Sequence), but has the tree ticked again when a child that was idle succeeds and is not
     /// the last.
     AsyncSequence,
-    /// Ticks its children in order until one succeeds or runs; fails when all have failed. While a child is running, the
-    /// next tick goes on with that child.
+    /// Ticks its children in order until one succeeds or runs; fails when all have failed. While a child is running,
+    /// the next tick goes on with that child.
     Fallback,
     /// Ticks its children in order *from the first at every tick* until one succeeds or runs; fails when all have
     /// failed. When a child runs, all the others are reset. The paper's fallback is this one.
@@ -54,14 +54,14 @@ pub enum Kind {
     /// last.
     AsyncFallback,
     /// Ticks all children that have neither succeeded nor failed yet. Succeeds as soon as `success_count` children have
-    /// succeeded (−1, the default, is all of them; −2 all but one; skipped ones then count as well), and fails as soon as
-    /// `failure_count` (default 1) have failed or too few are left to succeed. Then the others are halted.
+    /// succeeded (−1, the default, is all of them; −2 all but one; skipped ones then count as well), and fails as soon
+    /// as `failure_count` (default 1) have failed or too few are left to succeed. Then the others are halted.
     Parallel,
     /// Ticks all children that have neither succeeded nor failed yet, until none is left. Fails if at least
     /// `max_failures` (default 1) have failed, and succeeds otherwise.
     ParallelAll,
-    /// Ticks its first child; if that succeeds, the second; if it fails, the third, or fails if there is none. While the
-    /// second or third is running, the first is not ticked again. A condition may not be skipped.
+    /// Ticks its first child; if that succeeds, the second; if it fails, the third, or fails if there is none. While
+    /// the second or third is running, the first is not ticked again. A condition may not be skipped.
     IfThenElse,
     /// Ticks its first child *at every tick*; while that succeeds, the second; while it fails, the third, or fails if
     /// there is none. The one that is no longer wanted is halted. A condition may not be skipped.
@@ -70,9 +70,9 @@ pub enum Kind {
     /// equal, or the last child, which stands behind that many others. When the choice changes, the child that ran is
     /// halted.
     Switch(u8),
-    /// Ticks all children but the last as a [`Sequence`](Kind::Sequence). If one fails, all are reset, the last is ticked
-    /// until it is done, and the node fails. With `catch_on_halt`, the last is ticked once, too, when the node is halted
-    /// before.
+    /// Ticks all children but the last as a [`Sequence`](Kind::Sequence). If one fails, all are reset, the last is
+    /// ticked until it is done, and the node fails. With `catch_on_halt`, the last is ticked once, too, when the node
+    /// is halted before.
     TryCatch,
     /// Succeeds when its child fails and fails when it succeeds.
     Inverter,
@@ -80,8 +80,8 @@ pub enum Kind {
     ForceSuccess,
     /// Fails when its child has succeeded or failed.
     ForceFailure,
-    /// Ticks its child until it has succeeded `num_cycles` times (−1: for ever). When a child that was idle succeeds and
-    /// more is to do, the tree is ticked again. Fails, and starts over, when the child fails.
+    /// Ticks its child until it has succeeded `num_cycles` times (−1: for ever). When a child that was idle succeeds
+    /// and more is to do, the tree is ticked again. Fails, and starts over, when the child fails.
     Repeat,
     /// Ticks its child until it succeeds, at most `num_attempts` times (−1: for ever). When a child that was idle fails
     /// and may be tried again, the tree is ticked again.
@@ -97,14 +97,14 @@ pub enum Kind {
     /// `then_skip` is false. Halting it does not change that.
     RunOnce,
     /// Takes the first thing out of a `queue`, writes it to `value` and ticks its child; answers running while there is
-    /// no failure, so that each tick takes one. Answers `if_empty` (default `SUCCESS`) when nothing is left. A queue is a
-    /// text `1;2;3`, of which a copy is gone through, or a list on the blackboard, which gets shorter.
+    /// no failure, so that each tick takes one. Answers `if_empty` (default `SUCCESS`) when nothing is left. A queue is
+    /// a text `1;2;3`, of which a copy is gone through, or a list on the blackboard, which gets shorter.
     Loop(Item),
     /// Ticks its child if the script `if` holds, and then until the child is done; answers `else` (default `FAILURE`)
     /// otherwise.
     Precondition,
-    /// Is skipped unless the blackboard's `entry` was written since the last time that it was looked at; then, and while
-    /// its child is running, ticks its child.
+    /// Is skipped unless the blackboard's `entry` was written since the last time that it was looked at; then, and
+    /// while its child is running, ticks its child.
     SkipUnlessUpdated,
     /// Answers running unless the blackboard's `entry` was written since the last time that it was looked at; then, and
     /// while its child is running, ticks its child.

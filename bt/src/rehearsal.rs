@@ -201,8 +201,9 @@ impl Leaves for Cast {
 /// How many ticks stand beside one another.
 const COLUMNS: usize = 25;
 
-/// The statuses of all nodes as a text: one line per node, one column per tick; long names are cut. `S`, `F`, `R` and `K` are success, failure,
-/// running and skipped, `H` is halted, and `·` is a node that the tick did not reach. What went wrong follows.
+/// The statuses of all nodes as a text: one line per node, one column per tick; long names are cut. `S`, `F`, `R` and
+/// `K` are success, failure, running and skipped, `H` is halted, and `·` is a node that the tick did not reach. What
+/// went wrong follows.
 #[must_use]
 pub fn table(tree: &Tree, moments: &[Moment]) -> String {
     let labels: Vec<String> = tree.nodes().iter().map(|node| shortened(node.outline())).collect();

@@ -1,8 +1,8 @@
 //! What a node does when it is ticked, when a child has answered, and when it is halted: the semantics of all kinds,
 //! node by node.
 //!
-//! Both the engine and the node processes follow these functions. [`Kind`] says the same in words. What a node reads from
-//! the blackboard comes in as a [`Reading`].
+//! Both the engine and the node processes follow these functions. [`Kind`] says the same in words. What a node reads
+//! from the blackboard comes in as a [`Reading`].
 
 mod begin;
 mod react;

@@ -111,8 +111,8 @@ pub(crate) enum Mark {
 }
 
 impl Mark {
-    /// The mark of a node that is ticked now and stood so before. A leaf that is asked a second time, because its answer
-    /// to this very tick is still missing, stands as before.
+    /// The mark of a node that is ticked now and stood so before. A leaf that is asked a second time, because its
+    /// answer to this very tick is still missing, stands as before.
     pub(crate) fn entered(self) -> Self {
         match self {
             Self::Idle | Self::Started | Self::Begun => Self::Started,

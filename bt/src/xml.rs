@@ -40,6 +40,17 @@ use crate::{Tree, TreeError};
 /// ([`Tree::concerns`]).
 ///
 /// All trees of a file are checked, also those that the main tree does not use.
+///
+/// ```
+/// use bt::Loader;
+///
+/// let text = r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
+///     <Sequence> <SomebodyThere/> <SayHello/> </Sequence>
+/// </BehaviorTree> </root>"#;
+/// let tree = Loader::default().leaves(["SomebodyThere", "SayHello"]).load("greet.xml", text)?;
+/// assert_eq!(tree.to_string(), "→*\n  SomebodyThere\n  SayHello\n");
+/// # Ok::<(), bt::TreeError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Loader {
     leaves: BTreeSet<String>,

@@ -1,5 +1,5 @@
-//! What every kind of node does, in the words of BehaviorTree.CPP's documentation: one behaviour a test, named after the
-//! node and the behaviour.
+//! What every kind of node does, in the words of BehaviorTree.CPP's documentation: one behaviour a test, named after
+//! the node and the behaviour.
 
 mod actions;
 mod asynchronous;

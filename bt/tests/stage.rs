@@ -1,8 +1,9 @@
 //! One behaviour a test, as a play: a body of nodes, and a line a tick.
 //!
-//! A line has the calls that the tree makes, with the answers to ticks (S, F, R, K for skipped) and `halt` where a leaf is
-//! halted; `->` and what the tree answers; and, behind a bar, what is on the blackboard then (`x=-` is nothing). It may
-//! begin with the time in milliseconds (`@250`); without, it is that of the line before. `halt tree:` halts the tree.
+//! A line has the calls that the tree makes, with the answers to ticks (S, F, R, K for skipped) and `halt` where a leaf
+//! is halted; `->` and what the tree answers; and, behind a bar, what is on the blackboard then (`x=-` is nothing). It
+//! may begin with the time in milliseconds (`@250`); without, it is that of the line before. `halt tree:` halts the
+//! tree.
 
 use std::collections::VecDeque;
 use std::sync::Arc;

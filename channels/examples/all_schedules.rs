@@ -1,7 +1,7 @@
 //! Lets processes exchange messages under every schedule that there is: `cargo run --example all_schedules`.
 //!
-//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up; no test that happens to
-//! run one schedule would tell.
+//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up; no test that happens
+//! to run one schedule would tell.
 
 use std::error::Error;
 use std::sync::Arc;

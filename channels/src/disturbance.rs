@@ -25,6 +25,33 @@ pub type Corruption = Arc<dyn Fn(&Message) -> Message + Send + Sync>;
 /// the one before has left.
 ///
 /// A disturbance is no event of the timed state sequence: monitors see what the receiver receives.
+///
+/// ```
+/// use std::sync::Arc;
+/// use channels::{
+///     Capacity, ChannelSystem, Disturbance, Domain, Effect, FieldKind, GraphProcess, Message, ProgramGraph,
+///     RoundRobin, Shape, Topology,
+/// };
+///
+/// let mut topology = Topology::default();
+/// let [sender, receiver] = [topology.process("Sender")?, topology.process("Receiver")?];
+/// let hello = Domain::new([Shape::new([("word", FieldKind::symbols(["hello"]))])]);
+/// let channel = topology.channel(sender, receiver, Capacity::One, hello)?;
+/// let (mut send, mut receive) = (ProgramGraph::builder("Sender"), ProgramGraph::builder("Receiver"));
+/// let [ready, sent] = ["ready", "sent"].map(|name| send.location(name));
+/// let [waits, has_heard] = ["waits", "has heard"].map(|name| receive.location(name));
+/// send.send(ready, channel, Message::symbols(["hello"]), sent);
+/// receive.receive(waits, channel, Message::symbols(["hello"]), has_heard);
+/// let send = GraphProcess::new(Arc::new(send.initial(ready).build()?));
+/// let receive = GraphProcess::new(Arc::new(receive.initial(waits).build()?));
+/// let processes = [(sender, Box::new(send) as _), (receiver, Box::new(receive) as _)];
+/// let mut system = ChannelSystem::new(Arc::new(topology), processes)?;
+///
+/// let lost = system.disturb(Disturbance::all(channel, Effect::Lose));
+/// assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 0); // nobody hears anything
+/// assert_eq!(system.hits(lost), Some(1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone)]
 pub struct Disturbance {
     /// The channel that is disturbed.
@@ -59,8 +86,8 @@ pub enum Effect {
     /// Another message takes its place. It has to be one that the channel can carry, else the run ends with
     /// [`RunError::Corrupted`](crate::RunError::Corrupted).
     Replace(Corruption),
-    /// It is taken out, and this answer is put into the channel of the opposite direction as soon as that is empty, with
-    /// the request's number: a request that somebody pretends to have answered.
+    /// It is taken out, and this answer is put into the channel of the opposite direction as soon as that is empty,
+    /// with the request's number: a request that somebody pretends to have answered.
     Answer(Message),
 }
 

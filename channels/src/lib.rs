@@ -47,11 +47,10 @@
 //! phi1.internal(get, m.field(2).compare(Relation::GreaterOrEqual, 20), [], watching);
 //! phi1.internal(get, m.field(2).compare(Relation::Less, 20), [], failure);
 //!
-//! let (ask, read) = (ask.initial(start).build()?, read.initial(idle).build()?);
-//! let mut system = ChannelSystem::new(
-//!     Arc::new(topology),
-//!     [(skill, Box::new(GraphProcess::new(Arc::new(ask))) as _), (reader, Box::new(GraphProcess::new(Arc::new(read))) as _)],
-//! )?;
+//! let ask = GraphProcess::new(Arc::new(ask.initial(start).build()?));
+//! let read = GraphProcess::new(Arc::new(read.initial(idle).build()?));
+//! let processes = [(skill, Box::new(ask) as _), (reader, Box::new(read) as _)];
+//! let mut system = ChannelSystem::new(Arc::new(topology), processes)?;
 //! system.attach(Box::new(GraphMonitor::new(Arc::new(phi1.initial(watching).build()?), [failure])));
 //!
 //! let events = system.run(&mut RoundRobin::default(), 100).collect::<Result<Vec<_>, _>>()?;

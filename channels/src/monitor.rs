@@ -64,9 +64,9 @@ impl Clone for Box<dyn Monitor> {
 /// A program graph as a monitor.
 ///
 /// It takes a receive transition when the message it waits for is received by the process it was meant for, in the
-/// same step, and a tick transition when a tick is generated; without a matching transition it stays where it is. Its internal moves then run to their end in that
-/// step, the first enabled one at a time (paper, section "Runtime verification", the rule of the monitored
-/// transition).
+/// same step, and a tick transition when a tick is generated; without a matching transition it stays where it is. Its
+/// internal moves then run to their end in that step, the first enabled one at a time (paper, section "Runtime
+/// verification", the rule of the monitored transition).
 #[derive(Clone, Debug)]
 pub struct GraphMonitor {
     process: GraphProcess,

@@ -10,8 +10,8 @@ use crate::service::Service;
 
 /// The process Blackboard: an integer that a skill must lock before it may write it.
 ///
-/// The published component (`BlackboardComponent.cpp`) keeps any number of entries; the one that is used counts how many
-/// skills may navigate, and is 1 at the start. Each request names its skill and the entry:
+/// The published component (`BlackboardComponent.cpp`) keeps any number of entries; the one that is used counts how
+/// many skills may navigate, and is 1 at the start. Each request names its skill and the entry:
 ///
 /// - `[<lock>, skill, <navigation>]` and `[<unlock>, …]` are answered `[<ok>, true]`;
 /// - `[<read_data>, …]` is answered `[<ok>, value]`;
@@ -20,8 +20,8 @@ use crate::service::Service;
 /// A request takes effect when it is answered. Who may not read, write or unlock is answered
 /// `[<error>, "unauthorized client"]`.
 ///
-/// Where the published component refuses a lock, and its client asks again until it is granted, this one answers when it
-/// can grant it: to one client at a time, and to a client that has found 0 only when it would find something else.
+/// Where the published component refuses a lock, and its client asks again until it is granted, this one answers when
+/// it can grant it: to one client at a time, and to a client that has found 0 only when it would find something else.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Blackboard {
     service: Service,

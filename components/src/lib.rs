@@ -5,8 +5,42 @@
 //! the pose estimate and the navigation going, exchanges data with the three processes between steps, and commands the
 //! base. It sees nothing but the [`robot::Robot`] that it is given.
 //!
-//! [`operations`] lists what the components can be asked. [`Blackboard`] and [`StopRule::AnyTrip`] are those of the paper's
-//! published system, for skills that follow its protocol.
+//! [`operations`] lists what the components can be asked. [`Blackboard`] and [`StopRule::AnyTrip`] are those of the
+//! paper's published system, for skills that follow its protocol.
+//!
+//! A client that asks for the battery's level, once:
+//!
+//! ```
+//! use std::{sync::Arc, time::Duration};
+//! use channels::{Capacity, ChannelSystem, Domain, GraphProcess, Message, Process, ProgramGraph, RoundRobin, Topology};
+//! use components::{BATTERY_READER, BatteryReader, operations};
+//! use maps::Places;
+//! use robot::BatteryState;
+//!
+//! let mut topology = Topology::default();
+//! let [client, reader] = [topology.process("Client")?, topology.process(BATTERY_READER)?];
+//! let mut operations = operations(&Places::default());
+//! operations.retain(|operation| operation.component == BATTERY_READER);
+//! let requests = Domain::new(operations.iter().map(|operation| operation.request.clone()));
+//! let replies = Domain::new(operations.iter().flat_map(|operation| operation.replies.clone()));
+//! let request = topology.channel(client, reader, Capacity::One, requests)?;
+//! let reply = topology.channel(reader, client, Capacity::One, replies)?;
+//!
+//! let mut asks = ProgramGraph::builder("Client");
+//! let [start, waits, knows] = ["start", "waits", "knows"].map(|name| asks.location(name));
+//! let level = asks.variable("level");
+//! asks.send(start, request, Message::symbols(["get_level"]), waits);
+//! asks.receive(waits, reply, level, knows);
+//! let asks = GraphProcess::new(Arc::new(asks.initial(start).build()?));
+//!
+//! let mut battery = BatteryReader::new(&topology, reader)?;
+//! battery.update(&BatteryState { time: Duration::ZERO, charge_pct: 83.2, charging: false }); // `Software` does that
+//! let processes = [(client, Box::new(asks) as _), (reader, Box::new(battery) as _)];
+//! let mut system = ChannelSystem::new(Arc::new(topology), processes)?;
+//! assert_eq!(system.run(&mut RoundRobin::default(), 100).count(), 2);
+//! assert_eq!(system.process::<GraphProcess>(client).map(Process::location).as_deref(), Some("knows"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod battery_reader;
 mod blackboard;

@@ -64,8 +64,8 @@ pub enum Order {
 ///   it is taken, not at standstill. So once a new trip has started, no `<running>` of the old one arrives. Under
 ///   [`StopRule::AnyTrip`] it ends every trip.
 ///
-/// The driver carries out its [orders](Self::next_order) and [tells](Self::set_trip_status) how the trip stands, between
-/// steps; [`Software`](crate::Software) has one.
+/// The driver carries out its [orders](Self::next_order) and [tells](Self::set_trip_status) how the trip stands,
+/// between steps; [`Software`](crate::Software) has one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Navigation {
     service: Service,

@@ -47,8 +47,8 @@ pub struct Software {
 }
 
 impl Software {
-    /// The software of the atlas's robot on its map with places, which knows that much of its first pose. `rng` is localization's
-    /// own stream.
+    /// The software of the atlas's robot on its map with places, which knows that much of its first pose. `rng` is
+    /// localization's own stream.
     ///
     /// # Errors
     /// [`nav::Error`] if the robot's model makes no sense.

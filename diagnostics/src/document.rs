@@ -78,9 +78,9 @@ impl Document {
         FileProblems::none_of(problems.collect())
     }
 
-    /// Takes over from `base` whatever this document does not say itself: keys that it lacks, and inside tables that both
-    /// have, theirs in turn. An array is one value: the document's own replaces the base's. Problems with what was taken
-    /// over are shown where the base says it.
+    /// Takes over from `base` whatever this document does not say itself: keys that it lacks, and inside tables that
+    /// both have, theirs in turn. An array is one value: the document's own replaces the base's. Problems with what was
+    /// taken over are shown where the base says it.
     pub fn inherit(&mut self, base: Self) {
         self.root.inherit(base.root);
     }

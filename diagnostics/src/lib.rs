@@ -1,4 +1,5 @@
-//! Files that people write and read: read within bounds, refused with everything that is wrong with them, written whole.
+//! Files that people write and read: read within bounds, refused with everything that is wrong with them, written
+//! whole.
 //!
 //! Readers collect [`Problem`]s instead of stopping at the first one, each with its place in a [`Source`] and with what
 //! would have been right, and hand them over as one [`FileProblems`]. A misspelt name is answered with the
@@ -16,8 +17,8 @@
 //! assert_eq!(problems.plain(), "robot.conf:2:1: unknown key `spede` (did you mean `speed`?)\n");
 //! ```
 //!
-//! [`text_from_disk`] and [`read_text`] read files, none without a limit. [`write_whole`], [`Unfinished`] and [`Staging`]
-//! write them: what is there under its name is whole.
+//! [`text_from_disk`] and [`read_text`] read files, none without a limit. [`write_whole`], [`Unfinished`] and
+//! [`Staging`] write them: what is there under its name is whole.
 //!
 //! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
 //! `xml`, which says why a text is no XML.

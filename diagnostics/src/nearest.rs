@@ -10,8 +10,8 @@ const LISTED: usize = 20;
 /// So many problems of a file get a hint, each of which looks at all names.
 pub const MAX_HINTS: usize = 200;
 
-/// The known name that `name` most likely was meant to be: the one with the fewest typing errors between them, if those are
-/// at most a third of the name's letters. Case does not count; of names equally near the first is meant.
+/// The known name that `name` most likely was meant to be: the one with the fewest typing errors between them, if those
+/// are at most a third of the name's letters. Case does not count; of names equally near the first is meant.
 ///
 /// Names of more than 100 bytes are not compared, and not more than 1000.
 #[must_use]

@@ -1,8 +1,8 @@
 //! How files are written: whole or not at all.
 //!
 //! What is written goes to a temporary name in the same folder and gets its own name when it is whole. A full disk, an
-//! error or a panic leaves what was there before, and nothing of the new. A program that is killed may leave the temporary
-//! behind, under a name that begins with `.steward-` and ends with `.part`.
+//! error or a panic leaves what was there before, and nothing of the new. A program that is killed may leave the
+//! temporary behind, under a name that begins with `.steward-` and ends with `.part`.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -26,10 +26,24 @@ pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error>
     }
 }
 
-/// A file on its way: it appears under its name when it is [finished](Self::finish), in place of what was there before. If
-/// it never is, nothing remains of it.
+/// A file on its way: it appears under its name when it is [finished](Self::finish), in place of what was there before.
+/// If it never is, nothing remains of it.
 ///
 /// A device or a pipe (`/dev/stdout`) is not replaced but written to.
+///
+/// ```
+/// use std::io::Write;
+/// use diagnostics::Unfinished;
+///
+/// let folder = tempfile::tempdir()?;
+/// let path = folder.path().join("results/table.csv");
+/// let mut file = Unfinished::create(&path)?;
+/// writeln!(file, "run,verdict")?;
+/// assert!(!path.exists());
+/// file.finish()?;
+/// assert_eq!(std::fs::read_to_string(&path)?, "run,verdict\n");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Unfinished {
     /// The name that the caller gave.
@@ -89,8 +103,8 @@ impl Drop for Unfinished {
 
 /// Files of a folder that appear in it together.
 ///
-/// Until they are [published](Self::publish) they lie in a hidden folder within it; if they never are, nothing remains of
-/// them. Several programs may write to one folder at once: the last to publish has it.
+/// Until they are [published](Self::publish) they lie in a hidden folder within it; if they never are, nothing remains
+/// of them. Several programs may write to one folder at once: the last to publish has it.
 #[derive(Debug)]
 pub struct Staging {
     folder: PathBuf,

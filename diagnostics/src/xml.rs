@@ -6,8 +6,8 @@ use roxmltree::{Error, Node, TextPos};
 
 use crate::{Problem, nearest};
 
-/// Refuses an element with more attributes than that: the XML parser compares each with all others. To be asked before it
-/// parses.
+/// Refuses an element with more attributes than that: the XML parser compares each with all others. To be asked before
+/// it parses.
 ///
 /// # Errors
 /// At the first attribute that is one too many.

@@ -27,6 +27,17 @@ pub struct CellIndex {
 ///
 /// The origin is the pose of the lower left corner of cell (0, 0); its heading turns the whole grid.
 /// Cells are half open: cell (c, r) covers grid coordinates [c, c + 1) × [r, r + 1).
+///
+/// ```
+/// use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
+///
+/// // 2 m × 1 m of free floor, with a wall along the left.
+/// let mut grid = OccupancyGrid::from_cells(20, 10, 0.1, pose(0.0, 0.0, 0.0), vec![Cell::Free; 200]);
+/// (0..10).for_each(|row| grid.set(CellIndex { column: 0, row }, Cell::Occupied));
+/// assert_eq!(grid.index_of(&Point::new(0.05, 0.45)), Some(CellIndex { column: 0, row: 4 }));
+/// assert!(grid.has_room(&Point::new(1.0, 0.5), 0.3));
+/// assert!(!grid.has_room(&Point::new(0.3, 0.5), 0.3)); // 0.2 m from the wall
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct OccupancyGrid {
     width: usize,

@@ -17,7 +17,8 @@ use crate::{OccupancyGrid, Pose, pose};
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 
 /// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
-/// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from wherever files are kept.
+/// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from wherever files are
+/// kept.
 ///
 /// ```yaml
 /// image: house.pgm            # PGM or PNG, relative to this file

@@ -83,6 +83,17 @@ fn edges(corners: &[Point]) -> impl Iterator<Item = (Point, Point)> + '_ {
 }
 
 /// The places of a map by name, in alphabetical order.
+///
+/// ```
+/// use maps::{Place, Places, Point, pose};
+///
+/// let corners = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)].map(|(x, y)| Point::new(x, y));
+/// let mut places = Places::default();
+/// places.insert("Kitchen", Place::Area { corners: corners.to_vec() });
+/// let kitchen = places.get("Kitchen").expect("it was put there");
+/// assert!(kitchen.contains(&pose(1.0, 2.0, 0.0)));
+/// assert_eq!(kitchen.goal_position(), Point::new(2.0, 1.5));
+/// ```
 #[derive(Clone, Debug, PartialEq, Default)]
 pub struct Places {
     by_name: BTreeMap<String, Place>,

@@ -63,7 +63,8 @@ impl PlacesFile {
     /// # Example
     /// ```
     /// let file = maps::PlacesFile::parse("house.places.toml", "[start]\nposition_m = [0, 0]\nheading_deg = 90\n")?;
-    /// assert_eq!(file.places().get("start").and_then(|start| start.goal_heading()), Some(std::f64::consts::FRAC_PI_2));
+    /// let start = file.places().get("start").expect("it is in the file");
+    /// assert_eq!(start.goal_heading(), Some(std::f64::consts::FRAC_PI_2));
     /// # Ok::<(), diagnostics::FileProblems>(())
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {

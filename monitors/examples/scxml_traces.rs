@@ -1,6 +1,6 @@
 //! Writes exported SCXML monitors with random runs and the verdicts to expect, for an ECMAScript SCXML engine to
-//! confirm: `cargo run --release -p steward-monitors --example scxml_traces -- 300 > traces.jsonl`, then, with the package
-//! `@scion-scxml/scxml` of npm beside it, `node monitors/examples/scxml_traces.mjs traces.jsonl`.
+//! confirm: `cargo run --release -p steward-monitors --example scxml_traces -- 300 > traces.jsonl`, then, with the
+//! package `@scion-scxml/scxml` of npm beside it, `node monitors/examples/scxml_traces.mjs traces.jsonl`.
 
 #[path = "../tests/support/mod.rs"]
 #[expect(dead_code, reason = "shared with the tests")]

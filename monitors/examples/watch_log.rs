@@ -1,7 +1,7 @@
 //! Watches an event log of your own: which properties held, which were violated, and by what.
 //!
-//! `cargo run --example watch_log -- examples/lift.jsonl examples/lift.scope`, in the crate's folder. The log is that of a
-//! lift; nothing in it knows of robots. `EventLog` says what a line has to say.
+//! `cargo run --example watch_log -- examples/lift.jsonl examples/lift.scope`, in the crate's folder. The log is that
+//! of a lift; nothing in it knows of robots. `EventLog` says what a line has to say.
 
 use std::fs::{File, read_to_string};
 use std::io::BufReader;
@@ -20,8 +20,8 @@ fn main() -> Result<()> {
     let [log, properties] = arguments.as_slice() else { return Err(miette!("usage: watch_log LOG.jsonl FILE.scope")) };
     let open = || Ok::<_, miette::Report>(BufReader::new(File::open(log).into_diagnostic()?));
 
-    // Which processes there are and who talks to whom. A system that you know yourself you would declare in a `Topology`,
-    // with the messages of each channel; then conditions are checked against those, too.
+    // Which processes there are and who talks to whom. A system that you know yourself you would declare in a
+    // `Topology`, with the messages of each channel; then conditions are checked against those, too.
     let topology = topology_of_log(open()?).into_diagnostic()?;
 
     // The properties, each with its monitor. All mistakes of the file are reported at once, each at its place.

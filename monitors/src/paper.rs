@@ -52,7 +52,8 @@ impl Default for PhiTwo {
 /// station follows within `deadline_ticks` ticks.
 ///
 /// As in the paper's figure, the timer starts at θ and the monitor fails on the tick that finds it at 0: one tick later
-/// than `< θ` says. It counts the ticks that the tree takes, and it remembers a `<running>` until the next answer to it.
+/// than `< θ` says. It counts the ticks that the tree takes, and it remembers a `<running>` until the next answer to
+/// it.
 ///
 /// # Errors
 /// [`WiringError::MissingChannel`] if the topology lacks one of the channels that φ2 speaks of.

@@ -185,7 +185,8 @@ impl Run {
         }
     }
 
-    /// The clause that was not met in its time, if that is what has settled the verdict: ticks count from the first state.
+    /// The clause that was not met in its time, if that is what has settled the verdict: ticks count from the first
+    /// state.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         match self {
             Self::Compact(_) => None,

@@ -12,8 +12,8 @@ const NOWHERE: Span = Span { start: 0, end: 0 };
 impl Formula {
     /// The formula in the SCOPE language, over the topology that it speaks of. Bounds are counted in ticks.
     ///
-    /// Reading the text again gives the same formula, but for an `and` or `or` of less than two parts, which the language
-    /// does not have.
+    /// Reading the text again gives the same formula, but for an `and` or `or` of less than two parts, which the
+    /// language does not have.
     #[must_use]
     pub fn text(&self, topology: &Topology) -> String {
         constraint(self, topology).to_string()

@@ -54,7 +54,8 @@ fn ticks_that_are_missing_are_followed_too() {
     }
 }
 
-/// A message that its channel's domain does not have leaves the automaton, and the rest of the run is judged all the same.
+/// A message that its channel's domain does not have leaves the automaton, and the rest of the run is judged all the
+/// same.
 #[test]
 fn messages_outside_the_domains_are_followed_too() {
     let topology = topology();

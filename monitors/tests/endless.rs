@@ -11,7 +11,8 @@ use crate::robot::topology;
 const Q: &str = "(BatteryReader, BatteryLevel, m[2] < 20)";
 const P: &str = "(Localization, AtRechargingStation, m[2] = true)";
 
-/// The verdict before the first state and after each letter of a run: `t` is a tick, `q` and `p` are the events Q and P.
+/// The verdict before the first state and after each letter of a run: `t` is a tick, `q` and `p` are the events Q and
+/// P.
 fn verdicts(formula: &str, run: &str) -> (Vec<Verdict>, ScopeMonitor) {
     let topology = topology();
     let file = load("p", &format!("property p := {formula}"), &topology, Duration::from_secs(1)).expect("it loads");

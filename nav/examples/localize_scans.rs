@@ -59,8 +59,8 @@ fn main() -> Result<(), nav::Error> {
     Ok(())
 }
 
-/// A room of 8 m × 5 m with a cupboard, a wall that juts out and a pillar. Maps of your own come from `maps::load_map`, in
-/// the format of ROS.
+/// A room of 8 m × 5 m with a cupboard, a wall that juts out and a pillar. Maps of your own come from `maps::load_map`,
+/// in the format of ROS.
 fn map() -> OccupancyGrid {
     let mut map = OccupancyGrid::new(160, 100, 0.05, pose(0.0, 0.0, 0.0));
     let mut fill = |(left, bottom): (usize, usize), (right, top): (usize, usize), cell| {

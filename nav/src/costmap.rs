@@ -28,6 +28,20 @@ pub const LETHAL_COST: u8 = 254;
 pub const UNKNOWN_COST: u8 = 255;
 
 /// A map with inflated obstacles, kept up to date by laser scans.
+///
+/// ```
+/// use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
+/// use nav::{Costmap, CostmapParameters, INSCRIBED_COST, LETHAL_COST};
+///
+/// // 5 m × 5 m of free floor, with a wall along the left.
+/// let mut map = OccupancyGrid::from_cells(100, 100, 0.05, pose(0.0, 0.0, 0.0), vec![Cell::Free; 10_000]);
+/// (0..100).for_each(|row| map.set(CellIndex { column: 0, row }, Cell::Occupied));
+/// let costmap = Costmap::new(&map, CostmapParameters::default())?;
+/// assert_eq!(costmap.cost(&Point::new(0.01, 2.5)), LETHAL_COST);
+/// assert_eq!(costmap.cost(&Point::new(0.2, 2.5)), INSCRIBED_COST); // the robot would touch the wall
+/// assert_eq!(costmap.cost(&Point::new(2.5, 2.5)), 0);
+/// # Ok::<(), nav::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Costmap {
     parameters: CostmapParameters,

@@ -1,8 +1,9 @@
 //! The exact Euclidean distance transform of a grid.
 //!
 //! Distances run from cell centre to cell centre, or to the nearest point of a cell, in half cells. They are squared
-//! integers, so nothing is rounded. Columns first, by two sweeps; then each row as the lower envelope of parabolas, in time
-//! linear in the number of cells. A cell is as near as the nearest of its centre and its two sides: three parabolas.
+//! integers, so nothing is rounded. Columns first, by two sweeps; then each row as the lower envelope of parabolas, in
+//! time linear in the number of cells. A cell is as near as the nearest of its centre and its two sides: three
+//! parabolas.
 //!
 //! Source: P. Felzenszwalb and D. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8,
 //! 2012.

@@ -5,16 +5,16 @@
 //! - [`Localization`] says where the robot is. It takes odometry and laser scans and keeps a cloud of guesses of the
 //!   pose, each weighed by how well the scans fit the map from there (adaptive Monte Carlo localization).
 //! - [`Navigator`] drives to a [`Goal`]. It takes scans and estimates of the pose, keeps a [`Costmap`] of what the map
-//!   and the lasers show, [plans](plan()) a path, follows it, stops for what is in the way, tries another way, and gives
-//!   up with a reason. What it is doing is its [`NavigationStatus`].
+//!   and the lasers show, [plans](plan()) a path, follows it, stops for what is in the way, tries another way, and
+//!   gives up with a reason. What it is doing is its [`NavigationStatus`].
 //!
 //! Nothing here knows whether a robot is simulated. Nothing reads a clock: times come with the readings, as
 //! [`Duration`](std::time::Duration) since the start of the run. Random numbers come from the one stream given to
 //! [`Localization::new`]; the same readings and the same stream give the same results on every machine of a target.
 //! Lengths are in metres, angles in radians, poses in the map's frame unless a name says otherwise.
 //!
-//! Distances on grids are exact. Those of localization run between cell centres, and a surface lies half a cell before the
-//! centre of the cell behind it; clearances run to the nearest point of an obstacle's cell.
+//! Distances on grids are exact. Those of localization run between cell centres, and a surface lies half a cell before
+//! the centre of the cell behind it; clearances run to the nearest point of an obstacle's cell.
 //!
 //! # A robot's loop
 //!
@@ -22,8 +22,9 @@
 //! use std::time::Duration;
 //!
 //! use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
-//! use nav::{Goal, InitialPose, Localization, LocalizationParameters, NavigationParameters, NavigationStatus,
-//! Navigator}; use robot::{LaserScan, Odometry, RobotModel, Streams};
+//! use nav::{Goal, InitialPose, Localization, LocalizationParameters};
+//! use nav::{NavigationParameters, NavigationStatus, Navigator};
+//! use robot::{LaserScan, Odometry, RobotModel, Streams};
 //!
 //! // An empty hall of 10 m × 10 m.
 //! let mut map = OccupancyGrid::new(200, 200, 0.05, pose(0.0, 0.0, 0.0));

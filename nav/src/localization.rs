@@ -135,6 +135,28 @@ impl InitialPose {
 /// right after all.
 ///
 /// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
+///
+/// ```
+/// use std::time::Duration;
+/// use maps::{Cell, OccupancyGrid, pose};
+/// use nav::{InitialPose, Localization, LocalizationParameters};
+/// use robot::{Odometry, RobotModel, Streams};
+///
+/// let map = OccupancyGrid::from_cells(100, 100, 0.05, pose(0.0, 0.0, 0.0), vec![Cell::Free; 10_000]);
+/// let start = InitialPose::at(pose(1.0, 2.0, 0.0));
+/// let rng = Streams::new(1).stream("localization");
+/// let mut localization =
+///     Localization::new(&map, &RobotModel::default(), LocalizationParameters::default(), &start, rng)?;
+///
+/// // The wheels say that the robot has driven half a metre; a scan would correct them.
+/// let odometry = |time_s, x_m| Odometry {
+///     time: Duration::from_secs(time_s), pose: pose(x_m, 0.0, 0.0), linear_mps: 0.5, angular_radps: 0.0,
+/// };
+/// localization.odometry(&odometry(0, 7.0));
+/// localization.odometry(&odometry(1, 7.5));
+/// assert!((localization.estimate().pose.translation.x - 1.5).abs() < 1e-9);
+/// # Ok::<(), nav::Error>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Localization {
     atlas: Arc<Atlas>,

@@ -37,6 +37,21 @@ impl LaserSpec {
 ///
 /// Ranges follow ROS REP-117: a distance in metres from the scanner, `+∞` where nothing was hit within range, `−∞`
 /// where something was nearer than the shortest range, NaN where the measurement failed.
+///
+/// ```
+/// use std::time::Duration;
+/// use maps::pose;
+/// use robot::{LaserScan, RobotModel};
+///
+/// // The front laser's first beam looks backwards to the right, and ends there after 2 m; the others meet nothing.
+/// let model = RobotModel::default();
+/// let mut ranges_m = vec![f32::INFINITY; model.lasers[0].beams];
+/// ranges_m[0] = 2.0;
+/// let scan = LaserScan { time: Duration::from_millis(100), laser: 0, ranges_m };
+/// let hits: Vec<_> = scan.hits(&model.lasers[scan.laser], &pose(1.0, 5.0, 0.0)).collect();
+/// assert_eq!(hits.len(), 1);
+/// assert!((hits[0].y - (5.0 - std::f64::consts::SQRT_2)).abs() < 1e-9);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaserScan {
     /// When the scan was taken.
@@ -48,7 +63,8 @@ pub struct LaserScan {
 }
 
 impl LaserScan {
-    /// Where beams of `laser`, which took the scan, ended on something, in the frame in which `robot` is the pose of the robot.
+    /// Where beams of `laser`, which took the scan, ended on something, in the frame in which `robot` is the pose of
+    /// the robot.
     pub fn hits<'a>(&'a self, laser: &'a LaserSpec, robot: &Pose) -> impl Iterator<Item = Point> + use<'a> {
         let at = robot * laser.mount;
         let ranges = self.ranges_m.iter().enumerate().filter(|(_, range)| range.is_finite());

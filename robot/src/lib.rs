@@ -52,6 +52,34 @@ impl Reading {
 }
 
 /// A robot: simulated, recorded or real.
+///
+/// ```
+/// use std::time::Duration;
+/// use maps::pose;
+/// use robot::{Odometry, Reading, Robot, RobotModel, VelocityCommand};
+///
+/// /// A base that is at once as fast as it is told to be, and senses nothing else.
+/// struct Base(RobotModel, Odometry);
+///
+/// impl Robot for Base {
+///     fn model(&self) -> &RobotModel {
+///         &self.0
+///     }
+///     fn read(&mut self, readings: &mut Vec<Reading>) {
+///         readings.push(Reading::Odometry(self.1));
+///     }
+///     fn drive(&mut self, VelocityCommand { linear_mps, angular_radps }: VelocityCommand) {
+///         self.1 = Odometry { linear_mps, angular_radps, ..self.1 };
+///     }
+/// }
+///
+/// let still = Odometry { time: Duration::ZERO, pose: pose(0.0, 0.0, 0.0), linear_mps: 0.0, angular_radps: 0.0 };
+/// let mut base = Base(RobotModel::default(), still);
+/// base.drive(VelocityCommand { linear_mps: 0.4, angular_radps: 0.0 });
+/// let mut readings = Vec::new();
+/// base.read(&mut readings);
+/// assert!(matches!(readings[0], Reading::Odometry(odometry) if odometry.linear_mps == 0.4));
+/// ```
 pub trait Robot {
     /// What the robot's software knows of the hardware.
     fn model(&self) -> &RobotModel;

@@ -7,6 +7,15 @@ use rand_chacha::ChaCha8Rng;
 ///
 /// Each consumer asks once for a stream of its own by name (`"sim/laser_front"`), so that adding a consumer, or
 /// drawing more numbers in one place, shifts no other stream.
+///
+/// ```
+/// use robot::{Streams, normal};
+///
+/// let streams = Streams::new(7);
+/// let noise = normal(&mut streams.stream("laser/front"));
+/// assert_eq!(noise, normal(&mut streams.stream("laser/front")));
+/// assert_ne!(noise, normal(&mut streams.stream("laser/back")));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Streams {
     seed: u64,

@@ -6,9 +6,9 @@
 //!
 //! Fields of a line are separated by spaces:
 //!
-//! - `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`: a scan of the front laser, the pose that
-//!   a SLAM program has found for the laser, and the robot's odometry. `RLASER` is the same for the rear laser. Fields
-//!   after these are passed over.
+//! - `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`: a scan of the front laser, the pose
+//!   that a SLAM program has found for the laser, and the robot's odometry. `RLASER` is the same for the rear laser.
+//!   Fields after these are passed over.
 //! - `ODOM x y theta tv rv accel time host logger_time`: odometry.
 //! - `PARAM name value …`: `robot_frontlaser_offset` and `robot_rearlaser_offset` are the lasers' places on the x axis,
 //!   `robot_front_laser_max` the range from which on nothing was hit.
@@ -45,6 +45,18 @@ pub use writer::LogWriter;
 const MOST_UNUSABLE: f64 = 0.5;
 
 /// What a robot has sensed, from a log.
+///
+/// ```
+/// use robot::recorded::Recording;
+///
+/// let log = "FLASER 3 1.0 2.0 1.5 0.0 0.0 0.0 0.5 0.0 0.0 10.0 host 10.0\n\
+///            FLASER 3 1.0 2.1 0.0 0.0 0.0 0.6 0.0 0.0 10.1 host 10.1\n\
+///            FLASER 3 1.0 2.2 1.5 0.0 0.0 0.0 0.7 0.0 0.0 10.2 host 10.2\n";
+/// let recording = Recording::read(log.as_bytes())?;
+/// assert_eq!(recording.records().len(), 2);
+/// assert_eq!(recording.complaints()[0].line, 2); // a number is missing
+/// # Ok::<(), robot::recorded::RecordingError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
     model: RobotModel,

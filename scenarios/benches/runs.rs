@@ -1,7 +1,7 @@
 //! Whole runs, in simulated seconds a second ("items"): one core, pictures off, every scan computed.
 //!
-//! `nominal` is the whole scenario, most of which the robot spends at the charging station; `driving` is its first 45 s,
-//! during which the robot is under way.
+//! `nominal` is the whole scenario, most of which the robot spends at the charging station; `driving` is its first 45
+//! s, during which the robot is under way.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -79,14 +79,15 @@ impl Type {
     }
 
     /// Whether a port of that other type may use an entry that a port of this type has named first. As in
-    /// BehaviorTree.CPP, they are of one type, or one is of any, or the entry is a text, which is read as the port's type.
+    /// BehaviorTree.CPP, they are of one type, or one is of any, or the entry is a text, which is read as the port's
+    /// type.
     #[must_use]
     pub fn agrees_with(&self, other: &Self) -> bool {
         matches!(self, Self::Any | Self::Text) || *other == Self::Any || self == other
     }
 
-    /// Whether a constant of this type, that a subtree is given, serves a port of that other type: a text serves any port,
-    /// and a number those of numbers, truth values and texts.
+    /// Whether a constant of this type, that a subtree is given, serves a port of that other type: a text serves any
+    /// port, and a number those of numbers, truth values and texts.
     pub(crate) fn is_read_as(&self, other: &Self) -> bool {
         let is_number = |of: &Self| matches!(of, Self::Bool | Self::Int { .. } | Self::Real);
         self.agrees_with(other) || (is_number(self) && (is_number(other) || *other == Self::Text))

@@ -7,8 +7,8 @@ use std::sync::Arc;
 
 /// What an entry of the blackboard holds.
 ///
-/// As in BehaviorTree.CPP, numbers are whole or real, and a truth value is the whole number 0 or 1. Two values are equal
-/// if they are of one kind and the same to the last bit.
+/// As in BehaviorTree.CPP, numbers are whole or real, and a truth value is the whole number 0 or 1. Two values are
+/// equal if they are of one kind and the same to the last bit.
 #[derive(Clone, Debug)]
 pub enum Value {
     /// A whole number.

@@ -17,8 +17,8 @@ use crate::semantics::Reading;
 use crate::shared::Shared;
 use crate::{Fault, Node, NodeId, Status, Tree};
 
-/// The blackboard of a tree whose nodes are processes: what the paper calls the shared variables of a composite process,
-/// kept by one more process, which does for a node whatever the node's ports and scripts say.
+/// The blackboard of a tree whose nodes are processes: what the paper calls the shared variables of a composite
+/// process, kept by one more process, which does for a node whatever the node's ports and scripts say.
 ///
 /// A node asks `[<question>, node, <how it stands>]` and waits for the answer; a leaf asks for what its ports read, and
 /// tells what they write. So the blackboard is a value like every

@@ -87,8 +87,8 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
-/// What has gone wrong in a tree that is the process `bt` of a system: in its last tick if it is one process, so far if its
-/// nodes are processes. Looking after every step of the system misses nothing.
+/// What has gone wrong in a tree that is the process `bt` of a system: in its last tick if it is one process, so far if
+/// its nodes are processes. Looking after every step of the system misses nothing.
 #[must_use]
 pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
     if let Some(process) = system.process::<TreeProcess>(bt) {

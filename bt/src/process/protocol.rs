@@ -25,8 +25,9 @@ pub fn request_domain(tree: &Tree, leaf: NodeId) -> Domain {
     Domain::new([Shape::new(std::iter::once(head("tick")).chain(traffic.input_fields())), Shape::new([head("halt")])])
 }
 
-/// What the process of a leaf answers: `[<running>, …]`, `[<success>, …]` or `[<failure>, …]` to a tick, `[<halted>, …]` to
-/// a halt, with what its ports write to the blackboard in alphabetical order (`<none>` for a port that is not written).
+/// What the process of a leaf answers: `[<running>, …]`, `[<success>, …]` or `[<failure>, …]` to a tick, `[<halted>,
+/// …]` to a halt, with what its ports write to the blackboard in alphabetical order (`<none>` for a port that is not
+/// written).
 #[must_use]
 pub fn reply_domain(tree: &Tree, leaf: NodeId) -> Domain {
     let head = ("reply".to_owned(), FieldKind::symbols(["running", "success", "failure", "halted"]));

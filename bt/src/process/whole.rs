@@ -15,10 +15,10 @@ use crate::{Call, Execution, Fault, NodeId, NodeState, PortError, Request, Step,
 
 /// A tree as one process.
 ///
-/// It waits for a tick, and then makes one leaf call after the other: it sends a request, waits for the answer, and goes
-/// on until the tick is over. It takes the next tick only then. Requests are numbered from 1 on, throughout the tree; a
-/// skill echoes the number of the request that it answers. A reply with another number, or one that does not answer the
-/// request, is received and dropped. A leaf that does not answer within [`LEAF_TIMEOUT`] (or what
+/// It waits for a tick, and then makes one leaf call after the other: it sends a request, waits for the answer, and
+/// goes on until the tick is over. It takes the next tick only then. Requests are numbered from 1 on, throughout the
+/// tree; a skill echoes the number of the request that it answers. A reply with another number, or one that does not
+/// answer the request, is received and dropped. A leaf that does not answer within [`LEAF_TIMEOUT`] (or what
 /// [`with_leaf_timeout`](Self::with_leaf_timeout) says) is not waited for any longer.
 ///
 /// ```

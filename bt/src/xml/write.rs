@@ -20,7 +20,9 @@ impl Tree {
     ///
     /// ```
     /// let tree = bt::Tree::from_xml("old.xml", r#"<root> <BehaviorTree ID="Wave">
-    ///     <SequenceStar> <Action ID="Raise" hand="left"/> <Delay delay_msec="500"> <Action ID="Lower"/> </Delay> </SequenceStar>
+    ///     <SequenceStar>
+    ///         <Action ID="Raise" hand="left"/> <Delay delay_msec="500"> <Action ID="Lower"/> </Delay>
+    ///     </SequenceStar>
     /// </BehaviorTree> </root>"#)?;
     /// assert_eq!(tree.to_xml(), r#"<?xml version="1.0" encoding="UTF-8"?>
     /// <root BTCPP_format="4" main_tree_to_execute="Wave">

@@ -32,8 +32,8 @@ impl fmt::Debug for Delivery {
 pub struct Precedence {
     /// What comes first: any of these.
     pub first: Vec<Delivery>,
-    /// What waits for it: all of these. Each such message waits for a `first` of its own: one that was received after the
-    /// `then` before.
+    /// What waits for it: all of these. Each such message waits for a `first` of its own: one that was received after
+    /// the `then` before.
     pub then: Vec<Delivery>,
 }
 
@@ -121,8 +121,8 @@ mod tests {
         Capacity, Domain, EventKind, FieldKind, GraphProcess, Message, ProgramGraph, Random, Shape, Topology, Value,
     };
 
-    /// What R receives of A, B and so on, each of which has so many numbers for it, in an order among their messages; by the
-    /// senders' names.
+    /// What R receives of A, B and so on, each of which has so many numbers for it, in an order among their messages;
+    /// by the senders' names.
     fn received<const N: usize>(
         seed: u64,
         counts: [i64; N],

@@ -33,7 +33,8 @@ impl Letter {
 /// A formula speaks of at most this many different events.
 pub(crate) const MAX_EVENTS: usize = 64;
 
-/// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events it satisfies.
+/// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events it
+/// satisfies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Symbol(pub(crate) u16);
 

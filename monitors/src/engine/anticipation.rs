@@ -7,8 +7,8 @@
 //! An endless path meets its obligations unless it puts one of them off for ever. An obligation that silence does not
 //! meet is one that can be put off: an `until` that goes on, a `next` that waits, a window in which no message passes.
 //! Each kind of them has to be *served* again and again, or to be gone. That is a generalised Büchi condition on the
-//! edges (as Gastin and Oddoux have it, CAV 2001): a node can win if a path leads to a strongly connected component whose edges
-//! serve everything, or to a node where nothing can be put off, so that silence will do.
+//! edges (as Gastin and Oddoux have it, CAV 2001): a node can win if a path leads to a strongly connected component
+//! whose edges serve everything, or to a node where nothing can be put off, so that silence will do.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -204,8 +204,8 @@ impl<'a> Anticipation<'a> {
 
     /// What is put off at a letter: what of its outcome can be, and is not served there.
     ///
-    /// An operator that goes on is served where it is gone. It can always go where it is met: whoever asks for it anew at
-    /// that state asks the same.
+    /// An operator that goes on is served where it is gone. It can always go where it is met: whoever asks for it anew
+    /// at that state asks the same.
     fn put_off(&mut self, owed: &Clause, letter: Letter) -> Result<u128, TooManyWays> {
         let mut bits = 0;
         for obligation in owed.iter().filter(|obligation| self.operators.met_by_silence(obligation) != self.meet) {

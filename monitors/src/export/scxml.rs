@@ -82,8 +82,8 @@ fn write_transition(
     text.push_str("</transition>\n");
 }
 
-/// What a label asks for: an event, conditions on it, and assignments of expressions to variables. Nothing for a label that
-/// sends: a monitor never does.
+/// What a label asks for: an event, conditions on it, and assignments of expressions to variables. Nothing for a label
+/// that sends: a monitor never does.
 type Labelled = (Option<String>, Vec<String>, Vec<(String, String)>);
 
 fn labelled(label: &Label, names: &[String], topology: &Topology) -> Option<Labelled> {

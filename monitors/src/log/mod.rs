@@ -1,8 +1,9 @@
 //! Recorded event logs: JSON Lines, one communication or tick a line, read as a stream.
 //!
-//! The first line describes the run, the others follow in the order in which things happened. `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel",
-//! "message":[{"sym":"ok"},83.2]}` is a message that was received, `{"step":9,"tick":67,"time_s":67.0,"generated":
-//! "tick"}` a tick. Lines of other kinds, which have neither `from`, `to` or `message` nor `generated`, are skipped.
+//! The first line describes the run, the others follow in the order in which things happened.
+//! `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel", "message":[{"sym":"ok"},83.2]}` is
+//! a message that was received, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` a tick. Lines of other kinds,
+//! which have neither `from`, `to` or `message` nor `generated`, are skipped.
 
 mod scan;
 

@@ -63,8 +63,8 @@ impl Record {
         self.witness = Some(Box::new(self.explain(None, told)));
     }
 
-    /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen. `rules` are the clauses beside a
-    /// machine that does not keep them apart.
+    /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen. `rules` are the clauses
+    /// beside a machine that does not keep them apart.
     pub(crate) fn follow(&mut self, told: &Told, run: &Run, rules: Option<&CompactRun>, verdict: Verdict) {
         let rules = match run {
             Run::Compact(run) => Some(run),

@@ -28,7 +28,8 @@ pub(crate) fn of_map(map: &OccupancyGrid) -> Vec<u8> {
     cells.iter().zip(squared).map(clearance).collect()
 }
 
-/// The clearance of a cell whose centre lies so far (in half cells, squared) from the nearest point of an obstacle's cell.
+/// The clearance of a cell whose centre lies so far (in half cells, squared) from the nearest point of an obstacle's
+/// cell.
 pub(crate) fn from_squared_half_cells(squared: u32) -> u8 {
     if squared == 0 {
         return OBSTACLE;

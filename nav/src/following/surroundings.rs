@@ -1,7 +1,7 @@
 //! What the lasers see right around the robot, for stopping in time.
 //!
-//! Taken from the latest scans alone, without the map, so that an error of the pose cannot hide an obstacle. What is not
-//! looked at is not free: the lasers are asked, too, whether they see where the robot would drive.
+//! Taken from the latest scans alone, without the map, so that an error of the pose cannot hide an obstacle. What is
+//! not looked at is not free: the lasers are asked, too, whether they see where the robot would drive.
 
 use std::time::Duration;
 
@@ -222,8 +222,8 @@ mod tests {
         surroundings
     }
 
-    /// A scan of the default model's laser of that number that sees something so far away in its beam 180, straight away
-    /// from the robot, and else nothing.
+    /// A scan of the default model's laser of that number that sees something so far away in its beam 180, straight
+    /// away from the robot, and else nothing.
     fn scan(laser: usize, second: u64, range_m: f32) -> LaserScan {
         let mut ranges_m = vec![f32::INFINITY; 360];
         ranges_m[180] = range_m;

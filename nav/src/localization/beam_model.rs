@@ -8,8 +8,8 @@
 //! It costs a ray a beam and particle, and so some thirty times as much as the likelihood field. Its gain is that it
 //! knows of walls between the robot and where a beam ends.
 //!
-//! The beams' likelihoods are multiplied, as probabilities are, and the product is tempered by `independent_beams`. Nav2's
-//! beam model adds the cubes of the likelihoods instead, as its likelihood field does.
+//! The beams' likelihoods are multiplied, as probabilities are, and the product is tempered by `independent_beams`.
+//! Nav2's beam model adds the cubes of the likelihoods instead, as its likelihood field does.
 //!
 //! Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, table 6.1.
 

@@ -2,8 +2,8 @@
 //!
 //! People, boxes and closed doors make beams shorter than the map says, never longer. So beams that go through walls of
 //! the map say that the robot is somewhere else, and a crowd does not: where nearly all beams are short, the map is
-//! hidden, and the scan speaks neither for the pose nor against it. It takes several looks in a row, some time apart, to
-//! say anything.
+//! hidden, and the scan speaks neither for the pose nor against it. It takes several looks in a row, some time apart,
+//! to say anything.
 
 use std::time::Duration;
 
@@ -27,13 +27,13 @@ const EXACT_SHARE: f64 = 0.05;
 /// The pose is contradicted if this share of the beams goes through walls.
 const MOST_THROUGH: f64 = 0.15;
 
-/// The map is hidden if fewer beams than this share end at its walls or behind them: from a pose that is but a little off,
-/// some are too long. If more than the other share end about where walls are, the scan fits.
+/// The map is hidden if fewer beams than this share end at its walls or behind them: from a pose that is but a little
+/// off, some are too long. If more than the other share end about where walls are, the scan fits.
 const FEWEST_AT_WALLS: f64 = 0.1;
 const MOST_AT_WALLS: f64 = 0.5;
 
-/// The scan can have been seen from there alone, whatever a crowd looks like, if this share of the beams ends exactly at
-/// walls.
+/// The scan can have been seen from there alone, whatever a crowd looks like, if this share of the beams ends exactly
+/// at walls.
 const MOST_EXACT: f64 = 0.85;
 
 /// Fewer beams say nothing.

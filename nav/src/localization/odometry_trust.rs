@@ -1,8 +1,8 @@
 //! How far off odometry is in truth, as a share of what the motion model allows for.
 //!
-//! The alphas are chosen for odometry that is bad, so that particles cover the truth wherever it may be. What is reported
-//! between two updates should say how bad it is: that shows in how far scans have moved the estimate away from where
-//! odometry had carried it.
+//! The alphas are chosen for odometry that is bad, so that particles cover the truth wherever it may be. What is
+//! reported between two updates should say how bad it is: that shows in how far scans have moved the estimate away from
+//! where odometry had carried it.
 //!
 //! Source: R. K. Mehra, "On the Identification of Variances and Adaptive Kalman Filtering", IEEE Transactions on
 //! Automatic Control 15(2), 1970: the covariance of the innovations tells that of the process.

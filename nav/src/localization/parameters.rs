@@ -49,8 +49,8 @@ pub struct LocalizationParameters {
     /// Weight of beams that end anywhere. Default 0.1 (Nav2: 0.5).
     pub z_rand: f64,
     /// Weight of beams that end before the obstacle that they should hit; for the beam model. Default 0.1 (Nav2: 0.05):
-    /// people and chairs are in the way of more beams than stray. (The weights of the beam model are those of Nav2's, but
-    /// Nav2 adds the cubes of the beams' likelihoods, where here they are multiplied.)
+    /// people and chairs are in the way of more beams than stray. (The weights of the beam model are those of Nav2's,
+    /// but Nav2 adds the cubes of the beams' likelihoods, where here they are multiplied.)
     pub z_short: f64,
     /// Weight of beams that hit nothing though they should; for the beam model. Default 0.05, as in Nav2.
     pub z_max: f64,
@@ -72,8 +72,8 @@ pub struct LocalizationParameters {
     pub laser_min_range: f64,
     /// How far behind the face of its cell a surface is hit, on average, in metres. Default 0: what a simulated robot
     /// drives about in are the map's cells themselves. A map made from scans has a wall in every cell in which beams
-    /// ended, wherever in the cell: half a cell's side is right for it. Nav2 has no such parameter: it measures from the
-    /// middles of cells, which comes to the same as half a cell.
+    /// ended, wherever in the cell: half a cell's side is right for it. Nav2 has no such parameter: it measures from
+    /// the middles of cells, which comes to the same as half a cell.
     pub surface_depth: f64,
     /// However many beams there are, they weigh no more than so many that are independent of one another: what is not
     /// on the map misleads many neighbouring beams at once. Default 60. Nav2 has no such parameter, and multiplies the

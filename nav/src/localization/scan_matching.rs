@@ -22,8 +22,8 @@ const OUTLIER_M: f64 = 0.1;
 /// Deviation of a beam's end from the surface, in metres: the map's cells and beams that depend on one another.
 const DEVIATION_M: f64 = 0.03;
 
-/// Beams never end nearer to surfaces than this, in metres, whatever they seem to do: where a cell's face lies is known no
-/// better.
+/// Beams never end nearer to surfaces than this, in metres, whatever they seem to do: where a cell's face lies is known
+/// no better.
 const LEAST_DEVIATION_M: f64 = 0.01;
 
 /// A match farther from the guess than this many of its deviations is another place.

@@ -86,8 +86,8 @@ impl Navigator {
         self.enter(trip, NavigationStatus::Failing, now);
     }
 
-    /// Whether there is no way on the map alone, whatever the lasers have seen. A robot that seems to stand in a wall may
-    /// stand elsewhere.
+    /// Whether there is no way on the map alone, whatever the lasers have seen. A robot that seems to stand in a wall
+    /// may stand elsewhere.
     fn is_hopeless(&self, trip: &Trip, now: &Now<'_>) -> bool {
         let mut unmarked = self.costmap.clone();
         unmarked.forget_marks();
@@ -276,8 +276,8 @@ impl Navigator {
         VelocityCommand::STOP
     }
 
-    /// Whether the only other way is so long that what is in the way of this one may well be gone sooner. The longer the
-    /// robot has waited, the longer a way it takes.
+    /// Whether the only other way is so long that what is in the way of this one may well be gone sooner. The longer
+    /// the robot has waited, the longer a way it takes.
     fn is_better_to_wait(&self, trip: &mut Trip, now: &Now<'_>) -> bool {
         if now.time < trip.next_plan {
             return true;

@@ -33,8 +33,8 @@ pub struct NavigationParameters {
     pub stalls: u32,
     /// How often the way may be blocked on one trip. Default 300: among people it is so every few seconds.
     pub blockages: u32,
-    /// How long a laser may be silent while driving before the robot is blind where only that one looks: it cannot go on
-    /// without one that looks ahead, nor back up without one that looks behind. Default 1 s: ten scans.
+    /// How long a laser may be silent while driving before the robot is blind where only that one looks: it cannot go
+    /// on without one that looks ahead, nor back up without one that looks behind. Default 1 s: ten scans.
     pub scan_patience: Duration,
     /// Plan anew if the robot is farther from its path than this, in metres. Default 0.5: it was pushed or driven away.
     pub off_path_m: f64,

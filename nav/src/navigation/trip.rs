@@ -40,8 +40,8 @@ pub(super) struct Trip {
     /// Where the robot last waited in vain, and how often it has in that place.
     waited_at: Option<Point>,
     waits_in_vain: u32,
-    /// The costmap's generation and the way left at the last look along the path, in metres, and what was seen: the way to
-    /// what blocks it.
+    /// The costmap's generation and the way left at the last look along the path, in metres, and what was seen: the way
+    /// to what blocks it.
     pub(super) looked: Option<(u64, f64)>,
     pub(super) blocked_m: Option<f64>,
 }

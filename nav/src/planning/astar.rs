@@ -4,10 +4,10 @@
 //! enters. Corners are not cut: a diagonal step needs both cells beside it.
 //!
 //! The search is `pathfinding`'s, which keeps what it knows of cells in a hash map and what is open in a binary heap.
-//! That is most of the 5 ms that a path across 1984 × 1984 cells takes, though steps that lead nowhere new are told by an
-//! array over the cells, before the hash map is asked. Costs and parents in arrays as well, and a queue of buckets, since
-//! costs are small integers, would make it 1.2 ms (measured, for the same path): worth an own search once plans are so
-//! frequent that it matters. They are not: the path is planned anew only when it is blocked.
+//! That is most of the 5 ms that a path across 1984 × 1984 cells takes, though steps that lead nowhere new are told by
+//! an array over the cells, before the hash map is asked. Costs and parents in arrays as well, and a queue of buckets,
+//! since costs are small integers, would make it 1.2 ms (measured, for the same path): worth an own search once plans
+//! are so frequent that it matters. They are not: the path is planned anew only when it is blocked.
 
 use super::standing::Ground;
 

@@ -14,8 +14,8 @@ const INSTEAD_M: f64 = 5.0;
 
 /// Where robots of one model can drive on a map, with nothing but the map in their way.
 ///
-/// It says of any start and goal what a [`Navigator`](crate::Navigator) would find, as long as it has seen nothing that is
-/// not on the map. Working it out takes a look at every cell; after that, a question costs next to nothing.
+/// It says of any start and goal what a [`Navigator`](crate::Navigator) would find, as long as it has seen nothing that
+/// is not on the map. Working it out takes a look at every cell; after that, a question costs next to nothing.
 ///
 /// ```
 /// use maps::Point;

@@ -10,7 +10,8 @@ use crate::unicycle::{Noise, Unicycle, towards};
 /// Way between two scans, in metres: as much as in logs that keep few.
 const BETWEEN_SCANS_M: f64 = 1.0;
 
-/// The office after a wall along each of two corridors has come down, with new furniture in the rooms, which look alike.
+/// The office after a wall along each of two corridors has come down, with new furniture in the rooms, which look
+/// alike.
 fn rebuilt_office() -> OccupancyGrid {
     let mut world = office();
     fill(&mut world, [3.5, 10.5, 13.5, 10.65], Cell::Free);

@@ -17,8 +17,8 @@ const AHEAD: usize = 6;
 /// A clock that leaps so far ahead, in seconds, was set: no log has a break of a day.
 const DAY_S: f64 = 86_400.0;
 
-/// The time of each line since the first, never earlier than that of the line before; `None` for odometry whose clock is
-/// so far off that it may belong elsewhere.
+/// The time of each line since the first, never earlier than that of the line before; `None` for odometry whose clock
+/// is so far off that it may belong elsewhere.
 pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option<Duration>> {
     let start_s = lines.first().map_or(0.0, |line| line.clock_s);
     let mut latest_s = start_s;

@@ -134,8 +134,8 @@ impl Lines {
         self
     }
 
-    /// The same without lines of odometry alone, if these are in another frame than the odometry of scans: some programs
-    /// that correct logs correct one of the two.
+    /// The same without lines of odometry alone, if these are in another frame than the odometry of scans: some
+    /// programs that correct logs correct one of the two.
     pub(super) fn in_one_frame(mut self, complaints: &mut Complaints) -> Self {
         let mut apart_m = Vec::new();
         let mut latest: Option<&Line> = None;
@@ -223,8 +223,8 @@ fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) ->
     })
 }
 
-/// Some programs add fields of their own. Where the host's name stands it can be told that these come last, and that none
-/// is too many before.
+/// Some programs add fields of their own. Where the host's name stands it can be told that these come last, and that
+/// none is too many before.
 fn has_fields(keyword: &'static str, fields: &[&str], expected: usize) -> Result<(), Flaw> {
     let found = fields.len();
     let is_in_place = || fields[expected - 2].parse::<f64>().is_err();

@@ -5,7 +5,8 @@ use super::lines::Lines;
 /// A reading nearer than this, in metres, is none.
 pub(super) const LEAST_M: f64 = 0.02;
 
-/// The range from which on nothing was hit, unless the log says better: that of the lasers that most logs were made with.
+/// The range from which on nothing was hit, unless the log says better: that of the lasers that most logs were made
+/// with.
 const USUAL_M: f64 = 80.0;
 
 /// The greatest range read is what the laser says when it hits nothing, if it is read at least so often, and in so many

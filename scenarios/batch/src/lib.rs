@@ -49,8 +49,8 @@ pub fn run<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync, progress
     results
 }
 
-/// Does the work of these places on so many threads, and hands the results to `take` in the order of the places, on this
-/// thread. `take` says whether to go on. Once `interrupted` is set no work begins, and what has begun is taken.
+/// Does the work of these places on so many threads, and hands the results to `take` in the order of the places, on
+/// this thread. `take` says whether to go on. Once `interrupted` is set no work begins, and what has begun is taken.
 ///
 /// Where the system gives fewer threads, these do it all; where it gives none, this one does.
 pub fn in_order<T: Send, E>(

@@ -177,8 +177,8 @@ fn is_far(from: &Point, to: &Point) -> bool {
     (to - from).norm() >= SHORTEST_TRIP_M
 }
 
-/// The first and the last in each row of a map, of places that are ordered by rows. Every corner of the places' convex hull
-/// is one of them, and so is the farthest from any place.
+/// The first and the last in each row of a map, of places that are ordered by rows. Every corner of the places' convex
+/// hull is one of them, and so is the farthest from any place.
 fn ends_of_rows(places: &[Point], map: &OccupancyGrid) -> Vec<Point> {
     let row = |place: &Point| map.to_grid(place).y.floor();
     let rows = places.chunk_by(|one, next| row(one) == row(next));

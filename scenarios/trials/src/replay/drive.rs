@@ -35,7 +35,8 @@ impl Drive {
         Ok(Self { sim: Simulation::new(config, map, start, start, streams)?, path, next: 0 })
     }
 
-    /// Lets one step pass; its readings are appended. Returns where the robot really is, nothing at the end of the path.
+    /// Lets one step pass; its readings are appended. Returns where the robot really is, nothing at the end of the
+    /// path.
     pub fn step(&mut self, readings: &mut Vec<Reading>) -> Option<Pose> {
         let at = self.sim.truth().pose();
         let is_near = |point: &Point| (point - Point::from(at.translation.vector)).norm() < AHEAD_M;

@@ -135,8 +135,8 @@ mod tests {
 
     use super::*;
 
-    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of a cell, of which it sees the one 1 m ahead and both
-    /// sides so far behind their faces.
+    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of a cell, of which it sees the one 1 m ahead and
+    /// both sides so far behind their faces.
     fn fit(depth_m: f32) -> Option<Fit> {
         let mut map = OccupancyGrid::new(40, 40, 0.05, pose(0.0, 0.0, 0.0));
         for index in (0..40).flat_map(|row| (0..40).map(move |column| CellIndex { column, row })) {

@@ -13,10 +13,11 @@ use robot::recorded::Recording;
 pub struct MappingParameters {
     /// Side of a cell, in metres. Default 0.05.
     pub resolution_m: f64,
-    /// Beams count up to this range, in metres: beyond, a slight turn of the pose moves their ends by cells. Default 20.
+    /// Beams count up to this range, in metres: beyond, a slight turn of the pose moves their ends by cells.
+    /// Default 20.
     pub range_max_m: f64,
-    /// A cell is an obstacle if at least this share of the beams that reached it ended there. Default 0.2: grazing beams
-    /// pass through the cells of a wall.
+    /// A cell is an obstacle if at least this share of the beams that reached it ended there. Default 0.2: grazing
+    /// beams pass through the cells of a wall.
     pub hit_share: f64,
 }
 
@@ -85,8 +86,8 @@ impl Count {
     }
 }
 
-/// How far a beam is followed, and whether there is an obstacle at its end. A beam that hit nothing, or may have failed,
-/// tells nothing: some materials swallow it.
+/// How far a beam is followed, and whether there is an obstacle at its end. A beam that hit nothing, or may have
+/// failed, tells nothing: some materials swallow it.
 fn reach(range_m: f64, range_max_m: f64) -> Option<(f64, bool)> {
     range_m.is_finite().then_some((range_m.min(range_max_m), range_m < range_max_m))
 }

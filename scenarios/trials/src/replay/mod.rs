@@ -1,8 +1,8 @@
 //! Localization on recorded robots: a log is played back through the robot interface, into the very same localization
 //! that scenarios use, and its estimates are held against the poses that a SLAM program has found.
 //!
-//! [`replay`] gives a [`Course`]: what was believed at each scan, and what is right. A [`Score`] says how good that was.
-//! [`mapping`] makes a map of a log, and [`fit`] says whether a map is of the place that a log is from.
+//! [`replay`] gives a [`Course`]: what was believed at each scan, and what is right. A [`Score`] says how good that
+//! was. [`mapping`] makes a map of a log, and [`fit`] says whether a map is of the place that a log is from.
 
 pub mod accuracy;
 pub mod drive;

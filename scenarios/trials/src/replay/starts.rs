@@ -22,7 +22,8 @@ pub struct Start {
     pub line: usize,
     /// Time since the log's start.
     pub time: Duration,
-    /// After how much way the estimate was right for good, in metres; none if it was not after [`WITHIN_M`] and 5 m more.
+    /// After how much way the estimate was right for good, in metres; none if it was not after [`WITHIN_M`] and 5 m
+    /// more.
     pub found_after_m: Option<f64>,
 }
 
