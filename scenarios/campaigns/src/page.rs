@@ -14,6 +14,7 @@ mod runs;
 mod survey;
 mod target;
 
+use drawing::scale::short;
 use reports::html::{document, escape, figure, text};
 
 use super::journal::{JournalReader, Layout, ParameterLayout};
@@ -21,7 +22,7 @@ use super::results::{Estimate, Summary};
 use super::statistics::{Confidence, Interval};
 use crate::Error;
 
-use axis::{Axis, short};
+use axis::Axis;
 use plot::written;
 use survey::{ParameterSurvey, Survey};
 

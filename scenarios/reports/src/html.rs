@@ -8,7 +8,6 @@
 //! how long to be, so that nothing overlaps with whatever fonts a reader has.
 
 mod activities;
-mod axis;
 mod chart;
 mod colors;
 mod evidence;

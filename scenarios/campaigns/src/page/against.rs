@@ -1,9 +1,11 @@
 //! A campaign's results against its model.
 
+use drawing::scale::Scale;
+
 use super::super::journal::{Layout, ModelLayout};
 use super::super::statistics::Count;
 use super::super::{Formula, RunRecord};
-use super::axis::{Extent, Scale, number};
+use super::axis::{Extent, number};
 use super::histogram::Histogram;
 use super::target::Target;
 

@@ -2,13 +2,14 @@
 
 use drawing::canvas::{Anchor, Paint, TextStyle};
 use drawing::path::Path;
+use drawing::scale::{Scale, short};
 use drawing::text::Font;
 use drawing::theme;
 use reports::html::{Drawing, Layout};
 
 use super::super::statistics::{Confidence, Count};
 use super::against::ModelSurvey;
-use super::axis::{Axis, Scale, short};
+use super::axis::Axis;
 use super::histogram::Histogram;
 use super::plot::{Plot, Size};
 

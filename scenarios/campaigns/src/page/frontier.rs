@@ -1,8 +1,8 @@
 //! The section that holds the results against the campaign's model.
 
+use drawing::scale::short;
 use reports::html::{escape, figure, text};
 
-use super::axis::short;
 use super::{Page, chart, charts, percent, section, title};
 
 impl Page<'_> {

@@ -1,6 +1,6 @@
 //! How numbers are distributed, in bins.
 
-use super::axis::Scale;
+use drawing::scale::Scale;
 
 /// How many of some numbers lie in each bin of an axis.
 #[derive(Clone, Debug)]

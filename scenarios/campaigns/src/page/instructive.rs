@@ -1,8 +1,9 @@
 //! The runs that are worth a look, and why.
 
+use drawing::scale::short;
+
 use super::super::statistics::Count;
 use super::super::{RunOutcome, RunRecord};
-use super::axis::short;
 use super::survey::{Pattern, Survey};
 
 /// So many runs are named.

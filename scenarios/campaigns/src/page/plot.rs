@@ -1,12 +1,13 @@
 //! What all charts of a report have in common: a frame with its axes.
 
 use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+use drawing::scale::{Scale, short};
 use drawing::text::Font;
 use drawing::{Area, Spot, theme};
 use reports::html::{Drawing, Layout, NARROW};
 
 use super::super::Value;
-use super::axis::{Axis, Scale, short};
+use super::axis::Axis;
 
 /// Width of a chart that has another beside it, and of one that has not, in pixels.
 const HALF: f64 = 500.0;

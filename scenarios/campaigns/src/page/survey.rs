@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use drawing::scale::Scale;
+
 use super::super::journal::{JournalReader, Layout};
 use super::super::statistics::Count;
 use super::super::{Measure, RunRecord};
 use super::against::ModelSurvey;
-use super::axis::{Axis, Extent, Scale, Taken};
+use super::axis::{Axis, Extent, Taken};
 use super::histogram::Histogram;
 use super::instructive::{Instructive, Selection};
 use super::target::Target;

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
 use drawing::text::Font;
+use drawing::time_axis::{Stretch, Tick, TimeAxis};
 use drawing::{Area, Spot, theme};
 use recording::RunView;
 
-use super::axis::{Piece, TimeAxis};
 use super::figure::{Drawing, Layout, NARROW};
 use super::words;
 use crate::timeline::Timeline;
@@ -60,7 +60,7 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
     let plot = Area::new(sizes.left, 0.0, sizes.width - sizes.left - 14.0, 0.0);
-    let axis = TimeAxis::new(timeline.end(), changes(timeline, &happenings), plot);
+    let axis = TimeAxis::around_changes(timeline.end(), changes(timeline, &happenings), plot);
     let mut chart = Chart { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0 };
     chart.draw(timeline, &happenings, &groups);
     let height = chart.y;
@@ -115,8 +115,8 @@ impl Chart {
     fn axis_labels(&mut self) {
         let style = TextStyle::new(self.sizes.small, theme::MUTED).anchored(Anchor::Middle);
         let y = self.y + self.sizes.small.line_height() / 2.0;
-        for (x, text) in self.axis.labels(self.sizes.label_room) {
-            self.centered((x, y), &text, style);
+        for Tick { x, label } in self.axis.ticks(self.sizes.label_room) {
+            self.centered((x, y), &label, style);
         }
         self.y += self.sizes.small.line_height() + 6.0;
     }
@@ -124,13 +124,13 @@ impl Chart {
     /// How long the stretches are that are drawn shorter than they are.
     fn shortened_labels(&mut self) {
         let style = TextStyle::new(self.sizes.small, theme::MUTED).anchored(Anchor::Middle);
-        let pieces: Vec<Piece> = self.axis.shortened().copied().collect();
-        for piece in &pieces {
-            let text = words::roughly(piece.to_s - piece.from_s);
+        let stretches: Vec<Stretch> = self.axis.shortened().copied().collect();
+        for stretch in &stretches {
+            let text = words::roughly(stretch.to_s - stretch.from_s);
             let y = self.y + self.sizes.small.line_height() / 2.0;
-            self.centered(((piece.left + piece.right) / 2.0, y), &text, style);
+            self.centered(((stretch.left + stretch.right) / 2.0, y), &text, style);
         }
-        if !pieces.is_empty() {
+        if !stretches.is_empty() {
             self.y += self.sizes.small.line_height() + 6.0;
         }
     }
@@ -146,13 +146,13 @@ impl Chart {
     fn grid(&self, canvas: &mut Canvas, height: f64) {
         let room = self.sizes.small.line_height() + 8.0;
         let (top, bottom) = (room, height - room);
-        for (x, _) in self.axis.labels(self.sizes.label_room) {
+        for Tick { x, .. } in self.axis.ticks(self.sizes.label_room) {
             canvas.line((x, top), (x, bottom), Paint::stroke(theme::RULE, 1.0));
         }
-        for piece in self.axis.shortened() {
-            let area = Area::new(piece.left, top, piece.right - piece.left, bottom - top);
+        for stretch in self.axis.shortened() {
+            let area = Area::new(stretch.left, top, stretch.right - stretch.left, bottom - top);
             canvas.rounded(area, 0.0, Paint::fill(theme::IDLE_LIGHT).fill_opacity(0.75));
-            for x in [piece.left, piece.right] {
+            for x in [stretch.left, stretch.right] {
                 canvas.line((x, top), (x, bottom), Paint::stroke(theme::IDLE, 1.2).dashed("2 5"));
             }
         }

@@ -116,7 +116,7 @@ pub(super) fn stages(activities: &[Activity]) -> String {
         );
         let distance = stage.distance_m();
         let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };
-        let from = super::axis::clock(stage.from.as_secs_f64(), end_s);
+        let from = drawing::time_axis::clock(stage.from.as_secs_f64(), end_s);
         row(&badge, &[from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
     };
     let mut lines: Vec<String> = activities.iter().map(line).collect();
