@@ -17,8 +17,31 @@ const PAUSE: Duration = Duration::from_secs(2);
 
 /// Writes an animated GIF of 960 × 540 pixels that repeats for ever, frame by frame as they come.
 ///
-/// Every frame after the first holds only what has changed, in colours that are the same for all frames; so the file stays
-/// small and no frame waits for another. The bytes depend on the frames and the delay alone.
+/// Every frame after the first holds only what has changed, in colours that are the same for all frames; so the file
+/// stays small and no frame waits for another. The bytes depend on the frames and the delay alone.
+///
+/// ```
+/// # use std::sync::Arc;
+/// # use drawing::{Battery, Frame, MapPicture, Scene};
+/// # let map = Arc::new(MapPicture::new(&maps::house::draw()));
+/// # let scene = Scene::new(map, maps::pose(0.0, 0.0, 0.0), 0.3);
+/// # let mut frame = Frame {
+/// #     scenario: "nominal".to_owned(), seed: 1, caption: String::new(), time: std::time::Duration::ZERO, tick: 0, scene,
+/// #     battery: Battery::default(), tree: Vec::new(), monitors: Vec::new(),
+/// # };
+/// use std::time::Duration;
+///
+/// use drawing::{GifWriter, Renderer};
+///
+/// let renderer = Renderer::new();
+/// let mut gif = GifWriter::new(Vec::new(), Duration::from_millis(100))?;
+/// for second in 0..2 {
+///     frame.time = Duration::from_secs(second);
+///     gif.push(&renderer, &frame)?;
+/// }
+/// assert!(gif.finish()?.starts_with(b"GIF89a"));
+/// # Ok::<(), drawing::DrawError>(())
+/// ```
 pub struct GifWriter<W: Write> {
     encoder: gif::Encoder<BufWriter<W>>,
     palette: Palette,
@@ -36,6 +59,8 @@ impl<W: Write> GifWriter<W> {
     pub fn new(writer: W, delay: Duration) -> Result<Self, DrawError> {
         let palette = Palette::new();
         let (width, height) = ANIMATION_SIZE_PX;
+        // One palette for all frames: with one per frame, a pixel that keeps its colour could change its number, and
+        // every frame would carry 768 more bytes.
         let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &palette.bytes())?;
         encoder.set_repeat(gif::Repeat::Infinite)?;
         Ok(Self { encoder, palette, shown: Vec::new(), delay: hundredths(delay) })
@@ -44,7 +69,7 @@ impl<W: Write> GifWriter<W> {
     /// Adds a frame.
     ///
     /// # Errors
-    /// If the writer fails.
+    /// [`DrawError::Write`] if the writer fails.
     pub fn push(&mut self, renderer: &Renderer, frame: &Frame) -> Result<(), DrawError> {
         let (width, _) = ANIMATION_SIZE_PX;
         let scale = f32::from(width) / Page::Animation.size_px().0 as f32;
@@ -62,6 +87,8 @@ impl<W: Write> GifWriter<W> {
     /// If the writer fails.
     pub fn finish(mut self) -> Result<W, DrawError> {
         if !self.shown.is_empty() {
+            // A frame is written before it is known to be the last, so the pause is a frame of its own, one pixel
+            // large.
             self.delay = hundredths(PAUSE);
             let shown = std::mem::take(&mut self.shown);
             self.shown.clone_from(&shown);
@@ -73,7 +100,7 @@ impl<W: Write> GifWriter<W> {
 
     /// Writes what has changed.
     fn write(&mut self, next: &[u8]) -> Result<(), DrawError> {
-        let part = Part::changed(&self.shown, next, usize::from(ANIMATION_SIZE_PX.0));
+        let part = ChangedPart::between(&self.shown, next, usize::from(ANIMATION_SIZE_PX.0));
         let frame = gif::Frame {
             delay: self.delay,
             dispose: gif::DisposalMethod::Keep,
@@ -96,7 +123,7 @@ fn hundredths(duration: Duration) -> u16 {
 
 /// The smallest rectangle that holds everything that has changed; pixels in it that have not are [`UNCHANGED`].
 #[derive(Clone, Debug, PartialEq, Eq)]
-struct Part {
+struct ChangedPart {
     left: usize,
     top: usize,
     width: usize,
@@ -104,10 +131,10 @@ struct Part {
     pixels: Vec<u8>,
 }
 
-impl Part {
-    /// What differs between two pictures of that width. All of the next one if there is no picture before it; one unchanged
-    /// pixel if they are equal.
-    fn changed(before: &[u8], next: &[u8], width: usize) -> Self {
+impl ChangedPart {
+    /// What differs between two pictures of that width. All of the next one if there is no picture before it; one
+    /// unchanged pixel if they are equal.
+    fn between(before: &[u8], next: &[u8], width: usize) -> Self {
         if before.len() != next.len() {
             return Self { left: 0, top: 0, width, height: next.len() / width, pixels: next.to_vec() };
         }
@@ -139,12 +166,12 @@ mod tests {
         let before = [1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3];
         let mut next = before;
         (next[5], next[11]) = (7, 8);
-        let part = Part::changed(&before, &next, 4);
+        let part = ChangedPart::between(&before, &next, 4);
         let pixels = vec![7, UNCHANGED, UNCHANGED, UNCHANGED, UNCHANGED, 8];
-        assert_eq!(part, Part { left: 1, top: 1, width: 3, height: 2, pixels });
-        let same = Part::changed(&before, &before, 4);
+        assert_eq!(part, ChangedPart { left: 1, top: 1, width: 3, height: 2, pixels });
+        let same = ChangedPart::between(&before, &before, 4);
         assert_eq!((same.width, same.height, same.pixels), (1, 1, vec![UNCHANGED]));
-        assert_eq!(Part::changed(&[], &before, 4).pixels, before);
+        assert_eq!(ChangedPart::between(&[], &before, 4).pixels, before);
     }
 
     #[test]

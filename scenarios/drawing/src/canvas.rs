@@ -101,7 +101,21 @@ enum Letters {
     Browser,
 }
 
-/// The elements of a picture so far, in drawing order.
+/// The elements of a picture so far, in drawing order. Positions are in pixels, x to the right and y downwards.
+///
+/// ```
+/// use drawing::canvas::{Anchor, Canvas, Paint, TextStyle};
+/// use drawing::text::Font;
+/// use drawing::theme;
+///
+/// let mut canvas = Canvas::new();
+/// canvas.line((10.0, 20.0), (90.0, 20.0), Paint::stroke(theme::RULE, 1.5).dashed("4 3"));
+/// canvas.circle((50.0, 20.0), 6.0, Paint::fill(theme::PAPER).outlined(theme::INK, 2.0));
+/// let style = TextStyle::new(Font::regular(12.0), theme::MUTED).anchored(Anchor::Middle);
+/// canvas.text((50.0, 44.0), "goal", style);
+/// let svg = canvas.finish(100.0, 50.0);
+/// assert!(svg.starts_with("<svg") && svg.contains(">goal</text>"));
+/// ```
 #[derive(Debug, Default)]
 pub struct Canvas {
     elements: String,

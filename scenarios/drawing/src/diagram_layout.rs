@@ -1,12 +1,12 @@
 //! Where the locations and transitions of a state machine are drawn.
 //!
-//! Locations stand in one row. A transition to the next location is a straight arrow with its label above; one that skips
-//! locations runs above the row, one that goes back runs below it, a loop sits on top of its location. Transitions between
-//! the same two locations share an arrow, their labels one below the other. Arrows above and below run in tracks: one that
-//! encloses another runs further out, so that no two labels ever meet.
+//! Locations stand in one row. A transition to the next location is a straight arrow with its label above; one that
+//! skips locations runs above the row, one that goes back runs below it, a loop sits on top of its location.
+//! Transitions between the same two locations share an arrow, their labels one below the other. Arrows above and below
+//! run in tracks: one that encloses another runs further out, so that no two labels ever meet.
 //!
-//! A general graph layout would give shorter arrows, but its labels cross arrows as soon as a monitor has more than a few
-//! locations. In a row, whether two labels can meet is a question of intervals, which the tracks answer exactly.
+//! A general graph layout would give shorter arrows, but its labels cross arrows as soon as a monitor has more than a
+//! few locations. In a row, whether two labels can meet is a question of intervals, which the tracks answer exactly.
 
 use super::diagram_arrows::{Bundle, Measures, PlacedEdge, bundles, stacked};
 use super::diagram_order::in_row;
@@ -14,9 +14,9 @@ use super::diagram_tracks::{Arc, Side, Tracks};
 use super::frame::Diagram;
 use super::geometry::Area;
 
-/// Scales and longest labels (pixels at scale 1) to try, the most pleasant first. Wrapping a label costs a line of height,
-/// a smaller font costs everybody's eyes: so labels are wrapped once before anything shrinks, and shrink by small steps
-/// before they are wrapped again.
+/// Scales and longest labels (pixels at scale 1) to try, the most pleasant first. Wrapping a label costs a line of
+/// height, a smaller font costs everybody's eyes: so labels are wrapped once before anything shrinks, and shrink by
+/// small steps before they are wrapped again.
 const ATTEMPTS: [(f64, f64); 11] = [
     (1.0, 150.0),
     (1.0, 105.0),
@@ -56,8 +56,8 @@ pub struct PlacedLocation {
 }
 
 impl DiagramLayout {
-    /// Lays out a state machine in at most `width` pixels. Labels are wrapped, then everything is made smaller down to three
-    /// quarters, then labels are shortened and finally left out.
+    /// Lays out a state machine in at most `width` pixels. Labels are wrapped, then everything is made smaller down to
+    /// three quarters, then labels are shortened and finally left out.
     #[must_use]
     pub fn new(diagram: &Diagram, width: f64) -> Self {
         let order = &in_row(diagram);

@@ -2,9 +2,9 @@
 
 use super::frame::Diagram;
 
-/// All locations, in the order in which they stand in the row: breadth first from the initial one, or depth first where fewer
-/// arrows cross so. Breadth first keeps alternatives together, depth first keeps chains together; trying both is enough for
-/// the machines of monitors, where the best order of all is too expensive (finding it is NP-hard).
+/// All locations, in the order in which they stand in the row: breadth first from the initial one, or depth first where
+/// fewer arrows cross so. Breadth first keeps alternatives together, depth first keeps chains together; trying both is
+/// enough for the machines of monitors, where the best order of all is too expensive (finding it is NP-hard).
 pub(super) fn in_row(diagram: &Diagram) -> Vec<usize> {
     let (broad, deep) = (breadth_first(diagram), depth_first(diagram));
     if crossings(diagram, &deep) < crossings(diagram, &broad) { deep } else { broad }
@@ -35,8 +35,8 @@ fn breadth_first(diagram: &Diagram) -> Vec<usize> {
     order
 }
 
-/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met all,
-/// then those it never meets.
+/// The locations in the order in which a walk from the initial one meets them that turns back only where it has met
+/// all, then those it never meets.
 fn depth_first(diagram: &Diagram) -> Vec<usize> {
     let count = diagram.locations.len();
     let mut order: Vec<usize> = Vec::with_capacity(count);
@@ -62,8 +62,8 @@ fn crossings(diagram: &Diagram, order: &[usize]) -> usize {
     let mut arrows: Vec<(usize, usize)> = ends.filter(|(from, to)| *to != from + 1 && from != to).collect();
     arrows.sort_unstable();
     arrows.dedup();
-    // Two arrows on the same side cross if each has exactly one end between those of the other. Of every such pair only the
-    // one that begins further left is asked, so that it counts once.
+    // Two arrows on the same side cross if each has exactly one end between those of the other. Of every such pair only
+    // the one that begins further left is asked, so that it counts once.
     let cross = |a: &(usize, usize), b: &(usize, usize)| {
         let [a, b] = [a, b].map(|(from, to)| (from.min(to), from.max(to)));
         a.0 < b.0 && b.0 < a.1 && a.1 < b.1

@@ -1,8 +1,8 @@
 //! Arrows that run above or below a row of locations.
 //!
-//! Every arrow gets a track (how far out it runs), then its two ports (where it leaves and enters the row), then its label's
-//! place along it. Each step only looks at the one before, and the tracks are made so wide that the later steps always
-//! find room: labels never meet, whatever the diagram.
+//! Every arrow gets a track (how far out it runs), then its two ports (where it leaves and enters the row), then its
+//! label's place along it. Each step only looks at the one before, and the tracks are made so wide that the later steps
+//! always find room: labels never meet, whatever the diagram.
 
 use super::diagram_arrows::{Bundle, Measures, PlacedEdge, stacked};
 use super::geometry::Spot;
@@ -125,8 +125,8 @@ impl<'a> Tracks<'a> {
         self.measures.rise + most as f64 * self.measures.font.line_height() + 2.0
     }
 
-    /// Shorter arrows first; one that meets others runs outside of them all. As `arcs` is sorted by length, whatever an arrow
-    /// can enclose has its track already: one pass is enough.
+    /// Shorter arrows first; one that meets others runs outside of them all. As `arcs` is sorted by length, whatever an
+    /// arrow can enclose has its track already: one pass is enough.
     fn assign_tracks(&mut self, side: Side) {
         for i in 0..self.arcs.len() {
             if self.arcs[i].side == side {
@@ -136,8 +136,8 @@ impl<'a> Tracks<'a> {
         }
     }
 
-    /// Whether two arrows cannot share a track: they run over the same stretch of the row, or the label of one reaches into
-    /// the other.
+    /// Whether two arrows cannot share a track: they run over the same stretch of the row, or the label of one reaches
+    /// into the other.
     fn meet(&self, a: &Arc, b: &Arc) -> bool {
         let overlap = |a: (f64, f64), b: (f64, f64)| a.0 < b.1 && b.0 < a.1;
         let same_stretch = a.span().0 < b.span().1 && b.span().0 < a.span().1;
@@ -154,8 +154,8 @@ impl<'a> Tracks<'a> {
         (self.middles[arc.span().0], self.middles[arc.span().1])
     }
 
-    /// From where to where the label of an arrow can reach, if it is longer than the arrow. Ports and shifts of the label
-    /// are not known yet, so this is the furthest that they can take it.
+    /// From where to where the label of an arrow can reach, if it is longer than the arrow. Ports and shifts of the
+    /// label are not known yet, so this is the furthest that they can take it.
     fn label_reach(&self, arc: &Arc) -> Option<(f64, f64)> {
         let (low, high) = self.line_reach(arc);
         let shift = 0.4 * (self.halves[arc.span().0] + self.halves[arc.span().1]);
@@ -163,9 +163,9 @@ impl<'a> Tracks<'a> {
         (2.0 * half > high - low).then_some(((low + high) / 2.0 - half, (low + high) / 2.0 + half))
     }
 
-    /// Where arrows leave and enter each location: side by side, in the order in which they don't cross. From left to right
-    /// these are the arrows that come from the left, the innermost first; the two ends of the loop; the arrows that go to
-    /// the right, the outermost first. So each arrow encloses those further in, at both of its ends.
+    /// Where arrows leave and enter each location: side by side, in the order in which they don't cross. From left to
+    /// right these are the arrows that come from the left, the innermost first; the two ends of the loop; the arrows
+    /// that go to the right, the outermost first. So each arrow encloses those further in, at both of its ends.
     fn assign_ports(&mut self, side: Side) {
         for place in 0..self.middles.len() {
             // From the left, loop, to the right; then the order among those.

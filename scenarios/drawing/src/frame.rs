@@ -34,6 +34,23 @@ pub struct Frame {
 }
 
 /// The map and everything on it.
+///
+/// ```
+/// use std::sync::Arc;
+///
+/// use drawing::canvas::Canvas;
+/// use drawing::{Area, FaultMark, MapPicture, Scene, map_panel};
+/// use maps::{Point, pose};
+///
+/// let map = Arc::new(MapPicture::new(&maps::house::draw()));
+/// let mut scene = Scene::new(map, pose(1.0, 0.5, 0.0), 0.3);
+/// scene.trail = vec![Point::new(0.0, 0.0), Point::new(1.0, 0.5)];
+/// scene.faults.push(FaultMark { position: Point::new(0.5, 0.2), label: "wheel slips".to_owned() });
+///
+/// let mut canvas = Canvas::new();
+/// map_panel::draw(&mut canvas, Area::new(0.0, 0.0, 800.0, 600.0), &scene);
+/// assert!(canvas.finish(800.0, 600.0).contains("wheel slips"));
+/// ```
 #[derive(Clone, Debug)]
 pub struct Scene {
     /// The map, prepared once per run.
@@ -165,8 +182,8 @@ pub struct Threshold {
 pub struct TreeNode {
     /// Index of the parent in [`Frame::tree`], smaller than the node's own; `None` for the root.
     pub parent: Option<usize>,
-    /// What stands in the node: the name of a leaf; the symbol of an inner node (`→` sequence, `?` fallback, `⇉` parallel)
-    /// or the name of a decorator.
+    /// What stands in the node: the name of a leaf; the symbol of an inner node (`→` sequence, `?` fallback, `⇉`
+    /// parallel) or the name of a decorator.
     pub label: String,
     /// What the node last answered.
     pub status: NodeStatus,

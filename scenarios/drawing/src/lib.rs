@@ -1,8 +1,9 @@
 //! Pictures of a run: snapshots and animations that a person who has never seen the project understands.
 //!
-//! A [`Frame`] is plain data about one moment: the map with everything on it, the battery, the behavior tree, the monitors.
-//! There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that same picture into a PNG with fonts that
-//! are compiled in, so that the bytes are the same on every machine; a [`GifWriter`] does so frame by frame.
+//! A [`Frame`] is plain data about one moment: the map with everything on it, the battery, the behavior tree, the
+//! monitors. There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that same picture into a PNG
+//! with fonts that are compiled in, so that the bytes are the same on every machine; a [`GifWriter`] does so frame by
+//! frame.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -11,7 +12,8 @@
 //! use drawing::{Battery, Frame, MapPicture, Renderer, Scene, svg};
 //!
 //! let map = Arc::new(MapPicture::new(&maps::house::draw())); // once per run
-//! let scene = Scene { laser_hits: vec![maps::Point::new(1.0, 2.0)], ..Scene::new(map, maps::pose(0.0, 0.0, 1.57), 0.3) };
+//! let mut scene = Scene::new(map, maps::pose(0.0, 0.0, 1.57), 0.3);
+//! scene.laser_hits.push(maps::Point::new(1.0, 2.0));
 //! let frame = Frame {
 //!     scenario: "nominal".to_owned(),
 //!     seed: 1,
@@ -27,13 +29,13 @@
 //! assert!(png.starts_with(b"\x89PNG"));
 //! ```
 //!
-//! Text is measured with the fonts that draw it ([`TreeLayout`] and [`DiagramLayout`] say where labels come to stand), so
-//! that nothing overlaps and nothing is cut: names that are too long end in an ellipsis, large trees become small, and of
-//! many monitors the last ones are reduced to their locations, then to their verdicts, then counted. What a colour says, a
-//! sign or a word says too.
+//! Text is measured with the fonts that draw it ([`TreeLayout`] and [`DiagramLayout`] say where labels come to stand),
+//! so that nothing overlaps and nothing is cut: names that are too long end in an ellipsis, large trees become small,
+//! and of many monitors the last ones are reduced to their locations, then to their verdicts, then counted. What a
+//! colour says, a sign or a word says too.
 //!
-//! What may not happen here: reading a clock, drawing random numbers, asking the system for a font, calling a function whose
-//! last bit depends on the machine. The module `path` says how shapes get by without the latter.
+//! What may not happen here: reading a clock, drawing random numbers, asking the system for a font, calling a function
+//! whose last bit depends on the machine. The module `path` says how shapes get by without the latter.
 
 mod animation;
 mod battery_panel;
@@ -42,6 +44,7 @@ mod context;
 mod diagram_arrows;
 mod diagram_layout;
 mod diagram_order;
+mod diagram_picture;
 mod diagram_tracks;
 mod error;
 mod font;
@@ -49,7 +52,6 @@ mod frame;
 mod geometry;
 pub mod icons;
 pub mod labels;
-mod machine;
 pub mod map_panel;
 pub mod map_picture;
 mod monitor_panel;
@@ -79,15 +81,15 @@ pub use animation::{ANIMATION_SIZE_PX, GifWriter};
 pub use context::{Context, Level, draw_context};
 pub use diagram_arrows::{PlacedEdge, PlacedLabel};
 pub use diagram_layout::{DiagramLayout, PlacedLocation};
+pub use diagram_picture::diagram_svg;
 pub use error::DrawError;
 pub use frame::{
     Battery, Body, BodyShape, Destination, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Scene, Threshold,
     Transition, TreeNode, Verdict,
 };
 pub use geometry::{Area, Spot};
-pub use machine::diagram_svg;
 pub use map_picture::MapPicture;
-pub use monitor_panel::draw_machine;
+pub use monitor_panel::draw_diagram;
 pub use page::Page;
 pub use render::Renderer;
 pub use scale::Scale;

@@ -31,8 +31,8 @@ pub fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
     legend(canvas, foot, right_of_bar);
 }
 
-/// What must be in the picture: what is known of the map, and the places of the run. Things that move don't count, so that
-/// all pictures of a run show the same section.
+/// What must be in the picture: what is known of the map, and the places of the run. Things that move don't count, so
+/// that all pictures of a run show the same section.
 pub fn bounds(scene: &Scene) -> Bounds {
     let poses = scene.start.iter().chain(&scene.station).map(|pose| Point::from(pose.translation.vector));
     let corners = scene.destination.iter().flat_map(|destination| destination.corners.iter().copied());

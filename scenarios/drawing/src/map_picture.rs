@@ -22,11 +22,12 @@ const MARGIN_M: f64 = 0.6;
 
 /// A map made ready for drawing: the outlines of its floor and of its walls, cut to the part that is known.
 ///
-/// Make it once per run and share it; it holds no more than a few hundred kilobytes even for a large and noisy map. Maps
-/// that are finer than the picture are drawn in blocks of several cells, occupied if one of them is.
+/// Make it once per run and share it; it holds no more than a few hundred kilobytes even for a large and noisy map.
+/// Maps that are finer than the picture are drawn in blocks of several cells, occupied if one of them is.
 #[derive(Clone, Debug)]
 pub struct MapPicture {
-    /// Takes blocks' coordinates to the `map` frame: where block (0, 0) begins, and the steps to the next column and row.
+    /// Takes blocks' coordinates to the `map` frame: where block (0, 0) begins, and the steps to the next column and
+    /// row.
     corner: Point,
     column_step: nalgebra::Vector2<f64>,
     row_step: nalgebra::Vector2<f64>,
@@ -130,7 +131,8 @@ impl Window {
         Self { column: low.0, row: low.1, columns: high.0 - low.0 + 1, rows: high.1 - low.1 + 1 }
     }
 
-    /// The window in square blocks of cells, row by row. A block is occupied if one of its cells is, else free if one is.
+    /// The window in square blocks of cells, row by row. A block is occupied if one of its cells is, else free if one
+    /// is.
     fn blocks(&self, grid: &OccupancyGrid, cells_per_block: usize) -> Vec<Cell> {
         let block = |column: usize, row: usize| {
             let cells = (0..cells_per_block * cells_per_block).filter_map(|i| {

@@ -74,7 +74,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
         draw_head(canvas, Area { y, height: HEAD, ..room }, monitor);
         let body = Area { y: y + HEAD, height: detail.height() - HEAD, ..room };
         match detail {
-            Detail::Machine(layout) => draw_machine(canvas, body, layout, &monitor.diagram),
+            Detail::Machine(layout) => draw_diagram(canvas, body, layout, &monitor.diagram),
             Detail::Chips => draw_chips(canvas, body, &monitor.diagram),
             Detail::Head => {}
         }
@@ -87,8 +87,8 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
     }
 }
 
-/// How each monitor is drawn, and how many don't fit at all. As long as room is short, the last one still drawn in full is
-/// drawn as chips; then the last ones show only their verdict; then they are left out.
+/// How each monitor is drawn, and how many don't fit at all. As long as room is short, the last one still drawn in full
+/// is drawn as chips; then the last ones show only their verdict; then they are left out.
 fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
     let mut details: Vec<Detail> =
         monitors.iter().map(|monitor| Detail::Machine(DiagramLayout::new(&monitor.diagram, room.width))).collect();
@@ -136,7 +136,7 @@ fn location_colors(diagram: &Diagram, i: usize) -> (Color, Color, Color) {
 }
 
 /// Draws a state machine into `area`, where `layout` fits.
-pub fn draw_machine(canvas: &mut Canvas, area: Area, layout: &DiagramLayout, diagram: &Diagram) {
+pub fn draw_diagram(canvas: &mut Canvas, area: Area, layout: &DiagramLayout, diagram: &Diagram) {
     let (dx, dy) = (area.x + (area.width - layout.width).max(0.0) / 2.0, area.y);
     let font = Font::regular(layout.font_px);
     if let Some(initial) = layout.locations.get(diagram.initial) {

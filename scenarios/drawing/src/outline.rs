@@ -31,6 +31,8 @@ impl Mask {
         self.swept(radius, |window| window.iter().any(|&set| set))
     }
 
+    /// Applies a rule to the square around each cell: to its rows, then to the columns of the result. Both rules, all
+    /// and any, say the same of a square as of its rows' answers.
     fn swept(&self, radius: usize, rule: impl Fn(&[bool]) -> bool) -> Self {
         let along_rows = self.swept_rows(radius, &rule);
         along_rows.transposed().swept_rows(radius, &rule).transposed()
@@ -52,8 +54,8 @@ impl Mask {
         Self { width: self.height, height: self.width, cells }
     }
 
-    /// The edges between set and other cells as closed lines, to be filled by the even–odd rule: SVG path data whose unit
-    /// is a cell, x along the columns and y along the rows.
+    /// The edges between set and other cells as closed lines, to be filled by the even–odd rule: SVG path data whose
+    /// unit is a cell, x along the columns and y along the rows.
     pub(super) fn outline(&self) -> String {
         let mut edges = Edges::of(self);
         let mut data = String::new();
@@ -64,8 +66,8 @@ impl Mask {
     }
 }
 
-/// The edges that have not been drawn yet. Every corner has an even number of them, so that a walk along edges that have
-/// not been drawn can only end where it began.
+/// The edges that have not been drawn yet. Every corner has an even number of them, so that a walk along edges that
+/// have not been drawn can only end where it began.
 struct Edges {
     /// Corners per row: one more than cells.
     stride: usize,
@@ -116,7 +118,8 @@ impl Edges {
         data.push('z');
     }
 
-    /// Follows edges to the right or else to the left as far as the line goes straight and nothing else can be done.
+    /// Follows edges to the right or else to the left, up to the first corner where it can turn: so the line turns at
+    /// corners where two cells touch diagonally instead of crossing itself.
     fn run_horizontally(&mut self, from: usize) -> usize {
         let mut corner = from;
         if self.right[corner] {

@@ -67,8 +67,8 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     canvas.finish(width, height)
 }
 
-/// Divides the right column: the battery has a fixed share; tree and monitors get what they ask for, and if that is too much,
-/// the tree is squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
+/// Divides the right column: the battery has a fixed share; tree and monitors get what they ask for, and if that is too
+/// much, the tree is squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
 fn column(frame: &Frame, area: Area) -> [Area; 3] {
     let battery = (area.height * 0.2).clamp(120.0, 166.0);
     let room = area.height - battery - 2.0 * GAP;

@@ -1,7 +1,8 @@
 //! The outlines of shapes.
 //!
-//! Circles and rounded corners are quadratic curves, and whatever is turned has its corners computed here: the renderer would
-//! compute arcs, rotations and the outlines of cubic curves with functions whose last bit differs between machines.
+//! Circles and rounded corners are quadratic curves, and whatever is turned has its corners computed here: the renderer
+//! would compute arcs, rotations and the outlines of cubic curves with functions whose last bit differs between
+//! machines.
 
 use super::geometry::{Area, Spot};
 
@@ -70,6 +71,8 @@ impl Path {
     pub fn circle(center: Spot, radius: f64) -> Self {
         const DIAGONAL: f64 = std::f64::consts::FRAC_1_SQRT_2;
         const CONTROL: f64 = std::f64::consts::SQRT_2 - 1.0;
+        // An eighth of a circle as a quadratic curve: its control point is where the tangents at its two ends meet, (1,
+        // tan 22.5°).
         const ON: [Spot; 8] = [
             (1.0, 0.0),
             (DIAGONAL, DIAGONAL),
@@ -118,8 +121,8 @@ impl Path {
             .close()
     }
 
-    /// Rounds the right angle at `corner`, from where the pen is to `to`, which are equally far from it: two eighths of a
-    /// circle.
+    /// Rounds the right angle at `corner`, from where the pen is to `to`, which are equally far from it: two eighths of
+    /// a circle.
     pub fn corner(self, corner: Spot, to: Spot) -> Self {
         const CUT: f64 = std::f64::consts::SQRT_2 - 1.0;
         const MIDDLE: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;

@@ -12,6 +12,23 @@ use super::geometry::Area;
 /// Turns SVG pictures into pixels, with the embedded fonts only: the same bytes on every machine.
 ///
 /// Making one reads the fonts; keep it.
+///
+/// ```
+/// use drawing::canvas::{Canvas, Paint, TextStyle};
+/// use drawing::text::Font;
+/// use drawing::{Area, Renderer, theme};
+///
+/// let mut canvas = Canvas::new();
+/// canvas.rounded(Area::new(4.0, 4.0, 112.0, 32.0), 8.0, Paint::fill(theme::GOOD_LIGHT));
+/// canvas.centered_text((14.0, 20.0), "docked", TextStyle::new(Font::bold(16.0), theme::GOOD));
+/// let svg = canvas.finish(120.0, 40.0);
+///
+/// let renderer = Renderer::new();
+/// assert!(renderer.png(&svg)?.starts_with(b"\x89PNG"));
+/// let texts = renderer.texts(&svg)?;
+/// assert_eq!(texts[0].0, "docked");
+/// # Ok::<(), drawing::DrawError>(())
+/// ```
 #[derive(Debug)]
 pub struct Renderer {
     options: usvg::Options<'static>,

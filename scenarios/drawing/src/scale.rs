@@ -30,8 +30,8 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// An axis over that range, in so many bins (no fewer than one). A range without extent gets some, and one that does not
-    /// begin above zero is never logarithmic.
+    /// An axis over that range, in so many bins (no fewer than one). A range without extent gets some, and one that
+    /// does not begin above zero is never logarithmic.
     #[must_use]
     pub fn new(range: Range<f64>, logarithmic: bool, bins: usize) -> Self {
         let Range { start: low, end: high } = range;
@@ -78,8 +78,8 @@ impl Scale {
         Self { bins, ..self }
     }
 
-    /// Round values along the axis, in ascending order, at most about so many: 1, 2 and 5 times powers of ten. A logarithmic
-    /// axis too short for two of them is divided like any other.
+    /// Round values along the axis, in ascending order, at most about so many: 1, 2 and 5 times powers of ten. A
+    /// logarithmic axis too short for two of them is divided like any other.
     #[must_use]
     pub fn ticks(&self, most: usize) -> Vec<f64> {
         let ticks = if self.logarithmic { self.ratios(most) } else { Vec::new() };
@@ -120,8 +120,8 @@ impl Scale {
     }
 }
 
-/// A number with three significant digits, as people write it: `0.0123`, `12.3`, `123456`; with an exponent if it is very
-/// small or very large.
+/// A number with three significant digits, as people write it: `0.0123`, `12.3`, `123456`; with an exponent if it is
+/// very small or very large.
 #[must_use]
 pub fn short(value: f64) -> String {
     let size = value.abs();

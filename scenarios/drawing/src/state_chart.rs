@@ -49,6 +49,20 @@ struct StateBox<'a> {
 }
 
 /// A machine as a standalone SVG picture, as large as it has to be.
+///
+/// ```
+/// use drawing::{State, state_chart_svg};
+///
+/// let idle = State {
+///     title: "idle".to_owned(),
+///     lines: vec!["start -> driving".to_owned()],
+///     is_default: true,
+///     ..State::default()
+/// };
+/// let driving = State { title: "driving".to_owned(), ..State::default() };
+/// let machine = State { title: "Drive".to_owned(), inner: vec![idle, driving], ..State::default() };
+/// assert!(state_chart_svg(&machine).contains("driving"));
+/// ```
 #[must_use]
 pub fn state_chart_svg(machine: &State) -> String {
     let mut whole = measured(machine);
@@ -80,6 +94,8 @@ fn measured(state: &State) -> StateBox<'_> {
 
 /// Puts boxes into rows that begin at that height; says how much room they take.
 fn arrange(boxes: &mut [StateBox<'_>], top: f64) -> (f64, f64) {
+    // Rows filled greedily in the order of the document: a better packing would tear apart what was written side by
+    // side.
     let (mut x, mut y, mut row_height, mut widest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
     for item in boxes.iter_mut() {
         if x > 0.0 && x + item.width > ROW_WIDTH {

@@ -146,6 +146,7 @@ fn the_sample_looks_as_it_did() {
 fn what_is_no_picture_is_refused() {
     let error = Renderer::new().png("<svg").unwrap_err();
     assert_eq!(error.to_string(), "cannot read the picture");
+    assert!(std::error::Error::source(&error).is_some(), "why it is no picture");
 }
 
 #[test]

@@ -30,6 +30,14 @@ impl Weight {
 }
 
 /// The size and weight of a text: all that its width depends on.
+///
+/// ```
+/// use drawing::text::Font;
+///
+/// let font = Font::regular(14.0);
+/// assert_eq!(font.fit("GotoRechargingStation", 80.0), "GotoRech…");
+/// assert_eq!(font.wrap("drive to the charging station", 90.0, 2), ["drive to the", "charging st…"]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Font {
     /// Font size, in pixels.

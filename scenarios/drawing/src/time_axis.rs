@@ -14,8 +14,8 @@ const ALL_SHORTENED_PART: f64 = 0.45;
 /// Up to here a time is told in seconds, from here on as on a clock: four minutes, in seconds.
 const CLOCK_FROM_S: f64 = 240.0;
 
-/// A time axis from the start of a run to its end. It runs to scale, but for the stretches that [`TimeAxis::around_changes`]
-/// draws shorter.
+/// A time axis from the start of a run to its end. It runs to scale, but for the stretches that
+/// [`TimeAxis::around_changes`] draws shorter.
 ///
 /// ```
 /// use std::time::Duration;
@@ -71,8 +71,9 @@ impl TimeAxis {
         Self::around_changes(end, [], plot)
     }
 
-    /// The axis from zero to `end` across the width of `plot`. `changes` are the times at which something happens, in any
-    /// order. Long stretches in which nothing does are drawn shorter, so that what happens before and after stays readable.
+    /// The axis from zero to `end` across the width of `plot`. `changes` are the times at which something happens, in
+    /// any order. Long stretches in which nothing does are drawn shorter, so that what happens before and after stays
+    /// readable.
     #[must_use]
     pub fn around_changes(end: Duration, changes: impl IntoIterator<Item = Duration>, plot: Area) -> Self {
         let end_s = end.as_secs_f64().max(1.0);
@@ -98,8 +99,8 @@ impl TimeAxis {
         self.stretches.iter().filter(|stretch| stretch.shortened)
     }
 
-    /// Round times along the axis, from left to right, at least `room` pixels apart. Stretches that are drawn shorter have
-    /// none: a distance there would not mean what it means elsewhere.
+    /// Round times along the axis, from left to right, at least `room` pixels apart. Stretches that are drawn shorter
+    /// have none: a distance there would not mean what it means elsewhere.
     #[must_use]
     pub fn ticks(&self, room: f64) -> Vec<Tick> {
         let to_scale = || self.stretches.iter().filter(|stretch| !stretch.shortened);
@@ -142,8 +143,8 @@ fn long_gaps(gaps: &[(f64, f64)]) -> Vec<bool> {
     long
 }
 
-/// The stretches of the axis, by where they begin and end and whether they are drawn shorter: gaps that are drawn to scale
-/// belong together.
+/// The stretches of the axis, by where they begin and end and whether they are drawn shorter: gaps that are drawn to
+/// scale belong together.
 fn joined(gaps: &[(f64, f64)], long: &[bool]) -> Vec<(f64, f64, bool)> {
     let mut stretches: Vec<(f64, f64, bool)> = Vec::new();
     for (&(from_s, to_s), &long) in gaps.iter().zip(long) {
@@ -180,8 +181,8 @@ fn step_s(span_s: f64, length: f64, room: f64) -> f64 {
     STEPS_S.into_iter().find(|step_s| *step_s >= needed_s).unwrap_or(libm::ceil(needed_s / 36_000.0) * 36_000.0)
 }
 
-/// What stands at a time if labels are that far apart: whole minutes and hours where all of them are whole, so that nobody
-/// takes `20:00` for an evening.
+/// What stands at a time if labels are that far apart: whole minutes and hours where all of them are whole, so that
+/// nobody takes `20:00` for an evening.
 fn label(time_s: f64, step_s: f64, end_s: f64) -> String {
     let (whole_s, step_s) = (time_s as u64, step_s as u64);
     match step_s {

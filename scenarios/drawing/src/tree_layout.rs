@@ -96,6 +96,8 @@ impl Shape {
                 children[*parent].push(i);
             }
         }
+        // Leaves first, a row each; then, children before parents, every inner node beside the middle of its children.
+        // No subtree shares a row with another, so no links can cross.
         let mut middles = vec![0.0; tree.len()];
         let rows = Self::number_leaves(&parents, &children, &mut middles);
         for i in (0..tree.len()).rev() {
@@ -143,6 +145,8 @@ impl Columns {
             }
         }
         let inner: f64 = widths.iter().sum();
+        // A gap narrower than half a row bends links too sharply to be told apart; wider than two rows, a tree falls
+        // apart.
         let gap = ((width - inner - leaves) / count.max(1) as f64).clamp(row * 0.55, (row * 2.0).max(38.0));
         let leaves = leaves.min((width - inner - gap * count as f64).max(width * 0.25));
         let squeeze = (width / (inner + leaves + gap * count as f64).max(1.0)).min(1.0);

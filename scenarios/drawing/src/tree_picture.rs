@@ -10,6 +10,18 @@ const WIDEST: f64 = 1600.0;
 const MARGIN: f64 = 24.0;
 
 /// The tree as a standalone SVG picture, as large as it has to be.
+///
+/// ```
+/// use drawing::{NodeStatus, TreeNode, tree_svg};
+///
+/// let node = |parent, label: &str, status| TreeNode { parent, label: label.to_owned(), status };
+/// let tree = [
+///     node(None, "→", NodeStatus::Running),
+///     node(Some(0), "BatteryLevel", NodeStatus::Success),
+///     node(Some(0), "GotoGoal", NodeStatus::Running),
+/// ];
+/// assert!(tree_svg(&tree).contains(">GotoGoal<"));
+/// ```
 #[must_use]
 pub fn tree_svg(tree: &[TreeNode]) -> String {
     let (height, _) = TreeLayout::wanted_height(tree);

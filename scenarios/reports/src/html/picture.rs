@@ -5,7 +5,7 @@ use drawing::map_panel::{self, MapDrawing};
 use drawing::text::Font;
 use drawing::view::View;
 use drawing::{
-    Area, Context, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_context, draw_machine, draw_nodes, theme,
+    Area, Context, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_context, draw_diagram, draw_nodes, theme,
 };
 
 use super::figure::{Drawing, Layout, NARROW};
@@ -49,7 +49,7 @@ pub fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
     let (width, placed) = if complete(&first) { first } else { wider.find(complete).unwrap_or(first) };
     let mut canvas = Canvas::for_browsers();
     let area = Area::new(MARGIN, MARGIN, width - 2.0 * MARGIN, placed.height);
-    draw_machine(&mut canvas, area, &placed, diagram);
+    draw_diagram(&mut canvas, area, &placed, diagram);
     Drawing { canvas, width, height: placed.height + 2.0 * MARGIN }
 }
 

@@ -4,18 +4,30 @@ use super::canvas::Canvas;
 use super::diagram_layout::DiagramLayout;
 use super::frame::Diagram;
 use super::geometry::Area;
-use super::monitor_panel::draw_machine;
+use super::monitor_panel::draw_diagram;
 
 /// The widest that a machine becomes before its labels are shortened, and the margin around it, in pixels.
 const WIDEST: f64 = 1600.0;
 const MARGIN: f64 = 24.0;
 
 /// The state machine as a standalone SVG picture, as large as it has to be.
+///
+/// ```
+/// use drawing::{Diagram, Location, Transition, diagram_svg};
+///
+/// let diagram = Diagram {
+///     locations: [("wait", false), ("late", true)].map(|(name, error)| Location { name: name.to_owned(), error }).to_vec(),
+///     initial: 0,
+///     active: 0,
+///     transitions: vec![Transition { from: 0, to: 1, label: "after 5 s".to_owned() }],
+/// };
+/// assert!(diagram_svg(&diagram).contains(">after 5 s<"));
+/// ```
 #[must_use]
 pub fn diagram_svg(diagram: &Diagram) -> String {
     let layout = DiagramLayout::new(diagram, WIDEST);
     let mut canvas = Canvas::for_browsers();
     let area = Area::new(MARGIN, MARGIN, layout.width, layout.height);
-    draw_machine(&mut canvas, area, &layout, diagram);
+    draw_diagram(&mut canvas, area, &layout, diagram);
     canvas.finish(layout.width + 2.0 * MARGIN, layout.height + 2.0 * MARGIN)
 }
