@@ -6,10 +6,8 @@ use robot::{BatteryState, Reading, normal};
 
 use crate::clock::{Clock, Periodic};
 use crate::config::BatteryConfig;
-use crate::docking::{Dock, Station};
-use crate::drive::{Drive, Motion, RobotPose};
 use crate::faults::{BatteryFaults, BatteryReport, Faults};
-use crate::simulation::Readings;
+use crate::readings::Readings;
 
 /// The battery.
 #[derive(Component, Clone, Debug)]
@@ -56,7 +54,7 @@ impl Battery {
     }
 
     /// Takes in one step.
-    fn update(&mut self, docked: bool, powered: bool, faults: &BatteryFaults, dt_s: f64) {
+    pub(crate) fn update(&mut self, docked: bool, powered: bool, faults: &BatteryFaults, dt_s: f64) {
         let config = &self.config;
         let stays_full = self.full && self.charge_pct >= config.recharge_below_pct;
         self.full = docked && (stays_full || self.charge_pct >= config.full_pct);
@@ -89,21 +87,6 @@ impl Battery {
         let random_pct = if faults.sigma_pct > 0.0 { faults.sigma_pct * normal(&mut self.fault_rng) } else { 0.0 };
         (self.charge_pct + faults.offset_pct + random_pct).clamp(0.0, 100.0)
     }
-}
-
-/// Docks, drains and charges.
-pub(crate) fn update_battery(
-    clock: Res<Clock>,
-    faults: Res<Faults>,
-    station: Single<&Station>,
-    robot: Single<(&RobotPose, &Motion, &Drive, &mut Dock, &mut Battery)>,
-) {
-    let (pose, motion, drive, mut dock, mut battery) = robot.into_inner();
-    match faults.station.as_ref().or(station.0.as_ref()) {
-        Some(station) => dock.update(&pose.0, station, motion.at_rest, clock.dt),
-        None => dock.leave(),
-    }
-    battery.update(dock.is_docked(), drive.is_powered(), &faults.battery, clock.dt_s());
 }
 
 /// Reports the battery's state if a reading is due.

@@ -4,10 +4,11 @@ use bevy_ecs::prelude::*;
 
 use crate::check::is_sound;
 use crate::config::ObstacleConfig;
-use crate::drive::{Drive, RobotPose};
+use crate::drive::Drive;
 use crate::faults::Faults;
-use crate::obstacles::{remove_obstacle, spawn_obstacle};
+use crate::motion::RobotPose;
 use crate::room::distance_to;
+use crate::spawning::{remove_obstacle, spawn_obstacle};
 
 /// The bodies of [`Faults::bodies`] that have been put down, with what they were described as.
 #[derive(Resource, Default)]

@@ -6,12 +6,10 @@ use maps::{Point, Pose};
 use robot::{LaserSpec, RobotModel};
 
 use crate::config::{
-    BatteryConfig, DockingConfig, DriftNoise, DriveConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, Shape,
-    SimConfig,
+    BatteryConfig, DockingConfig, Door, DriftNoise, DriveConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, Shape,
+    SimConfig, Walk,
 };
-use crate::doors::Door;
 use crate::error::BadSetting;
-use crate::people::Walk;
 
 impl SimConfig {
     /// Every setting that has a value that it cannot have.

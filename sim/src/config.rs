@@ -1,12 +1,15 @@
 //! The settings of a simulation, with their units and defaults.
 
+mod door;
+mod walk;
+
 use std::time::Duration;
 
 use maps::{Point, Pose};
 use robot::RobotModel;
 
-use crate::doors::Door;
-use crate::people::Walk;
+pub use door::{Door, Opening};
+pub use walk::{Manners, Pauses, RouteEnd, Walk};
 
 /// Everything about the simulated robot and its world but the map, the poses of start and station, and the seed.
 ///
@@ -254,16 +257,4 @@ pub enum ObstacleMotion {
         /// Mass, in kg.
         mass_kg: f64,
     },
-}
-
-/// What an obstacle does at the last waypoint of its route.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum RouteEnd {
-    /// It stops.
-    #[default]
-    Stop,
-    /// It goes on to the first waypoint.
-    Loop,
-    /// It turns and goes back through the waypoints, then forth again.
-    BackAndForth,
 }

@@ -5,7 +5,12 @@ use std::time::Duration;
 use bevy_ecs::prelude::*;
 use maps::Pose;
 
+use crate::battery::Battery;
+use crate::clock::Clock;
 use crate::config::DockingConfig;
+use crate::drive::Drive;
+use crate::faults::Faults;
+use crate::motion::{Motion, RobotPose};
 
 /// The charging station: where a docked robot stands, in the `map` frame, unless a fault has moved it; nowhere if there is
 /// none. It is not solid.
@@ -42,6 +47,21 @@ impl Dock {
         let aligned = off.rotation.angle().abs() <= self.config.angle_rad;
         self.docked = near && aligned && at_rest && self.rested >= self.config.rest;
     }
+}
+
+/// Docks, drains and charges.
+pub(crate) fn update_battery(
+    clock: Res<Clock>,
+    faults: Res<Faults>,
+    station: Single<&Station>,
+    robot: Single<(&RobotPose, &Motion, &Drive, &mut Dock, &mut Battery)>,
+) {
+    let (pose, motion, drive, mut dock, mut battery) = robot.into_inner();
+    match faults.station.as_ref().or(station.0.as_ref()) {
+        Some(station) => dock.update(&pose.0, station, motion.at_rest, clock.dt),
+        None => dock.leave(),
+    }
+    battery.update(dock.is_docked(), drive.is_powered(), &faults.battery, clock.dt_s());
 }
 
 #[cfg(test)]

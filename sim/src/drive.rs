@@ -19,6 +19,7 @@ use crate::clock::Clock;
 use crate::command_delay::CommandDelay;
 use crate::config::DriveConfig;
 use crate::faults::{BaseFaults, Faults};
+use crate::motion::{Motion, RobotPose};
 use crate::noise::Drift;
 use crate::physics::{Body, Physics};
 use crate::wheels::{Roll, slipped, turned};
@@ -30,25 +31,6 @@ const HINDERED_BY: f64 = 5e-5;
 
 /// Slower than this is at rest, in m/s and in rad/s.
 const REST_SPEED: f64 = 1e-3;
-
-/// The robot's true pose: `base_link` in the `map` frame.
-#[derive(Component, Clone, Copy, Debug)]
-pub(crate) struct RobotPose(pub(crate) Pose);
-
-/// How the robot really moved in the last step.
-#[derive(Component, Clone, Copy, Debug, Default)]
-pub(crate) struct Motion {
-    /// How far it went along its arc, in metres.
-    pub(crate) forward_m: f64,
-    /// By how much it turned, in radians.
-    pub(crate) turn_rad: f64,
-    /// What the wheels rolled: the same, unless they slipped.
-    pub(crate) rolled: Roll,
-    /// Way of the robot's centre since the start of the run, in metres.
-    pub(crate) travelled_m: f64,
-    /// Whether the robot was at rest.
-    pub(crate) at_rest: bool,
-}
 
 /// The wheels and their motors.
 #[derive(Component, Clone, Debug)]

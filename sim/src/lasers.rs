@@ -15,10 +15,10 @@ use crate::building::Building;
 use crate::clock::{Clock, Periodic};
 use crate::config::LaserConfig;
 use crate::convert::{LocalFrame, to_glam};
-use crate::drive::RobotPose;
 use crate::faults::Faults;
+use crate::motion::RobotPose;
 use crate::obstacles::{Obstacle, ObstaclePose};
-use crate::simulation::Readings;
+use crate::readings::Readings;
 use crate::walls::ScanMemory;
 use troubles::{TroubleStreams, Troubles};
 

@@ -62,16 +62,19 @@ mod error;
 mod faults;
 mod kidnapping;
 mod lasers;
+mod motion;
 mod noise;
 mod obstacles;
 mod odometer;
 mod people;
 mod physics;
 mod ray_grid;
+mod readings;
 mod rectangles;
 mod room;
 mod route;
 mod simulation;
+mod spawning;
 mod sweep;
 mod truth;
 mod walls;
@@ -80,14 +83,12 @@ mod wheels;
 pub use beams::Beams;
 pub use building::Building;
 pub use config::{
-    BatteryConfig, BodyConfig, DockingConfig, DriftNoise, DriveConfig, LaserConfig, ObstacleConfig, ObstacleMotion,
-    OdometryConfig, RouteEnd, Shape, SimConfig,
+    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, LaserConfig, Manners, ObstacleConfig,
+    ObstacleMotion, OdometryConfig, Opening, Pauses, RouteEnd, Shape, SimConfig, Walk,
 };
 pub use contacts::Contact;
-pub use doors::{Door, Opening};
 pub use error::{BadSetting, Placement, SimError};
 pub use faults::{BaseFaults, BatteryFaults, BatteryReport, Faults, LaserFault, LaserTrouble, OdometryFaults};
-pub use people::{Manners, Pauses, Walk};
 pub use ray_grid::{RayGrid, RayHit};
 pub use simulation::Simulation;
 pub use truth::{ObstacleTruth, Truth};

@@ -11,10 +11,10 @@ use robot::{Odometry, Reading};
 use crate::arc::moved;
 use crate::clock::{Clock, Periodic};
 use crate::config::OdometryConfig;
-use crate::drive::Motion;
 use crate::faults::{Faults, OdometryFaults};
+use crate::motion::Motion;
 use crate::noise::Drift;
-use crate::simulation::Readings;
+use crate::readings::Readings;
 
 /// The encoders. The `odom` frame is where the robot started.
 #[derive(Component, Clone, Debug)]

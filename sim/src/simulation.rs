@@ -9,41 +9,30 @@ use bevy_ecs::system::RunSystemOnce;
 use maps::{OccupancyGrid, Pose};
 use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
 
-use crate::battery::{Battery, report_battery, update_battery};
+use crate::battery::{Battery, report_battery};
 use crate::bodies::{ExtraBodies, place_bodies};
 use crate::building::Building;
 use crate::clock::{Clock, advance_clock};
 use crate::config::SimConfig;
 use crate::contacts::{Contacts, count_contacts};
-use crate::docking::{Dock, Station};
+use crate::docking::{Dock, Station, update_battery};
 use crate::doors::move_doors;
-use crate::drive::{Drive, Motion, RobotPose, drive_robot, settle_robot};
+use crate::drive::{Drive, drive_robot, settle_robot};
 use crate::error::{Placement, SimError};
 use crate::faults::Faults;
 use crate::kidnapping::{check_walls, kidnap};
 use crate::lasers::{Laser, scan};
+use crate::motion::{Motion, RobotPose};
 use crate::noise::Drift;
-use crate::obstacles::{Obstacles, first_pose, move_obstacles, note_rest, settle_obstacles, spawn_obstacle};
+use crate::obstacles::{Obstacles, move_obstacles, note_rest, settle_obstacles};
 use crate::odometer::{Odometer, measure_odometry};
 use crate::people::walk;
 use crate::physics::{Physics, step_physics};
+use crate::readings::Readings;
 use crate::room::{check_on_map, check_room};
+use crate::spawning::{first_pose, spawn_obstacle};
 use crate::truth::Truth;
 use crate::walls::Walls;
-
-/// Readings that have not been read yet, oldest first.
-#[derive(Resource, Default)]
-pub(crate) struct Readings(Vec<Reading>);
-
-impl Readings {
-    pub(crate) fn push(&mut self, reading: Reading) {
-        self.0.push(reading);
-    }
-
-    pub(crate) fn extend(&mut self, readings: impl IntoIterator<Item = Reading>) {
-        self.0.extend(readings);
-    }
-}
 
 #[derive(ScheduleLabel, Clone, Debug, PartialEq, Eq, Hash)]
 struct Step;
@@ -176,7 +165,7 @@ impl Robot for Simulation {
     }
 
     fn read(&mut self, readings: &mut Vec<Reading>) {
-        readings.append(&mut self.world.resource_mut::<Readings>().0);
+        self.world.resource_mut::<Readings>().hand_over(readings);
     }
 
     fn drive(&mut self, command: VelocityCommand) {

@@ -12,9 +12,9 @@ use crate::clock::Clock;
 use crate::config::Shape;
 use crate::contacts::{Contact, Contacts};
 use crate::docking::{Dock, Station};
-use crate::drive::{Motion, RobotPose};
 use crate::faults::Faults;
 use crate::lasers::Laser;
+use crate::motion::{Motion, RobotPose};
 use crate::obstacles::{Obstacle, ObstaclePose, Obstacles};
 use crate::odometer::Odometer;
 

@@ -8,8 +8,10 @@ use maps::Point;
 use nalgebra::Vector2;
 
 use super::fixed::fixed;
-use super::outcome::BLOCK;
 use super::quadrant::Quadrant;
+
+/// Beams that are measured at once.
+pub(super) const BLOCK: usize = 4;
 
 /// A beam of a fan.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! What beams end on, and how far away that is.
 
 use super::edges::Edges;
-use super::fan::FanBeam;
+use super::fan::{BLOCK, FanBeam};
 
 /// Where a group of neighbouring beams ends: on a run of occupied cells, of which they meet the front or a side, or
 /// nowhere.
@@ -14,9 +14,6 @@ pub(super) struct Outcome {
     /// Distance across to the side that the beams can meet; negative if there is none.
     pub(super) to_side: f64,
 }
-
-/// Beams that are measured at once.
-pub(super) const BLOCK: usize = 4;
 
 impl Outcome {
     /// The beams up to `end` meet nothing.
