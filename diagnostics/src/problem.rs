@@ -20,6 +20,14 @@ pub struct Problem {
     severity: Severity,
 }
 
+impl Span {
+    /// A problem at this place.
+    #[must_use]
+    pub fn problem(&self, message: impl Into<String>) -> Problem {
+        Problem::new(message).of(self.source()).at_plainly(self.range())
+    }
+}
+
 impl Problem {
     /// What is wrong, in one sentence without a full stop.
     #[must_use]

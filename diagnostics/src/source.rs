@@ -5,8 +5,6 @@ use std::sync::Arc;
 
 use miette::{MietteError, NamedSource, SourceCode, SourceSpan, SpanContents};
 
-use crate::Problem;
-
 /// A named text: usually a file, sometimes an argument of the command line. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Source(Arc<NamedSource<String>>);
@@ -92,12 +90,6 @@ impl Span {
     #[must_use]
     pub fn column(&self) -> usize {
         1 + self.before().chars().rev().take_while(|character| *character != '\n').count()
-    }
-
-    /// A problem at this place.
-    #[must_use]
-    pub fn problem(&self, message: impl Into<String>) -> Problem {
-        Problem::new(message).of(&self.source).at_plainly(self.range())
     }
 
     fn before(&self) -> &str {
