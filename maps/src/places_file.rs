@@ -1,6 +1,7 @@
 //! Places files: the named points and areas of a map, in TOML beside it, or in the format of YARP's Map2D.
 
 mod map2d;
+mod place;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,16 +9,10 @@ use std::path::Path;
 use diagnostics::document::{Document, Table};
 use diagnostics::{FileProblems, Problem, ReadFile, Span, Spanned, read_text};
 
-use crate::map_file::MAX_COORDINATE_M;
-use crate::{Place, Places, Point, polygon, pose};
+use crate::{Place, Places, Point, pose};
+use place::{area, near_enough, near_enough_text};
 
-/// How far from a point still counts as there unless the file says otherwise, in metres. Less than the 0.5 m within
-/// which the robot docks, so that a robot that believes to be at its station can charge.
-pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
-
-/// How far from a heading still counts as there unless the file says otherwise, in degrees. Less than the 10° within
-/// which the robot docks.
-pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
+pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 
 /// The places of a file, each with where it is written.
 ///
@@ -69,7 +64,8 @@ impl PlacesFile {
     /// ```
     pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
         if Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("ini")) {
-            return map2d::parse(name, text);
+            let (places, spans) = map2d::parse(name, text)?;
+            return Ok(Self { places, spans });
         }
         Document::parse_toml(name, text)?.read(|root| {
             let read: Vec<_> = root.keys().map(|(name, _)| (name, read_place(root, name))).collect();
@@ -137,38 +133,6 @@ fn read_area(table: Table<'_>) -> Option<Spanned<Place>> {
     let read = if problems.is_empty() { area(corners, &span) } else { Err(problems) };
     let value = read.map_err(|problems| problems.into_iter().for_each(|problem| table.report(problem))).ok()?;
     Some(Spanned { value, span })
-}
-
-/// The area with these corners, which stand at `span` all together.
-fn area(corners: Vec<Spanned<Point>>, span: &Span) -> Result<Place, Vec<Problem>> {
-    let problems = polygon::problems(&corners, span);
-    if !problems.is_empty() {
-        return Err(problems);
-    }
-    let area = Place::Area { corners: corners.into_iter().map(|corner| corner.value).collect() };
-    let goal = area.goal_position();
-    if area.contains(&pose(goal.x, goal.y, 0.0)) {
-        return Ok(area);
-    }
-    let problem = span.problem("the area's centroid lies outside it, so that nobody sent there would arrive");
-    Err(vec![problem.with_label(format!("the centroid is ({:.2}, {:.2})", goal.x, goal.y))])
-}
-
-/// The point at a position that faces so, with the tolerances of a file that says nothing of them.
-fn point_at([x_m, y_m]: [f64; 2], heading_deg: f64) -> Place {
-    Place::Point {
-        pose: pose(x_m, y_m, heading_deg.to_radians()),
-        position_tolerance_m: DEFAULT_POSITION_TOLERANCE_M,
-        heading_tolerance_rad: DEFAULT_HEADING_TOLERANCE_DEG.to_radians(),
-    }
-}
-
-fn near_enough(position: &[f64; 2]) -> bool {
-    position.iter().all(|coordinate| coordinate.abs() <= MAX_COORDINATE_M)
-}
-
-fn near_enough_text() -> String {
-    format!("lie within {} km of the frame's origin", MAX_COORDINATE_M / 1e3)
 }
 
 #[cfg(test)]

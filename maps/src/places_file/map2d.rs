@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 
 use diagnostics::{FileProblems, Problem, Source, Span, Spanned};
 
-use super::{PlacesFile, area, near_enough, near_enough_text, point_at};
+use super::place::{area, near_enough, near_enough_text, point_at};
 use crate::{Place, Places, Point};
 
 /// The version of the format.
@@ -32,11 +32,11 @@ enum Section {
     Areas,
 }
 
-/// Reads a locations file.
+/// Reads a locations file: its places, and where each is written.
 ///
 /// # Errors
 /// Everything that is wrong with it.
-pub(super) fn parse(name: &str, text: &str) -> Result<PlacesFile, FileProblems> {
+pub(super) fn parse(name: &str, text: &str) -> Result<(Places, BTreeMap<String, Span>), FileProblems> {
     let source = Source::new(name, text);
     let mut reader = Reader::default();
     let mut section = None;
@@ -70,7 +70,7 @@ pub(super) fn parse(name: &str, text: &str) -> Result<PlacesFile, FileProblems> 
             .into());
     }
     FileProblems::none_of(reader.problems)?;
-    Ok(PlacesFile { places: reader.places, spans: reader.spans })
+    Ok((reader.places, reader.spans))
 }
 
 /// The words of each line that has some.
@@ -198,16 +198,13 @@ mod tests {
     #[test]
     fn locations_become_points_with_degrees_and_areas_polygons() {
         for text in [HOUSE.to_owned(), HOUSE.replace('\n', "\r\n"), HOUSE.replace("Areas", "\n\nAreas")] {
-            let file = parse("locations.ini", &text).expect(&text);
-            let dock = file.places().get("dock").expect("a place");
+            let (places, spans) = parse("locations.ini", &text).expect(&text);
+            let dock = places.get("dock").expect("a place");
             assert_eq!(dock.goal_position(), Point::new(-7.5, 9.0));
             let Place::Point { pose, .. } = dock else { panic!("a point") };
             assert_eq!(heading(pose), std::f64::consts::PI);
-            assert!(matches!(file.places().get("kitchen"), Some(Place::Area { corners }) if corners.len() == 4));
-            assert_eq!(
-                file.span("kitchen").expect("its corners").line(),
-                text[..text.find("kitchen").unwrap_or(0)].matches('\n').count() + 1
-            );
+            assert!(matches!(places.get("kitchen"), Some(Place::Area { corners }) if corners.len() == 4));
+            assert_eq!(spans["kitchen"].line(), text[..text.find("kitchen").unwrap_or(0)].matches('\n').count() + 1);
         }
     }
 

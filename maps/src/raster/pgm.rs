@@ -2,7 +2,7 @@
 //!
 //! Source: the format's description at <https://netpbm.sourceforge.net/doc/pgm.html>.
 
-use super::{Raster, RasterError, cell_count};
+use super::samples::{Raster, RasterError, cell_count};
 
 /// What stands before the pixels.
 struct Header {

@@ -5,7 +5,7 @@ use std::io::Cursor;
 use image::codecs::png::{PngDecoder, PngEncoder};
 use image::{ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
 
-use super::{Raster, RasterError, cell_count};
+use super::samples::{Raster, RasterError, cell_count};
 
 /// Decodes a PNG. A palette becomes RGB, transparency of any kind an alpha channel; samples are taken as they are,
 /// without regard to gamma.
