@@ -1,6 +1,7 @@
 //! The channel system, CS = [PG₁ | … | PGₙ].
 
 mod disturb;
+mod disturbances;
 mod enabled;
 mod run;
 
@@ -8,15 +9,15 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use self::disturb::DisturbanceId;
-use self::disturb::Disturbances;
+pub use self::disturbances::DisturbanceId;
+use self::disturbances::Disturbances;
 pub use self::enabled::{Enabled, EnabledKind};
 pub use self::run::Run;
 use crate::process::{Action, Offer, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
-    Capacity, ChannelId, Envelope, Event, EventKind, Monitor, Process, ProcessId, RunError, Scheduler, Topology,
-    TransitionId, Verdict, WiringError,
+    Capacity, ChannelId, Envelope, Event, EventKind, Monitor, Process, ProcessId, RunError, Topology, TransitionId,
+    Verdict, WiringError,
 };
 
 /// A system of processes that talk over channels, with the monitors that watch them.
@@ -378,13 +379,6 @@ impl ChannelSystem {
                 *decided = Some(event.clone());
             }
         }
-    }
-
-    /// Runs the system until it is quiet: the events of the timed state sequence, as they happen.
-    ///
-    /// After `budget` transitions the last item is [`RunError::Livelock`].
-    pub fn run<'a>(&'a mut self, scheduler: &'a mut dyn Scheduler, budget: u64) -> Run<'a> {
-        Run::new(self, scheduler, budget)
     }
 
     /// Whether the other system's processes and channels are in the same state, and the same disturbs them. The

@@ -22,6 +22,15 @@ impl<'a> Run<'a> {
     }
 }
 
+impl ChannelSystem {
+    /// Runs the system until it is quiet: the events of the timed state sequence, as they happen.
+    ///
+    /// After `budget` transitions the last item is [`RunError::Livelock`].
+    pub fn run<'a>(&'a mut self, scheduler: &'a mut dyn Scheduler, budget: u64) -> Run<'a> {
+        Run::new(self, scheduler, budget)
+    }
+}
+
 impl Run<'_> {
     fn livelock(&mut self) -> RunError {
         let name = |&id: &ProcessId| self.system.topology.name(id).to_owned();
