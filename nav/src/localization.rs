@@ -46,8 +46,7 @@ use likelihood_field::Endpoints;
 use motion_model::DifferentialMotion;
 use odometry_history::OdometryHistory;
 use odometry_trust::OdometryTrust;
-use particle::{Gaussian, Particle};
-use reconsideration::{Reconsidered, after};
+use particle::{Gaussian, Particle, after};
 use search::Search;
 
 pub(crate) use beam_model::BeamModel;
@@ -185,6 +184,22 @@ pub struct Localization {
     matched: Endpoints,
     /// The beams that weigh particles in the beam model, and that contradict poses.
     rays: Vec<Ray>,
+}
+
+/// What has become of the believed pose.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reconsidered {
+    Stays,
+    /// The robot is believed to be elsewhere now.
+    Moves,
+    /// It takes an update, even of a robot at rest, to tell.
+    Unsettled,
+}
+
+impl Reconsidered {
+    fn moves(does: bool) -> Self {
+        if does { Self::Moves } else { Self::Stays }
+    }
 }
 
 impl Localization {

@@ -14,7 +14,9 @@
 
 mod goal;
 mod machine;
+mod now;
 mod parameters;
+mod recovering;
 mod recovery;
 mod status;
 mod trip;
@@ -28,6 +30,7 @@ use crate::beams::Beams;
 use crate::error::check;
 use crate::following::{Surroundings, VelocitySmoother};
 use crate::{Atlas, Costmap, Error, PoseEstimate};
+use now::Now;
 use trip::Trip;
 
 pub(crate) use machine::SHARE_OF_PLAN;
@@ -62,20 +65,6 @@ pub struct Navigator {
     last_update: Option<Duration>,
     /// Where the robot was held to be at the last scan.
     scanned_at: Option<Pose>,
-}
-
-/// What an update knows.
-#[derive(Clone, Copy)]
-struct Now<'a> {
-    time: Duration,
-    at: &'a Pose,
-    odometry: &'a Odometry,
-}
-
-impl Now<'_> {
-    fn position(&self) -> Point {
-        self.at.translation.vector.into()
-    }
 }
 
 impl Navigator {

@@ -7,12 +7,11 @@
 //! [contradict](super::contradiction) where they are. In the open, where most of the few things that beams hit are
 //! people, many a place where nothing is fits better than the truth.
 
-use maps::{Pose, wrap_angle};
+use maps::Pose;
 use nalgebra::Matrix3;
 
-use super::likelihood_field::{Endpoints, LikelihoodField};
-use super::particle::{Gaussian, Particle};
-use super::reconsideration::after;
+use super::likelihood_field::{Endpoints, LikelihoodField, log_likelihood};
+use super::particle::{Gaussian, Particle, after, are_same};
 use super::scan_matching;
 use super::surface_field::SurfaceField;
 
@@ -28,10 +27,6 @@ const WINS_NATS: f64 = 30.0;
 
 /// How much less likely than usual, in nats, it may have made them.
 const LOSES_NATS: f64 = -5.0;
-
-/// Two poses nearer to one another than this are the same guess.
-const SAME_M: f64 = 0.5;
-const SAME_RAD: f64 = 0.3;
 
 /// How far a challenger may be from its best match (standard deviation, in metres and radians).
 const DEVIATION: f64 = 0.2;
@@ -73,12 +68,6 @@ impl Trial<'_> {
         let covariance = Matrix3::identity() * (DEVIATION * DEVIATION);
         scan_matching::matched(&Gaussian { covariance, ..*at }, self.ends, self.surfaces)
     }
-}
-
-/// The logarithm of the geometric mean of the beams' likelihoods, in nats; zero at best.
-pub(crate) fn log_likelihood(field: &LikelihoodField, at: &Gaussian, ends: &Endpoints) -> f64 {
-    let particle = Particle::new(at.x_m, at.y_m, at.heading_rad);
-    -f64::from(field.penalty(&particle, ends)) * field.nats_per_unit() / ends.len() as f64
 }
 
 impl Challengers {
@@ -140,10 +129,4 @@ impl Challenger {
             && self.against_usual_nats >= 0.0
             && self.against_incumbent_nats >= WINS_NATS
     }
-}
-
-/// Whether two poses are the same guess.
-pub(crate) fn are_same(a: &Gaussian, b: &Gaussian) -> bool {
-    let (x, y) = (a.x_m - b.x_m, a.y_m - b.y_m);
-    x * x + y * y < SAME_M * SAME_M && wrap_angle(a.heading_rad - b.heading_rad).abs() < SAME_RAD
 }

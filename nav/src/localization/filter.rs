@@ -9,10 +9,10 @@ use rand_chacha::ChaCha8Rng;
 use robot::normal;
 
 use super::beam_model::Ray;
-use super::challengers::{Challengers, Trial, log_likelihood};
+use super::challengers::{Challengers, Trial};
 use super::clusters::Clusters;
 use super::kld::particles_needed;
-use super::likelihood_field::Endpoints;
+use super::likelihood_field::{Endpoints, log_likelihood};
 use super::motion_model::DifferentialMotion;
 use super::parameters::{LaserModel, LocalizationParameters};
 use super::particle::{Gaussian, Particle};

@@ -9,7 +9,7 @@
 use maps::{Cell, OccupancyGrid};
 
 use super::parameters::LocalizationParameters;
-use super::particle::Particle;
+use super::particle::{Gaussian, Particle};
 use super::surface_field::{SurfaceField, cell};
 
 /// No cell of the field is larger than this, in metres, as far as memory allows. Finer ones do not make the estimate
@@ -207,6 +207,12 @@ impl HitLikelihood {
         let known = self.z_hit * libm::exp(-0.5 * deviations * deviations) + self.stray;
         if unknown { known.max(self.uniform) } else { known }
     }
+}
+
+/// The logarithm of the geometric mean of the beams' likelihoods, in nats; zero at best.
+pub(crate) fn log_likelihood(field: &LikelihoodField, at: &Gaussian, ends: &Endpoints) -> f64 {
+    let particle = Particle::new(at.x_m, at.y_m, at.heading_rad);
+    -f64::from(field.penalty(&particle, ends)) * field.nats_per_unit() / ends.len() as f64
 }
 
 #[cfg(test)]

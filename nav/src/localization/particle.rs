@@ -1,6 +1,11 @@
 //! A particle: one guess of the pose.
 
+use maps::{Pose, heading, pose, wrap_angle};
 use nalgebra::Matrix3;
+
+/// Two poses nearer to one another than this are the same guess.
+const SAME_M: f64 = 0.5;
+const SAME_RAD: f64 = 0.3;
 
 /// A guess of the pose in the grid's frame (metres from the map's origin, along the grid's axes), and its weight.
 #[derive(Clone, Copy, Debug)]
@@ -35,4 +40,16 @@ pub(crate) struct Gaussian {
     pub(crate) y_m: f64,
     pub(crate) heading_rad: f64,
     pub(crate) covariance: Matrix3<f64>,
+}
+
+/// A pose after a motion.
+pub(crate) fn after(from: &Gaussian, moved: &Pose) -> Gaussian {
+    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
+    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), ..*from }
+}
+
+/// Whether two poses are the same guess.
+pub(crate) fn are_same(a: &Gaussian, b: &Gaussian) -> bool {
+    let (x, y) = (a.x_m - b.x_m, a.y_m - b.y_m);
+    x * x + y * y < SAME_M * SAME_M && wrap_angle(a.heading_rad - b.heading_rad).abs() < SAME_RAD
 }

@@ -19,15 +19,15 @@
 
 use std::time::Duration;
 
-use maps::{Pose, heading, pose};
+use maps::Pose;
 
-use super::Localization;
-use super::challengers::{are_same, log_likelihood};
 use super::contradiction::{Look, Silent, Verdict};
+use super::likelihood_field::log_likelihood;
 use super::motion_model::DifferentialMotion;
-use super::particle::Gaussian;
+use super::particle::{Gaussian, after, are_same};
 use super::scan_matching;
 use super::search::Search;
+use super::{Localization, Reconsidered};
 
 /// So many looks that speak against the pose are enough: of a robot at rest, and of one that drives and may find its way
 /// back by itself.
@@ -42,22 +42,6 @@ const ENOUGH_WITHOUT_MAP: u32 = 10;
 
 /// A pose is remembered until odometry has moved it along so far that this is its deviation, in metres.
 const VAGUE_M: f64 = 1.0;
-
-/// What has become of the believed pose.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Reconsidered {
-    Stays,
-    /// The robot is believed to be elsewhere now.
-    Moves,
-    /// It takes an update, even of a robot at rest, to tell.
-    Unsettled,
-}
-
-impl Reconsidered {
-    fn moves(does: bool) -> Self {
-        if does { Self::Moves } else { Self::Stays }
-    }
-}
 
 /// Which of a scan's beams.
 #[derive(Clone, Copy)]
@@ -237,10 +221,4 @@ impl Localization {
     pub(super) fn look_from(&self, at: &Gaussian, silent: Silent) -> Look {
         Look::from(self.atlas.map(), at, &self.rays, silent)
     }
-}
-
-/// A pose after a motion.
-pub(super) fn after(from: &Gaussian, moved: &Pose) -> Gaussian {
-    let to = pose(from.x_m, from.y_m, from.heading_rad) * moved;
-    Gaussian { x_m: to.translation.x, y_m: to.translation.y, heading_rad: heading(&to), ..*from }
 }

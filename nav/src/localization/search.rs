@@ -17,10 +17,8 @@ use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-use super::challengers::{are_same, log_likelihood};
-use super::likelihood_field::Endpoints;
-use super::particle::{Gaussian, Particle};
-use super::reconsideration::after;
+use super::likelihood_field::{Endpoints, log_likelihood};
+use super::particle::{Gaussian, Particle, after, are_same};
 use super::scan_matching;
 use crate::Atlas;
 

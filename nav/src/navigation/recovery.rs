@@ -1,21 +1,16 @@
-//! What a navigator does when it has no way: the recovery behaviours of Nav2's trees, one after the other.
+//! The recovery behaviours of Nav2's trees, one by one.
 
 use std::time::Duration;
 
-use maps::{Point, heading, pose, wrap_angle};
+use maps::{Point, heading, wrap_angle};
 use robot::VelocityCommand;
 
-use super::trip::Trip;
-use super::{Navigator, Now};
+use super::now::Now;
 
 /// How far the robot backs up, in metres, each time farther by as much, and how fast, in m/s. In a narrow place it stands
 /// in the way of those whom it waits for, until it has left it.
 const BACK_UP_M: f64 = 0.3;
 const BACK_UP_MPS: f64 = 0.12;
-
-/// How far behind the robot is looked while it backs up, in metres; it stops when less than the second is free.
-const LOOK_BEHIND_M: f64 = 0.25;
-const FREE_BEHIND_M: f64 = 0.1;
 
 /// How fast the robot spins, in rad/s.
 const SPIN_RADPS: f64 = 0.8;
@@ -79,7 +74,7 @@ pub(super) struct Attempt {
 }
 
 impl Attempt {
-    fn begin(number: usize, now: &Now<'_>) -> Self {
+    pub(super) fn begin(number: usize, now: &Now<'_>) -> Self {
         Self {
             recovery: Recovery::nth(number),
             since: now.time,
@@ -91,7 +86,7 @@ impl Attempt {
     }
 
     /// The velocity to drive at, or nothing if it is done.
-    fn step(&mut self, now: &Now<'_>, free_behind: impl Fn() -> bool) -> Option<VelocityCommand> {
+    pub(super) fn step(&mut self, now: &Now<'_>, free_behind: impl Fn() -> bool) -> Option<VelocityCommand> {
         let lasted = now.time.saturating_sub(self.since);
         match self.recovery {
             Recovery::ClearCostmap => (lasted < SEE_AGAIN).then_some(VelocityCommand::STOP),
@@ -108,43 +103,5 @@ impl Attempt {
                 goes_on.then_some(VelocityCommand { linear_mps: 0.0, angular_radps: SPIN_RADPS })
             }
         }
-    }
-}
-
-impl Navigator {
-    /// Goes on with the recovery behaviour under way, or begins the next; true with the first step after one is done.
-    pub(super) fn recover(&mut self, trip: &mut Trip, now: &Now<'_>) -> (VelocityCommand, bool) {
-        let mut attempt = match trip.attempt.take() {
-            Some(attempt) => attempt,
-            None => self.begin_recovery(trip, now),
-        };
-        let command = attempt.step(now, || self.is_free_behind(now));
-        match command {
-            Some(command) => {
-                trip.attempt = Some(attempt);
-                (command, false)
-            }
-            None => (VelocityCommand::STOP, true),
-        }
-    }
-
-    fn begin_recovery(&mut self, trip: &mut Trip, now: &Now<'_>) -> Attempt {
-        let attempt = Attempt::begin(trip.recoveries, now);
-        trip.recoveries += 1;
-        if attempt.recovery == Recovery::ClearCostmap {
-            self.costmap.forget_marks();
-        }
-        attempt
-    }
-
-    /// Whether the robot can back up a little: neither lasers nor the costmap know of anything there, and a laser looks.
-    fn is_free_behind(&self, now: &Now<'_>) -> bool {
-        let needed_m = self.model.radius_m + self.parameters.following.collision_margin;
-        let back = now.at * pose(0.0, 0.0, std::f64::consts::PI);
-        let is_seen_free = self.surroundings.free_way(&back, 0.0, LOOK_BEHIND_M, needed_m).way_m >= FREE_BEHIND_M;
-        let behind = back * Point::new(FREE_BEHIND_M, 0.0);
-        let room_m = self.costmap.clearance_m(&behind);
-        let is_known_free = room_m >= self.model.radius_m.min(self.costmap.clearance_m(&now.position()));
-        is_seen_free && is_known_free && self.surroundings.sees_behind(now.time, self.parameters.scan_patience)
     }
 }
