@@ -3,7 +3,9 @@
 mod automaton_graph;
 mod dot;
 mod picture;
+mod rule_graph;
 mod scxml;
+mod shape;
 mod text;
 
 pub(crate) use picture::Picture;

@@ -1,0 +1,37 @@
+//! Which shape a monitor's program graph has.
+
+use channels::Topology;
+
+use crate::engine::Timing;
+use crate::export::automaton_graph;
+use crate::export::picture::Picture;
+use crate::export::rule_graph::Draft;
+use crate::synthesis::Synthesis;
+
+/// An automaton with more open states than this is no picture; it can be written out all the same.
+const MAX_DRAWN_STATES: usize = 12;
+
+impl Picture {
+    /// The graph of a monitor that has that form, small enough to be looked at.
+    pub(crate) fn of(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
+        Self::with_limit(name, synthesis, topology, MAX_DRAWN_STATES)
+    }
+
+    /// The graph of a monitor that has that form, however large.
+    pub(crate) fn of_any_size(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
+        Self::with_limit(name, synthesis, topology, usize::MAX)
+    }
+
+    fn with_limit(name: &str, synthesis: &Synthesis, topology: &Topology, limit: usize) -> Option<Self> {
+        let words = &synthesis.vocabulary;
+        if let Some(automaton) = synthesis.automaton() {
+            return automaton_graph::picture(name, automaton, (words, &synthesis.alphabet), topology, limit);
+        }
+        let compact = synthesis.compact().filter(|compact| compact.is_exact() && !compact.rules().is_empty())?;
+        let draft = Draft::new(name, words, topology);
+        match compact.rules() {
+            [rule] if rule.timing != Timing::Never => draft.timed(rule),
+            _ => draft.safety(compact),
+        }
+    }
+}
