@@ -5,30 +5,7 @@ use std::time::Duration;
 use crate::blackboard::{Blackboard, Value};
 use crate::program::LeafPort;
 use crate::settings::ReadError;
-use crate::{Node, NodeId, Status, Tree};
-
-/// Which way things go through a port.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Direction {
-    /// The node reads it.
-    Input,
-    /// The node writes it.
-    Output,
-    /// The node does both.
-    InOut,
-}
-
-impl Direction {
-    /// The element that declares such a port in a `<TreeNodesModel>`.
-    #[must_use]
-    pub fn element(self) -> &'static str {
-        match self {
-            Self::Input => "input_port",
-            Self::Output => "output_port",
-            Self::InOut => "inout_port",
-        }
-    }
-}
+use crate::{Direction, Node, NodeId, Status, Tree};
 
 /// The leaves of a tree, when they can answer at once.
 pub trait Leaves {

@@ -49,12 +49,15 @@
 //! ```
 
 mod blackboard;
+mod call;
+mod direction;
 mod engine;
 mod error;
 mod execution;
 mod hooks;
 mod kind;
 mod leaf;
+mod node;
 mod ports;
 mod process;
 mod program;
@@ -68,10 +71,13 @@ mod tree;
 mod xml;
 
 pub use blackboard::{Blackboard, Type, Value, ValueError};
+pub use call::{Call, Fault, Reply, Request, Step};
+pub use direction::Direction;
 pub use error::TreeError;
-pub use execution::{Call, Execution, Fault, Reply, Request, Step};
+pub use execution::Execution;
 pub use kind::{Category, Item, Kind};
-pub use leaf::{Direction, Leaf, Leaves, PortError};
+pub use leaf::{Leaf, Leaves, PortError};
+pub use node::{Node, NodeId, one_line};
 pub use ports::{Port, Source};
 pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
@@ -79,7 +85,7 @@ pub use process::{
 };
 pub use rehearsal::{Cue, Inputs, Moment, Part, Rehearsal, table};
 pub use status::{NodeState, Outcome, Status};
-pub use tree::{Node, NodeId, Tree, one_line};
+pub use tree::Tree;
 pub use xml::Loader;
 
 /// The paper's tree: drive to the destination, break off to recharge when the battery is low, and resume. It is the

@@ -19,93 +19,14 @@
 //! is converted, and it is an error if it can't be.
 
 mod evaluate;
+mod expression;
 mod parse;
+mod reading;
 mod token;
 
-use std::ops::Range;
-use std::sync::Arc;
-
 pub(crate) use evaluate::ScriptError;
-
-use crate::Value;
-use crate::blackboard::Slot;
-
-/// A script, ready to run: its entries have been found.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Script {
-    statements: Vec<Expression>,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-enum Expression {
-    Literal(Value),
-    /// An entry, and its name for what goes wrong.
-    Name(Slot, Arc<str>),
-    Unary(Unary, Box<Expression>),
-    Binary(Binary, Box<Expression>, Box<Expression>),
-    /// The first operand, and the others with what they are compared by.
-    Comparison(Box<Expression>, Vec<(Comparison, Expression)>),
-    Choice(Box<[Expression; 3]>),
-    Assignment(Assignment, Slot, Arc<str>, Box<Expression>),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unary {
-    Negate,
-    Complement,
-    Not,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Binary {
-    Add,
-    Subtract,
-    Multiply,
-    Divide,
-    Join,
-    BitAnd,
-    BitOr,
-    BitXor,
-    And,
-    Or,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Comparison {
-    Equal,
-    NotEqual,
-    Less,
-    Greater,
-    LessEqual,
-    GreaterEqual,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Assignment {
-    /// `:=`
-    Create,
-    /// `=`
-    Existing,
-    /// `+=` and its like.
-    With(Binary),
-}
-
-/// What is wrong with the text of a script, and where.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct SyntaxError {
-    pub(crate) message: String,
-    /// In bytes of the script.
-    pub(crate) range: Range<usize>,
-}
-
-/// What names in scripts mean.
-pub(crate) trait Names {
-    /// The number that a constant stands for.
-    fn constant(&self, name: &str) -> Option<i64>;
-
-    /// The entry that a name means.
-    fn slot(&mut self, name: &str) -> Slot;
-}
+pub(crate) use expression::Script;
+pub(crate) use reading::{Names, SyntaxError};
 
 impl Script {
     /// Reads a script.

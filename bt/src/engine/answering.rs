@@ -1,6 +1,6 @@
 //! Going up: a node answers, and its parent reacts.
 
-use super::halting::{After, Halting};
+use super::reset::{After, Halting};
 use super::{Context, MAX_REPEATS, Next, Point, State, TOO_MANY_REPEATS};
 use crate::program::{Flags, Op, Program};
 use crate::semantics::{Answer, Reaction, Reading, Reset, Resume, Then, Which, react};

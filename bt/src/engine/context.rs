@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::Next;
-use super::halting::Halting;
+use super::reset::Halting;
 use crate::program::{Op, Program};
 use crate::{Leaf, Leaves, Status, Tree};
 

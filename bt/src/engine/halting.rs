@@ -1,79 +1,11 @@
 //! Resetting nodes, and halting those that run.
 
+use super::reset::{After, Halting};
 use super::{Answers, Context, Next, State};
 use crate::program::{Flags, Op, Program};
-use crate::semantics::{Reading, Then};
+use crate::semantics::Reading;
 use crate::status::Mark;
 use crate::{Kind, Leaf, NodeId, Outcome, Status};
-
-/// The resetting of a stretch of nodes, in document order: a node, or some neighbouring children of one node, with all
-/// that is below.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) struct Halting {
-    pub(super) cursor: u32,
-    /// Where the stretch starts.
-    pub(super) start: u32,
-    pub(super) end: u32,
-    /// A node that is left alone, with all below it; zero is none.
-    pub(super) spared: u32,
-    /// The node at the start is halted even if it is not running.
-    pub(super) forced: bool,
-    pub(super) after: After,
-}
-
-/// What comes after a resetting.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(crate) enum After {
-    /// This node goes on, because of that child.
-    Do(u32, u32, Then),
-    /// This node, which has been halted, is skipped.
-    Skip(u32),
-    /// This node, which is being halted, ticks its catch block.
-    Catch(u32),
-    /// The catch block of this node is done, and the node is halted.
-    Caught(u32),
-    /// The next node of the whole tree is halted.
-    HaltFrom(u32),
-    /// The whole tree has been halted.
-    Halted,
-}
-
-impl After {
-    /// The node that is in the middle of its tick.
-    pub(super) fn node(self) -> Option<u32> {
-        match self {
-            Self::Do(node, ..) | Self::Skip(node) => Some(node),
-            Self::Catch(_) | Self::Caught(_) | Self::HaltFrom(_) | Self::Halted => None,
-        }
-    }
-}
-
-impl Halting {
-    /// Resets nothing.
-    pub(super) const NONE: Self = Self { cursor: 0, start: 0, end: 0, spared: 0, forced: false, after: After::Halted };
-
-    /// Resets a node.
-    pub(super) fn of_node(program: &Program, node: u32, after: After) -> Self {
-        let end = program.ops[node as usize].end;
-        Self { cursor: node, start: node, end, spared: 0, forced: false, after }
-    }
-
-    /// Resets neighbouring children of a node, but for one.
-    pub(super) fn of_children(start: u32, end: u32, spared: u32, after: After) -> Self {
-        Self { cursor: start, start, end, spared, forced: false, after }
-    }
-
-    /// Resets all children of a node.
-    #[inline]
-    pub(super) fn below(program: &Program, node: u32, after: After) -> Self {
-        let end = program.ops[node as usize].end;
-        Self { cursor: node + 1, start: node + 1, end, spared: 0, forced: false, after }
-    }
-
-    fn forced(program: &Program, node: u32, after: After) -> Self {
-        Self { forced: true, ..Self::of_node(program, node, after) }
-    }
-}
 
 impl<A> Context<'_, A> {
     /// Halting the whole tree: the root, and then, as BehaviorTree.CPP does it to make sure, every single node.

@@ -1,6 +1,6 @@
 //! Going down: a node is ticked.
 
-use super::halting::{After, Halting};
+use super::reset::{After, Halting};
 use super::{Answers, Context, Next, State};
 use crate::hooks::Entrance;
 use crate::program::{Flags, Op};

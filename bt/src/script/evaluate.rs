@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::fmt::Display;
 use std::sync::Arc;
 
-use super::{Assignment, Binary, Comparison, Expression, Script, Unary};
+use super::expression::{Assignment, Binary, Comparison, Expression, Script, Unary};
 use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError};
 
 /// What goes wrong while a script runs.

@@ -2,8 +2,9 @@
 
 use std::ops::Range;
 
+use super::expression::{Assignment, Binary, Comparison, Expression, Unary};
+use super::reading::{Names, SyntaxError};
 use super::token::{Token, TokenKind, tokens};
-use super::{Assignment, Binary, Comparison, Expression, Names, SyntaxError, Unary};
 use crate::Value;
 
 /// How deep expressions may be inside one another.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::SyntaxError;
+use super::reading::SyntaxError;
 
 /// A word and where it stands.
 #[derive(Clone, Debug, PartialEq)]

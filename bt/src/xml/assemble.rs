@@ -8,17 +8,17 @@ use diagnostics::{Problem, Source};
 use miette::SourceSpan;
 
 use super::compile::{Compiler, Surroundings};
-use super::document::{Library, SourceFile};
+use super::library::{Definition, Library, Scanned};
+use super::loader::Loader;
 use super::ports::is_port_name;
-use super::problems::{too_deep, too_large, too_many};
-use super::scan::{Definition, Scanned};
-use super::{Loader, hint};
+use super::problems::{hint, too_deep, too_large, too_many};
+use super::source_file::SourceFile;
 use crate::blackboard::{Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_key};
+use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
 use crate::settings::Constants;
-use crate::tree::{Node, name_processes};
-use crate::{Category, Kind, NodeId, Tree};
+use crate::{Category, Kind, Node, NodeId, Tree};
 
 /// The trees of a file by their IDs; of two with the same, the first.
 pub(super) struct Index<'a>(BTreeMap<&'a str, usize>);
@@ -48,7 +48,7 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
             match index.find(id) {
                 Some(target) => found.push((target, node.span)),
                 None => {
-                    let problems = files[definition.file].problems();
+                    let problems = &mut files[definition.file].problems;
                     let help = hint(id, index.ids(), problems.len());
                     let problem = Problem::new(format!("there is no tree `{id}`")).at(node.span, "no such tree");
                     problems.push(problem.with_help_if(help));
@@ -105,7 +105,7 @@ impl CycleSearch<'_> {
                     let problem = Problem::new(format!("a tree would contain itself: {}", cycle.join(" → ")));
                     let help = "trees cannot be recursive; repeat a tree by ticking it again";
                     let problem = problem.at(span, "closes the circle").with_help(help);
-                    self.files[self.definitions[tree].file].problems().push(problem);
+                    self.files[self.definitions[tree].file].problems.push(problem);
                 }
                 Visit::Done => {}
             }
@@ -153,7 +153,7 @@ pub(super) fn assemble(
     let (nodes, program) = (Vec::new(), Program::default());
     let mut assembly = Assembly { loader, library, index, nodes, program, ports: 0, names, files };
     if let Err((file, problem)) = assembly.place(main) {
-        files[file].problems().push(problem);
+        files[file].problems.push(problem);
         return None;
     }
     let Assembly { mut nodes, mut program, names, .. } = assembly;
@@ -249,7 +249,7 @@ impl Assembly<'_> {
     /// What the engine needs of a node.
     fn compile(&mut self, scanned: &Scanned, id: u32, parent: Option<NodeId>, file: usize) {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
-        let problems = self.files[file].problems();
+        let problems = &mut self.files[file].problems;
         let mut compiler = Compiler { kind, name: type_id, attributes, span, names: &mut self.names, problems };
         let mut flags = Flags::default();
         if let Some(hooks) = compiler.hooks() {

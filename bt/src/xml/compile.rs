@@ -6,31 +6,17 @@ use std::sync::Arc;
 use diagnostics::Problem;
 use miette::SourceSpan;
 
+use super::elements::span;
+use super::library::Attribute;
 use super::model::Model;
 use super::ports::{Port, is_port_name, ports};
-use super::problems::{missing_port, not_supported, port_value};
-use super::{Problems, span};
+use super::problems::{Problems, missing_port, not_supported, port_value};
 use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
 use crate::hooks::Hooks;
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
 use crate::settings::{Constants, Input, Loop, Setting};
 use crate::{Direction, Item, Kind};
-
-/// An attribute of a node.
-#[derive(Clone, Debug)]
-pub(super) struct Attribute {
-    pub(super) name: String,
-    /// The name in the file: version 3 called some ports otherwise.
-    pub(super) written: String,
-    pub(super) value: String,
-    /// Of all of it.
-    pub(super) span: SourceSpan,
-    /// Of the value, between the quotes.
-    pub(super) value_span: SourceSpan,
-    /// The value stands in the file as it is, without `&lt;` and its like.
-    pub(super) is_plain: bool,
-}
 
 /// Where names lead to.
 pub(super) trait Surroundings: Names {

@@ -11,44 +11,19 @@ use miette::SourceSpan;
 use roxmltree::{Document, Node, ParsingOptions};
 
 use super::assemble::{self, Index};
-use super::kept::{Kept, namespaces, other_attributes};
-use super::model::{Model, Models, read_models};
-use super::problems::{missing_port, not_supported, too_large, wrong_category};
-use super::scan::{Definition, Scan};
-use super::vocabulary::Builtin;
-use super::{Loader, MAX_ATTRIBUTES, Problems, hint, listed, span, tag_span, vocabulary};
+use super::elements::{MAX_ATTRIBUTES, span, tag_span};
+use super::kept::{namespaces, other_attributes};
+use super::library::{Definition, Library};
+use super::loader::Loader;
+use super::model::{Models, read_models};
+use super::problems::{Problems, hint, listed, missing_port, not_supported, too_large, wrong_category};
+use super::scan::Scan;
+use super::source_file::SourceFile;
+use super::vocabulary::{self, Builtin};
 use crate::{Category, Tree, TreeError};
 
 /// How many files may be involved.
 const MAX_FILES: usize = 100;
-
-/// All that files say: their trees, and what they declare of nodes.
-#[derive(Debug, Default)]
-pub(crate) struct Library {
-    /// The trees that count: of several with one ID, that of the including file.
-    pub(crate) definitions: Vec<Definition>,
-    pub(super) models: Models,
-    /// What the main file's root says besides its format and its main tree, and the namespaces of all files.
-    pub(super) kept: Kept,
-}
-
-/// A file, and what is wrong with it.
-pub(super) struct SourceFile {
-    path: PathBuf,
-    text: Source,
-    problems: Problems,
-}
-
-impl SourceFile {
-    fn new(path: &Path, text: &str) -> Self {
-        Self { path: path.to_owned(), text: Source::new(&path.display().to_string(), text), problems: Vec::new() }
-    }
-
-    /// Whether there is more to say of it than warnings.
-    fn is_wrong(&self) -> bool {
-        self.problems.iter().any(Problem::is_error)
-    }
-}
 
 /// Loads a file and those that it includes. The main file is the first.
 pub(super) fn load(
@@ -225,19 +200,6 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     kept.extend(other_attributes(main_root, &["BTCPP_format", "main_tree_to_execute"]));
     let library = Arc::new(Library { definitions, models, kept });
     assemble::assemble(loader, &sources, &library, main, files)
-}
-
-impl SourceFile {
-    pub(super) fn problems(&mut self) -> &mut Problems {
-        &mut self.problems
-    }
-}
-
-impl Library {
-    /// What is declared or known of an ID.
-    pub(crate) fn model(&self, id: &str) -> Option<&Model> {
-        self.models.get(id)
-    }
 }
 
 /// The format that the file says it has; 3 where it says nothing, as nothing was said in its days.

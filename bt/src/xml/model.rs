@@ -6,10 +6,11 @@ use diagnostics::Problem;
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
+use super::elements::{MAX_PORTS, required_id, tag_span, value_span};
 use super::kept::{Kept, other_attributes, verbatim};
 use super::ports::is_port_name;
-use super::problems::{port_value, too_many, wrong_category};
-use super::{MAX_PORTS, Problems, tag_span, value_span, vocabulary};
+use super::problems::{Problems, port_value, too_many, wrong_category};
+use super::vocabulary;
 use crate::blackboard::{Type, pointed_key};
 use crate::{Category, Direction};
 
@@ -97,7 +98,7 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
         );
         return;
     };
-    let Some(id) = super::required_id(element, "which node is declared", problems) else { return };
+    let Some(id) = required_id(element, "which node is declared", problems) else { return };
     let span = tag_span(element);
     if let Some(builtin) = vocabulary::builtin(&id) {
         let (is, used_as) = (builtin.category(), category);

@@ -1,6 +1,6 @@
 //! What is said of tree files in more than one place.
 
-use diagnostics::Problem;
+use diagnostics::{MAX_HINTS, Problem, nearest};
 use miette::SourceSpan;
 
 use crate::Category;
@@ -77,3 +77,30 @@ pub(super) fn unknown_port(node: &str, port: &str, span: SourceSpan, help: Optio
 pub(super) fn port_value(port: &str, message: &str, span: SourceSpan, help: Option<String>) -> Problem {
     Problem::new(format!("the port `{port}`: {message}")).at(span, "not accepted here").with_help_if(help)
 }
+
+/// The name that one was probably meant to be, or else all there are, as help. Nothing after very many problems: a
+/// hostile file must not keep us searching.
+pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str> + Clone, problems: usize) -> Option<String> {
+    if let Some(near) = near(unknown, known.clone(), problems) {
+        return Some(format!("did you mean `{near}`?"));
+    }
+    (problems < MAX_HINTS && known.clone().next().is_some()).then(|| format!("there is {}", listed(known)))
+}
+
+/// The name that one was probably meant to be.
+pub(super) fn near<'a>(unknown: &str, known: impl Iterator<Item = &'a str>, problems: usize) -> Option<&'a str> {
+    if problems < MAX_HINTS { nearest(unknown, known) } else { None }
+}
+
+/// The names in a sentence; of very many, the first.
+pub(super) fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
+    let mut quoted: Vec<String> = names.by_ref().take(10).map(|name| format!("`{name}`")).collect();
+    quoted.extend(names.next().map(|_| "…".to_owned()));
+    quoted.join(", ")
+}
+
+/// After so many problems, a file is not read on.
+pub(super) const MAX_PROBLEMS: usize = 100_000;
+
+/// The problems found so far.
+pub(super) type Problems = Vec<Problem>;

@@ -8,50 +8,19 @@ use diagnostics::xml::name_span;
 use miette::SourceSpan;
 use roxmltree::Node as Element;
 
-use super::compile::{Attribute, Compiler, Nowhere};
-use super::kept::{Kept, other_attributes, written_name};
+use super::compile::{Compiler, Nowhere};
+use super::elements::{required_id, span, tag_span, value_span};
+use super::kept::{other_attributes, written_name};
+use super::library::{Attribute, Definition, Scanned};
+use super::loader::Loader;
 use super::model::{Model, Models, misplaced};
 use super::ports::is_port_name;
-use super::problems::{child_count, missing_port, not_supported, port_value, too_deep, unknown_node, wrong_category};
+use super::problems::{
+    MAX_PROBLEMS, Problems, child_count, missing_port, near, not_supported, port_value, too_deep, unknown_node,
+    wrong_category,
+};
 use super::vocabulary::{self, Builtin};
-use super::{Loader, MAX_PROBLEMS, Problems, near, required_id, span, tag_span, value_span};
 use crate::{Category, Kind};
-
-/// A `<BehaviorTree>`.
-#[derive(Debug)]
-pub(crate) struct Definition {
-    pub(crate) id: Option<String>,
-    /// What the element says besides its ID.
-    pub(super) kept: Kept,
-    pub(super) span: SourceSpan,
-    /// In which of the files.
-    pub(super) file: usize,
-    /// In document order, the root first; none where it has no root.
-    pub(crate) nodes: Vec<Scanned>,
-}
-
-/// A node as the file has it.
-#[derive(Debug)]
-pub(crate) struct Scanned {
-    pub(crate) kind: Kind,
-    pub(crate) type_id: String,
-    pub(super) attributes: Vec<Attribute>,
-    pub(super) span: SourceSpan,
-    /// Its place in the list of its tree.
-    pub(crate) parent: Option<usize>,
-}
-
-impl Scanned {
-    /// The attributes that are kept: all but those that spell out what the node is.
-    pub(crate) fn kept_attributes(&self) -> impl Iterator<Item = (&str, &str)> {
-        let kept = self.attributes.iter().filter(|attribute| attribute.name != "ID");
-        kept.map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
-    }
-
-    pub(crate) fn attribute(&self, name: &str) -> Option<&str> {
-        self.attributes.iter().find(|attribute| attribute.name == name).map(|attribute| attribute.value.as_str())
-    }
-}
 
 /// The reading of one document.
 pub(super) struct Scan<'a> {

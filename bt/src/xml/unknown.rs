@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use diagnostics::{MAX_HINTS, Problem};
 
-use super::compile::{Attribute, Compiler};
+use super::compile::Compiler;
+use super::library::Attribute;
 use super::model::Model;
 use super::ports::{is_port_name, ports};
-use super::problems::unknown_port;
-use super::{listed, near};
+use super::problems::{listed, near, unknown_port};
 use crate::hooks::Hooks;
 
 /// Attributes that begin with `_` and are no scripts: what BehaviorTree.CPP and Groot write or read besides.

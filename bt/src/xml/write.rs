@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
+use super::library::{Definition, Scanned};
 use super::model::{Model, PortModel};
 use super::ports::is_port_name;
-use super::scan::{Definition, Scanned};
 use super::vocabulary;
 use crate::{Category, Direction, Kind, Tree};
 

@@ -1,0 +1,66 @@
+//! What a script is made of.
+
+use std::sync::Arc;
+
+use crate::Value;
+use crate::blackboard::Slot;
+
+/// A script, ready to run: its entries have been found.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Script {
+    pub(super) statements: Vec<Expression>,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Expression {
+    Literal(Value),
+    /// An entry, and its name for what goes wrong.
+    Name(Slot, Arc<str>),
+    Unary(Unary, Box<Expression>),
+    Binary(Binary, Box<Expression>, Box<Expression>),
+    /// The first operand, and the others with what they are compared by.
+    Comparison(Box<Expression>, Vec<(Comparison, Expression)>),
+    Choice(Box<[Expression; 3]>),
+    Assignment(Assignment, Slot, Arc<str>, Box<Expression>),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Unary {
+    Negate,
+    Complement,
+    Not,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Binary {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Join,
+    BitAnd,
+    BitOr,
+    BitXor,
+    And,
+    Or,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Comparison {
+    Equal,
+    NotEqual,
+    Less,
+    Greater,
+    LessEqual,
+    GreaterEqual,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Assignment {
+    /// `:=`
+    Create,
+    /// `=`
+    Existing,
+    /// `+=` and its like.
+    With(Binary),
+}
