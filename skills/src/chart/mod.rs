@@ -3,6 +3,7 @@
 mod bit_set;
 mod content;
 mod events;
+mod ids;
 mod relations;
 mod show;
 mod state;
@@ -23,8 +24,10 @@ pub(crate) use content::{
     Param, Payload, Place, Send, SendId, Source, visit_actions,
 };
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
+pub(crate) use ids::DataId;
+pub use ids::{StateId, TransitionId};
 pub(crate) use state::{Descriptor, Domain, Initial};
-pub use state::{HistoryKind, State, StateId, StateKind, Transition, TransitionId};
+pub use state::{HistoryKind, State, StateKind, Transition};
 
 use crate::expression::Expr;
 use crate::{Concerns, Strictness};
@@ -41,20 +44,6 @@ pub const CHANNEL_PROCESSOR: &str = "channel";
 
 /// The types of `<invoke>` that mean a machine (SCXML 6.4.2).
 pub(crate) const INVOKE_KINDS: [&str; 3] = ["scxml", "http://www.w3.org/TR/scxml/", "http://www.w3.org/TR/scxml"];
-
-/// A datum of a chart: its place in the data model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub(crate) struct DataId(u32);
-
-impl DataId {
-    pub(crate) fn new(index: usize) -> Self {
-        Self(u32::try_from(index).expect("a file of 4 MiB declares fewer than 2^32 data"))
-    }
-
-    pub(crate) fn index(self) -> usize {
-        self.0 as usize
-    }
-}
 
 /// `<data>`, or a name that a script or a `<foreach>` declares.
 #[derive(Clone, Debug)]

@@ -4,41 +4,7 @@ use std::sync::Arc;
 
 use miette::SourceSpan;
 
-use super::{Block, Condition, DataId, EventClass, Invoke, Matches, Payload};
-
-/// A state of a chart: its place in document order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct StateId(u32);
-
-impl StateId {
-    pub(crate) const ROOT: Self = Self(0);
-
-    pub(crate) fn new(index: usize) -> Self {
-        Self(u32::try_from(index).expect("a file of 4 MiB has fewer than 2^32 states"))
-    }
-
-    /// The place in document order; the root is 0.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
-
-/// A transition of a chart: its place in document order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct TransitionId(u32);
-
-impl TransitionId {
-    pub(crate) fn new(index: usize) -> Self {
-        Self(u32::try_from(index).expect("a file of 4 MiB has fewer than 2^32 transitions"))
-    }
-
-    /// The place in document order.
-    #[must_use]
-    pub fn index(self) -> usize {
-        self.0 as usize
-    }
-}
+use super::{Block, Condition, DataId, EventClass, Invoke, Matches, Payload, StateId, TransitionId};
 
 /// What a state is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -20,60 +20,25 @@
 
 #[cfg(not(feature = "ecmascript"))]
 mod absent;
+mod code;
 #[cfg(feature = "ecmascript")]
 mod quickjs;
+mod world;
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
-use std::time::Duration;
 
 #[cfg(not(feature = "ecmascript"))]
 use absent as present;
 #[cfg(feature = "ecmascript")]
 use quickjs as present;
 
+pub(crate) use code::{Code, Form};
+pub(crate) use world::World;
+
 use crate::Datum;
 use crate::chart::DataId;
-use crate::datum::Memory;
 use crate::expression::scan::{Declarations, Piece, declarations, pieces, too_deep, words};
-use crate::expression::{EvaluationError, ExpressionProblem, Names, Scope};
-use crate::steps::Steps;
-
-/// What a piece of code is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Form {
-    /// It has a value.
-    Expression,
-    /// It does something.
-    Script,
-    /// A value is assigned to it.
-    Location,
-}
-
-/// Code for the engine, found to be readable.
-#[derive(Clone, Debug)]
-pub(crate) struct Code {
-    /// The program that the engine runs.
-    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
-    program: Arc<str>,
-    /// The data that the code mentions.
-    mentions: Vec<DataId>,
-    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
-    mentions_event: bool,
-}
-
-/// What code can see and change.
-#[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine looks at it"))]
-pub(crate) struct World<'a> {
-    /// Without data.
-    pub(crate) scope: Scope<'a>,
-    pub(crate) memory: &'a mut Memory,
-    pub(crate) now: Duration,
-    /// Where the sequence of `Math.random` stands.
-    pub(crate) random: &'a mut u64,
-    /// What running may cost.
-    pub(crate) steps: &'a Steps,
-}
+use crate::expression::{EvaluationError, ExpressionProblem, Names};
 
 /// A source may be so long.
 const MAX_BYTES: usize = 1 << 18;

@@ -2,36 +2,12 @@
 
 use std::sync::{Arc, OnceLock};
 
-use super::{BinaryOp, EventField, Expr, LogicOp, UnaryOp};
+use super::location::Step;
+use super::{BinaryOp, EvaluationError, EventField, Expr, Location, LogicOp, UnaryOp};
 use crate::chart::{BitSet, Chart};
 use crate::datum::MAX_TEXT_BYTES;
 use crate::steps::Steps;
-use crate::{Datum, Event, TooLarge};
-
-/// Why an expression has no value; it becomes `error.execution`.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum EvaluationError {
-    #[error("{0} is not defined")]
-    Unknown(Arc<str>),
-    #[error("{0}")]
-    Broken(Arc<str>),
-    #[error("there is no member {member} of {value}")]
-    NoMembers { value: &'static str, member: Arc<str> },
-    #[error("a string may be {MAX_TEXT_BYTES} bytes long at most")]
-    LongText,
-    #[error("what is inherited as {0} is no plain value")]
-    Inherited(Arc<str>),
-    #[error(transparent)]
-    TooLarge(#[from] TooLarge),
-    #[error("{0} cannot be assigned to")]
-    NotAssignable(String),
-    #[error("this does not come to an end: it takes too many steps")]
-    TooLong,
-    /// What the engine has thrown.
-    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "there is no engine to throw it"))]
-    #[error("{0}")]
-    Thrown(String),
-}
+use crate::{Datum, Event};
 
 type Result<T> = std::result::Result<T, EvaluationError>;
 
@@ -84,6 +60,17 @@ impl Scope<'_> {
     fn is_active_id(&self, id: &str) -> bool {
         let state = self.chart.and_then(|chart| chart.find_state(id));
         state.is_some_and(|state| self.is_active(state.index()))
+    }
+}
+
+impl Location {
+    /// The names that lead from the datum to the location, evaluated.
+    pub(crate) fn keys(&self, scope: &Scope<'_>) -> Result<Vec<Arc<str>>> {
+        let key = |step: &Step| match step {
+            Step::Member(name) => Ok(Arc::clone(name)),
+            Step::Index(index) => Ok(index.evaluate(scope)?.to_text()),
+        };
+        self.path.iter().map(key).collect()
     }
 }
 

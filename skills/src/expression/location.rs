@@ -3,18 +3,18 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{EvaluationError, Expr, ExpressionProblem, ProblemKind, Scope};
+use super::{Expr, ExpressionProblem, ProblemKind};
 use crate::chart::DataId;
 
 /// A datum, or a part of one: `x`, `x.y`, `x[i].z`.
 #[derive(Clone, Debug)]
 pub(crate) struct Location {
     pub(crate) data: DataId,
-    path: Vec<Step>,
+    pub(super) path: Vec<Step>,
 }
 
 #[derive(Clone, Debug)]
-enum Step {
+pub(super) enum Step {
     Member(Arc<str>),
     Index(Expr),
 }
@@ -70,14 +70,5 @@ impl Location {
             };
         }
         expr
-    }
-
-    /// The names that lead from the datum to the location, evaluated.
-    pub(crate) fn keys(&self, scope: &Scope<'_>) -> Result<Vec<Arc<str>>, EvaluationError> {
-        let key = |step: &Step| match step {
-            Step::Member(name) => Ok(Arc::clone(name)),
-            Step::Index(index) => Ok(index.evaluate(scope)?.to_text()),
-        };
-        self.path.iter().map(key).collect()
     }
 }

@@ -3,18 +3,7 @@
 use super::parse::Parser;
 use super::token::{Kind, tokens};
 use super::vocabulary::binary;
-use super::{BinaryOp, Expr, ExpressionProblem, Location, Names, Parsed};
-
-/// A statement of a script.
-#[derive(Clone, Debug)]
-pub(crate) enum Statement {
-    /// `location = value`
-    Assign(Location, Expr),
-    /// `location op= value`
-    Update(Location, BinaryOp, Expr),
-    /// An expression for its own sake.
-    Evaluate(Expr),
-}
+use super::{BinaryOp, Expr, ExpressionProblem, Location, Names, Parsed, Statement};
 
 const DECLARATORS: [&str; 3] = ["var", "let", "const"];
 

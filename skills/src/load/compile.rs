@@ -1,48 +1,19 @@
 //! The second pass: what the states do.
 
 use std::collections::BTreeSet;
-use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::{Problem, Source, nearest_or_all};
+use diagnostics::{Problem, nearest_or_all};
 use roxmltree::Node;
 
+use super::origin::Origin;
 use super::outline::{Outline, descriptors};
 use super::value::{Value, content_of_file};
 use super::xml::{Written, elements_named, name_span};
-use super::{files, reach, targets};
+use super::{reach, targets};
 use crate::Strictness;
 use crate::chart::{Binding, Chart, DataId, DataItem, EventTree, State, StateId, StateKind, Transition, TransitionId};
 use crate::expression::{Expr, Names};
-
-/// Where a machine comes from, and how strictly it is read.
-#[derive(Clone, Debug)]
-pub(super) struct Origin<'o> {
-    pub(super) file: Source,
-    /// What the machine is called if it does not say so itself.
-    pub(super) stem: &'o str,
-    pub(super) strictness: Strictness,
-    /// Where files are looked up.
-    pub(super) folder: Option<Arc<Path>>,
-    /// Whether the machines are looked at that are invoked from files.
-    pub(super) looks_further: bool,
-}
-
-impl Origin<'_> {
-    /// The text of a file beside the machine's.
-    pub(super) fn read(&self, address: &str) -> Result<String, String> {
-        files::read(&files::path(address, self.folder.as_deref())?)
-    }
-
-    /// Whether a file can be invoked as a machine.
-    pub(super) fn try_invoked(&self, address: &str) -> Result<(), String> {
-        let path = files::path(address, self.folder.as_deref())?;
-        if !self.looks_further {
-            return Ok(());
-        }
-        Chart::open_with(&path, self.strictness, false).map(|_| ()).map_err(|error| error.to_string())
-    }
-}
 
 /// Compiles a machine whose elements are as SCXML has them, and reports what is wrong nevertheless; also how much of that the
 /// recommendation would forgive.

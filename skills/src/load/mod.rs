@@ -7,6 +7,7 @@ mod dialect;
 mod expression;
 mod files;
 mod invoke;
+mod origin;
 mod outline;
 mod reach;
 mod rules;
@@ -26,8 +27,8 @@ use std::sync::Arc;
 use diagnostics::{Problem, Source};
 use roxmltree::{Document, ParsingOptions};
 
-use compile::Origin;
 use files::MAX_BYTES;
+use origin::Origin;
 
 use crate::chart::Chart;
 use crate::{SkillError, Strictness};

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use diagnostics::Problem;
 use roxmltree::Node;
 
-use super::compile::Origin;
+use super::origin::Origin;
 use super::xml::{Written, elements, elements_named, name_span, own_elements};
 use crate::chart::{DataId, DataItem, EventClass, HistoryKind, Payload, State, StateId, StateKind, is_descriptor};
 use crate::expression::scan::{Declarations, declarations};

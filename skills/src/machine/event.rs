@@ -105,3 +105,20 @@ impl Event {
         self
     }
 }
+
+/// What a machine sends to somebody else.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Outgoing {
+    /// The event I/O processor, as the `type` of `<send>` names it: `channel`.
+    pub processor: Arc<str>,
+    /// Where it goes.
+    pub target: Option<Arc<str>>,
+    /// The event's name; none if only content is sent.
+    pub event: Option<Arc<str>>,
+    /// The id that the `<send>` gave it.
+    pub send_id: Option<Arc<str>>,
+    /// An object with a member per parameter, or the content.
+    pub data: Datum,
+    /// All parameters in order, if two of them have one name; `data` has the last of them alone.
+    pub repeated: Option<Params>,
+}

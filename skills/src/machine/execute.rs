@@ -5,8 +5,7 @@ use std::sync::Arc;
 use miette::SourceSpan;
 
 use super::run::Run;
-use super::send::no_room;
-use super::{Event, EventKind, Note};
+use super::{Event, EventKind, Note, no_room};
 use crate::Datum;
 use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload, Place};
 use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary};

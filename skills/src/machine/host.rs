@@ -3,8 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::{Machine, Params};
-use crate::Datum;
+use super::{Machine, Outgoing};
 
 /// Whoever runs a machine: takes what it sends away and what it has to say.
 pub trait Host {
@@ -23,23 +22,6 @@ pub trait Host {
     fn entered(&mut self, machine: &Machine) {
         let _ = machine;
     }
-}
-
-/// What a machine sends to somebody else.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct Outgoing {
-    /// The event I/O processor, as the `type` of `<send>` names it: `channel`.
-    pub processor: Arc<str>,
-    /// Where it goes.
-    pub target: Option<Arc<str>>,
-    /// The event's name; none if only content is sent.
-    pub event: Option<Arc<str>>,
-    /// The id that the `<send>` gave it.
-    pub send_id: Option<Arc<str>>,
-    /// An object with a member per parameter, or the content.
-    pub data: Datum,
-    /// All parameters in order, if two of them have one name; `data` has the last of them alone.
-    pub repeated: Option<Params>,
 }
 
 /// Why an event could not be delivered.

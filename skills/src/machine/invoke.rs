@@ -1,11 +1,9 @@
 //! Machines that a machine invokes (SCXML 6.4): they live inside it, and run when it is at rest.
 
 use std::sync::Arc;
-use std::time::Duration;
 
 use super::run::{Kin, Mail, Run};
-use super::send::no_room;
-use super::{Event, Host, MAX_WAITING, Machine, Note, Outgoing, Queued, Status, Undelivered};
+use super::{Event, Host, Invoked, MAX_WAITING, Machine, Note, Outgoing, Queued, Status, Undelivered, no_room};
 use crate::Datum;
 use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
 
@@ -13,18 +11,6 @@ use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
 const MAX_SESSIONS: usize = 256;
 /// Machines may invoke machines so deeply.
 const MAX_GENERATIONS: u32 = 16;
-
-/// A machine that another one has invoked, and from where. It stays when it has ended, until the state is left: what it
-/// has sent may not have been taken yet, and is to be finalized.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Invoked {
-    pub(super) state: StateId,
-    /// Which `<invoke>` of the state.
-    pub(super) index: usize,
-    /// The id that the parent knows it by.
-    pub(super) id: Arc<str>,
-    pub(super) machine: Machine,
-}
 
 impl Machine {
     /// Takes what another machine sends, if there is room for it.
@@ -308,13 +294,5 @@ impl Host for Inside<'_> {
 
     fn note(&mut self, note: Note) {
         self.host.note(Note::Invoked { id: Arc::clone(self.id), note: Box::new(note) });
-    }
-}
-
-/// The earlier of two times, if there are any.
-pub(super) fn earlier(one: Option<Duration>, other: Option<Duration>) -> Option<Duration> {
-    match (one, other) {
-        (Some(one), Some(other)) => Some(one.min(other)),
-        (one, other) => one.or(other),
     }
 }

@@ -4,29 +4,26 @@ mod entry;
 mod event;
 mod execute;
 mod host;
+mod input;
 mod invoke;
 mod run;
 mod select;
 mod send;
+mod timer;
 
 use std::collections::VecDeque;
 use std::sync::{Arc, OnceLock};
-use std::time::Duration;
 
 use diagnostics::nearest_or_all;
 
-pub use event::{Event, EventKind, Params};
-pub(crate) use host::Silence;
-pub use host::{Host, Note, Outgoing, Transcript, Undelivered};
+pub use event::{Event, EventKind, Outgoing, Params};
+pub use host::{Host, Note, Transcript, Undelivered};
 
 use crate::chart::{BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
 use crate::datum::Memory;
-use crate::steps::Steps;
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
-use invoke::{Invoked, earlier};
-use run::Run;
-use send::Timer;
+use timer::Timer;
 
 /// A machine that runs a [`Chart`]: which states are active, what the data hold, which events and timers are pending.
 ///
@@ -144,6 +141,23 @@ struct Queued {
     class: EventClass,
 }
 
+/// A machine that another one has invoked, and from where. It stays when it has ended, until the state is left: what it
+/// has sent may not have been taken yet, and is to be finalized.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Invoked {
+    state: StateId,
+    /// Which `<invoke>` of the state.
+    index: usize,
+    /// The id that the parent knows it by.
+    id: Arc<str>,
+    machine: Machine,
+}
+
+/// Why an event is not sent.
+fn no_room() -> String {
+    format!("{MAX_WAITING} events are waiting already")
+}
+
 /// Working memory of a microstep, kept so that no step needs to ask for more.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
@@ -237,40 +251,6 @@ impl Machine {
         self.random = seed;
     }
 
-    /// Gives the data their first values, enters the initial states and runs until the machine comes to rest. Does
-    /// nothing on a machine that has been started before.
-    pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
-        if self.status == Status::Ready {
-            let chart = Arc::clone(&self.chart);
-            Run::new(&chart, self, now, host, &Steps::default()).start();
-        }
-    }
-
-    /// Hands the machine an external event and runs until it comes to rest. A machine that is not running drops it.
-    pub fn handle(&mut self, event: Event, now: Duration, host: &mut dyn Host) {
-        if self.status == Status::Running {
-            self.enqueue(event);
-            let chart = Arc::clone(&self.chart);
-            Run::new(&chart, self, now, host, &Steps::default()).until_rest();
-        }
-    }
-
-    /// When the next delayed event is due, here or in a machine that was invoked.
-    #[must_use]
-    pub fn next_timer(&self) -> Option<Duration> {
-        let own = self.timers.first().map(|timer| timer.due);
-        self.invoked.iter().fold(own, |first, invoked| earlier(first, invoked.machine.next_timer()))
-    }
-
-    /// Delivers the delayed events that are due at `now`, in the order they are due; the machine comes to rest after
-    /// each.
-    pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
-        let chart = Arc::clone(&self.chart);
-        while self.status == Status::Running && self.next_timer().is_some_and(|due| due <= now) {
-            Run::new(&chart, self, now, host, &Steps::default()).fire_next();
-        }
-    }
-
     /// Puts a value into the datum of the whole machine that has this id; a machine without one goes without it.
     pub(crate) fn put(&mut self, id: &str, value: Datum) {
         if let Some(id) = self.chart.find_parameter(id) {
@@ -321,13 +301,5 @@ impl Machine {
     #[must_use]
     pub fn result(&self) -> &Datum {
         &self.result
-    }
-
-    /// The first values of all data, with nothing else run.
-    pub(crate) fn first_values(&self) -> Memory {
-        let mut machine = self.clone();
-        let chart = Arc::clone(&self.chart);
-        Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence, &Steps::default()).initialise_all();
-        machine.data
     }
 }

@@ -6,9 +6,9 @@ use std::time::Duration;
 use miette::SourceSpan;
 
 use super::execute::Aborted;
-use super::invoke::Invoked;
 use super::run::{Mail, Run};
-use super::{Event, EventKind, MAX_WAITING, Note, Outgoing, Queued, Session, Status};
+use super::timer::{Parcel, Spot, Timer};
+use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, no_room};
 use crate::Datum;
 use crate::chart::{Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
 use crate::delay;
@@ -16,33 +16,6 @@ use crate::load::INTERNAL_TARGET;
 
 /// Where an event goes that is meant for the machine that has invoked this one.
 const PARENT_TARGET: &str = "#_parent";
-
-/// A delayed event, and when it is due. Timers are kept in the order they are due, earlier sent ones first.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Timer {
-    pub(super) due: Duration,
-    pub(super) send_id: Option<Arc<str>>,
-    pub(super) parcel: Parcel,
-}
-
-/// An event on its way.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Parcel {
-    /// To the machine's own internal queue.
-    Internal(Event),
-    /// To the machine's own external queue.
-    Own(Event),
-    /// To somebody else.
-    Away(Outgoing, Spot),
-}
-
-/// Where a `<send>` stands in the file, for messages; two machines of one chart have equal places for equal parcels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Spot(SourceSpan);
-
-impl std::hash::Hash for Spot {
-    fn hash<H: std::hash::Hasher>(&self, _: &mut H) {}
-}
 
 impl Run<'_, '_> {
     /// Evaluates what is sent now, and sends it now or later.
@@ -231,11 +204,6 @@ impl Run<'_, '_> {
             Err(reason) => self.abort(reason, span),
         }
     }
-}
-
-/// Why an event is not sent.
-pub(super) fn no_room() -> String {
-    format!("{MAX_WAITING} events are waiting already")
 }
 
 fn own_event(outgoing: Outgoing, kind: EventKind) -> Event {

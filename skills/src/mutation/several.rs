@@ -1,12 +1,32 @@
 //! Several mutations of one machine at once.
 
+use std::sync::Arc;
+
 use diagnostics::{Problem, Source};
 
 use super::edit::{self, Edit};
-use super::{Mutation, Subject, place};
-use crate::SkillError;
+use super::{Mutation, place};
 use crate::chart::Chart;
 use crate::load;
+use crate::{SkillError, Strictness};
+
+/// A machine that is to be changed.
+pub(super) struct Subject {
+    pub(super) chart: Arc<Chart>,
+    pub(super) strictness: Strictness,
+}
+
+impl Subject {
+    /// The machine, read no more strictly than it bears.
+    pub(super) fn load(file: &str, text: &str) -> Result<Self, SkillError> {
+        let strict = Chart::load_with(file, text, Strictness::Strict).map(|chart| (chart, Strictness::Strict));
+        let loaded = strict.or_else(|refused| {
+            let standard = Chart::load_with(file, text, Strictness::Standard);
+            standard.map(|chart| (chart, Strictness::Standard)).map_err(|_| refused)
+        });
+        loaded.map(|(chart, strictness)| Self { chart, strictness })
+    }
+}
 
 /// Changes a machine's text as all the mutations say. Each speaks of the machine as it was, whatever the others do, so
 /// that their order does not matter; the same mutation twice is one. Otherwise as [`mutate`](super::mutate).

@@ -2,8 +2,8 @@
 
 use super::edit::leaving;
 use super::place::{Site, WrittenSend, events_of, reacts};
-use super::several::changed;
-use super::{Mutation, SendPlace, Subject, TransitionPlace};
+use super::several::{Subject, changed};
+use super::{Mutation, SendPlace, TransitionPlace};
 use crate::SkillError;
 use crate::chart::{Chart, StateId, StateKind, Transition};
 use crate::load::{self, Written};

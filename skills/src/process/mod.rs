@@ -21,10 +21,8 @@ use check::Constants;
 pub use mishap::Mishap;
 use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
+pub use wiring::CLIENT;
 use wiring::Wiring;
-
-/// The process that asks skills: what it sends is a request, and what goes to it an answer.
-pub const CLIENT: &str = "BT";
 
 /// Notes are kept until they are taken, so many at most; older ones are dropped.
 const MAX_NOTES: usize = 1_000;

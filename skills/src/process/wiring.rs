@@ -6,9 +6,11 @@ use std::sync::Arc;
 
 use channels::{ChannelId, Domain, Message, ProcessId, Shape, Symbol, Topology};
 
-use super::CLIENT;
 use super::translate::{self, Unsendable};
 use crate::Datum;
+
+/// The process that asks skills: what it sends is a request, and what goes to it an answer.
+pub const CLIENT: &str = "BT";
 
 /// Who is at the other end of a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]

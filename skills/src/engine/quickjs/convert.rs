@@ -7,8 +7,9 @@ use std::sync::Arc;
 use rquickjs::object::{Filter, Property};
 use rquickjs::{Array, Ctx, Function, Object, Type, Value};
 
-use super::Failure;
 use super::builtins::Tools;
+use super::failure::Failure;
+use super::reading::readable;
 use crate::datum::{Identity, MAX_TEXT_BYTES, Renewed, describe_xml};
 use crate::expression::EvaluationError;
 use crate::{Datum, TooLarge};
@@ -233,7 +234,7 @@ impl<'e, 'js> Reader<'e, 'js> {
         let source: Value<'js> = self.tools.source.call((object.clone(),))?;
         let source = self.text(&source)?;
         for candidate in [source.clone(), format!("function {source}")] {
-            if super::readable(&format!("({})", function_program(&candidate))).is_ok() {
+            if readable(&format!("({})", function_program(&candidate))).is_ok() {
                 return Ok(Datum::Function(candidate.into()));
             }
         }

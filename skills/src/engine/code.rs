@@ -1,0 +1,28 @@
+//! Code for the engine.
+
+use std::sync::Arc;
+
+use crate::chart::DataId;
+
+/// What a piece of code is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Form {
+    /// It has a value.
+    Expression,
+    /// It does something.
+    Script,
+    /// A value is assigned to it.
+    Location,
+}
+
+/// Code for the engine, found to be readable.
+#[derive(Clone, Debug)]
+pub(crate) struct Code {
+    /// The program that the engine runs.
+    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
+    pub(super) program: Arc<str>,
+    /// The data that the code mentions.
+    pub(super) mentions: Vec<DataId>,
+    #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "only an engine reads it"))]
+    pub(super) mentions_event: bool,
+}

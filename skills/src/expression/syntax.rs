@@ -1,0 +1,149 @@
+//! What an expression is made of.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::Datum;
+use crate::chart::{DataId, StateId};
+use crate::engine::Code;
+
+/// What the names in an expression stand for.
+#[derive(Debug, Default)]
+pub(crate) struct Names {
+    /// Data by id.
+    pub(crate) data: BTreeMap<String, DataId>,
+    /// States by id.
+    pub(crate) states: BTreeMap<String, StateId>,
+}
+
+/// A compiled expression.
+#[derive(Clone, Debug)]
+pub(crate) enum Expr {
+    Constant(Datum),
+    Data(DataId),
+    /// A name that stands for nothing: evaluating it is an error.
+    Unknown(Arc<str>),
+    /// What could not be compiled, and why: evaluating it is an error.
+    Broken(Arc<str>),
+    /// A whole expression outside the subset; it is no part of another one.
+    Foreign(Arc<Code>),
+    /// `_event` as a whole.
+    Event,
+    /// `_event.name` and its kin.
+    EventField(EventField),
+    /// `_name`
+    MachineName,
+    /// `_sessionid`
+    SessionId,
+    /// `_ioprocessors`
+    IoProcessors,
+    Member(Box<Expr>, Arc<str>),
+    Index(Box<[Expr; 2]>),
+    Unary(UnaryOp, Box<Expr>),
+    Binary(BinaryOp, Box<[Expr; 2]>),
+    Logic(LogicOp, Box<[Expr; 2]>),
+    /// `test ? then : otherwise`
+    Choice(Box<[Expr; 3]>),
+    /// `In('state')` with a state of this machine.
+    In(StateId),
+    /// `In(…)` with an id that is known only when it is evaluated.
+    InDynamic(Box<Expr>),
+    Array(Vec<Expr>),
+    Object(Vec<(Arc<str>, Expr)>),
+}
+
+/// A field of `_event` (SCXML 5.10.1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum EventField {
+    Name,
+    Type,
+    SendId,
+    Origin,
+    OriginType,
+    InvokeId,
+    Data,
+    Raw,
+}
+
+impl EventField {
+    pub(crate) const ALL: [(&'static str, Self); 8] = [
+        ("name", Self::Name),
+        ("type", Self::Type),
+        ("sendid", Self::SendId),
+        ("origin", Self::Origin),
+        ("origintype", Self::OriginType),
+        ("invokeid", Self::InvokeId),
+        ("data", Self::Data),
+        ("raw", Self::Raw),
+    ];
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum UnaryOp {
+    Not,
+    Minus,
+    Plus,
+    BitNot,
+    TypeOf,
+    Void,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LogicOp {
+    And,
+    Or,
+    /// `??`
+    Coalesce,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum BinaryOp {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Remainder,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    Equal,
+    NotEqual,
+    Identical,
+    NotIdentical,
+    BitAnd,
+    BitOr,
+    BitXor,
+    ShiftLeft,
+    ShiftRight,
+    ShiftRightUnsigned,
+}
+
+impl Expr {
+    /// Whether the value never changes, given which data never change.
+    pub(crate) fn is_fixed(&self, fixed: &dyn Fn(DataId) -> bool) -> bool {
+        let all = |parts: &[Self]| parts.iter().all(|part| part.is_fixed(fixed));
+        match self {
+            Self::Constant(_) | Self::MachineName => true,
+            Self::Data(id) => fixed(*id),
+            Self::Unknown(_) | Self::Broken(_) | Self::Foreign(_) | Self::In(_) | Self::InDynamic(_) => false,
+            Self::Event | Self::EventField(_) | Self::SessionId | Self::IoProcessors => false,
+            Self::Member(part, _) | Self::Unary(_, part) => part.is_fixed(fixed),
+            Self::Index(parts) | Self::Binary(_, parts) | Self::Logic(_, parts) => all(&parts[..]),
+            Self::Choice(parts) => all(&parts[..]),
+            Self::Array(items) => all(items),
+            Self::Object(members) => members.iter().all(|(_, value)| value.is_fixed(fixed)),
+        }
+    }
+
+    /// Whether the expression is written out: a JSON value, or nearly.
+    pub(super) fn is_literal(&self) -> bool {
+        match self {
+            Self::Constant(_) => true,
+            Self::Unary(UnaryOp::Minus, operand) => matches!(**operand, Self::Constant(Datum::Number(_))),
+            Self::Array(items) => items.iter().all(Self::is_literal),
+            Self::Object(members) => members.iter().all(|(_, value)| value.is_literal()),
+            _ => false,
+        }
+    }
+}

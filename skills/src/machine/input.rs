@@ -1,0 +1,62 @@
+//! What sets a machine in motion: its start, an event, a timer that is due.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::host::Silence;
+use super::run::Run;
+use super::{Event, Host, Machine, Status};
+use crate::datum::Memory;
+use crate::steps::Steps;
+
+impl Machine {
+    /// Gives the data their first values, enters the initial states and runs until the machine comes to rest. Does
+    /// nothing on a machine that has been started before.
+    pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
+        if self.status == Status::Ready {
+            let chart = Arc::clone(&self.chart);
+            Run::new(&chart, self, now, host, &Steps::default()).start();
+        }
+    }
+
+    /// Hands the machine an external event and runs until it comes to rest. A machine that is not running drops it.
+    pub fn handle(&mut self, event: Event, now: Duration, host: &mut dyn Host) {
+        if self.status == Status::Running {
+            self.enqueue(event);
+            let chart = Arc::clone(&self.chart);
+            Run::new(&chart, self, now, host, &Steps::default()).until_rest();
+        }
+    }
+
+    /// When the next delayed event is due, here or in a machine that was invoked.
+    #[must_use]
+    pub fn next_timer(&self) -> Option<Duration> {
+        let own = self.timers.first().map(|timer| timer.due);
+        self.invoked.iter().fold(own, |first, invoked| earlier(first, invoked.machine.next_timer()))
+    }
+
+    /// Delivers the delayed events that are due at `now`, in the order they are due; the machine comes to rest after
+    /// each.
+    pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
+        let chart = Arc::clone(&self.chart);
+        while self.status == Status::Running && self.next_timer().is_some_and(|due| due <= now) {
+            Run::new(&chart, self, now, host, &Steps::default()).fire_next();
+        }
+    }
+
+    /// The first values of all data, with nothing else run.
+    pub(crate) fn first_values(&self) -> Memory {
+        let mut machine = self.clone();
+        let chart = Arc::clone(&self.chart);
+        Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence, &Steps::default()).initialise_all();
+        machine.data
+    }
+}
+
+/// The earlier of two times, if there are any.
+fn earlier(one: Option<Duration>, other: Option<Duration>) -> Option<Duration> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
+    }
+}
