@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use campaigns::Error;
 use clap::Args;
-use scenarios::faults::{Default, FaultKind, KINDS, Parameter, kind};
+use scenarios::faults::{ArgumentDefault, FaultKind, KINDS, Parameter, kind};
 use serde_json::json;
 
 use crate::output::print;
@@ -89,12 +89,12 @@ fn details(kind: &FaultKind) -> String {
 /// What a parameter accepts, and what it is if it is not given.
 fn accepted(parameter: &Parameter) -> String {
     let default = match parameter.default {
-        Default::Required => String::new(),
-        Default::Absent => "; may be left out".to_owned(),
-        Default::Number(number) => format!("; {number} if not given"),
-        Default::Whole(number) => format!("; {number} if not given"),
-        Default::Text(text) => format!("; \"{text}\" if not given"),
-        Default::Flag(flag) => format!("; {flag} if not given"),
+        ArgumentDefault::Required => String::new(),
+        ArgumentDefault::Absent => "; may be left out".to_owned(),
+        ArgumentDefault::Number(number) => format!("; {number} if not given"),
+        ArgumentDefault::Whole(number) => format!("; {number} if not given"),
+        ArgumentDefault::Text(text) => format!("; \"{text}\" if not given"),
+        ArgumentDefault::Flag(flag) => format!("; {flag} if not given"),
     };
     format!(": {}{default}", parameter.domain.describe())
 }
@@ -102,18 +102,18 @@ fn accepted(parameter: &Parameter) -> String {
 fn as_json(kind: &FaultKind) -> serde_json::Value {
     let parameters = kind.parameters.iter().map(|parameter| {
         let default = match parameter.default {
-            Default::Required | Default::Absent => serde_json::Value::Null,
-            Default::Number(number) => number.into(),
-            Default::Whole(number) => number.into(),
-            Default::Text(text) => text.into(),
-            Default::Flag(flag) => flag.into(),
+            ArgumentDefault::Required | ArgumentDefault::Absent => serde_json::Value::Null,
+            ArgumentDefault::Number(number) => number.into(),
+            ArgumentDefault::Whole(number) => number.into(),
+            ArgumentDefault::Text(text) => text.into(),
+            ArgumentDefault::Flag(flag) => flag.into(),
         };
         json!({
             "name": parameter.name,
             "about": parameter.about,
             "unit": parameter.unit(),
             "accepts": parameter.domain.describe(),
-            "required": parameter.default == Default::Required,
+            "required": parameter.default == ArgumentDefault::Required,
             "default": default,
         })
     });

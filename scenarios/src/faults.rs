@@ -22,11 +22,11 @@ mod trigger;
 
 use diagnostics::document::Table;
 
-pub use argument::{Arguments, Default, Domain, Parameter, Value};
+pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
 pub use catalogue::{FaultKind, KINDS, Place, kind};
 pub(crate) use effect::{Effect, MachineChange, TickTrouble};
-pub(crate) use injector::{Happening, Injector, Run};
-pub(crate) use timetable::{Change, Moment, Timetable};
+pub(crate) use injector::{Happening, Injector, SystemUnderTest};
+pub(crate) use timetable::{Change, Observation, Timetable};
 pub use trigger::{Timing, Trigger};
 
 /// Something that goes wrong, as a scenario says it.

@@ -17,7 +17,7 @@ use sim::Simulation;
 
 use crate::Error;
 use crate::error::Complaints;
-use crate::faults::{self, Injector, Run};
+use crate::faults::{self, Injector, SystemUnderTest};
 use crate::given_up::GivenUps;
 use crate::monitoring::{MachineMonitor, Monitoring};
 use crate::scenario::{Scenario, settings, unknown};
@@ -144,7 +144,7 @@ impl Live {
 
     fn apply_faults(&mut self) {
         let Self { sim, software, system, events, injector, .. } = self;
-        let changes = injector.act(&mut Run { sim, software, system, events });
+        let changes = injector.act(&mut SystemUnderTest { sim, software, system, events });
         let (time, tick) = (self.sim.time(), self.system.ticks().checked_sub(1));
         let position = self.sim.truth().pose().translation.vector.into();
         self.happenings.extend(changes.into_iter().map(|change| match change {

@@ -33,7 +33,7 @@ pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LO
 pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
 /// A process with its place in the topology.
-type Player = (ProcessId, Box<dyn Process>);
+type WiredProcess = (ProcessId, Box<dyn Process>);
 
 /// A wired system, with the processes that the run has to know.
 #[derive(Debug)]
@@ -208,7 +208,11 @@ fn replies(operations: &[&Operation]) -> Vec<Shape> {
     shapes
 }
 
-fn tree_processes(scenario: &Scenario, topology: &mut Topology, tree: ProcessId) -> Result<Vec<Player>, WiringError> {
+fn tree_processes(
+    scenario: &Scenario,
+    topology: &mut Topology,
+    tree: ProcessId,
+) -> Result<Vec<WiredProcess>, WiringError> {
     let leaf_timeout = scenario.file.execution.leaf_timeout;
     match scenario.file.execution.tree {
         TreeForm::Whole => {
@@ -219,9 +223,9 @@ fn tree_processes(scenario: &Scenario, topology: &mut Topology, tree: ProcessId)
     }
 }
 
-fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<Player>, WiringError> {
+fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<WiredProcess>, WiringError> {
     let navigation = Navigation::new(topology, ids.navigation)?.with_stops(scenario.file.execution.stops);
-    let mut players: Vec<Player> = vec![
+    let mut players: Vec<WiredProcess> = vec![
         (ids.battery_reader, Box::new(BatteryReader::new(topology, ids.battery_reader)?)),
         (ids.localization, Box::new(Localization::new(topology, ids.localization)?)),
         (ids.navigation, Box::new(navigation)),

@@ -97,7 +97,7 @@ impl CampaignComparison {
         let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
         let [mut old, mut new] = [open(before)?, open(after)?];
         check_alike(&old.header.layout, &new.header.layout)?;
-        let events = Event::shared(&old.header.layout, &new.header.layout)?;
+        let events = ComparedEvent::shared(&old.header.layout, &new.header.layout)?;
         let mut tally = Tally::new(events);
         loop {
             let (old, new) = (old.next()?, new.next()?);
@@ -164,13 +164,13 @@ fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
 }
 
 /// Something that can happen in runs of both campaigns.
-struct Event {
+struct ComparedEvent {
     name: String,
     /// The places of its property in both; none for the expectation.
     places: Option<[usize; 2]>,
 }
 
-impl Event {
+impl ComparedEvent {
     /// What both campaigns know of.
     fn shared(before: &Layout, after: &Layout) -> Result<Vec<Self>, Error> {
         let place = |layout: &Layout, name: &String| layout.properties.iter().position(|other| other == name);
@@ -204,14 +204,14 @@ struct Tally {
 }
 
 struct Counted {
-    event: Event,
+    event: ComparedEvent,
     counts: [Count; 2],
     paired: Paired,
     only: [Vec<u64>; 2],
 }
 
 impl Tally {
-    fn new(events: Vec<Event>) -> Self {
+    fn new(events: Vec<ComparedEvent>) -> Self {
         let counted =
             |event| Counted { event, counts: Default::default(), paired: Paired::default(), only: Default::default() };
         Self { runs: [0; 2], failed: [0; 2], pairs: 0, events: events.into_iter().map(counted).collect() }

@@ -25,7 +25,7 @@ use serde::Serialize;
 use crate::Error;
 use crate::run_and_report;
 
-use experiments::{Claim, EXPERIMENTS, Experiment, Run};
+use experiments::{Claim, EXPERIMENTS, Experiment, ExperimentRun};
 use film::{Film, Still};
 use observed::Observed;
 
@@ -120,13 +120,13 @@ pub struct Difference {
 /// Something to be done on one of the cores.
 enum Job {
     /// A run for its report.
-    Run(Arc<Scenario>, u64),
+    ExperimentRun(Arc<Scenario>, u64),
     /// A run for its pictures.
     Film(Arc<Scenario>),
 }
 
 enum Done {
-    Run(Box<Run>),
+    ExperimentRun(Box<ExperimentRun>),
     Film(Film),
 }
 
@@ -176,14 +176,16 @@ impl Reproduction {
         complaints.check()?;
         let seeds = settings.seeds;
         let films = scenarios.iter().map(|scenario| Job::Film(Arc::clone(scenario)));
-        let runs = scenarios.iter().flat_map(|scenario| (1..=seeds).map(|seed| Job::Run(Arc::clone(scenario), seed)));
+        let runs = scenarios
+            .iter()
+            .flat_map(|scenario| (1..=seeds).map(|seed| Job::ExperimentRun(Arc::clone(scenario), seed)));
         let jobs: Vec<Job> = films.chain(runs).collect();
         let done = batch::run(&jobs, Job::carry_out, |done| progress(done, jobs.len()));
         let (mut films, mut runs) = (Vec::new(), Vec::new());
         for done in done {
             match done? {
                 Done::Film(film) => films.push(film),
-                Done::Run(run) => runs.push(*run),
+                Done::ExperimentRun(run) => runs.push(*run),
             }
         }
         let of_each = EXPERIMENTS.iter().zip(runs.chunks(seeds.max(1) as usize));
@@ -245,14 +247,14 @@ impl Reproduction {
 impl Job {
     fn carry_out(&self) -> Result<Done, Error> {
         match self {
-            Self::Run(scenario, seed) => {
+            Self::ExperimentRun(scenario, seed) => {
                 let mut observed = Observed::default();
                 let live = Live::new(Arc::clone(scenario), *seed, true)?;
                 let report = run_and_report(live, Detail::Full, &Outputs::default(), None, |view| {
                     observed.follow(view);
                     ControlFlow::Continue(())
                 })?;
-                Ok(Done::Run(Box::new(Run { report, observed })))
+                Ok(Done::ExperimentRun(Box::new(ExperimentRun { report, observed })))
             }
             Self::Film(scenario) => film::film(scenario).map(Done::Film),
         }
@@ -260,15 +262,16 @@ impl Job {
 }
 
 impl ExperimentResult {
-    fn of(experiment: &Experiment, runs: &[Run]) -> Self {
+    fn of(experiment: &Experiment, runs: &[ExperimentRun]) -> Self {
         let results = |claims: &[Claim]| -> Vec<ClaimResult> {
             claims.iter().map(|claim| ClaimResult::of(claim.says, claim.source, runs, claim.differs)).collect()
         };
         let mut ours = results(experiment.ours);
-        let as_expected = |run: &Run| (!run.report.differences.is_empty()).then(|| run.report.differences.join("; "));
+        let as_expected =
+            |run: &ExperimentRun| (!run.report.differences.is_empty()).then(|| run.report.differences.join("; "));
         let says = "all else that the scenario expects: φ3, places, collisions, charge";
         ours.push(ClaimResult::of(says, "the scenario’s [expect]", runs, as_expected));
-        let result = |run: &Run| RunResult {
+        let result = |run: &ExperimentRun| RunResult {
             seed: run.report.seed,
             trace_hash: run.report.trace_hash.clone(),
             violated_at_tick: violations(run),
@@ -284,13 +287,18 @@ impl ExperimentResult {
     }
 }
 
-fn violations(run: &Run) -> BTreeMap<String, u64> {
+fn violations(run: &ExperimentRun) -> BTreeMap<String, u64> {
     run.report.monitors.iter().filter_map(|monitor| Some((monitor.name.clone(), monitor.tick?))).collect()
 }
 
 impl ClaimResult {
-    fn of(says: &'static str, source: &'static str, runs: &[Run], differs: impl Fn(&Run) -> Option<String>) -> Self {
-        let difference = |run: &Run| differs(run).map(|found| Difference { seed: run.report.seed, found });
+    fn of(
+        says: &'static str,
+        source: &'static str,
+        runs: &[ExperimentRun],
+        differs: impl Fn(&ExperimentRun) -> Option<String>,
+    ) -> Self {
+        let difference = |run: &ExperimentRun| differs(run).map(|found| Difference { seed: run.report.seed, found });
         let differences: Vec<Difference> = runs.iter().filter_map(difference).collect();
         Self { says, source, runs: (runs.len() - differences.len()) as u64, differences }
     }
@@ -304,16 +312,18 @@ impl ClaimResult {
 mod tests {
     use super::*;
 
-    fn run(scenario: &str, overrides: &[&str]) -> Run {
+    fn run(scenario: &str, overrides: &[&str]) -> ExperimentRun {
         let found = find::find(scenario).expect("a shipped scenario");
         let overrides: Vec<String> = overrides.iter().copied().chain([FIGURE_MONITORS]).map(str::to_owned).collect();
         let scenario = Arc::new(Scenario::load(&found, &overrides).expect("a sound scenario"));
-        let Done::Run(run) = Job::Run(scenario, 1).carry_out().expect("a run") else { panic!("a run") };
+        let Done::ExperimentRun(run) = Job::ExperimentRun(scenario, 1).carry_out().expect("a run") else {
+            panic!("a run")
+        };
         *run
     }
 
     /// The claims about an experiment that are not true of a run.
-    fn wrong(experiment: &str, run: &Run) -> Vec<&'static str> {
+    fn wrong(experiment: &str, run: &ExperimentRun) -> Vec<&'static str> {
         let experiment = EXPERIMENTS.iter().find(|known| known.scenario == experiment).expect("an experiment");
         let result = ExperimentResult::of(experiment, std::slice::from_ref(run));
         let all = result.claims.iter().chain(&result.ours);
@@ -338,7 +348,7 @@ mod tests {
             ],
         );
         let full = run("nominal", &["battery.charge_pct_per_s=2"]);
-        let says = |run: &Run| wrong("nominal", run).iter().any(|claim| claim.starts_with("it waits there"));
+        let says = |run: &ExperimentRun| wrong("nominal", run).iter().any(|claim| claim.starts_with("it waits there"));
         assert!(!says(&full), "{:?}", full.observed.charges);
         assert!(says(&early), "{:?}", early.observed.charges);
     }

@@ -188,7 +188,7 @@ pub struct Place {
 
 /// An occasion for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Moment {
+pub enum SnapshotOccasion {
     /// The first step.
     Start,
     /// A fault takes hold.
@@ -205,7 +205,7 @@ pub enum Moment {
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Snapshots {
     /// On these occasions.
-    pub at: Vec<Moment>,
+    pub at: Vec<SnapshotOccasion>,
     /// At these times.
     pub at_times: Vec<Duration>,
     /// Every so often.

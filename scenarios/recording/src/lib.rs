@@ -59,7 +59,7 @@ pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::{FORMAT, Record, Recording, RecordingError, Writer};
 pub use header::{
-    Argument, Expected, Fault, Header, Moment, Monitor, Node, Origin, Place, SettingGroup, Snapshots, TREE,
+    Argument, Expected, Fault, Header, Monitor, Node, Origin, Place, SettingGroup, SnapshotOccasion, Snapshots, TREE,
 };
 pub use monitor::{Graph, Location, MonitorState, Transition};
 pub use scene_clock::SceneClock;

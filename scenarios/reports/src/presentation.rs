@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use diagnostics::{Staging, Unfinished};
 use drawing::{GifWriter, Renderer};
-use recording::{Decision, Happening, Moment, MonitorView, Recording, RunView, SceneClock};
+use recording::{Decision, Happening, MonitorView, Recording, RunView, SceneClock, SnapshotOccasion};
 
 use crate::file_name;
 use crate::pictures::Camera;
@@ -41,7 +41,7 @@ const GIF_FRAME: Duration = Duration::from_millis(100);
 pub struct Presentation {
     began: Instant,
     staging: Option<Staging>,
-    album: Album,
+    pictures: RunPictures,
     /// None where there is no page to make.
     timeline: Option<Timeline>,
 }
@@ -56,9 +56,9 @@ impl Presentation {
         let began = Instant::now();
         let staging = outputs.folder.as_deref().map(Staging::begin).transpose()?;
         let snapshots = outputs.snapshots && staging.is_some();
-        let album = Album::begin(view, snapshots, outputs.gif.as_deref())?;
+        let pictures = RunPictures::begin(view, snapshots, outputs.gif.as_deref())?;
         let timeline = staging.is_some().then(|| Timeline::new(view));
-        Ok(Self { began, staging, album, timeline })
+        Ok(Self { began, staging, pictures, timeline })
     }
 
     /// Takes in the last step, which comes with the end if it is the last one.
@@ -66,7 +66,7 @@ impl Presentation {
     /// # Errors
     /// What cannot be drawn or written.
     pub fn follow(&mut self, view: &RunView) -> Result<(), Error> {
-        self.album.take(view, self.staging.as_ref())?;
+        self.pictures.take(view, self.staging.as_ref())?;
         if let Some(timeline) = &mut self.timeline {
             timeline.follow(view);
         }
@@ -78,7 +78,7 @@ impl Presentation {
     /// # Errors
     /// What cannot be written.
     pub fn break_off(self) -> Result<(), Error> {
-        self.album.finish().map(|_| ())
+        self.pictures.finish().map(|_| ())
     }
 
     /// The report of a run that has ended; it and its page are written.
@@ -89,7 +89,7 @@ impl Presentation {
     /// # Panics
     /// If the run has not ended.
     pub fn finish(self, view: &RunView) -> Result<Report, Error> {
-        let snapshots = self.album.finish()?;
+        let snapshots = self.pictures.finish()?;
         let end = view.end().expect("a report is of a run that has ended");
         let report = reporting::report(view, end, snapshots, self.began.elapsed());
         if let (Some(staging), Some(timeline)) = (self.staging, &self.timeline) {
@@ -117,7 +117,7 @@ pub fn report_recording(path: &Path, outputs: &Outputs) -> Result<Report, Error>
 }
 
 /// The pictures of a run.
-struct Album {
+struct RunPictures {
     /// None where no pictures are wanted.
     camera: Option<Camera>,
     renderer: Renderer,
@@ -135,7 +135,7 @@ struct Animation {
     clock: SceneClock,
 }
 
-impl Album {
+impl RunPictures {
     fn begin(view: &RunView, snapshots: bool, gif: Option<&Path>) -> Result<Self, Error> {
         let clock = SceneClock::new(&view.header().snapshots);
         let animation = gif.map(|path| Animation::begin(path, clock.clone())).transpose()?;
@@ -174,22 +174,22 @@ impl Album {
         let wanted = |moment| header.snapshots.at.contains(&moment);
         let mut occasions = Vec::new();
         let first = view.time() <= header.dt;
-        if first && wanted(Moment::Start) {
+        if first && wanted(SnapshotOccasion::Start) {
             occasions.push(("start".to_owned(), header.about.clone()));
         }
         for happening in view.happenings() {
             match happening {
-                Happening::FaultBegan { fault, time, .. } if wanted(Moment::Fault) => {
+                Happening::FaultBegan { fault, time, .. } if wanted(SnapshotOccasion::Fault) => {
                     let mut records = view.faults().iter().filter(|record| record.index == *fault);
                     if records.next().is_some_and(|first| first.time == *time) {
                         let fault = &header.faults[*fault];
                         occasions.push((format!("fault-{}", fault.kind), format!("Fault: {}", fault.words)));
                     }
                 }
-                Happening::Verdict { monitor, decision } if wanted(Moment::Verdict) => {
+                Happening::Verdict { monitor, decision } if wanted(SnapshotOccasion::Verdict) => {
                     occasions.push(verdict_occasion(view.monitor(*monitor), decision));
                 }
-                Happening::Arrival { place } if wanted(Moment::Arrival) && !first => {
+                Happening::Arrival { place } if wanted(SnapshotOccasion::Arrival) && !first => {
                     let place = &header.places[*place].name;
                     occasions.push((format!("arrival-{place}"), format!("The robot has come to rest at {place}")));
                 }
@@ -202,7 +202,7 @@ impl Album {
         if self.clock.is_regular(view.time()) {
             occasions.push(("regular".to_owned(), view.doing()));
         }
-        if view.end().is_some() && wanted(Moment::End) {
+        if view.end().is_some() && wanted(SnapshotOccasion::End) {
             occasions.push(("end".to_owned(), "The run has ended".to_owned()));
         }
         occasions

@@ -18,7 +18,7 @@ use crate::pictures;
 
 pub use course::Course;
 pub use recent::Episode;
-pub use track::{Lane, Span, Track};
+pub use track::{Interval, Lane, Track};
 pub use trail::{Stage, Trail};
 
 use recent::Recent;

@@ -15,14 +15,14 @@ pub struct Parameter {
     /// What it says, in a line.
     pub about: &'static str,
     /// Which values it takes.
-    pub domain: Domain,
+    pub domain: ArgumentDomain,
     /// What it is where the file does not say.
-    pub default: Default,
+    pub default: ArgumentDefault,
 }
 
 /// Which values a parameter takes.
 #[derive(Clone, Copy, Debug)]
-pub enum Domain {
+pub enum ArgumentDomain {
     /// Numbers of this range, both ends included.
     Numbers(f64, f64),
     /// Whole numbers of this range, both ends included.
@@ -43,7 +43,7 @@ pub enum Domain {
 
 /// What a parameter is where the file does not say.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Default {
+pub enum ArgumentDefault {
     /// The file has to say.
     Required,
     /// Nothing: the parameter may be left out.
@@ -60,7 +60,7 @@ pub enum Default {
 
 /// The value of a parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum ArgumentValue {
     /// A number.
     Number(f64),
     /// A whole number.
@@ -94,7 +94,7 @@ impl Parameter {
     }
 }
 
-impl Domain {
+impl ArgumentDomain {
     /// The domain in a few words.
     #[must_use]
     pub fn describe(&self) -> String {
@@ -112,7 +112,7 @@ impl Domain {
     }
 }
 
-impl Value {
+impl ArgumentValue {
     /// The value as records tell it: angles in degrees.
     #[must_use]
     pub(crate) fn told(&self) -> recording::Argument {
@@ -133,7 +133,7 @@ impl Value {
 /// The values of a fault's parameters.
 #[derive(Clone, Debug)]
 pub struct Arguments {
-    given: BTreeMap<&'static str, Spanned<Value>>,
+    given: BTreeMap<&'static str, Spanned<ArgumentValue>>,
     /// Where the fault stands, for complaints about what is not there.
     span: Span,
 }
@@ -145,7 +145,7 @@ impl Arguments {
         let mut complete = true;
         for parameter in parameters {
             let value = match parameter.default {
-                Default::Required => {
+                ArgumentDefault::Required => {
                     let value = read_value(table, parameter).required();
                     complete &= value.is_some();
                     value
@@ -162,7 +162,7 @@ impl Arguments {
     }
 
     /// The arguments that are there, by name.
-    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Value)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &ArgumentValue)> {
         self.given.iter().map(|(name, argument)| (*name, &argument.value))
     }
 
@@ -171,19 +171,19 @@ impl Arguments {
         &self.span
     }
 
-    fn get(&self, name: &str) -> &Value {
+    fn get(&self, name: &str) -> &ArgumentValue {
         &self.given.get(name).expect("what is required or has a default is there").value
     }
 
     /// A number.
     pub(super) fn number(&self, name: &str) -> f64 {
-        let Value::Number(number) = self.get(name) else { unreachable!("`{name}` is a number") };
+        let ArgumentValue::Number(number) = self.get(name) else { unreachable!("`{name}` is a number") };
         *number
     }
 
     /// A whole number, to count with.
     pub(super) fn whole(&self, name: &str) -> usize {
-        let Value::Whole(number) = self.get(name) else { unreachable!("`{name}` is a whole number") };
+        let ArgumentValue::Whole(number) = self.get(name) else { unreachable!("`{name}` is a whole number") };
         usize::try_from(*number).unwrap_or(usize::MAX)
     }
 
@@ -199,7 +199,7 @@ impl Arguments {
 
     /// A text.
     pub(super) fn text(&self, name: &str) -> &str {
-        let Value::Text(text) = self.get(name) else { unreachable!("`{name}` is a text") };
+        let ArgumentValue::Text(text) = self.get(name) else { unreachable!("`{name}` is a text") };
         text
     }
 
@@ -215,18 +215,18 @@ impl Arguments {
 
     /// True or false.
     pub(super) fn flag(&self, name: &str) -> bool {
-        matches!(self.get(name), Value::Flag(true))
+        matches!(self.get(name), ArgumentValue::Flag(true))
     }
 
     /// A point.
     pub(super) fn point(&self, name: &str) -> Point {
-        let Value::Point(point) = self.get(name) else { unreachable!("`{name}` is a point") };
+        let ArgumentValue::Point(point) = self.get(name) else { unreachable!("`{name}` is a point") };
         *point
     }
 
     /// A pose.
     pub(super) fn pose(&self, name: &str) -> Pose {
-        let Value::Pose(pose) = self.get(name) else { unreachable!("`{name}` is a pose") };
+        let ArgumentValue::Pose(pose) = self.get(name) else { unreachable!("`{name}` is a pose") };
         *pose
     }
 
@@ -237,41 +237,50 @@ impl Arguments {
 
     /// Several points.
     pub(super) fn points(&self, name: &str) -> &[Point] {
-        let Value::Points(points) = self.get(name) else { unreachable!("`{name}` is several points") };
+        let ArgumentValue::Points(points) = self.get(name) else { unreachable!("`{name}` is several points") };
         points
     }
 }
 
-impl Default {
-    fn value(self) -> Option<Value> {
+impl ArgumentDefault {
+    fn value(self) -> Option<ArgumentValue> {
         match self {
             Self::Required | Self::Absent => None,
-            Self::Number(number) => Some(Value::Number(number)),
-            Self::Whole(number) => Some(Value::Whole(number)),
-            Self::Text(text) => Some(Value::Text(text.to_owned())),
-            Self::Flag(flag) => Some(Value::Flag(flag)),
+            Self::Number(number) => Some(ArgumentValue::Number(number)),
+            Self::Whole(number) => Some(ArgumentValue::Whole(number)),
+            Self::Text(text) => Some(ArgumentValue::Text(text.to_owned())),
+            Self::Flag(flag) => Some(ArgumentValue::Flag(flag)),
         }
     }
 }
 
-fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::document::Field<'d, Spanned<Value>> {
+fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::document::Field<'d, Spanned<ArgumentValue>> {
     let key = parameter.name;
     match parameter.domain {
-        Domain::Numbers(least, most) => table.number(key).within(least..=most).map(Value::Number).spanned(),
-        Domain::Whole(least, most) => table.get::<u64>(key).within(least..=most).map(Value::Whole).spanned(),
-        Domain::Text => table.text(key).map(Value::Text).spanned(),
-        Domain::OneOf(names) => {
+        ArgumentDomain::Numbers(least, most) => {
+            table.number(key).within(least..=most).map(ArgumentValue::Number).spanned()
+        }
+        ArgumentDomain::Whole(least, most) => {
+            table.get::<u64>(key).within(least..=most).map(ArgumentValue::Whole).spanned()
+        }
+        ArgumentDomain::Text => table.text(key).map(ArgumentValue::Text).spanned(),
+        ArgumentDomain::OneOf(names) => {
             let choices: Vec<(&str, String)> = names.iter().map(|name| (*name, (*name).to_owned())).collect();
-            table.one_of(key, &choices).map(Value::Text).spanned()
+            table.one_of(key, &choices).map(ArgumentValue::Text).spanned()
         }
-        Domain::Flag => table.boolean(key).map(Value::Flag).spanned(),
-        Domain::Point => table.get::<[f64; 2]>(key).map(|[x, y]| Value::Point(Point::new(x, y))).spanned(),
-        Domain::Pose => {
-            table.get::<[f64; 3]>(key).map(|[x, y, degrees]| Value::Pose(pose(x, y, degrees.to_radians()))).spanned()
+        ArgumentDomain::Flag => table.boolean(key).map(ArgumentValue::Flag).spanned(),
+        ArgumentDomain::Point => {
+            table.get::<[f64; 2]>(key).map(|[x, y]| ArgumentValue::Point(Point::new(x, y))).spanned()
         }
-        Domain::Points => {
+        ArgumentDomain::Pose => table
+            .get::<[f64; 3]>(key)
+            .map(|[x, y, degrees]| ArgumentValue::Pose(pose(x, y, degrees.to_radians())))
+            .spanned(),
+        ArgumentDomain::Points => {
             let points = table.get::<Vec<[f64; 2]>>(key).check(|points| !points.is_empty(), "have a point at least");
-            points.map(|points| Value::Points(points.iter().map(|[x, y]| Point::new(*x, *y)).collect())).spanned()
+            points
+                .map(|points| ArgumentValue::Points(points.iter().map(|[x, y]| Point::new(*x, *y)).collect()))
+                .spanned()
         }
     }
 }

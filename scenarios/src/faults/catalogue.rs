@@ -8,7 +8,7 @@ mod motion;
 mod software;
 mod world;
 
-use super::{Arguments, Default, Domain, Effect, Parameter};
+use super::{ArgumentDefault, ArgumentDomain, Arguments, Effect, Parameter};
 
 /// Where a fault acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -130,16 +130,16 @@ pub fn kind(name: &str) -> Option<&'static FaultKind> {
 }
 
 /// A parameter that has to be given.
-const fn required(name: &'static str, about: &'static str, domain: Domain) -> Parameter {
-    Parameter { name, about, domain, default: Default::Required }
+const fn required(name: &'static str, about: &'static str, domain: ArgumentDomain) -> Parameter {
+    Parameter { name, about, domain, default: ArgumentDefault::Required }
 }
 
 /// A number that need not be given.
 const fn number(name: &'static str, about: &'static str, least: f64, most: f64, default: f64) -> Parameter {
-    Parameter { name, about, domain: Domain::Numbers(least, most), default: Default::Number(default) }
+    Parameter { name, about, domain: ArgumentDomain::Numbers(least, most), default: ArgumentDefault::Number(default) }
 }
 
 /// A whole number that need not be given.
 const fn whole(name: &'static str, about: &'static str, least: u64, most: u64, default: u64) -> Parameter {
-    Parameter { name, about, domain: Domain::Whole(least, most), default: Default::Whole(default) }
+    Parameter { name, about, domain: ArgumentDomain::Whole(least, most), default: ArgumentDefault::Whole(default) }
 }

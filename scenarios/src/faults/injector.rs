@@ -16,7 +16,7 @@ use sim::{SimError, Simulation};
 
 use self::damage::Damages;
 use self::machines::Machines;
-use super::{Change, Effect, Fault, Moment, TickTrouble, Timetable};
+use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable};
 use crate::error::Complaints;
 use crate::scenario::Scenario;
 use crate::wiring::Ids;
@@ -40,7 +40,7 @@ struct Prepared {
 }
 
 /// What faults act on.
-pub(crate) struct Run<'a> {
+pub(crate) struct SystemUnderTest<'a> {
     pub(crate) sim: &'a mut Simulation,
     pub(crate) software: &'a mut Software,
     pub(crate) system: &'a mut ChannelSystem,
@@ -88,9 +88,9 @@ impl Injector {
     }
 
     /// Lets faults begin and end that are due: what became of them.
-    pub(crate) fn act(&mut self, run: &mut Run<'_>) -> Vec<Happening> {
+    pub(crate) fn act(&mut self, run: &mut SystemUnderTest<'_>) -> Vec<Happening> {
         let (now, pose) = (run.sim.time(), run.sim.truth().pose());
-        let changes = self.timetable.changes(&Moment { now, pose, system: run.system, events: run.events });
+        let changes = self.timetable.changes(&Observation { now, pose, system: run.system, events: run.events });
         let mut happenings = Vec::with_capacity(changes.len());
         for change in changes {
             happenings.push(match change {
@@ -105,7 +105,7 @@ impl Injector {
     }
 
     /// Does what happens at the instant at which a fault begins.
-    fn begin(&mut self, index: usize, run: &mut Run<'_>) -> Happening {
+    fn begin(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match effect {
             Effect::Charge(charge_pct) => run.sim.set_battery_charge(*charge_pct),
@@ -122,7 +122,7 @@ impl Injector {
     }
 
     /// Does what happens at the instant at which a fault ends.
-    fn end(&mut self, index: usize, run: &mut Run<'_>) -> Happening {
+    fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match effect {
             Effect::Outage { component, crashed: true } => run.software.restart(*component, run.system),
@@ -133,7 +133,7 @@ impl Injector {
     }
 
     /// Computes anew from the faults that hold what is so as long as they do.
-    fn renew(&mut self, run: &mut Run<'_>) {
+    fn renew(&mut self, run: &mut SystemUnderTest<'_>) {
         self.renew_world(run.sim);
         self.renew_outages(run);
         let holding: Vec<usize> = self.timetable.holding().collect();
@@ -154,7 +154,7 @@ impl Injector {
     }
 
     /// Which components, processes and drivers, stand still.
-    fn renew_outages(&self, run: &mut Run<'_>) {
+    fn renew_outages(&self, run: &mut SystemUnderTest<'_>) {
         for component in Component::ALL {
             let is_out = self
                 .effects()

@@ -17,7 +17,7 @@ use crate::occurrences::occurrences;
 use crate::scenario::unknown;
 
 /// What triggers look at: the run at the start of a step.
-pub(crate) struct Moment<'a> {
+pub(crate) struct Observation<'a> {
     /// The time.
     pub(crate) now: Duration,
     /// Where the robot really is.
@@ -49,12 +49,12 @@ struct Entry {
     watch: Watch,
     /// How often it may still take hold.
     left: u64,
-    state: State,
+    state: Phase,
     rng: ChaCha8Rng,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
+enum Phase {
     Waiting,
     /// It holds until then.
     Holding(Duration),
@@ -87,7 +87,7 @@ impl Timetable {
                 fault: Arc::clone(fault),
                 watch,
                 left: fault.timing.times,
-                state: State::Waiting,
+                state: Phase::Waiting,
                 rng: streams.stream(&format!("fault/trigger/{}", stream_name(faults, index))),
             }));
         }
@@ -95,16 +95,16 @@ impl Timetable {
     }
 
     /// What begins and ends at this moment: first what ends, each in the order of the scenario.
-    pub(crate) fn changes(&mut self, moment: &Moment<'_>) -> Vec<Change> {
+    pub(crate) fn changes(&mut self, observed: &Observation<'_>) -> Vec<Change> {
         let mut changes = Vec::new();
         for (index, entry) in self.entries.iter_mut().enumerate() {
-            if matches!(entry.state, State::Holding(until) if until <= moment.now) {
-                entry.state = State::Waiting;
+            if matches!(entry.state, Phase::Holding(until) if until <= observed.now) {
+                entry.state = Phase::Waiting;
                 changes.push(Change::Ends(index));
             }
         }
         for (index, entry) in self.entries.iter_mut().enumerate() {
-            if entry.begins(moment) {
+            if entry.begins(observed) {
                 changes.push(Change::Begins(index));
             }
         }
@@ -114,15 +114,15 @@ impl Timetable {
     /// The faults that hold, in the order of the scenario: their places there.
     pub(crate) fn holding(&self) -> impl Iterator<Item = usize> {
         let entries = self.entries.iter().enumerate();
-        entries.filter(|(_, entry)| entry.state != State::Waiting).map(|(index, _)| index)
+        entries.filter(|(_, entry)| entry.state != Phase::Waiting).map(|(index, _)| index)
     }
 }
 
 impl Entry {
     /// Whether the fault takes hold now; then it does. A trigger that comes while the fault holds changes nothing.
-    fn begins(&mut self, moment: &Moment<'_>) -> bool {
-        let comes = self.watch.comes(moment);
-        if !comes || self.left == 0 || self.state != State::Waiting {
+    fn begins(&mut self, observed: &Observation<'_>) -> bool {
+        let comes = self.watch.comes(observed);
+        if !comes || self.left == 0 || self.state != Phase::Waiting {
             return false;
         }
         let probability = self.fault.timing.probability;
@@ -131,9 +131,9 @@ impl Entry {
         }
         self.left -= 1;
         self.state = match self.fault.timing.lasts {
-            _ if self.fault.kind().momentary => State::Waiting,
-            Some(lasts) => State::Holding(moment.now + lasts),
-            None => State::HoldingOn,
+            _ if self.fault.kind().momentary => Phase::Waiting,
+            Some(lasts) => Phase::Holding(observed.now + lasts),
+            None => Phase::HoldingOn,
         };
         true
     }
@@ -171,27 +171,29 @@ impl Watch {
         }
     }
 
-    /// Whether the trigger comes at this moment.
-    fn comes(&mut self, moment: &Moment<'_>) -> bool {
+    /// Whether the trigger comes at this observed.
+    fn comes(&mut self, observed: &Observation<'_>) -> bool {
         let becomes = |was: &mut bool, is: bool| !std::mem::replace(was, is) && is;
         match self {
             Self::Time { next, every } => {
-                let comes = next.is_some_and(|next| next <= moment.now);
+                let comes = next.is_some_and(|next| next <= observed.now);
                 if comes {
                     *next = next.zip(*every).map(|(next, every)| next + every);
                 }
                 comes
             }
-            Self::Tick { number, passed } => becomes(passed, moment.system.ticks() > *number),
-            Self::Near { place, within_m, was_near } => becomes(was_near, distance_m(place, &moment.pose) <= *within_m),
-            Self::Message(waited_for) => moment.events.iter().any(|event| match &event.kind {
+            Self::Tick { number, passed } => becomes(passed, observed.system.ticks() > *number),
+            Self::Near { place, within_m, was_near } => {
+                becomes(was_near, distance_m(place, &observed.pose) <= *within_m)
+            }
+            Self::Message(waited_for) => observed.events.iter().any(|event| match &event.kind {
                 EventKind::Received { channel, message } => {
                     waited_for.iter().any(|one| one.channel == *channel && one.condition.holds(message))
                 }
                 EventKind::Tick => false,
             }),
             Self::State { process, state, was_in } => {
-                let skill = moment.system.process::<SkillProcess>(*process);
+                let skill = observed.system.process::<SkillProcess>(*process);
                 becomes(was_in, skill.is_some_and(|skill| skill.machine().is_in(state)))
             }
         }

@@ -9,7 +9,7 @@ use diagnostics::document::{Document, FromItem, Item, Table};
 use diagnostics::{FileProblems, Problem, Span, Spanned};
 use maps::{Pose, pose};
 use monitors::Outcome;
-use recording::{Expected, Moment, Snapshots};
+use recording::{Expected, SnapshotOccasion, Snapshots};
 use sim::{DriftNoise, SimConfig};
 
 use super::find::{self, Found};
@@ -379,12 +379,12 @@ fn read_order(table: Table<'_>) -> Option<Order> {
 }
 
 fn read_snapshots(table: Table<'_>) -> Snapshots {
-    const MOMENTS: [(&str, Moment); 5] = [
-        ("start", Moment::Start),
-        ("fault", Moment::Fault),
-        ("verdict", Moment::Verdict),
-        ("arrival", Moment::Arrival),
-        ("end", Moment::End),
+    const MOMENTS: [(&str, SnapshotOccasion); 5] = [
+        ("start", SnapshotOccasion::Start),
+        ("fault", SnapshotOccasion::Fault),
+        ("verdict", SnapshotOccasion::Verdict),
+        ("arrival", SnapshotOccasion::Arrival),
+        ("end", SnapshotOccasion::End),
     ];
     let at = table.get::<Vec<Spanned<String>>>("at").try_map(|names, _| {
         let moment = |name: Spanned<String>| {

@@ -8,7 +8,7 @@ use super::observed::{Observed, SafetyPath};
 
 /// A run that was carried out: its report, and what was seen on the way.
 #[derive(Clone, Debug)]
-pub(super) struct Run {
+pub(super) struct ExperimentRun {
     pub(super) report: Report,
     pub(super) observed: Observed,
 }
@@ -36,7 +36,7 @@ pub(super) struct Claim {
     /// Where the paper says so; what it follows from, if it is ours.
     pub(super) source: &'static str,
     /// `None` if it is so in that run, else what was found instead.
-    pub(super) differs: fn(&Run) -> Option<String>,
+    pub(super) differs: fn(&ExperimentRun) -> Option<String>,
 }
 
 const STATION: &str = "RechargingStation";
@@ -234,28 +234,28 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
     },
 ];
 
-fn monitor<'r>(run: &'r Run, name: &str) -> Option<&'r MonitorReport> {
+fn monitor<'r>(run: &'r ExperimentRun, name: &str) -> Option<&'r MonitorReport> {
     run.report.monitors.iter().find(|monitor| monitor.name == name)
 }
 
-fn violated_at(run: &Run, name: &str) -> Option<f64> {
+fn violated_at(run: &ExperimentRun, name: &str) -> Option<f64> {
     monitor(run, name)?.time_s
 }
 
-fn verdict(run: &Run, name: &str, wanted: Outcome) -> Option<String> {
+fn verdict(run: &ExperimentRun, name: &str, wanted: Outcome) -> Option<String> {
     let found = monitor(run, name).map(|monitor| monitor.verdict);
     let words = found.map_or("not watched", Outcome::name);
     (found != Some(wanted)).then(|| format!("{name} is {words}"))
 }
 
 /// That a property holds, and not only because there was no occasion for it to fail.
-fn holds_with_reason(run: &Run, name: &str) -> Option<String> {
+fn holds_with_reason(run: &ExperimentRun, name: &str) -> Option<String> {
     let vacuous = monitor(run, name).and_then(|monitor| monitor.vacuous.first().cloned());
     verdict(run, name, Outcome::Satisfied).or(vacuous)
 }
 
 /// That the robot sets out for the station at the first level that is not above 30 %.
-fn breaks_off_below_thirty(run: &Run) -> Option<String> {
+fn breaks_off_below_thirty(run: &ExperimentRun) -> Option<String> {
     let Some(departure) = run.observed.first_departure_for(STATION) else {
         return Some("it never set out for the station".to_owned());
     };
@@ -269,7 +269,7 @@ fn breaks_off_below_thirty(run: &Run) -> Option<String> {
 }
 
 /// That the safety monitor took the way that is wanted, given how many levels were read.
-fn path(run: &Run, wanted: impl Fn(u64) -> SafetyPath) -> Option<String> {
+fn path(run: &ExperimentRun, wanted: impl Fn(u64) -> SafetyPath) -> Option<String> {
     let (found, wanted) = (run.observed.safety, wanted(run.observed.readings));
     (found != wanted || found.get == 0).then(|| {
         format!("it entered get {} times, idle {} times, failure {} times", found.get, found.idle, found.failure)
@@ -278,7 +278,7 @@ fn path(run: &Run, wanted: impl Fn(u64) -> SafetyPath) -> Option<String> {
 
 /// That a property is violated so many ticks after the first level that is read once the battery's level has been set; ticks
 /// come once a second, the first just after the start.
-fn at_tick_after_fault(run: &Run, name: &str, ticks: u64) -> Option<String> {
+fn at_tick_after_fault(run: &ExperimentRun, name: &str, ticks: u64) -> Option<String> {
     let Some(fault) = run.report.faults.iter().find(|fault| fault.kind == "battery_level") else {
         return Some("the battery's level was never set".to_owned());
     };
@@ -295,6 +295,6 @@ fn level_that_decided(monitor: &MonitorReport) -> Option<f64> {
     monitor.witness.as_ref()?["message"][1].as_f64()
 }
 
-fn reached(run: &Run, place: &str) -> Option<f64> {
+fn reached(run: &ExperimentRun, place: &str) -> Option<f64> {
     run.report.places.iter().find(|visit| visit.name == place)?.reached_at_s
 }

@@ -26,7 +26,7 @@ pub(super) fn page(reproduction: &Reproduction) -> String {
          again in simulation</h1>\n<p class=\"about\">{}</p>\n<p class=\"about\">Everything on this page was simulated, \
          experiment 3 too, for which the paper used a real robot.</p>\n<p class=\"quiet\">{PAPER}</p>\n\
          <p class=\"quiet\">steward {} · seeds 1 to {}{settings}</p>\n<nav><a href=\"#claims\">What the paper \
-         says</a>{links}<a href=\"#ours\">What is ours</a><a href=\"#deviations\">Differences</a><a href=\"#again\">Run it \
+         says</a>{links}<a href=\"#ours\">What is ours</a><a href=\"#deviations\">Differences</a><a href=\"#again\">ExperimentRun it \
          again</a></nav>\n</header>\n{}{}{}{}{}",
         escape(&reproduction.outcome()),
         reproduction.version,
@@ -320,7 +320,7 @@ fn again(reproduction: &Reproduction) -> String {
     let hashes: String = reproduction.experiments.iter().map(hashes).collect();
     let options = options(&reproduction.settings);
     format!(
-        "<section id=\"again\">\n<h2>Run it again</h2>\n<div class=\"panel\">\n<p>All of this page: <code>steward reproduce --seeds \
+        "<section id=\"again\">\n<h2>ExperimentRun it again</h2>\n<div class=\"panel\">\n<p>All of this page: <code>steward reproduce --seeds \
          {}{}</code>. A panel’s own command stands below it; the picture is in <code>out/</code>.</p>\n<p>steward {} gives a run the same \
          trace hash on every machine of a target: it covers every message and, step by step, the true pose, odometry, \
          battery and scans. Monitors do not enter. Each command prints it as <code>trace_hash</code>.</p>\n{hashes}</div>\n</section>\n",

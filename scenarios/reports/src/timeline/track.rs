@@ -16,7 +16,7 @@ impl<S> Default for Track<S> {
 
 /// A stretch of time in which a state stays the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span<'a, S> {
+pub struct Interval<'a, S> {
     /// When it began.
     pub from: Duration,
     /// When it ended.
@@ -42,9 +42,9 @@ impl<S: PartialEq + Clone> Track<S> {
 
 impl<S> Track<S> {
     /// The stretches of time, one after the other, the last one until `end`.
-    pub fn spans(&self, end: Duration) -> impl Iterator<Item = Span<'_, S>> {
+    pub fn spans(&self, end: Duration) -> impl Iterator<Item = Interval<'_, S>> {
         let ends = self.changes.iter().skip(1).map(|(time, _)| *time).chain([end]);
-        self.changes.iter().zip(ends).map(|((from, state), to)| Span { from: *from, to, state })
+        self.changes.iter().zip(ends).map(|((from, state), to)| Interval { from: *from, to, state })
     }
 
     /// When it changed, its beginning left out.

@@ -1,9 +1,9 @@
 //! Faults of the battery, its sensor and the charging station.
 
-use super::{Domain, FaultKind, Place, number, required};
-use crate::faults::{Default, Effect, Parameter};
+use super::{ArgumentDomain, FaultKind, Place, number, required};
+use crate::faults::{ArgumentDefault, Effect, Parameter};
 
-const PERCENT: Domain = Domain::Numbers(0.0, 100.0);
+const PERCENT: ArgumentDomain = ArgumentDomain::Numbers(0.0, 100.0);
 
 pub(super) const LEVEL: FaultKind = FaultKind {
     name: "battery_level",
@@ -20,7 +20,7 @@ pub(super) const DRAIN: FaultKind = FaultKind {
     name: "battery_drain",
     place: Place::Battery,
     about: "the battery drains faster",
-    parameters: &[required("factor", "how much faster", Domain::Numbers(0.0, 1e6))],
+    parameters: &[required("factor", "how much faster", ArgumentDomain::Numbers(0.0, 1e6))],
     momentary: false,
     example: "at_s = 10\nfactor = 5\nlasts_s = 60",
     effect: |with| {
@@ -34,7 +34,7 @@ pub(super) const FADE: FaultKind = FaultKind {
     name: "battery_fade",
     place: Place::Battery,
     about: "the battery has aged: it holds only a share of its charge, and empties and fills that much faster",
-    parameters: &[required("capacity", "the share that is left", Domain::Numbers(0.01, 1.0))],
+    parameters: &[required("capacity", "the share that is left", ArgumentDomain::Numbers(0.01, 1.0))],
     momentary: false,
     example: "at_s = 0\ncapacity = 0.5",
     effect: |with| {
@@ -59,7 +59,7 @@ pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
     name: "battery_sensor_offset",
     place: Place::Battery,
     about: "the battery's sensor reads too much or too little",
-    parameters: &[required("offset_pct", "what it adds, in percent", Domain::Numbers(-100.0, 100.0))],
+    parameters: &[required("offset_pct", "what it adds, in percent", ArgumentDomain::Numbers(-100.0, 100.0))],
     momentary: false,
     example: "at_s = 0\noffset_pct = 15",
     effect: |with| {
@@ -101,8 +101,8 @@ pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
     parameters: &[Parameter {
         name: "charging",
         about: "what it claims",
-        domain: Domain::Flag,
-        default: Default::Flag(false),
+        domain: ArgumentDomain::Flag,
+        default: ArgumentDefault::Flag(false),
     }],
     momentary: false,
     example: "at_s = 10\ncharging = false",

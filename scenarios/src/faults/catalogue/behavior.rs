@@ -3,18 +3,18 @@
 use diagnostics::Spanned;
 use skills::{Mutation, TransitionPlace};
 
-use super::{Domain, FaultKind, Place, required, whole};
+use super::{ArgumentDomain, FaultKind, Place, required, whole};
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
-use crate::faults::{Arguments, Default, Parameter};
+use crate::faults::{ArgumentDefault, Arguments, Parameter};
 
-const SKILL: Parameter = required("skill", "the skill", Domain::Text);
-const LEAF: Parameter = required("leaf", "the leaf's skill", Domain::Text);
-const STATE: Parameter = required("state", "the state that the transition leaves", Domain::Text);
+const SKILL: Parameter = required("skill", "the skill", ArgumentDomain::Text);
+const LEAF: Parameter = required("leaf", "the leaf's skill", ArgumentDomain::Text);
+const STATE: Parameter = required("state", "the state that the transition leaves", ArgumentDomain::Text);
 const EVENT: Parameter = Parameter {
     name: "event",
     about: "the transition's event; none for a transition without one",
-    domain: Domain::Text,
-    default: Default::Text(""),
+    domain: ArgumentDomain::Text,
+    default: ArgumentDefault::Text(""),
 };
 const NTH: Parameter = whole("nth", "which of the transitions with that event, counted from 1", 1, 1000, 1);
 
@@ -54,7 +54,7 @@ pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
     name: "skill_replaced",
     place: Place::Behavior,
     about: "a skill runs another machine",
-    parameters: &[SKILL, required("machine", "its SCXML file", Domain::Text)],
+    parameters: &[SKILL, required("machine", "its SCXML file", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"AtDestination\"\nmachine = \"skills/AtRechargingStation.scxml\"",
     effect: |with| {
@@ -74,10 +74,10 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
         Parameter {
             name: "data",
             about: "the id of the `<data>` element",
-            domain: Domain::Text,
-            default: Default::Text("threshold"),
+            domain: ArgumentDomain::Text,
+            default: ArgumentDefault::Text("threshold"),
         },
-        required("value", "its expression instead", Domain::Text),
+        required("value", "its expression instead", ArgumentDomain::Text),
     ],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nvalue = \"20\"",
@@ -103,7 +103,7 @@ pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
     name: "skill_target_swapped",
     place: Place::Behavior,
     about: "a transition of a skill's machine leads to another state",
-    parameters: &[SKILL, STATE, EVENT, NTH, required("target", "where it leads instead", Domain::Text)],
+    parameters: &[SKILL, STATE, EVENT, NTH, required("target", "where it leads instead", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"\nnth = 2\ntarget = \"success\"",
     effect: |with| {
@@ -128,7 +128,7 @@ pub(super) const STATE_STUCK: FaultKind = FaultKind {
     name: "skill_state_stuck",
     place: Place::Behavior,
     about: "no transition leaves a state of a skill's machine",
-    parameters: &[SKILL, required("state", "the state", Domain::Text)],
+    parameters: &[SKILL, required("state", "the state", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"",
     effect: |with| mutated(with, Mutation::StuckState { state: with.text("state").to_owned() }),
@@ -139,7 +139,7 @@ pub(super) const MUTATED: FaultKind = FaultKind {
     name: "skill_mutant",
     place: Place::Behavior,
     about: "a skill's machine has a mistake, one of all that `steward skill mutants` lists",
-    parameters: &[required("mutant", "the skill and the mistake, as they are listed", Domain::Text)],
+    parameters: &[required("mutant", "the skill and the mistake, as they are listed", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nmutant = \"BatteryLevel: no transition leaves `get`\"",
     effect: |with| {

@@ -1,16 +1,16 @@
 //! Faults of the channels and of the ticks.
 
-use super::{Domain, FaultKind, Place, number, required, whole};
+use super::{ArgumentDomain, FaultKind, Place, number, required, whole};
 use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
-use crate::faults::{Arguments, Default, Parameter};
+use crate::faults::{ArgumentDefault, Arguments, Parameter};
 
-const FROM: Parameter = required("from", "the process that sends", Domain::Text);
-const TO: Parameter = required("to", "the process that receives", Domain::Text);
+const FROM: Parameter = required("from", "the process that sends", ArgumentDomain::Text);
+const TO: Parameter = required("to", "the process that receives", ArgumentDomain::Text);
 const CONDITION: Parameter = Parameter {
     name: "condition",
     about: "which messages: a condition in the SCOPE language",
-    domain: Domain::Text,
-    default: Default::Text("true"),
+    domain: ArgumentDomain::Text,
+    default: ArgumentDefault::Text("true"),
 };
 const SHARE: Parameter = number("share", "how many of these messages", 0.0, 1.0, 1.0);
 
@@ -57,7 +57,7 @@ pub(super) const DELAYED: FaultKind = FaultKind {
         TO,
         CONDITION,
         SHARE,
-        required("delay_s", "by how much, in seconds", Domain::Numbers(0.0, 1e3)),
+        required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 1e3)),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\ndelay_s = 0.3",
@@ -86,7 +86,7 @@ pub(super) const CORRUPTED: FaultKind = FaultKind {
         CONDITION,
         SHARE,
         whole("field", "which field, counted from 1", 1, 100, 2),
-        required("value", "its value, as the SCOPE language writes it: 15, true, <failure>", Domain::Text),
+        required("value", "its value, as the SCOPE language writes it: 15, true, <failure>", ArgumentDomain::Text),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nvalue = \"15\"",
@@ -109,7 +109,7 @@ pub(super) const TICK_LATE: FaultKind = FaultKind {
     name: "tick_late",
     place: Place::Channels,
     about: "ticks come late",
-    parameters: &[required("delay_s", "by how much, in seconds", Domain::Numbers(0.0, 60.0))],
+    parameters: &[required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
     example: "at_s = 10\ndelay_s = 0.4",
     effect: |with| Effect::Ticks(TickTrouble::Late(with.seconds("delay_s"))),
@@ -123,7 +123,7 @@ pub(super) const TICK_JITTER: FaultKind = FaultKind {
     parameters: &[required(
         "sigma_s",
         "standard deviation of the normal number, in seconds",
-        Domain::Numbers(0.0, 60.0),
+        ArgumentDomain::Numbers(0.0, 60.0),
     )],
     momentary: false,
     example: "at_s = 0\nsigma_s = 0.2",

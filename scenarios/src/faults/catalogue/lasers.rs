@@ -2,15 +2,15 @@
 
 use sim::{LaserFault, LaserTrouble};
 
-use super::{Domain, FaultKind, Place, number, required};
-use crate::faults::{Arguments, Default, Effect, Parameter};
+use super::{ArgumentDomain, FaultKind, Place, number, required};
+use crate::faults::{ArgumentDefault, Arguments, Effect, Parameter};
 
 /// Which laser: all of them, or the one of that name.
 const LASER: Parameter = Parameter {
     name: "laser",
     about: "which laser",
-    domain: Domain::OneOf(&["all", "front", "back"]),
-    default: Default::Text("all"),
+    domain: ArgumentDomain::OneOf(&["all", "front", "back"]),
+    default: ArgumentDefault::Text("all"),
 };
 
 fn trouble(with: &Arguments, trouble: LaserTrouble) -> Effect {
@@ -42,7 +42,7 @@ pub(super) const DROPOUT: FaultKind = FaultKind {
     name: "laser_dropout",
     place: Place::Lasers,
     about: "a share of the beams comes back without an echo",
-    parameters: &[LASER, required("share", "how many of the beams", Domain::Numbers(0.0, 1.0))],
+    parameters: &[LASER, required("share", "how many of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
     momentary: false,
     example: "at_s = 10\nshare = 0.5",
     effect: |with| trouble(with, LaserTrouble::Dropout { probability: with.number("share") }),
@@ -64,7 +64,10 @@ pub(super) const NOISE: FaultKind = FaultKind {
     name: "laser_noise",
     place: Place::Lasers,
     about: "the ranges are noisy",
-    parameters: &[LASER, required("sigma_m", "standard deviation of a range, in metres", Domain::Numbers(0.0, 10.0))],
+    parameters: &[
+        LASER,
+        required("sigma_m", "standard deviation of a range, in metres", ArgumentDomain::Numbers(0.0, 10.0)),
+    ],
     momentary: false,
     example: "at_s = 0\nsigma_m = 0.3",
     effect: |with| trouble(with, LaserTrouble::Noise { sigma_m: with.number("sigma_m") }),
@@ -75,7 +78,7 @@ pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
     name: "laser_range_limit",
     place: Place::Lasers,
     about: "a laser sees only so far: fog, dust, a dirty window",
-    parameters: &[LASER, required("max_m", "how far, in metres", Domain::Numbers(0.01, 1e3))],
+    parameters: &[LASER, required("max_m", "how far, in metres", ArgumentDomain::Numbers(0.01, 1e3))],
     momentary: false,
     example: "at_s = 0\nmax_m = 1.5",
     effect: |with| trouble(with, LaserTrouble::RangeLimit { max_m: with.number("max_m") }),

@@ -2,14 +2,14 @@
 
 use robot::VelocityCommand;
 
-use super::{Domain, FaultKind, Place, number, required};
-use crate::faults::{Default, Effect, Parameter};
+use super::{ArgumentDomain, FaultKind, Place, number, required};
+use crate::faults::{ArgumentDefault, Effect, Parameter};
 
 pub(super) const WHEEL_SLIP: FaultKind = FaultKind {
     name: "wheel_slip",
     place: Place::Motion,
     about: "the wheels slip: the encoders count what the robot does not move",
-    parameters: &[required("share", "the share of the wheels' motion that is lost", Domain::Numbers(0.0, 1.0))],
+    parameters: &[required("share", "the share of the wheels' motion that is lost", ArgumentDomain::Numbers(0.0, 1.0))],
     momentary: false,
     example: "at_s = 10\nshare = 0.3\nlasts_s = 20",
     effect: |with| {
@@ -88,10 +88,10 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
         Parameter {
             name: "wheel",
             about: "which wheel",
-            domain: Domain::OneOf(&["left", "right"]),
-            default: Default::Text("left"),
+            domain: ArgumentDomain::OneOf(&["left", "right"]),
+            default: ArgumentDefault::Text("left"),
         },
-        required("factor", "the share of its speed that is left", Domain::Numbers(0.0, 1.0)),
+        required("factor", "the share of its speed that is left", ArgumentDomain::Numbers(0.0, 1.0)),
     ],
     momentary: false,
     example: "at_s = 10\nwheel = \"left\"\nfactor = 0.7",
@@ -109,7 +109,7 @@ pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
     name: "speed_limit",
     place: Place::Motion,
     about: "the base drives no faster than this, whatever it is told",
-    parameters: &[required("max_mps", "the limit, in m/s", Domain::Numbers(0.0, 10.0))],
+    parameters: &[required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
     momentary: false,
     example: "at_s = 10\nmax_mps = 0.1",
     effect: |with| {
@@ -137,7 +137,7 @@ pub(super) const COMMAND_DELAY: FaultKind = FaultKind {
     name: "command_delay",
     place: Place::Motion,
     about: "velocity commands take effect later",
-    parameters: &[required("delay_s", "how much later, in seconds", Domain::Numbers(0.0, 60.0))],
+    parameters: &[required("delay_s", "how much later, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
     example: "at_s = 10\ndelay_s = 0.5",
     effect: |with| {

@@ -5,13 +5,14 @@ use std::time::Duration;
 use maps::{Point, Pose, pose};
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
 
-use super::{Domain, FaultKind, Place, number, required, whole};
-use crate::faults::{Default, Effect, Parameter};
+use super::{ArgumentDomain, FaultKind, Place, number, required, whole};
+use crate::faults::{ArgumentDefault, Effect, Parameter};
 
 /// Where the thing is.
-const AT: Parameter = required("at", "where its centre is", Domain::Pose);
-const POINT: Parameter = required("at", "where it begins", Domain::Point);
-const ROUTE: Parameter = required("route", "where it goes from there, one point after the other", Domain::Points);
+const AT: Parameter = required("at", "where its centre is", ArgumentDomain::Pose);
+const POINT: Parameter = required("at", "where it begins", ArgumentDomain::Point);
+const ROUTE: Parameter =
+    required("route", "where it goes from there, one point after the other", ArgumentDomain::Points);
 
 fn appears(name: String, shape: Shape, pose: Pose, motion: ObstacleMotion) -> Effect {
     let body = ObstacleConfig { name, shape, pose, motion };
@@ -100,8 +101,8 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         Parameter {
             name: "gives_way",
             about: "whether they wait for the robot rather than walk into it",
-            domain: Domain::Flag,
-            default: Default::Flag(false),
+            domain: ArgumentDomain::Flag,
+            default: ArgumentDefault::Flag(false),
         },
     ],
     momentary: false,
@@ -151,7 +152,7 @@ pub(super) const STATION_MOVED: FaultKind = FaultKind {
     name: "station_moved",
     place: Place::World,
     about: "somebody has moved the charging station; the software does not know",
-    parameters: &[required("to", "where it stands now, and how a docked robot faces", Domain::Pose)],
+    parameters: &[required("to", "where it stands now, and how a docked robot faces", ArgumentDomain::Pose)],
     momentary: false,
     example: "at_s = 0\nto = [3.0, 1.0, 90]",
     effect: |with| {

@@ -10,7 +10,7 @@ use drawing::{Area, NodeStatus, Verdict};
 
 use super::Chart;
 use crate::html::activities::{self, Activity};
-use crate::timeline::{Lane, Span, Timeline, Track};
+use crate::timeline::{Interval, Lane, Timeline, Track};
 
 /// Lanes that belong together.
 pub(super) struct Group {
@@ -126,7 +126,7 @@ fn activities(timeline: &Timeline) -> Bars {
 }
 
 fn bars<S>(name: &str, track: &Track<S>, end: Duration, show: impl Fn(&S) -> (String, BarStyle)) -> Bars {
-    let bar = |span: Span<'_, S>| {
+    let bar = |span: Interval<'_, S>| {
         let (text, style) = show(span.state);
         Bar { from: span.from, to: span.to, text, style }
     };
