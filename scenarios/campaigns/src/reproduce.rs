@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use diagnostics::Staging;
-use drawing::Context;
+use drawing::ExecutionContext;
 use recording::Detail;
 use reports::Outputs;
 use scenarios::Complaints;
@@ -62,7 +62,7 @@ pub struct Reproduction {
     stills: Vec<Still>,
     /// The system that was run, and its properties.
     #[serde(skip)]
-    context: Context,
+    context: ExecutionContext,
     #[serde(skip)]
     properties: Vec<(String, String)>,
 }

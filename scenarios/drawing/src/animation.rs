@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::time::Duration;
 
-use super::error::DrawError;
+use super::error::Error;
 use super::frame::Frame;
 use super::page::{self, Page};
 use super::palette::{Palette, UNCHANGED};
@@ -40,7 +40,7 @@ const PAUSE: Duration = Duration::from_secs(2);
 ///     gif.push(&renderer, &frame)?;
 /// }
 /// assert!(gif.finish()?.starts_with(b"GIF89a"));
-/// # Ok::<(), drawing::DrawError>(())
+/// # Ok::<(), drawing::Error>(())
 /// ```
 pub struct GifWriter<W: Write> {
     encoder: gif::Encoder<BufWriter<W>>,
@@ -56,7 +56,7 @@ impl<W: Write> GifWriter<W> {
     ///
     /// # Errors
     /// If `writer` fails.
-    pub fn new(writer: W, delay: Duration) -> Result<Self, DrawError> {
+    pub fn new(writer: W, delay: Duration) -> Result<Self, Error> {
         let palette = Palette::new();
         let (width, height) = ANIMATION_SIZE_PX;
         // One palette for all frames: with one per frame, a pixel that keeps its colour could change its number, and
@@ -69,8 +69,8 @@ impl<W: Write> GifWriter<W> {
     /// Adds a frame.
     ///
     /// # Errors
-    /// [`DrawError::Write`] if the writer fails.
-    pub fn push(&mut self, renderer: &Renderer, frame: &Frame) -> Result<(), DrawError> {
+    /// [`Error::Write`] if the writer fails.
+    pub fn push(&mut self, renderer: &Renderer, frame: &Frame) -> Result<(), Error> {
         let (width, _) = ANIMATION_SIZE_PX;
         let scale = f32::from(width) / Page::Animation.size_px().0 as f32;
         let pixels = renderer.pixels(&page::draw(frame, Page::Animation), scale)?;
@@ -85,7 +85,7 @@ impl<W: Write> GifWriter<W> {
     ///
     /// # Errors
     /// If the writer fails.
-    pub fn finish(mut self) -> Result<W, DrawError> {
+    pub fn finish(mut self) -> Result<W, Error> {
         if !self.shown.is_empty() {
             // A frame is written before it is known to be the last, so the pause is a frame of its own, one pixel
             // large.
@@ -99,7 +99,7 @@ impl<W: Write> GifWriter<W> {
     }
 
     /// Writes what has changed.
-    fn write(&mut self, next: &[u8]) -> Result<(), DrawError> {
+    fn write(&mut self, next: &[u8]) -> Result<(), Error> {
         let part = ChangedPart::between(&self.shown, next, usize::from(ANIMATION_SIZE_PX.0));
         let frame = gif::Frame {
             delay: self.delay,

@@ -5,7 +5,7 @@ use resvg::usvg;
 /// Why a picture could not be made.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-pub enum DrawError {
+pub enum Error {
     /// The text is not an SVG picture.
     #[error("cannot read the picture")]
     Read(#[source] usvg::Error),
@@ -23,7 +23,7 @@ pub enum DrawError {
     Write(#[from] std::io::Error),
 }
 
-impl From<gif::EncodingError> for DrawError {
+impl From<gif::EncodingError> for Error {
     fn from(error: gif::EncodingError) -> Self {
         match error {
             gif::EncodingError::Io(error) => Self::Write(error),

@@ -40,13 +40,13 @@
 mod animation;
 mod battery_panel;
 pub mod canvas;
-mod context;
 mod diagram_arrows;
 mod diagram_layout;
 mod diagram_order;
 mod diagram_picture;
 mod diagram_tracks;
 mod error;
+mod execution_context;
 mod font;
 mod frame;
 mod geometry;
@@ -78,11 +78,11 @@ pub mod view;
 mod xml;
 
 pub use animation::{ANIMATION_SIZE_PX, GifWriter};
-pub use context::{Context, Level, draw_context};
 pub use diagram_arrows::{PlacedEdge, PlacedLabel};
 pub use diagram_layout::{DiagramLayout, PlacedLocation};
 pub use diagram_picture::diagram_svg;
-pub use error::DrawError;
+pub use error::Error;
+pub use execution_context::{ExecutionContext, Level, draw_execution_context};
 pub use frame::{
     Battery, Body, BodyShape, Destination, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Scene, Threshold,
     Transition, TreeNode, Verdict,

@@ -5,7 +5,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg;
 
-use super::error::DrawError;
+use super::error::Error;
 use super::font;
 use super::geometry::Area;
 
@@ -27,7 +27,7 @@ use super::geometry::Area;
 /// assert!(renderer.png(&svg)?.starts_with(b"\x89PNG"));
 /// let texts = renderer.texts(&svg)?;
 /// assert_eq!(texts[0].0, "docked");
-/// # Ok::<(), drawing::DrawError>(())
+/// # Ok::<(), drawing::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct Renderer {
@@ -51,12 +51,12 @@ impl Renderer {
     ///
     /// # Errors
     /// If the text is not an SVG picture, or if it is too large to be rendered.
-    pub fn png(&self, svg: &str) -> Result<Vec<u8>, DrawError> {
+    pub fn png(&self, svg: &str) -> Result<Vec<u8>, Error> {
         let pixels = self.pixels(svg, 1.0)?;
         let mut png = Vec::new();
         PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
             .write_image(&pixels.rgb, pixels.width, pixels.height, ExtendedColorType::Rgb8)
-            .map_err(DrawError::Encode)?;
+            .map_err(Error::Encode)?;
         Ok(png)
     }
 
@@ -64,7 +64,7 @@ impl Renderer {
     ///
     /// # Errors
     /// If the text is not an SVG picture.
-    pub fn texts(&self, svg: &str) -> Result<Vec<(String, Area)>, DrawError> {
+    pub fn texts(&self, svg: &str) -> Result<Vec<(String, Area)>, Error> {
         fn collect(group: &usvg::Group, found: &mut Vec<(String, Area)>) {
             for node in group.children() {
                 match node {
@@ -84,17 +84,17 @@ impl Renderer {
                 }
             }
         }
-        let tree = usvg::Tree::from_str(svg, &self.options).map_err(DrawError::Read)?;
+        let tree = usvg::Tree::from_str(svg, &self.options).map_err(Error::Read)?;
         let mut found = Vec::new();
         collect(tree.root(), &mut found);
         Ok(found)
     }
 
     /// The pixels of the picture at `scale` times its size.
-    pub(super) fn pixels(&self, svg: &str, scale: f32) -> Result<Pixels, DrawError> {
-        let tree = usvg::Tree::from_str(svg, &self.options).map_err(DrawError::Read)?;
-        let size = tree.size().to_int_size().scale_by(scale).ok_or(DrawError::Size)?;
-        let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or(DrawError::Size)?;
+    pub(super) fn pixels(&self, svg: &str, scale: f32) -> Result<Pixels, Error> {
+        let tree = usvg::Tree::from_str(svg, &self.options).map_err(Error::Read)?;
+        let size = tree.size().to_int_size().scale_by(scale).ok_or(Error::Size)?;
+        let mut pixmap = Pixmap::new(size.width(), size.height()).ok_or(Error::Size)?;
         resvg::render(&tree, Transform::from_scale(scale, scale), &mut pixmap.as_mut());
         let rgb = pixmap.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
         Ok(Pixels { width: size.width(), height: size.height(), rgb })

@@ -14,7 +14,7 @@ pub enum Error {
     File(#[from] diagnostics::Error),
     /// A picture could not be made.
     #[error("cannot draw: {0}")]
-    Draw(#[from] drawing::DrawError),
+    Draw(#[from] drawing::Error),
     /// The recording is not one that can be shown.
     #[error(transparent)]
     Recording(#[from] RecordingError),

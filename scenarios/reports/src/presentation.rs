@@ -248,9 +248,9 @@ impl Animation {
     }
 }
 
-fn failed(path: &Path, error: drawing::DrawError) -> Error {
+fn failed(path: &Path, error: drawing::Error) -> Error {
     match error {
-        drawing::DrawError::Write(source) => diagnostics::Error::Write { path: path.to_owned(), source }.into(),
+        drawing::Error::Write(source) => diagnostics::Error::Write { path: path.to_owned(), source }.into(),
         error => error.into(),
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use drawing::{Context, Frame, Level};
+use drawing::{ExecutionContext, Frame, Level};
 use recording::{Detail, Header, RunView};
 use reports::pictures::Camera;
 use scenarios::conduct::FITS;
@@ -29,7 +29,7 @@ pub(super) struct Film {
     /// In the order of the figures; none of moments that did not come.
     pub(super) stills: Vec<Still>,
     /// The system that ran.
-    pub(super) context: Context,
+    pub(super) context: ExecutionContext,
 }
 
 /// Runs a scenario for what is shown of it.
@@ -61,7 +61,7 @@ pub(super) fn film(scenario: &Arc<Scenario>) -> Result<Film, Error> {
 }
 
 /// The processes of a run and their channels, without the nodes of the tree.
-fn context(view: &RunView) -> Context {
+fn context(view: &RunView) -> ExecutionContext {
     let (topology, Header { skills, components, .. }) = (view.topology(), view.header());
     let level = |name: &str| match name {
         "TickGenerator" | "BT" => Some(Level::TaskPlot),
@@ -74,7 +74,7 @@ fn context(view: &RunView) -> Context {
     let place = |name: &str| processes.iter().position(|process| process.0 == name);
     let ends = topology.channels().map(|channel| topology.ends(channel));
     let channels = ends.filter_map(|(from, to)| Some((place(from)?, place(to)?))).collect();
-    Context { processes, channels }
+    ExecutionContext { processes, channels }
 }
 
 /// Whether a moment has come.

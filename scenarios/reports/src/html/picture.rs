@@ -5,7 +5,8 @@ use drawing::map_panel::{self, MapDrawing};
 use drawing::text::Font;
 use drawing::view::View;
 use drawing::{
-    Area, Context, Diagram, DiagramLayout, Scene, TreeLayout, TreeNode, draw_context, draw_diagram, draw_nodes, theme,
+    Area, Diagram, DiagramLayout, ExecutionContext, Scene, TreeLayout, TreeNode, draw_diagram, draw_execution_context,
+    draw_nodes, theme,
 };
 
 use super::figure::{Drawing, Layout, NARROW};
@@ -54,10 +55,10 @@ pub fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
 }
 
 /// The processes of a system with their channels.
-pub fn context(context: &Context, layout: Layout) -> Drawing {
+pub fn context(context: &ExecutionContext, layout: Layout) -> Drawing {
     let width = layout.pick(1.4 * HALF, 1.6 * NARROW);
     let mut canvas = Canvas::for_browsers();
-    let height = draw_context(&mut canvas, context, Area::new(MARGIN, 0.0, width - 2.0 * MARGIN, 0.0));
+    let height = draw_execution_context(&mut canvas, context, Area::new(MARGIN, 0.0, width - 2.0 * MARGIN, 0.0));
     Drawing { canvas, width, height }
 }
 

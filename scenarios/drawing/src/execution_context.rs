@@ -19,7 +19,7 @@ pub enum Level {
 
 /// Who talks to whom in a system.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Context {
+pub struct ExecutionContext {
     /// The processes by name, each on its level; the tree is the last on its own.
     pub processes: Vec<(String, Level)>,
     /// The channels: from which process to which, by their places in `processes`.
@@ -35,7 +35,7 @@ const HEAD: f64 = 30.0;
 const TREE: f64 = 46.0;
 
 /// Draws the processes in three columns, together as wide as `room` and from its upper edge on; says how high they are.
-pub fn draw_context(canvas: &mut Canvas, context: &Context, room: Area) -> f64 {
+pub fn draw_execution_context(canvas: &mut Canvas, context: &ExecutionContext, room: Area) -> f64 {
     let of = |level: Level| -> Vec<usize> {
         let places = context.processes.iter().enumerate();
         places.filter(|(_, process)| process.1 == level).map(|(place, _)| place).collect()
@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn every_process_and_every_channel_is_drawn_once() {
         let process = |name: &str, level| (name.to_owned(), level);
-        let context = Context {
+        let context = ExecutionContext {
             processes: vec![
                 process("TickGenerator", Level::TaskPlot),
                 process("BT", Level::TaskPlot),
@@ -143,7 +143,7 @@ mod tests {
             channels: vec![(0, 1), (1, 2), (2, 1), (2, 3), (3, 2)],
         };
         let mut canvas = Canvas::for_browsers();
-        draw_context(&mut canvas, &context, Area::new(0.0, 0.0, 600.0, 0.0));
+        draw_execution_context(&mut canvas, &context, Area::new(0.0, 0.0, 600.0, 0.0));
         let drawn = canvas.into_elements();
         for (name, _) in &context.processes {
             assert_eq!(drawn.matches(&format!(">{name}<")).count(), 1, "{name} in {drawn}");
