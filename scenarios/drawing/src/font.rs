@@ -1,14 +1,17 @@
-//! The embedded fonts, and which of their faces has which character how wide.
+//! The embedded fonts: which face draws a character, and how wide it is.
 //!
 //! Only these fonts exist for the renderer, so that a picture has the same bytes on every machine. resvg's own fallback
 //! takes another face for a *whole* text as soon as one character is missing; so texts are split into runs of one face
-//! each, by what is known here.
+//! each, by what the fonts' own tables say here.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, LazyLock};
 
 use resvg::usvg::{self, fontdb};
+use skrifa::charmap::Charmap;
+use skrifa::instance::{LocationRef, Size};
+use skrifa::metrics::GlyphMetrics;
+use skrifa::{FontRef, MetadataProvider};
 
 /// One of the two embedded faces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,6 +37,15 @@ impl Face {
             Self::Mono => epaint_default_fonts::HACK_REGULAR,
         }
     }
+
+    fn tables(self) -> &'static Tables {
+        static SANS: LazyLock<Tables> = LazyLock::new(|| Tables::of(Face::Sans));
+        static MONO: LazyLock<Tables> = LazyLock::new(|| Tables::of(Face::Mono));
+        match self {
+            Self::Sans => &SANS,
+            Self::Mono => &MONO,
+        }
+    }
 }
 
 /// Which face draws a character, and how far it moves the pen.
@@ -48,9 +60,10 @@ pub(super) struct Glyph {
 /// Stands for a character that no embedded face has.
 pub(super) const REPLACEMENT: char = '□';
 
-/// The characters worth knowing: Latin, Greek, Cyrillic, punctuation, arrows, mathematics, geometric shapes.
-/// Combining and invisible characters are left out; they have no width of their own.
-const KNOWN: [Range<u32>; 9] = [
+/// The characters that are drawn: Latin, Greek, Cyrillic, punctuation, arrows, mathematics, geometric shapes. Each of
+/// them is as wide as its glyph alone. Combining and invisible characters are left out: the faces have glyphs for some
+/// of them, but the renderer merges those with their neighbours or drops them, so that their advance says nothing.
+const DRAWN: [Range<u32>; 9] = [
     0x20..0x7f,
     0xa1..0xad,
     0xae..0x300,
@@ -62,70 +75,48 @@ const KNOWN: [Range<u32>; 9] = [
     0x2070..0x2c00,
 ];
 
-/// Options under which every SVG of this module is read: the embedded fonts, no files, no network.
-pub(super) fn options() -> usvg::Options<'static> {
-    static FONTS: OnceLock<Arc<fontdb::Database>> = OnceLock::new();
-    options_with(FONTS.get_or_init(|| database(&[Face::Sans, Face::Mono])).clone())
+/// What a face says of its glyphs.
+struct Tables {
+    glyph_ids: Charmap<'static>,
+    metrics: GlyphMetrics<'static>,
+    units_per_em: f64,
 }
 
-/// The glyph of a character, or `None` if no embedded face has it.
-pub(super) fn glyph(character: char) -> Option<Glyph> {
-    static GLYPHS: OnceLock<BTreeMap<char, Glyph>> = OnceLock::new();
-    GLYPHS.get_or_init(measure).get(&character).copied()
-}
-
-fn database(faces: &[Face]) -> Arc<fontdb::Database> {
-    let mut fonts = fontdb::Database::new();
-    for face in faces {
-        fonts.load_font_data(face.data().to_vec());
-    }
-    Arc::new(fonts)
-}
-
-fn options_with(fontdb: Arc<fontdb::Database>) -> usvg::Options<'static> {
-    usvg::Options { fontdb, font_family: "Ubuntu".to_owned(), ..usvg::Options::default() }
-}
-
-/// The glyphs of all known characters, the proportional face preferred.
-fn measure() -> BTreeMap<char, Glyph> {
-    let known: Vec<char> = KNOWN.into_iter().flatten().filter_map(char::from_u32).collect();
-    let mut glyphs = BTreeMap::new();
-    for face in [Face::Mono, Face::Sans] {
-        let options = options_with(database(&[face]));
-        for line in known.chunks(256) {
-            glyphs.extend(measure_line(line, face, &options));
+impl Tables {
+    fn of(face: Face) -> Self {
+        let font = FontRef::new(face.data()).expect("the embedded fonts are valid");
+        // Unscaled advances are whole font units; at a size in pixels they would be rounded.
+        let (size, location) = (Size::unscaled(), LocationRef::default());
+        Self {
+            glyph_ids: font.charmap(),
+            metrics: font.glyph_metrics(size, location),
+            units_per_em: f64::from(font.metrics(size, location).units_per_em),
         }
     }
-    glyphs
+
+    fn advance_em(&self, character: char) -> Option<f64> {
+        let advance = self.metrics.advance_width(self.glyph_ids.map(character)?)?;
+        Some(f64::from(advance) / self.units_per_em)
+    }
 }
 
-/// Lays the characters out as one line of text: where a glyph ends, the next one begins.
-fn measure_line(line: &[char], face: Face, options: &usvg::Options<'_>) -> Vec<(char, Glyph)> {
-    const EM: f64 = 1000.0;
-    let spaced: String = line.iter().flat_map(|&character| [character, 'x']).collect();
-    let svg = format!(
-        r#"<svg xmlns="http://www.w3.org/2000/svg" width="1" height="1"><text font-family="{}" font-size="{EM}" style="font-kerning:none">x{}</text></svg>"#,
-        face.families(),
-        super::xml::escape(&spaced),
-    );
-    let tree = usvg::Tree::from_str(&svg, options).expect("a line of text is a valid picture");
-    let Some(usvg::Node::Text(text)) = tree.root().children().first() else { return Vec::new() };
-    let placed: Vec<(&str, u32, f64)> = text
-        .layouted()
-        .iter()
-        .flat_map(|span| &span.positioned_glyphs)
-        .map(|glyph| (glyph.text.as_str(), glyph.id.0, f64::from(glyph.transform().tx)))
-        .collect();
-    placed
-        .windows(2)
-        .filter(|pair| pair[0].1 != 0)
-        .filter_map(|pair| Some((single(pair[0].0)?, Glyph { face, advance_em: (pair[1].2 - pair[0].2) / EM })))
-        .collect()
+/// Options under which every SVG of this crate is read: the embedded fonts, no files, no network.
+pub(super) fn options() -> usvg::Options<'static> {
+    static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
+        let mut fonts = fontdb::Database::new();
+        for face in [Face::Sans, Face::Mono] {
+            fonts.load_font_data(face.data().to_vec());
+        }
+        Arc::new(fonts)
+    });
+    usvg::Options { fontdb: FONTS.clone(), font_family: "Ubuntu".to_owned(), ..usvg::Options::default() }
 }
 
-fn single(text: &str) -> Option<char> {
-    let mut characters = text.chars();
-    characters.next().filter(|_| characters.next().is_none())
+/// The glyph of a character, of the proportional face if it has one; `None` if no embedded face has it.
+pub(super) fn glyph(character: char) -> Option<Glyph> {
+    DRAWN.iter().find(|range| range.contains(&u32::from(character)))?;
+    let glyph = |face: Face| Some(Glyph { face, advance_em: face.tables().advance_em(character)? });
+    glyph(Face::Sans).or_else(|| glyph(Face::Mono))
 }
 
 #[cfg(test)]
