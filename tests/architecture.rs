@@ -1,9 +1,12 @@
-//! The arrows of ARCHITECTURE.md: which crate may use which.
+//! The arrows of ARCHITECTURE.md: which crate may use which, and that files inside of crates use each other in no circles.
+
+mod circles;
+mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-use cargo_metadata::{DependencyKind, MetadataCommand};
+use cargo_metadata::{DependencyKind, Metadata, MetadataCommand};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
 const ROOMS: [(&str, &[&str]); 18] = [
@@ -23,7 +26,19 @@ const ROOMS: [(&str, &[&str]); 18] = [
     ("trials", &["batch", "maps", "robot", "sim", "nav", "drawing"]),
     (
         "scenarios",
-        &["channels", "diagnostics", "maps", "robot", "sim", "nav", "bt", "skills", "components", "monitors", "recording"],
+        &[
+            "channels",
+            "diagnostics",
+            "maps",
+            "robot",
+            "sim",
+            "nav",
+            "bt",
+            "skills",
+            "components",
+            "monitors",
+            "recording",
+        ],
     ),
     ("reports", &["channels", "diagnostics", "maps", "robot", "bt", "monitors", "recording", "drawing"]),
     (
@@ -57,14 +72,19 @@ fn crate_name(package: &str) -> &str {
     package.strip_prefix("steward-").unwrap_or(package)
 }
 
-#[test]
-fn no_crate_uses_another_that_it_must_not_know() {
-    let metadata = MetadataCommand::new()
+/// The workspace, as cargo knows it.
+fn metadata() -> Metadata {
+    MetadataCommand::new()
         .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
         .no_deps()
         .other_options(["--offline".to_owned()])
         .exec()
-        .expect("cargo describes the workspace");
+        .expect("cargo describes the workspace")
+}
+
+#[test]
+fn no_crate_uses_another_that_it_must_not_know() {
+    let metadata = metadata();
     let rooms = BTreeMap::from(ROOMS);
     let found: BTreeSet<&str> = metadata.packages.iter().map(|package| crate_name(&package.name)).collect();
     assert_eq!(found, rooms.keys().copied().collect(), "the crates of the workspace");
@@ -98,12 +118,7 @@ fn what_simulates_and_drives_reads_no_files() {
 /// What simulates or draws stays out of the crates that are to run on a real robot.
 #[test]
 fn only_sim_simulates_and_only_drawing_draws() {
-    let metadata = MetadataCommand::new()
-        .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
-        .no_deps()
-        .other_options(["--offline".to_owned()])
-        .exec()
-        .expect("cargo describes the workspace");
+    let metadata = metadata();
     let owners =
         [("rapier2d", "sim"), ("bevy_ecs", "sim"), ("parry2d", "sim"), ("resvg", "drawing"), ("clap", "steward")];
     for package in &metadata.packages {

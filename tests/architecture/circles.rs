@@ -1,0 +1,151 @@
+//! Circles of files: none of them can be understood, tested or moved without the others.
+//!
+//! A file uses another if it names an item that the other defines, through whatever re-exports. `mod` and `pub use` by
+//! themselves use nothing: a facade is not a user. Nor is a unit test. Method calls are not seen.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use pathfinding::prelude::strongly_connected_components;
+
+use super::modules::{Crate, Meaning, Names};
+
+/// The circles that stay, at most two in a crate and of three files at most, and why: in the words of ARCHITECTURE.md.
+const CIRCLES: [(&[&str], &str); 2] = [
+    (
+        &["diagnostics/src/document/field.rs", "diagnostics/src/document/item.rs", "diagnostics/src/document/table.rs"],
+        "a table hands out fields, a field reports to its table, and an item may be a table",
+    ),
+    (
+        &["skills/src/chart/content.rs", "skills/src/chart/mod.rs", "skills/src/chart/state.rs"],
+        "a chart has states, a state has content, and content may invoke a chart that stands in it",
+    ),
+];
+
+/// Circles that do not stay, in rooms that were one crate until lately: how many files each has, in the order of their names.
+const TO_BE_OPENED: [(&str, &[usize]); 3] =
+    [("scenarios/campaigns/src", &[4, 3, 2, 3, 2]), ("scenarios/reports/src", &[3]), ("scenarios/src", &[18, 8])];
+
+#[test]
+fn no_files_use_each_other_in_a_circle_but_those_that_are_known() {
+    let mut found = BTreeMap::new();
+    for target in super::metadata().packages.iter().flat_map(|package| &package.targets) {
+        if target.is_lib() || target.is_bin() {
+            let root = target.src_path.strip_prefix(env!("CARGO_MANIFEST_DIR")).expect("a crate lies in the workspace");
+            found.append(&mut circles(root.as_std_path()));
+        }
+    }
+    for (files, _) in CIRCLES {
+        let files: Vec<PathBuf> = files.iter().map(PathBuf::from).collect();
+        assert!(found.remove(&files).is_some(), "this circle has been opened: strike it from the list: {files:?}");
+    }
+    let mut sizes: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (files, uses) in &found {
+        let room = TO_BE_OPENED.iter().find(|(room, _)| files[0].starts_with(room));
+        let (room, _) = room.unwrap_or_else(|| panic!("a circle of files:\n{}", uses.join("\n")));
+        sizes.entry(*room).or_default().push(files.len());
+    }
+    let known = TO_BE_OPENED.map(|(room, sizes)| (room, sizes.to_vec()));
+    assert_eq!(sizes, BTreeMap::from(known), "circles have been opened or closed: {:#?}", found.keys());
+}
+
+#[test]
+fn circles_stay_for_a_reason_and_are_few_and_small() {
+    let page = fs::read_to_string("ARCHITECTURE.md").expect("the page is there");
+    let page = page.split_whitespace().collect::<Vec<_>>().join(" ");
+    for (files, reason) in CIRCLES {
+        let room = files[0].split("/src/").next();
+        let of_room = CIRCLES.iter().filter(|(files, _)| files[0].split("/src/").next() == room).count();
+        assert!(files.len() <= 3 && of_room <= 2 && !files[0].starts_with("scenarios/"), "{files:?}");
+        assert!(page.contains(reason), "ARCHITECTURE.md does not say why: {reason}");
+    }
+}
+
+/// The circles of a crate's files, from its `lib.rs` or `main.rs` on, each with the uses that close it.
+fn circles(root: &Path) -> BTreeMap<Vec<PathBuf>, Vec<String>> {
+    let read = Crate::read(root);
+    let arrows = read.arrows();
+    let files: Vec<usize> = (0..read.files.len()).collect();
+    let used = |file: &usize| arrows.keys().filter(|(user, _)| user == file).map(|(_, used)| *used).collect::<Vec<_>>();
+    let circles = strongly_connected_components(&files, used).into_iter().filter(|circle| circle.len() > 1);
+    let named = circles.map(|circle| {
+        let closing = arrows.iter().filter(|((user, used), _)| circle.contains(user) && circle.contains(used));
+        let name = |file: usize| read.files[file].display();
+        let uses = closing.map(|((user, used), paths)| format!("{} uses {}: {paths:?}", name(*user), name(*used)));
+        let files: BTreeSet<PathBuf> = circle.iter().map(|file| read.files[*file].clone()).collect();
+        (files.into_iter().collect(), uses.collect())
+    });
+    named.collect()
+}
+
+/// Where a path leads: to a module, or to an item of a file.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    Module(usize),
+    Item(usize),
+}
+
+impl Crate {
+    /// Which file uses which, and by what paths.
+    fn arrows(&self) -> BTreeMap<(usize, usize), BTreeSet<String>> {
+        let mut arrows: BTreeMap<_, BTreeSet<_>> = BTreeMap::new();
+        for (id, module) in self.modules.iter().enumerate() {
+            for path in &module.uses {
+                for place in self.resolve(id, path, &mut Vec::new()) {
+                    if let Place::Item(file) = place
+                        && file != module.file
+                    {
+                        arrows.entry((module.file, file)).or_default().insert(path.join("::"));
+                    }
+                }
+            }
+        }
+        arrows
+    }
+
+    /// Where a path in a module leads: nowhere, if it begins with another crate or a local variable. Imports may lead to
+    /// each other in a ring, so those `under_way` are not followed again.
+    fn resolve(&self, module: usize, path: &[String], under_way: &mut Vec<(usize, Names)>) -> BTreeSet<Place> {
+        let query = (module, path.to_vec());
+        if under_way.contains(&query) {
+            return BTreeSet::new();
+        }
+        under_way.push(query);
+        let mut places = BTreeSet::from([Place::Module(module)]);
+        for name in path {
+            // Where a module and a function share a name, what goes on with `::` is the module.
+            let in_modules = places.iter().any(|place| matches!(place, Place::Module(_)));
+            let next = places.iter().flat_map(|place| match place {
+                Place::Module(module) => self.look_up(*module, name, under_way),
+                Place::Item(_) if in_modules => BTreeSet::new(),
+                Place::Item(_) => BTreeSet::from([*place]),
+            });
+            places = next.collect();
+        }
+        under_way.pop();
+        places
+    }
+
+    fn look_up(&self, id: usize, name: &str, under_way: &mut Vec<(usize, Names)>) -> BTreeSet<Place> {
+        let module = &self.modules[id];
+        match name {
+            "crate" => return BTreeSet::from([Place::Module(0)]),
+            "self" => return BTreeSet::from([Place::Module(id)]),
+            "super" => return BTreeSet::from([Place::Module(module.parent)]),
+            _ => {}
+        }
+        let meanings = module.names.iter().filter(|(known, _)| known == name);
+        let places = meanings.flat_map(|(_, meaning)| match meaning {
+            Meaning::Item => BTreeSet::from([Place::Item(module.file)]),
+            Meaning::Module(child) => BTreeSet::from([Place::Module(*child)]),
+            Meaning::Import(path) => self.resolve(id, path, under_way),
+        });
+        let places: BTreeSet<Place> = places.collect();
+        if !places.is_empty() {
+            return places;
+        }
+        let through_globs = module.globs.iter().map(|glob| [glob, [name.to_owned()].as_slice()].concat());
+        through_globs.flat_map(|path| self.resolve(id, &path, under_way)).collect()
+    }
+}
