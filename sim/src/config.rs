@@ -14,6 +14,23 @@ pub use walk::{Manners, Pauses, RouteEnd, Walk};
 /// Everything about the simulated robot and its world but the map, the poses of start and station, and the seed.
 ///
 /// The default is the robot of the paper's experiments, without noise, alone in the world.
+///
+/// ```
+/// use maps::pose;
+/// use sim::{ObstacleConfig, ObstacleMotion, Shape, SimConfig};
+///
+/// // A faster robot with noisy lasers, and a box in the room.
+/// let mut config = SimConfig::default();
+/// config.model.max_linear_mps = 0.8;
+/// config.lasers.range_sigma_m = 0.02;
+/// config.obstacles.push(ObstacleConfig {
+///     name: "box".to_owned(),
+///     shape: Shape::Box { length_m: 0.6, width_m: 0.4 },
+///     pose: pose(3.0, 1.0, 0.0),
+///     motion: ObstacleMotion::Fixed,
+/// });
+/// assert_eq!(config.dt.as_millis(), 20);
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimConfig {
     /// Size, limits and lasers of the robot: what its software knows of it too.

@@ -26,13 +26,13 @@ pub use lasers::{LaserFault, LaserTrouble};
 /// | `base.velocity_override` | `drive_robot` | instead of the command that has arrived |
 /// | `base.emergency_stop` | `drive_robot` | after command and joypad: the motors are off |
 /// | `base.speed_limit_mps` | `drive_robot` | among the limits of the motors |
-/// | `base.left_wheel_factor`, `base.right_wheel_factor` | `drive_robot` | between motors and wheels, which the encoders count |
+/// | `base.left_wheel_factor`, `base.right_wheel_factor` | `drive_robot` | between motors and encoders |
 /// | `base.slip` | `drive_robot` | between wheels and floor |
 /// | `station` | `update_battery` | where docking happens |
-/// | `battery.drain_factor`, `battery.capacity_factor`, `battery.charger_factor` | `update_battery` | between what flows and the charge |
+/// | `battery.drain_factor`, `capacity_factor`, `charger_factor` | `update_battery` | between current and charge |
 /// | `odometry` | `measure_odometry` | between the wheels' motion and the reading |
 /// | `lasers`: `Mount`, `Ghost` | `scan` | on what there is to be seen |
-/// | `lasers`: `Noise`, `RangeLimit`, `Dropout`, `Stuck`, `Dead`, in this order | `scan` | between what is seen and the reading |
+/// | `lasers`: `Noise`, `RangeLimit`, `Dropout`, `Stuck`, `Dead`, in this order | `scan` | on what was seen |
 /// | `battery.reported` | `report_battery` | between the charge and the reading |
 ///
 /// [`Faults::default`] is a world in order, and a field at its default leaves every bit of a run as it would be without
@@ -53,7 +53,8 @@ pub use lasers::{LaserFault, LaserTrouble};
 ///
 /// let mut faults = Faults::default();
 /// faults.base.slip = 0.3;
-/// faults.lasers.push(LaserFault { laser: Some("front".to_owned()), trouble: LaserTrouble::Dropout { probability: 0.2 } });
+/// let trouble = LaserTrouble::Dropout { probability: 0.2 };
+/// faults.lasers.push(LaserFault { laser: Some("front".to_owned()), trouble });
 /// faults.bodies.push(ObstacleConfig {
 ///     name: "kitchen door".to_owned(),
 ///     shape: Shape::Box { length_m: 0.9, width_m: 0.05 },

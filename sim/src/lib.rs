@@ -12,7 +12,8 @@
 //!
 //! // A floor of 6 m × 4 m without any wall.
 //! let mut floor = OccupancyGrid::new(120, 80, 0.05, pose(0.0, 0.0, 0.0));
-//! (0..80).flat_map(|row| (0..120).map(move |column| CellIndex { column, row })).for_each(|c| floor.set(c, Cell::Free));
+//! let cells = (0..80).flat_map(|row| (0..120).map(move |column| CellIndex { column, row }));
+//! cells.for_each(|cell| floor.set(cell, Cell::Free));
 //!
 //! let station = pose(5.0, 2.0, 0.0);
 //! let mut sim = Simulation::new(&SimConfig::default(), &floor, pose(1.0, 2.0, 0.0), station, &Streams::new(1))?;

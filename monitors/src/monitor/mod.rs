@@ -26,6 +26,27 @@ pub use witness::{Moment, OpenObligation, Sighting, Witness};
 ///
 /// Its verdicts never change once they are true or false. What one event costs in time, and the monitor in memory, is
 /// bounded by the formula and its bounds, never by the length of the run.
+///
+/// ```
+/// use std::{sync::Arc, time::Duration};
+/// use channels::{Capacity, Domain, Event, EventKind, FieldKind, Message, Monitor, Shape, Topology, Value};
+/// use monitors::{Outcome, load};
+///
+/// let mut topology = Topology::default();
+/// let [reader, skill] = [topology.process("BatteryReader")?, topology.process("BatteryLevel")?];
+/// let level = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
+/// let channel = topology.channel(reader, skill, Capacity::One, Domain::new([level]))?;
+/// let text = "property phi1 := always (BatteryReader, BatteryLevel, m.level >= 20)";
+/// let file = load("phi1.scope", text, &Arc::new(topology), Duration::from_secs(1))?;
+///
+/// let mut monitor = file.properties[0].scope_monitor().expect("it is made of a formula").clone();
+/// let message = Message::new([Value::symbol("ok"), 15.0.into()]);
+/// let kind = EventKind::Received { channel, message };
+/// monitor.observe(&Event { step: 1, tick: 0, time: Duration::ZERO, kind });
+/// assert_eq!(monitor.outcome(), Outcome::Violated);
+/// assert!(monitor.witness().is_some()); // it names the message
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct ScopeMonitor {
     name: String,

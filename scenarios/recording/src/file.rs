@@ -69,8 +69,8 @@ pub enum RecordingError {
 
 /// Writes a recording.
 ///
-/// The documentation of the crate describes the file. It is written in chunks: a program that is killed leaves all those
-/// that it has written.
+/// The documentation of the crate describes the file. It is written in chunks: a program that is killed leaves all
+/// those that it has written.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     output: W,

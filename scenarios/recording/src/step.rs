@@ -17,7 +17,8 @@ pub enum Detail {
     /// What decides what comes of the run: for reports alone.
     #[default]
     Verdicts,
-    /// [Details], too, with a scene wherever a [`SceneClock`](crate::SceneClock) wants one: for everything that shows a run.
+    /// [Details], too, with a scene wherever a [`SceneClock`](crate::SceneClock) wants one: for everything that shows a
+    /// run.
     Full,
     /// The same with a scene in each step.
     Scenes,

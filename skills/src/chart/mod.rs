@@ -69,6 +69,19 @@ pub(crate) enum Binding {
 /// `<scxml>` element itself.
 ///
 /// Two charts are equal if they were compiled from the same place of the same text.
+///
+/// ```
+/// use skills::Chart;
+///
+/// let chart = Chart::load("Lamp.scxml", r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
+///   <state id="off"><transition event="press" target="on"/></state>
+///   <state id="on"><transition event="press" target="off"/></state>
+/// </scxml>"#)?;
+/// assert!(chart.hears("press") && !chart.hears("pull"));
+/// assert!(chart.find_state("on").is_some());
+/// assert!(chart.warnings().is_empty());
+/// # Ok::<(), skills::SkillError>(())
+/// ```
 pub struct Chart {
     pub(crate) file: diagnostics::Source,
     pub(crate) name: Arc<str>,
