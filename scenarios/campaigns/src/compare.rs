@@ -10,9 +10,11 @@ use std::path::{Path, PathBuf};
 use monitors::Outcome;
 use serde::Serialize;
 
-use super::journal::{JournalReader, Layout, ParameterLayout, Shard};
-use super::results::{SUMMARY, command};
+use super::journal::{JournalReader, Layout, ParameterLayout};
+use super::results::SUMMARY;
+use super::shard::Shard;
 use super::statistics::{Comparison, Confidence, Count, Paired};
+use super::summary::command;
 use super::{RunOutcome, RunRecord};
 use crate::Error;
 

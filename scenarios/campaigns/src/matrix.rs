@@ -3,10 +3,8 @@
 mod page;
 mod table;
 
-use std::path::Path;
 use std::sync::Arc;
 
-use diagnostics::Staging;
 use monitors::Outcome;
 use reports::report::Report;
 use scenarios::scenario::Scenario;
@@ -140,17 +138,6 @@ impl Matrix {
             early.map(|(name, _)| format!("{}: {name} was violated before the fault", row.scenario))
         });
         sound.chain(early).collect()
-    }
-
-    /// Writes the matrix as `matrix.json` and as a page, `index.html`, to a folder.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        let staging = Staging::begin(folder)?;
-        staging.write("matrix.json", serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;
-        staging.write("index.html", page::page(self))?;
-        Ok(staging.publish(&["matrix.json", "index.html"])?)
     }
 }
 

@@ -9,6 +9,7 @@ mod charts;
 mod frontier;
 mod histogram;
 mod instructive;
+mod passes;
 mod plot;
 mod runs;
 mod survey;
@@ -18,8 +19,8 @@ use drawing::scale::short;
 use reports::html::{document, escape, figure, text};
 
 use super::journal::{JournalReader, Layout, ParameterLayout};
-use super::results::{Estimate, Summary};
 use super::statistics::{Confidence, Interval};
+use super::summary::{Estimate, Summary};
 use crate::Error;
 
 use axis::Axis;
@@ -44,7 +45,7 @@ pub(super) fn page(
     layout: &Layout,
     journal: impl Fn() -> Result<JournalReader, Error>,
 ) -> Result<String, Error> {
-    let survey = Survey::of(layout, journal)?;
+    let survey = passes::survey(layout, journal)?;
     let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
     let page = Page { summary, layout, survey: &survey, confidence };
     let sections = [

@@ -4,7 +4,7 @@ use monitors::Outcome;
 use reports::report::{MonitorReport, OutcomeReport, Report};
 use serde::{Deserialize, Serialize};
 
-use super::{PlannedRun, Value};
+use super::{Measure, PlannedRun, Value};
 
 /// One run of a campaign: what it was, and what came of it. Nothing in it depends on the computer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,71 +80,17 @@ pub struct RunFacts {
     pub monitors: Vec<MonitorFacts>,
 }
 
-/// A number that is measured in every run: a column of the dataset.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Measure {
-    /// When the robot came to rest where the scenario stops.
-    ArrivedS,
-    /// The least charge of the battery.
-    BatteryMinimumPct,
-    /// Distance driven.
-    DistanceM,
-    /// Contacts begun between the robot and anything else.
-    Collisions,
-    /// Root mean square of localization's error.
-    LocalizationRmseM,
-    /// Its greatest error.
-    LocalizationMaxM,
-}
-
-impl Measure {
-    /// All of them.
-    pub const ALL: [Self; 6] = [
-        Self::ArrivedS,
-        Self::BatteryMinimumPct,
-        Self::DistanceM,
-        Self::Collisions,
-        Self::LocalizationRmseM,
-        Self::LocalizationMaxM,
-    ];
-
-    /// The column's name.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::ArrivedS => "arrived_s",
-            Self::BatteryMinimumPct => "battery_minimum_pct",
-            Self::DistanceM => "distance_m",
-            Self::Collisions => "collisions",
-            Self::LocalizationRmseM => "localization_rmse_m",
-            Self::LocalizationMaxM => "localization_max_m",
-        }
-    }
-
-    /// What it is, with its unit.
-    #[must_use]
-    pub fn about(self) -> &'static str {
-        match self {
-            Self::ArrivedS => "time of arrival, s",
-            Self::BatteryMinimumPct => "least charge of the battery, %",
-            Self::DistanceM => "distance driven, m",
-            Self::Collisions => "collisions",
-            Self::LocalizationRmseM => "localization's error (rmse), m",
-            Self::LocalizationMaxM => "localization's greatest error, m",
-        }
-    }
-
+impl RunFacts {
     /// What was measured; none if it does not exist.
     #[must_use]
-    pub fn of(self, facts: &RunFacts) -> Option<f64> {
-        match self {
-            Self::ArrivedS => facts.arrived_s,
-            Self::BatteryMinimumPct => Some(facts.battery_minimum_pct),
-            Self::DistanceM => Some(facts.distance_m),
-            Self::Collisions => Some(facts.collisions as f64),
-            Self::LocalizationRmseM => Some(facts.localization_rmse_m),
-            Self::LocalizationMaxM => Some(facts.localization_max_m),
+    pub fn measured(&self, measure: Measure) -> Option<f64> {
+        match measure {
+            Measure::ArrivedS => self.arrived_s,
+            Measure::BatteryMinimumPct => Some(self.battery_minimum_pct),
+            Measure::DistanceM => Some(self.distance_m),
+            Measure::Collisions => Some(self.collisions as f64),
+            Measure::LocalizationRmseM => Some(self.localization_rmse_m),
+            Measure::LocalizationMaxM => Some(self.localization_max_m),
         }
     }
 }

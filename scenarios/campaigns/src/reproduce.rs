@@ -10,10 +10,9 @@ mod table;
 
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use diagnostics::Staging;
 use drawing::ExecutionContext;
 use recording::Detail;
 use reports::Outputs;
@@ -230,17 +229,6 @@ impl Reproduction {
             0 => papers,
             _ => format!("{papers} {failed_ours} of the {} claims that this project adds were not.", ours().count()),
         }
-    }
-
-    /// Writes the results as `reproduce.json` and as a page, `index.html`, to a folder.
-    ///
-    /// # Errors
-    /// [`Error::Write`].
-    pub fn write(&self, folder: &Path) -> Result<(), Error> {
-        let staging = Staging::begin(folder)?;
-        staging.write("reproduce.json", serde_json::to_string_pretty(self).expect("results are always JSON") + "\n")?;
-        staging.write("index.html", page::page(self))?;
-        Ok(staging.publish(&["reproduce.json", "index.html"])?)
     }
 }
 

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use diagnostics::Staging;
-use serde::Serialize;
 
 use super::dataset::DatasetWriter;
-use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, Shard, TimingReader};
-use super::runner::GoalReport;
-use super::statistics::{Confidence, Count, Interval};
+use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, TimingReader};
+use super::shard::Shard;
+use super::statistics::{Confidence, Count};
+use super::summary::{Estimate, GoalReport, Named, Outcomes, Summary, command};
 use super::{Plan, RunOutcome, RunRecord, page};
 use crate::Error;
 
@@ -19,81 +19,6 @@ pub(super) const SUMMARY: &str = "summary.json";
 const NAMED: usize = 10;
 /// The confidence of the summary's intervals.
 const CONFIDENCE: f64 = 0.95;
-
-/// A campaign's results in short: `summary.json`.
-#[derive(Clone, Debug, Serialize)]
-pub struct Summary {
-    /// The campaign's file.
-    pub campaign: String,
-    /// The command that runs it again.
-    pub again: String,
-    /// Its scenario.
-    pub scenario: String,
-    /// The program's version.
-    pub version: String,
-    /// How many runs there are.
-    pub runs: u64,
-    /// How many of them were not what the scenario expects, and how many failed.
-    pub outcomes: Outcomes,
-    /// How often each property was violated. Runs that failed count for no property.
-    pub properties: Vec<Estimate>,
-    /// How often a run was not what the scenario expects, or failed.
-    pub expectation: Estimate,
-    /// What came of the campaign's goal; null without one.
-    pub goal: Option<GoalReport>,
-    /// The first runs that failed, with why and how to repeat them.
-    pub failures: Vec<Named>,
-    /// The first runs that were not as expected, with how to repeat them.
-    pub unexpected: Vec<Named>,
-}
-
-impl Summary {
-    /// The command that repeats a run alone, with pictures and report.
-    #[must_use]
-    pub fn command(&self, k: u64) -> String {
-        command(&self.again, k)
-    }
-}
-
-/// The command that repeats a run alone, made of the one that runs its campaign `again`.
-pub(super) fn command(again: &str, k: u64) -> String {
-    format!("{again} --only {k}")
-}
-
-/// How many runs went how.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct Outcomes {
-    /// As the scenario expects.
-    pub as_expected: u64,
-    /// Not so.
-    pub not_as_expected: u64,
-    /// Not to their end.
-    pub failed: u64,
-}
-
-/// How often something happened, and what that says.
-#[derive(Clone, Debug, Serialize)]
-pub struct Estimate {
-    /// What: a property that was violated, or `expectation`.
-    pub of: String,
-    /// In how many of how many runs.
-    pub count: Count,
-    /// The fraction; null without runs.
-    pub rate: Option<f64>,
-    /// The exact interval with a confidence of 0.95, for a number of runs that was settled beforehand.
-    pub interval: Interval,
-}
-
-/// A run worth looking at.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Named {
-    /// Its number.
-    pub k: u64,
-    /// Why it failed; null if it did not.
-    pub why: Option<String>,
-    /// The command that repeats it alone, with pictures and report.
-    pub command: String,
-}
 
 /// Makes dataset, summary and page of a journal that holds all runs of a campaign.
 ///

@@ -9,12 +9,13 @@ use std::sync::{Arc, Once};
 use std::time::Instant;
 
 use scenarios::scenario::Scenario;
-use serde::Serialize;
 
 use super::file::{Goal, Question};
-use super::journal::{Header, Journal, Shard};
-use super::statistics::{Count, Interval, Side};
-use super::{Plan, PlannedRun, RunRecord, Summary, results};
+use super::journal::{Header, Journal};
+use super::shard::Shard;
+use super::statistics::Count;
+use super::summary::{GoalReport, Summary};
+use super::{Plan, PlannedRun, RunRecord, results};
 use crate::Error;
 use crate::report_of;
 
@@ -106,21 +107,6 @@ fn run_each(
     // Whoever has removed the folder meanwhile has removed the results.
     journal.reader()?;
     Ok(Ran { done, all, complete: done == all || watch.enough(), goal: watch.report(), journal })
-}
-
-/// What came of a campaign's goal.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct GoalReport {
-    /// Of what the probability is asked.
-    pub of: String,
-    /// In how many of how many runs it happened. Runs that failed count for no property.
-    pub count: Count,
-    /// Whether the goal was reached with these runs.
-    pub reached: bool,
-    /// The interval of an estimate, which keeps the goal's confidence though it was looked at on the way.
-    pub interval: Option<Interval>,
-    /// The decision of a test.
-    pub side: Option<Side>,
 }
 
 /// Counts what happens in the runs, in their order, and says whether the campaign's goal is reached.

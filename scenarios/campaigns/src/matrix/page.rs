@@ -1,13 +1,30 @@
 //! The matrix as a page.
 
+use std::path::Path;
+
+use diagnostics::Staging;
 use monitors::Outcome;
 use reports::html::{document, escape, text};
 
 use super::table::{onset, robot};
 use super::{Matrix, Notice, Row};
+use crate::Error;
+
+impl Matrix {
+    /// Writes the matrix as `matrix.json` and as a page, `index.html`, to a folder.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let staging = Staging::begin(folder)?;
+        staging.write("matrix.json", serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;
+        staging.write("index.html", page(self))?;
+        Ok(staging.publish(&["matrix.json", "index.html"])?)
+    }
+}
 
 /// One self-contained page: the table, what no property notices, and the runs without a fault.
-pub(super) fn page(matrix: &Matrix) -> String {
+fn page(matrix: &Matrix) -> String {
     let noticed = matrix.rows.len() - matrix.unnoticed().count();
     let main = format!(
         "<header class=\"head\">\n<p class=\"over\">A service robot under runtime monitors</p>\n<h1>Faults and properties</h1>\n\

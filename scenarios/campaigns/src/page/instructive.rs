@@ -4,19 +4,12 @@ use drawing::scale::short;
 
 use super::super::statistics::Count;
 use super::super::{RunOutcome, RunRecord};
-use super::survey::{Pattern, Survey};
+use super::survey::{Instructive, Pattern, Survey};
 
 /// So many runs are named.
 const NAMED: usize = 10;
 /// What is rare around a run is judged by no fewer runs than this.
 const AROUND: u64 = 8;
-
-/// A run that is worth a look.
-pub(super) struct Instructive {
-    pub(super) record: RunRecord,
-    /// Why, in words; several reasons if several hold.
-    pub(super) why: Vec<String>,
-}
 
 /// How far a run is from being the one; none if it cannot be.
 type Score = dyn Fn(&Survey, &RunRecord) -> Option<f64>;

@@ -4,9 +4,9 @@ use monitors::Outcome;
 use reports::html::{escape, text};
 
 use super::super::{Named, RunOutcome, RunRecord};
-use super::instructive::{Instructive, pattern_words};
+use super::instructive::pattern_words;
 use super::plot::written;
-use super::survey::{FEW_RUNS, Survey};
+use super::survey::{FEW_RUNS, Instructive, Survey};
 use super::target::Target;
 use super::{Page, percent, section};
 

@@ -4,15 +4,13 @@ use std::collections::BTreeMap;
 
 use drawing::scale::Scale;
 
-use super::super::journal::{JournalReader, Layout};
+use super::super::journal::Layout;
 use super::super::statistics::Count;
 use super::super::{Measure, RunRecord};
 use super::against::ModelSurvey;
 use super::axis::{Axis, Extent, Taken};
 use super::histogram::Histogram;
-use super::instructive::{Instructive, Selection};
 use super::target::Target;
-use crate::Error;
 
 /// Numbers that are shown as they are, run by run, if there are no more.
 pub(super) const FEW_RUNS: u64 = 400;
@@ -39,6 +37,13 @@ pub(super) struct Survey {
     pub(super) instructive: Vec<Instructive>,
     /// All runs, if they are few.
     pub(super) records: Vec<RunRecord>,
+}
+
+/// A run that is worth a look.
+pub(super) struct Instructive {
+    pub(super) record: RunRecord,
+    /// Why, in words; several reasons if several hold.
+    pub(super) why: Vec<String>,
 }
 
 /// What is counted for a parameter.
@@ -70,36 +75,14 @@ pub(super) struct Pattern {
 }
 
 impl Survey {
-    /// Surveys what `journal` opens, several times.
-    pub(super) fn of(layout: &Layout, journal: impl Fn() -> Result<JournalReader, Error>) -> Result<Self, Error> {
-        let each = |take: &mut dyn FnMut(&RunRecord)| -> Result<(), Error> {
-            let mut reader = journal()?;
-            while let Some(record) = reader.next()? {
-                take(&record);
-            }
-            Ok(())
-        };
-        let mut first = FirstLook::new(layout);
-        each(&mut |record| first.add(record))?;
-        let mut survey = first.survey(layout);
-        each(&mut |record| survey.add(record))?;
-        if let Some(model) = &mut survey.model {
-            model.settle();
-        }
-        let mut selection = Selection::new(&survey);
-        each(&mut |record| selection.consider(&survey, record))?;
-        survey.instructive = selection.chosen();
-        Ok(survey)
-    }
-
-    fn add(&mut self, record: &RunRecord) {
+    pub(super) fn add(&mut self, record: &RunRecord) {
         let happened: Vec<Option<bool>> = self.targets.iter().map(|target| target.happened(record)).collect();
         let bins = self.bins(record);
         for (parameter, bin) in self.parameters.iter_mut().zip(&bins) {
             let Some(bin) = *bin else { continue };
             count(&mut parameter.rates[bin], &happened);
             for (measure, histograms) in &mut parameter.measures {
-                if let Some(value) = record.facts.as_ref().and_then(|facts| measure.of(facts)) {
+                if let Some(value) = record.facts.as_ref().and_then(|facts| facts.measured(*measure)) {
                     histograms[bin].add(value);
                 }
             }
@@ -138,7 +121,7 @@ fn count(counts: &mut [Count], happened: &[Option<bool>]) {
 }
 
 /// The first pass: how wide everything is.
-struct FirstLook {
+pub(super) struct FirstLook {
     targets: Vec<Target>,
     runs: u64,
     counts: Vec<Count>,
@@ -152,7 +135,7 @@ struct FirstLook {
 }
 
 impl FirstLook {
-    fn new(layout: &Layout) -> Self {
+    pub(super) fn new(layout: &Layout) -> Self {
         let targets = Target::all(layout);
         Self {
             runs: 0,
@@ -167,7 +150,7 @@ impl FirstLook {
         }
     }
 
-    fn add(&mut self, record: &RunRecord) {
+    pub(super) fn add(&mut self, record: &RunRecord) {
         self.runs += 1;
         let happened: Vec<Option<bool>> = self.targets.iter().map(|target| target.happened(record)).collect();
         count(&mut self.counts, &happened);
@@ -179,7 +162,12 @@ impl FirstLook {
         }
         self.taken.iter_mut().zip(&record.values).for_each(|(taken, value)| taken.add(value));
         for (measure, extent) in &mut self.measures {
-            record.facts.as_ref().and_then(|facts| measure.of(facts)).into_iter().for_each(|value| extent.add(value));
+            record
+                .facts
+                .as_ref()
+                .and_then(|facts| facts.measured(*measure))
+                .into_iter()
+                .for_each(|value| extent.add(value));
         }
         for (target, extent) in self.targets.iter().zip(&mut self.latencies) {
             target.latency_s(record).into_iter().for_each(|latency_s| extent.add(latency_s));
@@ -189,7 +177,7 @@ impl FirstLook {
         }
     }
 
-    fn survey(self, layout: &Layout) -> Survey {
+    pub(super) fn survey(self, layout: &Layout) -> Survey {
         let bins = (libm::sqrt(self.runs as f64) / 4.0) as usize;
         let bins = bins.clamp(4, 20);
         let targets = self.targets.len();

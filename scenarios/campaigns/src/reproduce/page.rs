@@ -1,6 +1,9 @@
 //! The results as a page: what the paper says and how often it was so, then its figures, one by one; what is this project's
 //! own, where the system differs from the published one, and how to run everything again.
 
+use std::path::Path;
+
+use diagnostics::Staging;
 use drawing::Frame;
 use reports::html::{Drawing, document, escape, figure, picture};
 
@@ -8,12 +11,26 @@ use super::deviations::{DEVIATIONS, Deviation};
 use super::film::SEED;
 use super::shots::{self, Shows};
 use super::{ClaimResult, ExperimentResult, FIGURE_MONITORS, Reproduction, Still, runs};
+use crate::Error;
 
 const PAPER: &str = "Colledanchise, Cicala, Domenichelli, Natale, Tacchella: Formalizing the Execution Context of Behavior Trees \
                      for Runtime Verification of Deliberative Policies (IROS 2021)";
 
+impl Reproduction {
+    /// Writes the results as `reproduce.json` and as a page, `index.html`, to a folder.
+    ///
+    /// # Errors
+    /// [`Error::Write`].
+    pub fn write(&self, folder: &Path) -> Result<(), Error> {
+        let staging = Staging::begin(folder)?;
+        staging.write("reproduce.json", serde_json::to_string_pretty(self).expect("results are always JSON") + "\n")?;
+        staging.write("index.html", page(self))?;
+        Ok(staging.publish(&["reproduce.json", "index.html"])?)
+    }
+}
+
 /// One self-contained page.
-pub(super) fn page(reproduction: &Reproduction) -> String {
+fn page(reproduction: &Reproduction) -> String {
     let figures = figures(reproduction);
     let links: String =
         figures.iter().map(|figure| format!("<a href=\"#{}\">{}</a>", figure.id(), figure.short())).collect();

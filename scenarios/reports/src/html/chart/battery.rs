@@ -5,7 +5,7 @@ use drawing::icons::Icon;
 use drawing::path::Path;
 use drawing::{Area, Spot, theme};
 
-use super::Chart;
+use super::sheet::Chart;
 use crate::pictures;
 use crate::timeline::Timeline;
 

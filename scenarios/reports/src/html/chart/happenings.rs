@@ -8,7 +8,7 @@ use drawing::icons::Icon;
 use drawing::theme::{self, Color};
 use recording::{FaultCourse, RunView};
 
-use super::Chart;
+use super::sheet::Chart;
 use crate::timeline::Timeline;
 
 /// An arrival this early is where the robot stood from the start.

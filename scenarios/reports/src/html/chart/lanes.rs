@@ -8,7 +8,7 @@ use drawing::text::{Font, Weight};
 use drawing::theme::{self, Color};
 use drawing::{Area, NodeStatus, Verdict};
 
-use super::Chart;
+use super::sheet::Chart;
 use crate::html::activities::{self, Activity};
 use crate::timeline::{Interval, Lane, Timeline, Track};
 
