@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use bt::{Moment, Outcome, Rehearsal, Request, Tree};
+use bt::{Outcome, Rehearsal, RehearsedTick, Request, Tree};
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
 use reports::pictures;
@@ -114,7 +114,7 @@ fn rehearse(
     tree: &Arc<Tree>,
     script: &TreeScript,
     ticks: Option<u64>,
-    mut see: impl FnMut(&Rehearsal, Moment),
+    mut see: impl FnMut(&Rehearsal, RehearsedTick),
 ) -> Result<(), Error> {
     let mut rehearsal = Rehearsal::new(Arc::clone(tree), script.parts.iter().cloned());
     for (key, value) in &script.blackboard {
@@ -156,7 +156,7 @@ fn to_value(value: &bt::Value) -> serde_json::Value {
     }
 }
 
-fn to_json(tree: &Tree, moments: &[Moment], boards: Vec<serde_json::Value>) -> String {
+fn to_json(tree: &Tree, moments: &[RehearsedTick], boards: Vec<serde_json::Value>) -> String {
     let nodes = tree.nodes().iter().map(|node| {
         json!({
             "node": node.id().index(),

@@ -169,7 +169,8 @@ fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
 }
 
 fn as_json(properties: &[Property], log: &Path) -> String {
-    let moment = |at: &monitors::Moment| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
+    let moment =
+        |at: &monitors::EventTime| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
     let of = |property: &Property| {
         let monitor = property.scope_monitor();
         let witness = monitor.and_then(|monitor| monitor.witness()).map(|witness| {

@@ -83,7 +83,7 @@ pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
     declare_channels, faults_in, node_processes, reply_domain, request_domain, states_in, tick_domain,
 };
-pub use rehearsal::{Cue, Inputs, Moment, Part, Rehearsal, table};
+pub use rehearsal::{Cue, Inputs, Part, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};
 pub use tree::Tree;
 pub use xml::Loader;

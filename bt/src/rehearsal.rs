@@ -104,7 +104,7 @@ pub type Inputs = Vec<(String, Option<Value>)>;
 
 /// A tick of a rehearsal, or a halt of the tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Moment {
+pub struct RehearsedTick {
     /// The number of the tick, from 1 on; of a halt, that of the tick before.
     pub tick: u64,
     /// When it was.
@@ -151,14 +151,14 @@ impl Rehearsal {
     }
 
     /// Ticks the tree.
-    pub fn tick(&mut self, now: Duration) -> Moment {
+    pub fn tick(&mut self, now: Duration) -> RehearsedTick {
         self.ticks += 1;
         let status = self.execution.tick(now, &mut self.cast);
         self.moment(now, Some(status), 0)
     }
 
     /// Halts the tree.
-    pub fn halt(&mut self, now: Duration) -> Moment {
+    pub fn halt(&mut self, now: Duration) -> RehearsedTick {
         let (old_faults, before) = (self.execution.faults().len(), self.execution.states());
         self.execution.halt(now, &mut self.cast);
         let mut moment = self.moment(now, None, old_faults);
@@ -169,11 +169,11 @@ impl Rehearsal {
         moment
     }
 
-    fn moment(&mut self, time: Duration, status: Option<Status>, old_faults: usize) -> Moment {
+    fn moment(&mut self, time: Duration, status: Option<Status>, old_faults: usize) -> RehearsedTick {
         let (calls, inputs) = (std::mem::take(&mut self.cast.calls), std::mem::take(&mut self.cast.inputs));
         let mut faults = self.execution.faults()[old_faults..].to_vec();
         faults.append(&mut self.cast.faults);
-        Moment { tick: self.ticks, time, status, nodes: self.execution.states(), calls, inputs, faults }
+        RehearsedTick { tick: self.ticks, time, status, nodes: self.execution.states(), calls, inputs, faults }
     }
 }
 
@@ -205,7 +205,7 @@ const COLUMNS: usize = 25;
 /// `K` are success, failure, running and skipped, `H` is halted, and `·` is a node that the tick did not reach. What
 /// went wrong follows.
 #[must_use]
-pub fn table(tree: &Tree, moments: &[Moment]) -> String {
+pub fn table(tree: &Tree, moments: &[RehearsedTick]) -> String {
     let labels: Vec<String> = tree.nodes().iter().map(|node| shortened(node.outline())).collect();
     let label_width = labels.iter().map(|label| label.chars().count()).max().unwrap_or(0).max(8) + 2;
     let mut text = String::new();
@@ -247,7 +247,7 @@ fn push_line(text: &mut String, line: &str) {
     writeln!(text, "{}", line.trim_end()).expect("writing to a text succeeds");
 }
 
-fn column_name(moment: &Moment) -> String {
+fn column_name(moment: &RehearsedTick) -> String {
     if moment.status.is_some() { moment.tick.to_string() } else { "halt".to_owned() }
 }
 

@@ -9,7 +9,7 @@ use std::collections::{BTreeSet, HashSet};
 
 use channels::{ChannelId, Relation};
 
-use crate::formula::{Event, Formula};
+use crate::formula::{EventAtom, Formula};
 
 /// An event of a [`Vocabulary`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,7 +18,7 @@ pub(crate) struct EventId(pub(crate) u32);
 /// The different events that a formula speaks of, those of one channel beside each other.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Vocabulary {
-    events: Vec<Event>,
+    events: Vec<EventAtom>,
 }
 
 impl Vocabulary {
@@ -41,12 +41,12 @@ impl Vocabulary {
     }
 
     /// The number of an event of the formula.
-    fn id(&self, event: &Event) -> EventId {
+    fn id(&self, event: &EventAtom) -> EventId {
         let position = self.events.iter().position(|known| known == event);
         EventId(position.expect("a vocabulary has all events of its formula") as u32)
     }
 
-    pub(crate) fn get(&self, event: EventId) -> &Event {
+    pub(crate) fn get(&self, event: EventId) -> &EventAtom {
         &self.events[event.0 as usize]
     }
 
@@ -269,7 +269,7 @@ mod tests {
         }
         let channel = topology.channels().nth(channel).unwrap();
         let condition = MessageCondition::Compare { field, relation: Relation::Equal, value: true.into() };
-        Formula::Event(Event { channel, condition })
+        Formula::Event(EventAtom { channel, condition })
     }
 
     #[test]

@@ -3,10 +3,10 @@
 use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::clause::{Bound, EventId, Form, Literal, Part, Vocabulary, Window, bounds};
-use crate::formula::{Event, Formula, MessageCondition};
+use crate::formula::{EventAtom, Formula, MessageCondition};
 
 /// An event as the language writes it.
-pub(crate) fn event(event: &Event, topology: &Topology) -> String {
+pub(crate) fn event(event: &EventAtom, topology: &Topology) -> String {
     Formula::Event(event.clone()).text(topology)
 }
 
@@ -257,7 +257,7 @@ mod tests {
         };
         let channel = topology.channels().nth(roll(3) as usize).unwrap();
         let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: true.into() };
-        let event = Event { channel, condition };
+        let event = EventAtom { channel, condition };
         let (relation, ticks) = BOUNDS[roll(6) as usize];
         let kind = if depth == 0 { roll(3) } else { 2 + roll(8) };
         let mut part = || formula(seed, topology, depth.saturating_sub(1));

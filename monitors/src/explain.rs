@@ -5,7 +5,7 @@
 
 use channels::{ChannelId, Relation, Topology, Value};
 
-use crate::formula::{Event, Formula, MessageCondition};
+use crate::formula::{EventAtom, Formula, MessageCondition};
 
 /// What a formula asks for, in a sentence; one for each part of an outermost `and`.
 #[must_use]
@@ -46,7 +46,7 @@ impl Explainer<'_> {
         }
     }
 
-    fn every_message(&self, event: &Event) -> String {
+    fn every_message(&self, event: &EventAtom) -> String {
         let (source, target) = self.topology.ends(event.channel);
         match &event.condition {
             MessageCondition::Implies(a, b) => format!(
@@ -118,7 +118,7 @@ impl Explainer<'_> {
         if is_one { self.clause(formula) } else { format!("({})", self.clause(formula)) }
     }
 
-    fn event(&self, event: &Event) -> String {
+    fn event(&self, event: &EventAtom) -> String {
         let (source, target) = self.topology.ends(event.channel);
         match &event.condition {
             MessageCondition::True => format!("{source} tells {target} something"),

@@ -11,11 +11,11 @@ pub enum Formula {
     /// Never holds.
     False,
     /// The last message on the channel satisfies the condition.
-    Event(Event),
+    Event(EventAtom),
     /// `time_until (event) ⋈ ticks`: a message that satisfies the event passes at some j ≥ i with τj − τi ⋈ ticks.
     TimeUntil {
         /// What passes.
-        event: Event,
+        event: EventAtom,
         /// ⋈
         relation: Relation,
         /// θ
@@ -41,7 +41,7 @@ pub enum Formula {
 
 /// An event atom: a channel and a condition on its messages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Event {
+pub struct EventAtom {
     /// The channel.
     pub channel: ChannelId,
     /// What a message must satisfy.
@@ -129,7 +129,7 @@ impl Formula {
     }
 
     /// Calls `visit` with each event, those inside `time_until` included.
-    pub(crate) fn events<'a>(&'a self, visit: &mut impl FnMut(&'a Event)) {
+    pub(crate) fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
         match self {
             Self::True | Self::False => {}
             Self::Event(event) | Self::TimeUntil { event, .. } => visit(event),

@@ -166,11 +166,11 @@ mod wording;
 pub use engine::Symbol;
 pub use explain::explain;
 pub use export::Format;
-pub use formula::{Event, Formula, MessageCondition};
+pub use formula::{EventAtom, Formula, MessageCondition};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
 pub use monitor::{
-    Continuation, MAX_AUTOMATON_STATES, Moment, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness,
+    Continuation, EventTime, MAX_AUTOMATON_STATES, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness,
 };
 pub use occurrence::occurrences;
 pub use oracle::{FormulaTooLarge, holds, holds_endlessly};

@@ -11,7 +11,7 @@ use crate::formula::Formula;
 use crate::monitor::{MAX_AUTOMATON_STATES, ScopeMonitor};
 use crate::problem::{ScopeError, Warnings};
 use crate::resolve::{Definition, resolve};
-use crate::syntax::{Constraint, ConstraintKind, Span, parse_file};
+use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file};
 
 /// A requirement on what passes over the channels, with its monitor.
 #[derive(Debug)]
@@ -116,7 +116,7 @@ fn summary_above(text: &str, at: usize) -> Option<String> {
 /// Notes what is strange about a property: that it says nothing, asks for what cannot be, or costs much.
 fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<Problem>) {
     let name = &definition.name;
-    let mut warn = |message: String, span: Span, label: &str, help: &str| {
+    let mut warn = |message: String, span: ByteRange, label: &str, help: &str| {
         problems.push(Problem::new(message).at(span, label).with_help(help).as_warning());
     };
     let mut spans = Vec::new();
@@ -146,7 +146,7 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
 }
 
 /// Where the events of a constraint stand, in the order in which [`Formula::events`] visits them.
-fn events(constraint: &Constraint, spans: &mut Vec<Span>) {
+fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
     match &constraint.kind {
         ConstraintKind::True | ConstraintKind::False | ConstraintKind::Unreadable => {}
         ConstraintKind::Event(event) | ConstraintKind::TimeUntil { event, .. } => spans.push(event.span),

@@ -5,7 +5,7 @@ use std::time::Duration;
 use channels::Topology;
 use diagnostics::{Problem, Source};
 
-use crate::formula::{Event, Formula};
+use crate::formula::{EventAtom, Formula};
 use crate::load::formulas;
 use crate::problem::ScopeError;
 
@@ -27,7 +27,7 @@ use crate::problem::ScopeError;
 ///
 /// # Errors
 /// Everything that is wrong with the text, which is shown as a file of that name.
-pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Event>, ScopeError> {
+pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<EventAtom>, ScopeError> {
     let before = "property event := eventually (";
     let read = formulas(name, &format!("{before}{text})"), topology, Duration::from_secs(1));
     let read = read.map_err(|error| of_part(&error, name, text, before.len()))?;
@@ -53,7 +53,7 @@ fn of_part(error: &ScopeError, name: &str, part: &str, start: usize) -> ScopeErr
     ScopeError::new(Source::new(name, part), error.problems().iter().map(moved).collect())
 }
 
-fn event(formula: Formula) -> Option<Event> {
+fn event(formula: Formula) -> Option<EventAtom> {
     if let Formula::Event(event) = formula { Some(event) } else { None }
 }
 

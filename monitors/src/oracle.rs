@@ -159,7 +159,7 @@ impl Oracle<'_> {
     }
 
     /// Whether the message that passes at state j, if any, satisfies the event.
-    fn passes(&self, event: &formula::Event, j: usize) -> bool {
+    fn passes(&self, event: &formula::EventAtom, j: usize) -> bool {
         match self.states[j].kind {
             EventKind::Received { channel, message } => *channel == event.channel && event.condition.holds(message),
             EventKind::Tick => false,
@@ -167,7 +167,7 @@ impl Oracle<'_> {
     }
 
     /// Whether there was a message on the event's channel up to state i, and the last one satisfies the event.
-    fn last_satisfies(&self, event: &formula::Event, i: usize) -> bool {
+    fn last_satisfies(&self, event: &formula::EventAtom, i: usize) -> bool {
         let on_channel = |j: &usize| matches!(self.states[*j].kind, EventKind::Received { channel, .. } if *channel == event.channel);
         let states = 0..(i + 1).min(self.states.len());
         states.rev().find(on_channel).is_some_and(|j| self.passes(event, j))

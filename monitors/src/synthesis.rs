@@ -113,13 +113,13 @@ impl Synthesis {
     }
 
     /// The machine at the start of a run.
-    pub(crate) fn start(&self) -> Run {
+    pub(crate) fn start(&self) -> RunningMonitor {
         match &self.machine {
-            Machine::Compact(compact) => Run::Compact(CompactRun::new(Arc::clone(compact))),
+            Machine::Compact(compact) => RunningMonitor::Compact(CompactRun::new(Arc::clone(compact))),
             Machine::Automaton(automaton) => {
-                Run::Automaton(AutomatonRun::new(Arc::clone(automaton), Arc::clone(&self.operators)))
+                RunningMonitor::Automaton(AutomatonRun::new(Arc::clone(automaton), Arc::clone(&self.operators)))
             }
-            Machine::Progression => Run::Progression(Progression::new(Arc::clone(&self.operators))),
+            Machine::Progression => RunningMonitor::Progression(Progression::new(Arc::clone(&self.operators))),
         }
     }
 }
@@ -143,13 +143,13 @@ impl Choice {
 
 /// A machine at work.
 #[derive(Clone, Debug)]
-pub(crate) enum Run {
+pub(crate) enum RunningMonitor {
     Compact(CompactRun),
     Automaton(AutomatonRun),
     Progression(Progression),
 }
 
-impl Run {
+impl RunningMonitor {
     /// τ, counted from the first state, has become `now`.
     pub(crate) fn advance(&mut self, now: u64) {
         match self {

@@ -2,12 +2,12 @@
 
 use channels::{Topology, Value};
 
-use crate::formula::{Event, Formula, MessageCondition};
+use crate::formula::{EventAtom, Formula, MessageCondition};
 use crate::syntax::{
-    self, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Literal, Name, Operand, Span,
+    self, ByteRange, Condition, ConditionKind, Constraint, ConstraintKind, Field, FieldName, Literal, Name, Operand,
 };
 
-const NOWHERE: Span = Span { start: 0, end: 0 };
+const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
 
 impl Formula {
     /// The formula in the SCOPE language, over the topology that it speaks of. Bounds are counted in ticks.
@@ -20,7 +20,7 @@ impl Formula {
     }
 }
 
-impl Event {
+impl EventAtom {
     fn named(&self, topology: &Topology) -> syntax::Event {
         let (source, target) = topology.ends(self.channel);
         let name = |text: &str| Name { text: text.to_owned(), span: NOWHERE };

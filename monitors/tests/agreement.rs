@@ -61,7 +61,7 @@ fn messages_outside_the_domains_are_followed_too() {
     let topology = topology();
     let channel = topology.channels().nth(2).expect("C → D");
     let on = |value: bool| MessageCondition::Compare { field: 1, relation: Relation::Equal, value: value.into() };
-    let [is_on, is_off] = [true, false].map(|value| monitors::Event { channel, condition: on(value) });
+    let [is_on, is_off] = [true, false].map(|value| monitors::EventAtom { channel, condition: on(value) });
     let (mut automata, mut left) = (0, 0);
     for seed in 0..cases(4_000) {
         let mut dice = Dice(seed + 6_000_000);
@@ -104,7 +104,7 @@ fn messages_outside_the_domains_are_followed_too() {
 #[test]
 fn answers_with_deadlines_of_their_own_are_kept_apart() {
     let topology = topology();
-    let on = |channel, value: Value| monitors::Event {
+    let on = |channel, value: Value| monitors::EventAtom {
         channel: topology.channels().nth(channel).expect("four channels"),
         condition: MessageCondition::Compare { field: 1, relation: Relation::Equal, value },
     };
@@ -139,7 +139,10 @@ fn a_graph_with_too_many_states_is_left_to_an_automaton() {
     let topology = topology();
     let equals = |channel, field, value: Value| {
         let condition = MessageCondition::Compare { field, relation: Relation::Equal, value };
-        Formula::Event(monitors::Event { channel: topology.channels().nth(channel).expect("four channels"), condition })
+        Formula::Event(monitors::EventAtom {
+            channel: topology.channels().nth(channel).expect("four channels"),
+            condition,
+        })
     };
     let method = |levels: u32, numbers: i64| {
         let words = ["w", "x", "y", "z"].map(|word| equals(0, 1, Value::symbol(word)));
@@ -157,21 +160,21 @@ fn a_graph_with_too_many_states_is_left_to_an_automaton() {
 fn what_two_clauses_look_at_is_remembered_for_both() {
     let topology = topology();
     let level = |relation, value: f64| MessageCondition::Compare { field: 2, relation, value: value.into() };
-    let high = monitors::Event {
+    let high = monitors::EventAtom {
         channel: topology.channels().nth(1).expect("B → C"),
         condition: level(Relation::Greater, 50.0),
     };
-    let on = |channel, value: Value| monitors::Event {
+    let on = |channel, value: Value| monitors::EventAtom {
         channel: topology.channels().nth(channel).expect("four channels"),
         condition: MessageCondition::Compare { field: 1, relation: Relation::Equal, value },
     };
     let (x, yes) = (on(0, Value::symbol("x")), on(2, Value::Bool(true)));
     let either =
-        |other: &monitors::Event| Formula::Or(vec![Formula::Event(high.clone()), Formula::Event(other.clone())]);
+        |other: &monitors::EventAtom| Formula::Or(vec![Formula::Event(high.clone()), Formula::Event(other.clone())]);
     let formula = Formula::And(vec![either(&x), either(&yes)]).always();
     let mut monitor = ScopeMonitor::new("p", formula, &topology).expect("small");
     assert_eq!(monitor.method(), Method::Graph);
-    let received = |event: &monitors::Event, fields: Vec<Value>| EventKind::Received {
+    let received = |event: &monitors::EventAtom, fields: Vec<Value>| EventKind::Received {
         channel: event.channel,
         message: Message::new(fields),
     };
@@ -223,8 +226,8 @@ fn longer_bounds_and_sequences_agree_too() {
 }
 
 /// `always (a implies time_until b < theta)` for each pair of events.
-fn answers(pairs: &[[monitors::Event; 2]], theta: u64) -> Formula {
-    let rule = |[asks, answer]: &[monitors::Event; 2]| {
+fn answers(pairs: &[[monitors::EventAtom; 2]], theta: u64) -> Formula {
+    let rule = |[asks, answer]: &[monitors::EventAtom; 2]| {
         let answered = Formula::TimeUntil { event: answer.clone(), relation: Relation::Less, ticks: theta };
         Formula::Event(asks.clone()).implies(answered).always()
     };

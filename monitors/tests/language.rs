@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use channels::{Message, Relation, Value};
 use monitors::syntax::{
-    Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item, Literal, Name,
-    Operand, PropertyItem, Span, Unit, parse_file,
+    ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item,
+    Literal, Name, Operand, PropertyItem, Unit, parse_file,
 };
 use monitors::{Formula, MessageCondition};
 use proptest::prelude::*;
@@ -16,11 +16,11 @@ use crate::support::{self, Dice, random_formula};
 
 fn name() -> impl Strategy<Value = Name> {
     let text = prop_oneof![4 => "[A-Za-zθ_][A-Za-z0-9_é]{0,6}", 1 => "[ -~]{0,6}", 1 => Just("always".to_owned())];
-    text.prop_map(|text| Name { text, span: Span::default() })
+    text.prop_map(|text| Name { text, span: ByteRange::default() })
 }
 
 fn plain_name() -> impl Strategy<Value = Name> {
-    "n_[A-Za-z0-9_]{0,5}".prop_map(|text| Name { text, span: Span::default() })
+    "n_[A-Za-z0-9_]{0,5}".prop_map(|text| Name { text, span: ByteRange::default() })
 }
 
 fn literal() -> impl Strategy<Value = Literal> {
@@ -37,7 +37,7 @@ fn literal() -> impl Strategy<Value = Literal> {
 
 fn operand() -> impl Strategy<Value = Operand> {
     prop_oneof![
-        literal().prop_map(|literal| Operand::Literal(literal, Span::default())),
+        literal().prop_map(|literal| Operand::Literal(literal, ByteRange::default())),
         plain_name().prop_map(Operand::Constant)
     ]
 }
@@ -48,11 +48,11 @@ fn relation() -> impl Strategy<Value = Relation> {
 }
 
 fn condition() -> impl Strategy<Value = Condition> {
-    let of = |kind| Condition { kind, span: Span::default() };
+    let of = |kind| Condition { kind, span: ByteRange::default() };
     let field =
         prop_oneof![(1_usize..99).prop_map(FieldName::Number), name().prop_map(|name| FieldName::Named(name.text)),];
     let compare = (field, relation(), operand()).prop_map(|(name, relation, value)| ConditionKind::Compare {
-        field: Field { name, span: Span::default() },
+        field: Field { name, span: ByteRange::default() },
         relation,
         value,
     });
@@ -73,12 +73,12 @@ fn event() -> impl Strategy<Value = Event> {
         source,
         target,
         condition,
-        span: Span::default(),
+        span: ByteRange::default(),
     })
 }
 
 fn constraint() -> impl Strategy<Value = Constraint> {
-    let of = |kind| Constraint { kind, span: Span::default() };
+    let of = |kind| Constraint { kind, span: ByteRange::default() };
     let timed = (event(), relation(), operand()).prop_map(|(event, relation, bound)| ConstraintKind::TimeUntil {
         event,
         relation,
@@ -108,7 +108,7 @@ fn constraint() -> impl Strategy<Value = Constraint> {
 
 fn file() -> impl Strategy<Value = File> {
     let constant = (plain_name(), literal())
-        .prop_map(|(name, value)| Item::Constant(Constant { name, value, value_span: Span::default() }));
+        .prop_map(|(name, value)| Item::Constant(Constant { name, value, value_span: ByteRange::default() }));
     let property = (name(), constraint())
         .prop_map(|(name, constraint)| Item::Property(Box::new(PropertyItem { name, constraint })));
     proptest::collection::vec(prop_oneof![constant, property], 0..4).prop_map(|items| File { items })

@@ -90,7 +90,7 @@ fn random_formula_over_half(dice: &mut Dice, topology: &Topology, first_half: bo
     let channels: Vec<ChannelId> = topology.channels().collect();
     let half = if first_half { &channels[..2] } else { &channels[2..] };
     loop {
-        let events: Vec<monitors::Event> = (0..3).map(|_| random_event(dice, topology)).collect();
+        let events: Vec<monitors::EventAtom> = (0..3).map(|_| random_event(dice, topology)).collect();
         if events.iter().all(|event| half.contains(&event.channel)) {
             let formula = formula_over(dice, &events, depth);
             let text = format!("{formula:?}");

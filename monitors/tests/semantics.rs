@@ -45,9 +45,9 @@ fn run(words: &str) -> Vec<Event> {
     events.collect()
 }
 
-fn atom(name: &str) -> monitors::Event {
+fn atom(name: &str) -> monitors::EventAtom {
     let condition = MessageCondition::Compare { field: 1, relation: Relation::Equal, value: Value::Bool(true) };
-    monitors::Event { channel: channel(name), condition }
+    monitors::EventAtom { channel: channel(name), condition }
 }
 
 fn is(name: &str) -> Formula {

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use channels::{ChannelId, Topology};
 use diagnostics::{Problem, Spanned};
-use monitors::{Event, ScopeError};
+use monitors::{EventAtom, ScopeError};
 
 use crate::error::Complaints;
 
@@ -13,7 +13,7 @@ pub(crate) fn occurrences(
     text: &Spanned<String>,
     topology: &Topology,
     complaints: &mut Complaints,
-) -> Option<Vec<Event>> {
+) -> Option<Vec<EventAtom>> {
     read(["", ""], text, topology, complaints)
 }
 
@@ -23,7 +23,7 @@ pub(crate) fn messages(
     channel: ChannelId,
     topology: &Topology,
     complaints: &mut Complaints,
-) -> Option<Vec<Event>> {
+) -> Option<Vec<EventAtom>> {
     let (from, to) = topology.ends(channel);
     read([&format!("({from}, {to}, "), ")"], condition, topology, complaints)
 }
@@ -34,7 +34,7 @@ fn read(
     text: &Spanned<String>,
     topology: &Topology,
     complaints: &mut Complaints,
-) -> Option<Vec<Event>> {
+) -> Option<Vec<EventAtom>> {
     let events = monitors::occurrences("event", &format!("{before}{}{after}", text.value), topology);
     events.map_err(|error| located(&error, before.len(), text).for_each(|problem| complaints.push(problem))).ok()
 }

@@ -254,7 +254,7 @@ fn scheduler(
 fn precedence(order: &Order, topology: &Topology, complaints: &mut Complaints) -> Precedence {
     let mut deliveries = |event: &Spanned<String>| -> Vec<Delivery> {
         let events = occurrences(event, topology, complaints).unwrap_or_default();
-        let delivery = |event: monitors::Event| {
+        let delivery = |event: monitors::EventAtom| {
             let condition = event.condition;
             Delivery { channel: event.channel, concerns: Arc::new(move |message| condition.holds(message)) }
         };

@@ -137,8 +137,7 @@ impl<'ast> Visit<'ast> for Reader<'_> {
         let child = if let Some((_, items)) = &item.content {
             self.read.read_module(items, file, &folder, id)
         } else {
-            let beside = self.folder.join(format!("{name}.rs"));
-            self.read.read_file(if beside.exists() { beside } else { folder.join("mod.rs") }, &folder, id)
+            self.read.read_file(self.folder.join(format!("{name}.rs")), &folder, id)
         };
         self.module().names.push((name, Meaning::Module(child)));
     }

@@ -268,7 +268,7 @@ mod tests {
     use channels::{Capacity, Domain, Relation, Shape};
 
     use super::*;
-    use crate::formula::{Event, Formula};
+    use crate::formula::{EventAtom, Formula};
 
     fn compare(field: usize, relation: Relation, value: impl Into<Value>) -> MessageCondition {
         MessageCondition::Compare { field, relation, value: value.into() }
@@ -279,7 +279,7 @@ mod tests {
         let mut topology = Topology::default();
         let [a, b] = ["a", "b"].map(|name| topology.process(name).unwrap());
         let channel = topology.channel(a, b, Capacity::One, domain).unwrap();
-        let event = |condition: &MessageCondition| Formula::Event(Event { channel, condition: condition.clone() });
+        let event = |condition: &MessageCondition| Formula::Event(EventAtom { channel, condition: condition.clone() });
         let vocabulary = Vocabulary::of(&Formula::Or(conditions.iter().map(event).collect()));
         let alphabet = Alphabet::new(&vocabulary, &topology);
         for (letter, channel, message) in alphabet.letters() {
@@ -348,7 +348,7 @@ mod tests {
         let mut topology = Topology::default();
         let [a, b] = ["a", "b"].map(|name| topology.process(name).unwrap());
         let channel = topology.channel(a, b, Capacity::One, of(FieldKind::Int)).unwrap();
-        let event = |condition: &MessageCondition| Formula::Event(Event { channel, condition: condition.clone() });
+        let event = |condition: &MessageCondition| Formula::Event(EventAtom { channel, condition: condition.clone() });
         let vocabulary = |n: usize| Vocabulary::of(&Formula::Or(conditions[..n].iter().map(event).collect()));
         assert_eq!(Alphabet::new(&vocabulary(9), &topology).symbols(), Some(3 + 512));
         assert_eq!(Alphabet::new(&vocabulary(11), &topology).symbols(), None);

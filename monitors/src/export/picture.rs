@@ -7,7 +7,7 @@ use channels::{ChannelId, Condition, LocationId, ProgramGraph, Topology, Variabl
 use crate::clause::Vocabulary;
 use crate::engine::CompactRun;
 use crate::formula::MessageCondition;
-use crate::synthesis::Run;
+use crate::synthesis::RunningMonitor;
 
 /// A monitor as a program graph, and where in it the monitor stands.
 #[derive(Clone, Debug)]
@@ -37,12 +37,12 @@ impl Picture {
     }
 
     /// Where the monitor stands after a state, its internal moves done.
-    pub(crate) fn location(&self, run: &Run, verdict: Verdict) -> LocationId {
+    pub(crate) fn location(&self, run: &RunningMonitor, verdict: Verdict) -> LocationId {
         let waits = |run: &CompactRun| run.is_armed(0);
         match (verdict, run, self.waiting, self.failures.first()) {
             (Verdict::False, .., Some(failure)) => *failure,
-            (_, Run::Compact(run), Some(waiting), _) if waits(run) => waiting,
-            (_, Run::Automaton(run), ..) => {
+            (_, RunningMonitor::Compact(run), Some(waiting), _) if waits(run) => waiting,
+            (_, RunningMonitor::Automaton(run), ..) => {
                 run.state().and_then(|state| self.states.get(state)).copied().unwrap_or(self.rest)
             }
             _ => self.rest,

@@ -8,8 +8,8 @@ use channels::{Event, EventKind, Topology, Verdict};
 use crate::clause::{Bound, EventId, Form, Literal, Part, bounds};
 use crate::describe;
 use crate::engine::{Anticipation, Clause, CompactRun, Letter, Obligation, Operators};
-use crate::monitor::witness::{Moment, OpenObligation, Sighting, Witness};
-use crate::synthesis::{Run, Synthesis};
+use crate::monitor::witness::{EventTime, OpenObligation, Sighting, Witness};
+use crate::synthesis::{RunningMonitor, Synthesis};
 
 /// A state of the run, and what it takes to speak of it.
 #[derive(Clone, Copy, Debug)]
@@ -65,9 +65,9 @@ impl Record {
 
     /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen. `rules` are the clauses
     /// beside a machine that does not keep them apart.
-    pub(crate) fn follow(&mut self, told: &Told, run: &Run, rules: Option<&CompactRun>, verdict: Verdict) {
+    pub(crate) fn follow(&mut self, told: &Told, run: &RunningMonitor, rules: Option<&CompactRun>, verdict: Verdict) {
         let rules = match run {
-            Run::Compact(run) => Some(run),
+            RunningMonitor::Compact(run) => Some(run),
             _ => rules,
         };
         match rules {
@@ -140,11 +140,11 @@ impl Record {
         messages.extend(self.everything(told.event).into_iter().filter(|event| !cause.contains(event)));
         Witness {
             clause: describe::form(&told.synthesis.form, words, told.topology),
-            since: since.map(Moment::of),
+            since: since.map(EventTime::of),
             messages: sightings(&sorted(messages), told.topology),
             deadline_tick: deadline.map(|tick| tick.saturating_add(told.start)),
             missing: (!missing.is_empty()).then(|| missing.join(" or ")),
-            settled: Moment::of(told.event),
+            settled: EventTime::of(told.event),
         }
     }
 
@@ -164,11 +164,11 @@ impl Record {
         let due = rules.owed().filter(|(rule, _)| core.contains(rule)).map(|(_, due)| due).min();
         Witness {
             clause: describe::form(&clauses, &told.synthesis.vocabulary, told.topology),
-            since: since.map(Moment::of),
+            since: since.map(EventTime::of),
             messages: sightings(&sorted(messages), told.topology),
             deadline_tick: due.map(|due| told.start.saturating_add(due).saturating_sub(1)),
             missing: None,
-            settled: Moment::of(told.event),
+            settled: EventTime::of(told.event),
         }
     }
 
@@ -216,18 +216,18 @@ impl Record {
             describe::answers(clause).map(|answer| describe::event(words.get(answer), topology)).collect();
         Witness {
             clause: describe::clause(clause, words, topology),
-            since: since.as_ref().map(Moment::of),
+            since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
             deadline_tick: awaited.and_then(|(last, _)| due(last)),
             // What a clause of one literal misses is the clause.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
-            settled: Moment::of(event),
+            settled: EventTime::of(event),
         }
     }
 
     /// What a rule, or the formula as a whole, owes.
     pub(crate) fn open(&self, rule: usize, what: String, until_tick: Option<u64>) -> OpenObligation {
-        let since = self.causes.get(rule).and_then(Option::as_ref).and_then(|cause| cause.last()).map(Moment::of);
+        let since = self.causes.get(rule).and_then(Option::as_ref).and_then(|cause| cause.last()).map(EventTime::of);
         OpenObligation { what, since, until_tick }
     }
 }

@@ -36,7 +36,7 @@ enum Antecedent {
     /// All of these events.
     Events(u64),
     /// A message that is this event: the left of an `implies` inside an event.
-    Message(formula::Event),
+    Message(formula::EventAtom),
 }
 
 impl Watch {
@@ -60,7 +60,7 @@ impl Watch {
             [Literal::Event { event, holds: true }] => match &words.get(*event).condition {
                 MessageCondition::Implies(a, _) => {
                     let channel = words.get(*event).channel;
-                    Antecedent::Message(formula::Event { channel, condition: (**a).clone() })
+                    Antecedent::Message(formula::EventAtom { channel, condition: (**a).clone() })
                 }
                 _ => return None,
             },

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// When something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-pub struct Moment {
+pub struct EventTime {
     /// How many communications there had been.
     pub step: u64,
     /// The number of the last tick generated.
@@ -17,7 +17,7 @@ pub struct Moment {
     pub time: Duration,
 }
 
-impl Moment {
+impl EventTime {
     /// When an event happened.
     #[must_use]
     pub fn of(event: &Event) -> Self {
@@ -25,7 +25,7 @@ impl Moment {
     }
 }
 
-impl fmt::Display for Moment {
+impl fmt::Display for EventTime {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "step {}, tick {}, {:.2} s", self.step, self.tick, self.time.as_secs_f64())
     }
@@ -35,7 +35,7 @@ impl fmt::Display for Moment {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Sighting {
     /// When.
-    pub at: Moment,
+    pub at: EventTime,
     /// The process that sent it.
     pub from: String,
     /// The process that received it.
@@ -49,7 +49,7 @@ impl Sighting {
     pub(crate) fn of(event: &Event, topology: &Topology) -> Option<Self> {
         let EventKind::Received { channel, message } = &event.kind else { return None };
         let (from, to) = crate::describe::ends(*channel, topology);
-        Some(Self { at: Moment::of(event), from, to, message: message.clone() })
+        Some(Self { at: EventTime::of(event), from, to, message: message.clone() })
     }
 }
 
@@ -67,13 +67,13 @@ pub struct Witness {
     /// The messages that caused it, oldest first: what made the antecedent hold, and the one that must not have come.
     pub messages: Vec<Sighting>,
     /// Since when something was owed, if something was.
-    pub since: Option<Moment>,
+    pub since: Option<EventTime>,
     /// The last tick at which the answer would have been in time, if one was owed.
     pub deadline_tick: Option<u64>,
     /// What was missing: the events one of which should have held or passed.
     pub missing: Option<String>,
     /// The state at which the verdict fell.
-    pub settled: Moment,
+    pub settled: EventTime,
 }
 
 impl Witness {
@@ -111,7 +111,7 @@ pub struct OpenObligation {
     /// What: a clause, or what would answer it, in the SCOPE language.
     pub what: String,
     /// Since when.
-    pub since: Option<Moment>,
+    pub since: Option<EventTime>,
     /// The last tick at which it can be met, if there is one.
     pub until_tick: Option<u64>,
 }

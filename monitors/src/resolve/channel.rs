@@ -4,15 +4,15 @@ use channels::ChannelId;
 use diagnostics::{Problem, nearest_or_all};
 
 use super::Resolver;
-use crate::formula::Event;
+use crate::formula::EventAtom;
 use crate::syntax::{self, Name};
 
 impl Resolver<'_> {
     /// The event with its channel and condition looked up; nothing after noting what is wrong.
-    pub(super) fn event(&mut self, event: &syntax::Event) -> Option<Event> {
+    pub(super) fn event(&mut self, event: &syntax::Event) -> Option<EventAtom> {
         let channel = self.channel(event);
         let condition = self.condition(&event.condition, channel);
-        Some(Event { channel: channel?, condition: condition? })
+        Some(EventAtom { channel: channel?, condition: condition? })
     }
 
     fn channel(&mut self, event: &syntax::Event) -> Option<ChannelId> {

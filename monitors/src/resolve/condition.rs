@@ -5,7 +5,7 @@ use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::Resolver;
 use crate::formula::MessageCondition;
-use crate::syntax::{Condition, ConditionKind, Field, FieldName, Literal, Operand, Span};
+use crate::syntax::{ByteRange, Condition, ConditionKind, Field, FieldName, Literal, Operand};
 
 impl Resolver<'_> {
     /// The condition; nothing after noting what is wrong with it. Without a channel only constants are looked up.
@@ -100,7 +100,15 @@ impl Resolver<'_> {
     }
 
     /// Notes a comparison that no message could make true, for its type or its symbol.
-    fn check(&mut self, channel: ChannelId, field: usize, whole: Span, relation: Relation, value: &Value, span: Span) {
+    fn check(
+        &mut self,
+        channel: ChannelId,
+        field: usize,
+        whole: ByteRange,
+        relation: Relation,
+        value: &Value,
+        span: ByteRange,
+    ) {
         let shapes = self.topology.get(channel).domain.shapes();
         let kinds: Vec<&FieldKind> =
             shapes.iter().filter_map(|shape| shape.fields().get(field - 1)).map(|(_, kind)| kind).collect();

@@ -7,20 +7,20 @@ use miette::SourceSpan;
 ///
 /// All spans are equal to each other, so that two trees are equal if they say the same, wherever it stands.
 #[derive(Clone, Copy, Debug, Default, Eq)]
-pub struct Span {
+pub struct ByteRange {
     /// The first byte.
     pub start: usize,
     /// The byte after the last.
     pub end: usize,
 }
 
-impl PartialEq for Span {
+impl PartialEq for ByteRange {
     fn eq(&self, _other: &Self) -> bool {
         true
     }
 }
 
-impl Span {
+impl ByteRange {
     /// The bytes from the start of this span to the end of the other.
     #[must_use]
     pub fn to(self, end: Self) -> Self {
@@ -28,8 +28,8 @@ impl Span {
     }
 }
 
-impl From<Span> for SourceSpan {
-    fn from(span: Span) -> Self {
+impl From<ByteRange> for SourceSpan {
+    fn from(span: ByteRange) -> Self {
         (span.start..span.end).into()
     }
 }
@@ -58,7 +58,7 @@ pub struct Constant {
     /// Its value.
     pub value: Literal,
     /// Where the value stands.
-    pub value_span: Span,
+    pub value_span: ByteRange,
 }
 
 /// A named property.
@@ -76,7 +76,7 @@ pub struct Name {
     /// The name.
     pub text: String,
     /// Where it stands.
-    pub span: Span,
+    pub span: ByteRange,
 }
 
 /// A constraint of the paper's grammar, with its place.
@@ -85,7 +85,7 @@ pub struct Constraint {
     /// What it is.
     pub kind: ConstraintKind,
     /// Where it stands.
-    pub span: Span,
+    pub span: ByteRange,
 }
 
 /// The forms of a constraint.
@@ -136,7 +136,7 @@ pub struct Event {
     /// What the message satisfies.
     pub condition: Condition,
     /// Where the event stands, parentheses included.
-    pub span: Span,
+    pub span: ByteRange,
 }
 
 /// A condition on a message, with its place.
@@ -145,7 +145,7 @@ pub struct Condition {
     /// What it is.
     pub kind: ConditionKind,
     /// Where it stands.
-    pub span: Span,
+    pub span: ByteRange,
 }
 
 /// The forms of a condition.
@@ -182,7 +182,7 @@ pub struct Field {
     /// Which one.
     pub name: FieldName,
     /// Where it stands.
-    pub span: Span,
+    pub span: ByteRange,
 }
 
 /// How a field is named.
@@ -198,7 +198,7 @@ pub enum FieldName {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Operand {
     /// A literal.
-    Literal(Literal, Span),
+    Literal(Literal, ByteRange),
     /// The name of a constant.
     Constant(Name),
 }
@@ -206,7 +206,7 @@ pub enum Operand {
 impl Operand {
     /// Where it stands.
     #[must_use]
-    pub fn span(&self) -> Span {
+    pub fn span(&self) -> ByteRange {
         match self {
             Self::Literal(_, span) => *span,
             Self::Constant(name) => name.span,

@@ -14,7 +14,7 @@
 use channels::Relation;
 use diagnostics::{Problem, nearest, nearest_or_all};
 
-use super::ast::{Constant, File, Item, Literal, Name, Operand, PropertyItem, Span, Unit};
+use super::ast::{ByteRange, Constant, File, Item, Literal, Name, Operand, PropertyItem, Unit};
 use super::token::{Keyword, Token, TokenKind, tokens};
 
 /// A tree deeper than this is refused, so that no text can exhaust the stack.
@@ -83,12 +83,12 @@ impl Parser {
         &self.tokens[(self.at + 1).min(self.tokens.len() - 1)].kind
     }
 
-    pub(super) fn span(&self) -> Span {
+    pub(super) fn span(&self) -> ByteRange {
         self.tokens[self.at].span
     }
 
     /// Where the last token that was taken stands.
-    pub(super) fn last_span(&self) -> Span {
+    pub(super) fn last_span(&self) -> ByteRange {
         self.tokens[self.at.saturating_sub(1)].span
     }
 
@@ -112,7 +112,7 @@ impl Parser {
     pub(super) fn expected(&mut self, what: &str) -> Stumbled {
         let (found, span) = if self.at > 0 && self.at_item_end() {
             let end = self.last_span().end;
-            ("the end".to_owned(), Span { start: end, end })
+            ("the end".to_owned(), ByteRange { start: end, end })
         } else {
             (self.peek().describe(), self.span())
         };
@@ -303,7 +303,7 @@ impl Parser {
         })
     }
 
-    fn quantity(&mut self, number: &str, span: Span, unit: &str, unit_span: Span) -> Reading<Literal> {
+    fn quantity(&mut self, number: &str, span: ByteRange, unit: &str, unit_span: ByteRange) -> Reading<Literal> {
         if matches!(unit, "tick" | "ticks") {
             return number.parse().map(Literal::Int).map_err(|_| {
                 let problem = Problem::new("ticks come whole").at(span, "not a whole number");
@@ -325,7 +325,7 @@ impl Parser {
     }
 
     /// Takes the parenthesis that closes the one at `open`, or notes that it is missing and looks for it.
-    pub(super) fn close(&mut self, open: Span) {
+    pub(super) fn close(&mut self, open: ByteRange) {
         if self.take(&TokenKind::Close) {
             return;
         }
@@ -339,7 +339,7 @@ impl Parser {
     }
 
     /// After a problem inside parentheses: skips to the one that closes them, and takes it.
-    pub(super) fn recover(&mut self, open: Span) {
+    pub(super) fn recover(&mut self, open: ByteRange) {
         let opened = self.tokens.partition_point(|token| token.span.start < open.start).min(self.at);
         let mut depth = 0_usize;
         for token in &self.tokens[opened..self.at] {

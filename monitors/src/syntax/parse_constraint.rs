@@ -2,7 +2,7 @@
 
 use diagnostics::{Problem, nearest};
 
-use super::ast::{Constraint, ConstraintKind, Event, Span};
+use super::ast::{ByteRange, Constraint, ConstraintKind, Event};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
 
@@ -150,7 +150,7 @@ impl Parser {
         event
     }
 
-    fn event_parts(&mut self, open: Span) -> Reading<Event> {
+    fn event_parts(&mut self, open: ByteRange) -> Reading<Event> {
         self.advance();
         let source = self.name("the process that sends")?;
         self.comma("`,` and the process that receives")?;

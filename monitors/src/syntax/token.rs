@@ -3,13 +3,13 @@
 use channels::Relation;
 use diagnostics::Problem;
 
-use super::ast::Span;
+use super::ast::ByteRange;
 
 /// A token with its place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token {
     pub(super) kind: TokenKind,
-    pub(super) span: Span,
+    pub(super) span: ByteRange,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -160,7 +160,7 @@ pub(super) fn tokens(text: &str, problems: &mut Vec<Problem>) -> Vec<Token> {
     while lexer.skip_blank() {
         lexer.token();
     }
-    let end = Span { start: text.len(), end: text.len() };
+    let end = ByteRange { start: text.len(), end: text.len() };
     lexer.tokens.push(Token { kind: TokenKind::End, span: end });
     lexer.tokens
 }
@@ -195,7 +195,7 @@ impl<'a> Lexer<'a> {
     }
 
     fn push(&mut self, kind: TokenKind, length: usize) {
-        let span = Span { start: self.at, end: self.at + length };
+        let span = ByteRange { start: self.at, end: self.at + length };
         self.at += length;
         self.tokens.push(Token { kind, span });
     }

@@ -49,7 +49,7 @@ pub(crate) fn topology() -> Arc<Topology> {
 }
 
 /// An event on one of the channels.
-pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::Event {
+pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::EventAtom {
     let channels: Vec<ChannelId> = topology.channels().collect();
     let index = dice.roll(4) as usize;
     let compare = |field, relation, value: Value| MessageCondition::Compare { field, relation, value };
@@ -75,17 +75,17 @@ pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::Ev
         2 => compare(1, Relation::Equal, Value::Bool(dice.roll(2) == 0)),
         _ => compare(1, *dice.pick(&relations), Value::Int(dice.roll(2) as i64)),
     };
-    monitors::Event { channel: channels[index], condition }
+    monitors::EventAtom { channel: channels[index], condition }
 }
 
 /// A formula of that depth at most, over a few events.
 pub(crate) fn random_formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
-    let events: Vec<monitors::Event> = (0..3).map(|_| random_event(dice, topology)).collect();
+    let events: Vec<monitors::EventAtom> = (0..3).map(|_| random_event(dice, topology)).collect();
     formula_over(dice, &events, depth)
 }
 
 /// A formula of that depth at most over these events.
-pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::Event], depth: u32) -> Formula {
+pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::EventAtom], depth: u32) -> Formula {
     let sides = if depth == 0 { 7 } else { 20 };
     let part = |dice: &mut Dice| Box::new(formula_over(dice, events, depth.saturating_sub(1)));
     match dice.roll(sides) {

@@ -13,12 +13,12 @@ use super::particle::Particle;
 pub(crate) struct FreeSpace {
     width: usize,
     resolution_m: f64,
-    runs: Vec<Run>,
+    runs: Vec<CellRun>,
     cells: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Run {
+struct CellRun {
     /// Offset of the first cell.
     start: u32,
     /// Free cells before this run.
@@ -28,13 +28,13 @@ struct Run {
 impl FreeSpace {
     /// The free cells of a map, or `None` if there is none.
     pub(crate) fn new(map: &OccupancyGrid) -> Option<Self> {
-        let mut runs: Vec<Run> = Vec::new();
+        let mut runs: Vec<CellRun> = Vec::new();
         let mut cells = 0;
         let mut in_run = false;
         for (offset, cell) in map.cells().iter().enumerate() {
             let free = *cell == Cell::Free;
             if free && !in_run {
-                runs.push(Run { start: offset as u32, before: cells as u32 });
+                runs.push(CellRun { start: offset as u32, before: cells as u32 });
             }
             in_run = free;
             cells += usize::from(free);

@@ -67,7 +67,7 @@ enum Watch {
     Time { next: Option<Duration>, every: Option<Duration> },
     Tick { number: u64, passed: bool },
     Near { place: Place, within_m: f64, was_near: bool },
-    Message(Vec<monitors::Event>),
+    Message(Vec<monitors::EventAtom>),
     State { process: ProcessId, state: String, was_in: bool },
 }
 

@@ -223,7 +223,7 @@ fn rules(
         deaf(chart, name, span, complaints);
     }
     let events = occurrences(&rule.when, topology, complaints)?;
-    let rule = |event: monitors::Event| Rule {
+    let rule = |event: monitors::EventAtom| Rule {
         channel: event.channel,
         condition: event.condition,
         event: name.as_str().into(),

@@ -59,7 +59,7 @@ impl March<'_> {
     /// The next row in which there is a wall between an interval's outer beams, and the columns between them.
     fn next_wall(&mut self, interval: &Interval) -> Option<(usize, (usize, usize))> {
         let Interval { first, end, mut row } = *interval;
-        let mut span = Span::new(&self.beams[first], &self.beams[end - 1], row, self.walls);
+        let mut span = RowWindow::new(&self.beams[first], &self.beams[end - 1], row, self.walls);
         let phase = if self.origin.forward { self.origin.row } else { GROUP - 1 - self.origin.row % GROUP };
         while row < self.rows {
             let number = self.origin.row(row);
@@ -124,14 +124,14 @@ impl March<'_> {
 }
 
 /// What lies between an interval's outer beams in a row, as fixed-point columns, and how it changes from row to row.
-struct Span {
+struct RowWindow {
     low: i64,
     high: i64,
     low_step: i64,
     high_step: i64,
 }
 
-impl Span {
+impl RowWindow {
     fn new(first: &FanBeam, last: &FanBeam, row: usize, walls: &BitRows) -> Self {
         // In a row, a beam that falls is lowest at its end, and one that rises is highest there. The margin covers what
         // is rounded: in each row half a bit of the step, and 10⁻⁶ of a column for the rest.

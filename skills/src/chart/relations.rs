@@ -1,6 +1,6 @@
 //! How states lie to each other (the predicates of SCXML Appendix D).
 
-use super::{Chart, Domain, StateId, StateKind, TransitionId};
+use super::{Chart, StateId, StateKind, TransitionDomain, TransitionId};
 
 impl Chart {
     /// Whether `state` lies inside `ancestor`, at whatever depth.
@@ -21,17 +21,17 @@ impl Chart {
     }
 
     /// The state within which a transition to these states exits and enters (getTransitionDomain).
-    pub(crate) fn domain_of(&self, transition: TransitionId, targets: &[StateId]) -> Domain {
+    pub(crate) fn domain_of(&self, transition: TransitionId, targets: &[StateId]) -> TransitionDomain {
         let transition = self.transition(transition);
         let source = transition.source;
         if targets.is_empty() {
-            return Domain::None;
+            return TransitionDomain::None;
         }
         let stays_inside = || targets.iter().all(|target| self.is_descendant(*target, source));
         if transition.internal && self.state(source).kind == StateKind::Compound && stays_inside() {
-            return Domain::State(source);
+            return TransitionDomain::State(source);
         }
-        Domain::State(self.common_ancestor(source, targets))
+        TransitionDomain::State(self.common_ancestor(source, targets))
     }
 
     /// Whether the states can all be active at once: the innermost state around any two of them is parallel.

@@ -127,7 +127,7 @@ pub struct Transition {
     pub(crate) descriptors: Vec<Descriptor>,
     pub(crate) condition: Option<Condition>,
     pub(crate) internal: bool,
-    pub(crate) domain: Domain,
+    pub(crate) domain: TransitionDomain,
     pub(crate) content: Block,
     pub(crate) span: SourceSpan,
 }
@@ -142,7 +142,7 @@ pub(crate) struct Descriptor {
 
 /// The state within which a transition exits and enters (SCXML Appendix D, getTransitionDomain).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Domain {
+pub(crate) enum TransitionDomain {
     /// A transition without a target exits nothing.
     None,
     State(StateId),

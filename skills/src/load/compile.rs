@@ -8,7 +8,7 @@ use roxmltree::Node;
 
 use super::origin::Origin;
 use super::outline::{Outline, descriptors};
-use super::value::{Value, content_of_file};
+use super::value::{InlineContent, content_of_file};
 use super::xml::{Written, elements_named, name_span};
 use super::{reach, targets};
 use crate::Strictness;
@@ -106,7 +106,7 @@ impl Compiler<'_> {
             item.init = Some(self.file_value(&src));
             return item;
         }
-        let text = Value::of(node);
+        let text = InlineContent::of(node);
         item.init = match (Written::attribute(node, "expr"), text) {
             (Some(expr), Some(text)) => {
                 let problem = Problem::new("a datum has an expression or a content, not both");

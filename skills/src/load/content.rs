@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::rules::EXECUTABLE;
-use super::value::Value;
+use super::value::InlineContent;
 use super::xml::{Written, elements, elements_named, name_span};
 use crate::Datum;
 use crate::chart::{
@@ -112,7 +112,7 @@ impl Compiler<'_> {
 
     fn assign(&mut self, node: Node<'_, '_>) -> Option<ActionKind> {
         let location = self.place(&Written::attribute(node, "location")?);
-        let value = match (Written::attribute(node, "expr"), Value::of(node)) {
+        let value = match (Written::attribute(node, "expr"), InlineContent::of(node)) {
             (Some(expr), None) if expr.value.trim().is_empty() => Expr::Constant(Datum::Undefined),
             (Some(expr), None) => self.expression(&expr),
             (None, Some(text)) => Expr::Constant(text.value),
@@ -199,7 +199,7 @@ impl Compiler<'_> {
     fn content(&mut self, node: Node<'_, '_>) -> Content {
         match Written::attribute(node, "expr") {
             Some(written) => Content::Computed(self.expression(&written), written.span().into()),
-            None => Content::Literal(Value::of(node).map_or_else(|| "".into(), |text| text.value)),
+            None => Content::Literal(InlineContent::of(node).map_or_else(|| "".into(), |text| text.value)),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use diagnostics::Problem;
 
-use crate::chart::{Chart, Domain, HistoryKind, StateId, StateKind};
+use crate::chart::{Chart, HistoryKind, StateId, StateKind, TransitionDomain};
 
 /// Reports targets that cannot be active at once, and initial states that do not lie inside.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
@@ -58,9 +58,9 @@ pub(super) fn resolve_domains(chart: &mut Chart) {
     let is_history = |target: &StateId| matches!(chart.state(*target).kind, StateKind::History(_));
     let domain = |transition| {
         let targets = &chart.transition(transition).targets;
-        if targets.iter().any(is_history) { Domain::Remembered } else { chart.domain_of(transition, targets) }
+        if targets.iter().any(is_history) { TransitionDomain::Remembered } else { chart.domain_of(transition, targets) }
     };
-    let domains: Vec<Domain> = chart.transitions().map(domain).collect();
+    let domains: Vec<TransitionDomain> = chart.transitions().map(domain).collect();
     for (transition, domain) in chart.transitions.iter_mut().zip(domains) {
         transition.domain = domain;
     }

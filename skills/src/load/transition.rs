@@ -5,7 +5,9 @@ use roxmltree::Node;
 
 use super::compile::Compiler;
 use super::xml::{Written, elements, elements_named, name_span};
-use crate::chart::{Block, Descriptor, Domain, Initial, State, StateId, StateKind, Transition, is_descriptor};
+use crate::chart::{
+    Block, Descriptor, Initial, State, StateId, StateKind, Transition, TransitionDomain, is_descriptor,
+};
 
 impl Compiler<'_> {
     pub(super) fn transition(&mut self, source: StateId, node: Node<'_, '_>) -> Transition {
@@ -24,7 +26,7 @@ impl Compiler<'_> {
             descriptors: event.map_or_else(Vec::new, |event| self.descriptors(&event)),
             condition: Written::attribute(node, "cond").map(|written| self.condition(&written)),
             internal,
-            domain: Domain::None,
+            domain: TransitionDomain::None,
             content: self.block(node),
             span: name_span(node).into(),
         }

@@ -10,12 +10,12 @@ use crate::datum::standalone;
 use crate::expression;
 
 /// A value that is written between two tags (SCXML B.2.1): XML, JSON, or else a text with single blanks.
-pub(super) struct Value {
+pub(super) struct InlineContent {
     pub(super) value: Datum,
     pub(super) span: Range<usize>,
 }
 
-impl Value {
+impl InlineContent {
     /// What stands in an element; none if that is nothing.
     pub(super) fn of(node: Node<'_, '_>) -> Option<Self> {
         if let Some(element) = node.children().find(Node::is_element) {

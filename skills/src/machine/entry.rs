@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use super::run::Run;
+use super::macrostep::Macrostep;
 use super::{Event, EventKind, Status};
 use crate::chart::{Binding, BitSet, HistoryKind, StateId, StateKind, TransitionId};
 
-impl Run<'_, '_> {
+impl Macrostep<'_, '_> {
     /// Takes the transitions in `scratch.enabled`.
     ///
     /// Appendix D asks for a transition's domain twice, before states are left and before states are entered. In between a

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use miette::SourceSpan;
 
-use super::run::Run;
+use super::macrostep::Macrostep;
 use super::{Event, EventKind, Note, no_room};
 use crate::Datum;
 use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload, Place};
@@ -13,7 +13,7 @@ use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, bi
 /// An action failed: the rest of its block is left out (SCXML 3.12.2). The error event is in the queue already.
 pub(super) struct Aborted;
 
-impl Run<'_, '_> {
+impl Macrostep<'_, '_> {
     /// Executes a block; if one of its actions fails, not the actions behind it.
     pub(super) fn execute(&mut self, block: &[Action]) {
         self.steps.begin();

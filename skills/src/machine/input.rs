@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::host::Silence;
-use super::run::Run;
+use super::macrostep::Macrostep;
 use super::{Event, Host, Machine, Status};
 use crate::datum::Memory;
 use crate::steps::Steps;
@@ -15,7 +15,7 @@ impl Machine {
     pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
         if self.status == Status::Ready {
             let chart = Arc::clone(&self.chart);
-            Run::new(&chart, self, now, host, &Steps::default()).start();
+            Macrostep::new(&chart, self, now, host, &Steps::default()).start();
         }
     }
 
@@ -24,7 +24,7 @@ impl Machine {
         if self.status == Status::Running {
             self.enqueue(event);
             let chart = Arc::clone(&self.chart);
-            Run::new(&chart, self, now, host, &Steps::default()).until_rest();
+            Macrostep::new(&chart, self, now, host, &Steps::default()).until_rest();
         }
     }
 
@@ -40,7 +40,7 @@ impl Machine {
     pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
         let chart = Arc::clone(&self.chart);
         while self.status == Status::Running && self.next_timer().is_some_and(|due| due <= now) {
-            Run::new(&chart, self, now, host, &Steps::default()).fire_next();
+            Macrostep::new(&chart, self, now, host, &Steps::default()).fire_next();
         }
     }
 
@@ -48,7 +48,7 @@ impl Machine {
     pub(crate) fn first_values(&self) -> Memory {
         let mut machine = self.clone();
         let chart = Arc::clone(&self.chart);
-        Run::new(&chart, &mut machine, Duration::ZERO, &mut Silence, &Steps::default()).initialise_all();
+        Macrostep::new(&chart, &mut machine, Duration::ZERO, &mut Silence, &Steps::default()).initialise_all();
         machine.data
     }
 }

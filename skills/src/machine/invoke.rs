@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::run::{Kin, Mail, Run};
+use super::macrostep::{Macrostep, OuterEvent, OuterSessions};
 use super::{Event, Host, Invoked, MAX_WAITING, Machine, Note, Outgoing, Queued, Status, Undelivered, no_room};
 use crate::Datum;
 use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
@@ -60,7 +60,7 @@ impl Machine {
     }
 }
 
-impl Run<'_, '_> {
+impl Macrostep<'_, '_> {
     /// Starts what the states that were entered invoke, in document order.
     pub(super) fn invoke_all(&mut self) {
         let mut from = 0;
@@ -131,7 +131,7 @@ impl Run<'_, '_> {
     }
 
     fn child(&mut self, chart: Arc<Chart>, id: &Arc<str>, given: Vec<(Arc<str>, Datum)>) -> Result<Machine, String> {
-        let mut sessions = self.kin.outside.to_vec();
+        let mut sessions = self.outer.outside.to_vec();
         self.machine.descendants(&mut sessions);
         if sessions.len() >= MAX_SESSIONS || self.machine.generation >= MAX_GENERATIONS {
             return Err("too many machines invoke each other".to_owned());
@@ -172,7 +172,7 @@ impl Run<'_, '_> {
     }
 
     /// Runs a machine inside, takes what it sends, and notices its end.
-    fn with_child(&mut self, index: usize, act: impl FnOnce(&mut Run<'_, '_>)) {
+    fn with_child(&mut self, index: usize, act: impl FnOnce(&mut Macrostep<'_, '_>)) {
         let mut invoked = self.machine.invoked.remove(index);
         let mail = self.run_child(&mut invoked, act);
         let (id, status) = (Arc::clone(&invoked.id), invoked.machine.status);
@@ -193,29 +193,29 @@ impl Run<'_, '_> {
         }
     }
 
-    fn run_child(&mut self, invoked: &mut Invoked, act: impl FnOnce(&mut Run<'_, '_>)) -> Vec<Mail> {
-        let mut outside = self.kin.outside.to_vec();
+    fn run_child(&mut self, invoked: &mut Invoked, act: impl FnOnce(&mut Macrostep<'_, '_>)) -> Vec<OuterEvent> {
+        let mut outside = self.outer.outside.to_vec();
         outside.push(Arc::clone(&self.machine.session.id));
         self.machine.descendants(&mut outside);
         let chart = Arc::clone(&invoked.machine.chart);
         let mut host = Inside { id: &invoked.id, host: self.host };
         let room_here = MAX_WAITING.saturating_sub(self.machine.external.len());
-        let room = self.kin.room.saturating_sub(self.kin.mail.len()).min(room_here);
-        let kin = Kin { outside: &outside, mail: Vec::new(), room };
+        let room = self.outer.room.saturating_sub(self.outer.mail.len()).min(room_here);
+        let outer = OuterSessions { outside: &outside, mail: Vec::new(), room };
         let (machine, now, steps) = (&mut invoked.machine, self.now, self.steps);
-        let mut run = Run { chart: &chart, machine, now, host: &mut host, kin, steps };
+        let mut run = Macrostep { chart: &chart, machine, now, host: &mut host, outer, steps };
         act(&mut run);
-        run.kin.mail
+        run.outer.mail
     }
 
     /// Brings what a machine inside has sent to where it belongs.
-    fn pass_on(&mut self, letter: Mail, sender: &Arc<str>) {
+    fn pass_on(&mut self, letter: OuterEvent, sender: &Arc<str>) {
         match letter {
-            Mail::Parent(event) => self.machine.enqueue(Event { invoke_id: Some(Arc::clone(sender)), ..event }),
-            Mail::Session(session, event) if session == self.machine.session.id => self.machine.enqueue(event),
-            Mail::Session(session, event) => match self.machine.descendant(&session) {
+            OuterEvent::Parent(event) => self.machine.enqueue(Event { invoke_id: Some(Arc::clone(sender)), ..event }),
+            OuterEvent::Session(session, event) if session == self.machine.session.id => self.machine.enqueue(event),
+            OuterEvent::Session(session, event) => match self.machine.descendant(&session) {
                 Some(machine) => machine.enqueue(event),
-                None => self.kin.mail.push(Mail::Session(session, event)),
+                None => self.outer.mail.push(OuterEvent::Session(session, event)),
             },
         }
     }
@@ -229,7 +229,7 @@ impl Run<'_, '_> {
             }
             let id = Arc::clone(&invoked.id);
             for letter in self.run_child(&mut invoked, |run| run.exit_interpreter()) {
-                if matches!(letter, Mail::Session(..)) {
+                if matches!(letter, OuterEvent::Session(..)) {
                     self.pass_on(letter, &id);
                 }
             }

@@ -1,9 +1,9 @@
 //! Which transitions are taken next (SCXML 3.13).
 
-use super::run::Run;
-use crate::chart::{Domain, EventClass, StateId, StateKind, TransitionId};
+use super::macrostep::Macrostep;
+use crate::chart::{EventClass, StateId, StateKind, TransitionDomain, TransitionId};
 
-impl Run<'_, '_> {
+impl Macrostep<'_, '_> {
     /// Puts the transitions that are enabled by an event of that class, or without an event, into
     /// `scratch.enabled`, without those that others preempt (selectTransitions, selectEventlessTransitions).
     pub(super) fn select(&mut self, class: Option<EventClass>) {
@@ -86,7 +86,7 @@ impl Run<'_, '_> {
     pub(super) fn domain(&self, id: TransitionId) -> Option<StateId> {
         let transition = self.chart.transition(id);
         let domain = match transition.domain {
-            Domain::Remembered => {
+            TransitionDomain::Remembered => {
                 let mut targets = Vec::new();
                 self.effective_targets(&transition.targets, &mut targets);
                 self.chart.domain_of(id, &targets)
@@ -94,8 +94,8 @@ impl Run<'_, '_> {
             known => known,
         };
         match domain {
-            Domain::State(state) => Some(state),
-            Domain::None | Domain::Remembered => None,
+            TransitionDomain::State(state) => Some(state),
+            TransitionDomain::None | TransitionDomain::Remembered => None,
         }
     }
 

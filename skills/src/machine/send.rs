@@ -6,7 +6,7 @@ use std::time::Duration;
 use miette::SourceSpan;
 
 use super::execute::Aborted;
-use super::run::{Mail, Run};
+use super::macrostep::{Macrostep, OuterEvent};
 use super::timer::{Parcel, Spot, Timer};
 use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, no_room};
 use crate::Datum;
@@ -17,7 +17,7 @@ use crate::load::INTERNAL_TARGET;
 /// Where an event goes that is meant for the machine that has invoked this one.
 const PARENT_TARGET: &str = "#_parent";
 
-impl Run<'_, '_> {
+impl Macrostep<'_, '_> {
     /// Evaluates what is sent now, and sends it now or later.
     pub(super) fn send(&mut self, send: &Send) -> Result<(), Aborted> {
         let id = self.send_id(send)?;
@@ -165,12 +165,12 @@ impl Run<'_, '_> {
         let target = outgoing.target.clone().unwrap_or_default();
         let event = own_event(outgoing, EventKind::External).with_origin(Arc::clone(location), Arc::clone(processor));
         if &*target == PARENT_TARGET && self.machine.under.is_some() {
-            self.post(Mail::Parent(event))
+            self.post(OuterEvent::Parent(event))
         } else if let Some(session) = target.strip_prefix("#_scxml_") {
             match self.machine.descendant(session) {
                 Some(machine) => machine.admit(event),
-                None if self.kin.outside.iter().any(|known| &**known == session) => {
-                    self.post(Mail::Session(session.into(), event))
+                None if self.outer.outside.iter().any(|known| &**known == session) => {
+                    self.post(OuterEvent::Session(session.into(), event))
                 }
                 None => Err(format!("there is no session {session}")),
             }
@@ -186,11 +186,11 @@ impl Run<'_, '_> {
     }
 
     /// Sends an event further out, where it may find no room.
-    fn post(&mut self, letter: Mail) -> Result<(), String> {
-        if self.kin.mail.len() >= self.kin.room {
+    fn post(&mut self, letter: OuterEvent) -> Result<(), String> {
+        if self.outer.mail.len() >= self.outer.room {
             return Err(no_room());
         }
-        self.kin.mail.push(letter);
+        self.outer.mail.push(letter);
         Ok(())
     }
 

@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::place::Site;
 use super::{Mutation, TransitionPlace};
-use crate::chart::{Chart, Domain, StateId, StateKind, Transition, TransitionId};
+use crate::chart::{Chart, StateId, StateKind, Transition, TransitionDomain, TransitionId};
 use crate::load::{Written, name_span};
 
 /// Bytes of the file and what stands there instead.
@@ -187,7 +187,7 @@ pub(super) fn leaving(chart: &Chart, state: StateId) -> impl Iterator<Item = &Tr
             || chart.is_descendant(state, source)
             || chart.are_orthogonal(&[source, state]);
         let domain = chart.domain_of(*id, transition.targets());
-        is_active_with && matches!(domain, Domain::State(domain) if chart.is_descendant(state, domain))
+        is_active_with && matches!(domain, TransitionDomain::State(domain) if chart.is_descendant(state, domain))
     };
     let is_state = !matches!(chart.state(state).kind(), StateKind::History(_));
     chart.transitions().filter(move |id| is_state && exits(id)).map(|id| chart.transition(id))

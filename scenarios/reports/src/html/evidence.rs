@@ -1,7 +1,7 @@
 //! Why a property is violated: which messages caused it, and which one was missing.
 
 use channels::{ChannelId, Event, EventKind, Topology};
-use monitors::{Formula, Moment, Witness};
+use monitors::{EventTime, Formula, Witness};
 use recording::RunView;
 
 use super::words;
@@ -19,7 +19,7 @@ pub(super) struct Evidence<'a> {
     /// The messages that caused it, oldest first.
     pub(super) causes: Vec<Seen>,
     /// Since when an answer was owed.
-    pub(super) since: Option<Moment>,
+    pub(super) since: Option<EventTime>,
     /// The last tick at which it would have been in time.
     pub(super) deadline_tick: Option<u64>,
     /// The answers, one of which should have come.
@@ -31,7 +31,7 @@ pub(super) struct Evidence<'a> {
 /// A message that was received.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Seen {
-    pub(super) at: Moment,
+    pub(super) at: EventTime,
     pub(super) from: String,
     pub(super) to: String,
     pub(super) message: String,
@@ -43,7 +43,7 @@ impl Seen {
         let EventKind::Received { channel, message } = &event.kind else { return None };
         let (from, to) = topology.ends(*channel);
         let (from, to) = (from.to_owned(), to.to_owned());
-        Some(Self { at: Moment::of(event), from, to, message: words::message(message) })
+        Some(Self { at: EventTime::of(event), from, to, message: words::message(message) })
     }
 }
 
@@ -123,7 +123,7 @@ impl<'a> Evidence<'a> {
 }
 
 /// The events of a formula, each with whether it is one to wait for.
-fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::Event, bool)>) {
+fn collect<'f>(formula: &'f Formula, events: &mut Vec<(&'f monitors::EventAtom, bool)>) {
     match formula {
         Formula::True | Formula::False => {}
         Formula::Event(event) => events.push((event, false)),

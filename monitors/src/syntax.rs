@@ -8,7 +8,7 @@ mod print;
 mod token;
 
 pub use ast::{
-    Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item, Literal, Name,
-    Operand, PropertyItem, Span, Unit,
+    ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item,
+    Literal, Name, Operand, PropertyItem, Unit,
 };
 pub use parse::{Parsed, parse_file};

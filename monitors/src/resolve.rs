@@ -11,7 +11,7 @@ use channels::Topology;
 use diagnostics::{Problem, nearest_or_all};
 
 use crate::formula::Formula;
-use crate::syntax::{Constraint, ConstraintKind, File, Item, Literal, Name, PropertyItem, Span};
+use crate::syntax::{ByteRange, Constraint, ConstraintKind, File, Item, Literal, Name, PropertyItem};
 
 /// A property of a file whose names have been looked up.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -46,7 +46,7 @@ struct Resolver<'a> {
 impl<'a> Resolver<'a> {
     /// Notes the file's constants, and names that are given twice.
     fn declare(&mut self, file: &'a File) {
-        let mut known: BTreeMap<&str, Span> = BTreeMap::new();
+        let mut known: BTreeMap<&str, ByteRange> = BTreeMap::new();
         for item in &file.items {
             let name = match item {
                 Item::Constant(constant) => &constant.name,

@@ -6,7 +6,7 @@ mod execute;
 mod host;
 mod input;
 mod invoke;
-mod run;
+mod macrostep;
 mod select;
 mod send;
 mod timer;

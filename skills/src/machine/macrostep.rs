@@ -17,32 +17,32 @@ use crate::unobserved::Unobserved;
 const MAX_MICROSTEPS: u32 = 10_000;
 
 /// A machine on its way to its next rest.
-pub(super) struct Run<'c, 'm> {
+pub(super) struct Macrostep<'c, 'm> {
     pub(super) chart: &'c Chart,
     pub(super) machine: &'m mut Machine,
     pub(super) now: Duration,
     pub(super) host: &'m mut dyn Host,
-    pub(super) kin: Kin<'m>,
+    pub(super) outer: OuterSessions<'m>,
     pub(super) steps: &'m Steps,
 }
 
 /// The machines around one that was invoked.
-pub(super) struct Kin<'k> {
+pub(super) struct OuterSessions<'k> {
     /// The sessions that are neither it nor inside it.
     pub(super) outside: &'k [Arc<str>],
     /// What it sends to them.
-    pub(super) mail: Vec<Mail>,
+    pub(super) mail: Vec<OuterEvent>,
     /// So much of it they may get.
     pub(super) room: usize,
 }
 
 /// An event for a machine further out.
-pub(super) enum Mail {
+pub(super) enum OuterEvent {
     Parent(Event),
     Session(Arc<str>, Event),
 }
 
-impl<'c, 'm> Run<'c, 'm> {
+impl<'c, 'm> Macrostep<'c, 'm> {
     pub(super) fn new(
         chart: &'c Chart,
         machine: &'m mut Machine,
@@ -50,7 +50,14 @@ impl<'c, 'm> Run<'c, 'm> {
         host: &'m mut dyn Host,
         steps: &'m Steps,
     ) -> Self {
-        Self { chart, machine, now, host, kin: Kin { outside: &[], mail: Vec::new(), room: MAX_WAITING }, steps }
+        Self {
+            chart,
+            machine,
+            now,
+            host,
+            outer: OuterSessions { outside: &[], mail: Vec::new(), room: MAX_WAITING },
+            steps,
+        }
     }
 
     /// The procedure `interpret` of Appendix D up to its first rest.

@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Message, Monitor, Symbol, Topology, Value};
 
-use crate::monitor::Moment;
+use crate::monitor::EventTime;
 use scan::{Scanner, Token, Unreadable};
 
 /// Why an event log cannot be read any further.
@@ -341,7 +341,7 @@ pub struct LogEnd {
     /// How many ticks were generated.
     pub ticks: u64,
     /// When the last event happened.
-    pub last: Option<Moment>,
+    pub last: Option<EventTime>,
 }
 
 /// Shows a log to monitors, event by event, to its end.
@@ -359,7 +359,7 @@ pub fn verify<'a, R: BufRead>(
             EventKind::Tick => end.ticks += 1,
             EventKind::Received { .. } => end.messages += 1,
         }
-        end.last = Some(Moment::of(&event));
+        end.last = Some(EventTime::of(&event));
         monitors.iter_mut().for_each(|monitor| monitor.observe(&event));
     }
     Ok(end)

@@ -34,12 +34,12 @@ const MAX_NOTES: usize = 1_000;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct SkillProcess {
     machine: Machine,
-    desk: Desk,
+    adapter: ChannelAdapter,
 }
 
 /// What lies between the machine and its channels.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct Desk {
+struct ChannelAdapter {
     wiring: Arc<Wiring>,
     /// Messages to be sent, by outgoing channel.
     outboxes: Vec<VecDeque<Envelope>>,
@@ -83,9 +83,9 @@ impl SkillProcess {
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }
-        let mut desk = Desk::new(Arc::new(wiring), 0, chart);
-        machine.start(Duration::ZERO, &mut desk);
-        Ok(Self { machine, desk })
+        let mut adapter = ChannelAdapter::new(Arc::new(wiring), 0, chart);
+        machine.start(Duration::ZERO, &mut adapter);
+        Ok(Self { machine, adapter })
     }
 
     /// A new process with the same machine and parameters that takes the place of `predecessor`, a process of the same
@@ -94,10 +94,11 @@ impl SkillProcess {
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         let mut machine = self.machine.unstarted();
-        let mut desk = Desk::new(Arc::clone(&self.desk.wiring), predecessor.desk.last_request, machine.chart());
-        desk.mishaps = predecessor.desk.mishaps.clone();
-        machine.start(now, &mut desk);
-        Self { machine, desk }
+        let mut adapter =
+            ChannelAdapter::new(Arc::clone(&self.adapter.wiring), predecessor.adapter.last_request, machine.chart());
+        adapter.mishaps = predecessor.adapter.mishaps.clone();
+        machine.start(now, &mut adapter);
+        Self { machine, adapter }
     }
 
     /// The machine: its active states, its data, its chart.
@@ -109,26 +110,26 @@ impl SkillProcess {
     /// Takes the log lines and errors that have come up since the last call, oldest first. They are no part of the
     /// process's state.
     pub fn take_notes(&mut self) -> Vec<Note> {
-        self.desk.notes.drain(..).collect()
+        self.adapter.notes.drain(..).collect()
     }
 
     /// What has gone wrong in its machine, and in those whose place it has taken, so far. It is no part of the process's
     /// state.
     #[must_use]
     pub fn mishaps(&self) -> &[Mishap] {
-        self.desk.mishaps.all()
+        self.adapter.mishaps.all()
     }
 
     fn receive(&mut self, index: usize, envelope: &Envelope, now: Duration) {
-        let wiring = Arc::clone(&self.desk.wiring);
+        let wiring = Arc::clone(&self.adapter.wiring);
         let incoming = &wiring.incoming[index];
         if incoming.is_client {
-            self.desk.pending = Some(envelope.request);
+            self.adapter.pending = Some(envelope.request);
         } else if let Some(asked_on) = incoming.asked_on {
-            if self.desk.asked[asked_on] != Some(envelope.request) {
+            if self.adapter.asked[asked_on] != Some(envelope.request) {
                 return;
             }
-            self.desk.asked[asked_on] = None;
+            self.adapter.asked[asked_on] = None;
         }
         let data = incoming.data(&envelope.message);
         if incoming.is_client {
@@ -141,11 +142,11 @@ impl SkillProcess {
         let event = Event::external(incoming.event_name(&envelope.message))
             .with_data(data)
             .with_origin(Arc::clone(&incoming.peer), CHANNEL_PROCESSOR);
-        self.machine.handle(event, now, &mut self.desk);
+        self.machine.handle(event, now, &mut self.adapter);
     }
 }
 
-impl Desk {
+impl ChannelAdapter {
     fn new(wiring: Arc<Wiring>, last_request: u64, chart: &Arc<Chart>) -> Self {
         let channels = wiring.outgoing.len();
         Self {
@@ -170,7 +171,7 @@ impl Desk {
     }
 }
 
-impl Host for Desk {
+impl Host for ChannelAdapter {
     fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
         let peer = outgoing.target.as_deref().unwrap_or_default();
         let head = outgoing.event.as_deref().unwrap_or_default();
@@ -200,12 +201,12 @@ impl Host for Desk {
 /// Transitions are numbered by channel: incoming ones first, then outgoing ones.
 impl Process for SkillProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
-        let wiring = &self.desk.wiring;
+        let wiring = &self.adapter.wiring;
         for (index, incoming) in wiring.incoming.iter().enumerate() {
             let action = Action::Receive(incoming.channel, Pattern::Any);
             offers.push(Offer { transition: TransitionId(index as u32), action });
         }
-        for (index, (out, waiting)) in wiring.outgoing.iter().zip(&self.desk.outboxes).enumerate() {
+        for (index, (out, waiting)) in wiring.outgoing.iter().zip(&self.adapter.outboxes).enumerate() {
             if let Some(envelope) = waiting.front() {
                 let transition = TransitionId((wiring.incoming.len() + index) as u32);
                 offers.push(Offer { transition, action: Action::Send(out.channel, envelope.clone()) });
@@ -215,9 +216,9 @@ impl Process for SkillProcess {
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
         let index = transition.0 as usize;
-        match index.checked_sub(self.desk.wiring.incoming.len()) {
+        match index.checked_sub(self.adapter.wiring.incoming.len()) {
             Some(out) => {
-                self.desk.outboxes[out].pop_front();
+                self.adapter.outboxes[out].pop_front();
             }
             None => {
                 if let Some(envelope) = received {
@@ -232,11 +233,11 @@ impl Process for SkillProcess {
     }
 
     fn fire_timers(&mut self, now: Duration) {
-        self.machine.fire_timers(now, &mut self.desk);
+        self.machine.fire_timers(now, &mut self.adapter);
     }
 
     fn uses(&self) -> Vec<Use> {
-        let wiring = &self.desk.wiring;
+        let wiring = &self.adapter.wiring;
         let mut uses: Vec<Use> = wiring.incoming.iter().map(|incoming| Use::Receives(incoming.channel, None)).collect();
         let constants = Constants::of(&self.machine, wiring);
         self.machine.chart().visit_sends(&mut |send| {

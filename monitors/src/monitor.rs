@@ -15,12 +15,12 @@ use crate::export::Picture;
 use crate::formula::Formula;
 use crate::oracle::FormulaTooLarge;
 use crate::outcome::Outcome;
-use crate::synthesis::{Choice, Method, Run, Synthesis};
+use crate::synthesis::{Choice, Method, RunningMonitor, Synthesis};
 use record::{Record, Told};
 use vacuity::Watch;
 
 pub use vacuity::Vacuity;
-pub use witness::{Moment, OpenObligation, Sighting, Witness};
+pub use witness::{EventTime, OpenObligation, Sighting, Witness};
 
 /// The monitor of a SCOPE property.
 ///
@@ -54,7 +54,7 @@ pub struct ScopeMonitor {
     topology: Arc<Topology>,
     synthesis: Arc<Synthesis>,
     picture: Option<Arc<Picture>>,
-    run: Run,
+    run: RunningMonitor,
     /// Beside a machine without rules: the clauses, where they have that form, to tell which of them is to blame.
     rules: Option<CompactRun>,
     /// τ at the first state; `None` before it.
@@ -162,7 +162,7 @@ impl ScopeMonitor {
         }
         let start = self.start.unwrap_or(0);
         match (&self.run, &self.rules) {
-            (Run::Compact(run), _) | (_, Some(run)) => {
+            (RunningMonitor::Compact(run), _) | (_, Some(run)) => {
                 let rules = run.compact().rules();
                 let owed = run.owed().map(|(rule, due)| {
                     let clause = describe::clause(&rules[rule].clause, &self.synthesis.vocabulary, &self.topology);
@@ -170,8 +170,8 @@ impl ScopeMonitor {
                 });
                 owed.collect()
             }
-            (Run::Automaton(run), None) => self.open_clauses(run.owed().as_ref(), start),
-            (Run::Progression(run), None) => self.open_clauses(run.owed(), start),
+            (RunningMonitor::Automaton(run), None) => self.open_clauses(run.owed().as_ref(), start),
+            (RunningMonitor::Progression(run), None) => self.open_clauses(run.owed(), start),
         }
     }
 
@@ -211,7 +211,7 @@ impl ScopeMonitor {
     }
 
     /// Whether some message within its channel's domain is that event.
-    pub(crate) fn can_hold(&self, event: &crate::formula::Event) -> bool {
+    pub(crate) fn can_hold(&self, event: &crate::formula::EventAtom) -> bool {
         self.synthesis
             .alphabet
             .letters()
@@ -256,9 +256,9 @@ impl ScopeMonitor {
         let alphabet = &self.synthesis.alphabet;
         self.rules = None;
         match &mut self.run {
-            Run::Compact(run) => run.run(symbols),
-            Run::Automaton(run) => run.run(symbols, alphabet),
-            Run::Progression(run) => run.run(symbols, alphabet),
+            RunningMonitor::Compact(run) => run.run(symbols),
+            RunningMonitor::Automaton(run) => run.run(symbols, alphabet),
+            RunningMonitor::Progression(run) => run.run(symbols, alphabet),
         }
         self.verdict = self.run.verdict();
     }
@@ -267,7 +267,7 @@ impl ScopeMonitor {
     /// automaton.
     #[must_use]
     pub fn continuation(&self, holds: bool) -> Option<Continuation> {
-        let Run::Automaton(run) = &self.run else { return None };
+        let RunningMonitor::Automaton(run) = &self.run else { return None };
         let alphabet = &self.synthesis.alphabet;
         let next = |symbol: &Symbol| match *symbol {
             Symbol::TICK => Some((0, EventKind::Tick)),

@@ -26,7 +26,7 @@ pub(crate) use content::{
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
 pub(crate) use ids::DataId;
 pub use ids::{StateId, TransitionId};
-pub(crate) use state::{Descriptor, Domain, Initial};
+pub(crate) use state::{Descriptor, Initial, TransitionDomain};
 pub use state::{HistoryKind, State, StateKind, Transition};
 
 use crate::expression::Expr;
