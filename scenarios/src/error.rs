@@ -3,8 +3,6 @@
 use diagnostics::Problem;
 use miette::Diagnostic;
 
-use crate::live::StepError;
-
 /// Why a scenario could not be run.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -21,6 +19,18 @@ pub enum Error {
     /// A file could not be written.
     #[error(transparent)]
     Write(diagnostics::Error),
+}
+
+/// Why a run cannot go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum StepError {
+    /// The processes cannot go on.
+    #[error(transparent)]
+    Run(#[from] channels::RunError),
+    /// There have been more communications than this, as many as the scenario allows.
+    #[error("there have been more than {0} communications")]
+    Budget(u64),
 }
 
 impl Error {

@@ -17,15 +17,19 @@ mod argument;
 mod catalogue;
 mod effect;
 mod injector;
+mod kind;
 mod timetable;
 mod trigger;
+
+use std::sync::Arc;
 
 use diagnostics::document::Table;
 
 pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
-pub use catalogue::{FaultKind, KINDS, Place, kind};
+pub use catalogue::{KINDS, kind};
 pub(crate) use effect::{Effect, MachineChange, TickTrouble};
 pub(crate) use injector::{Happening, Injector, SystemUnderTest};
+pub use kind::{FaultKind, Place};
 pub(crate) use timetable::{Change, Observation, Timetable};
 pub use trigger::{Timing, Trigger};
 
@@ -83,6 +87,14 @@ impl Fault {
     pub(crate) fn effect(&self) -> Effect {
         (self.kind.effect)(&self.arguments)
     }
+}
+
+/// The name of a fault's stream of random numbers: its kind and its place among the faults of that kind, so that another
+/// kind of fault that is added or taken out changes nothing.
+fn stream_name(faults: &[Arc<Fault>], index: usize) -> String {
+    let kind = faults[index].kind().name;
+    let number = faults[..index].iter().filter(|other| other.kind().name == kind).count();
+    format!("{kind}/{number}")
 }
 
 #[cfg(test)]

@@ -19,4 +19,4 @@ mod tick_clock;
 mod tree_errors;
 pub mod wiring;
 
-pub use error::{Complaints, Error};
+pub use error::{Complaints, Error, StepError};

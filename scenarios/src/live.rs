@@ -15,8 +15,7 @@ use recording::{
 use robot::{Reading, Streams};
 use sim::Simulation;
 
-use crate::Error;
-use crate::error::Complaints;
+use crate::error::{Complaints, Error, StepError};
 use crate::faults::{self, Injector, SystemUnderTest};
 use crate::given_up::GivenUps;
 use crate::monitoring::{MachineMonitor, Monitoring};
@@ -447,18 +446,6 @@ fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
         sim::Shape::Box { length_m, width_m } => BodyShape::Box { length_m, width_m },
     };
     Body { name: obstacle.name.to_owned(), shape, pose: obstacle.pose }
-}
-
-/// Why a run cannot go on.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum StepError {
-    /// The processes cannot go on.
-    #[error(transparent)]
-    Run(#[from] channels::RunError),
-    /// There have been more communications than this, as many as the scenario allows.
-    #[error("there have been more than {0} communications")]
-    Budget(u64),
 }
 
 fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error> {

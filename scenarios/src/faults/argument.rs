@@ -78,6 +78,21 @@ pub enum ArgumentValue {
 }
 
 impl Parameter {
+    /// A parameter that has to be given.
+    pub(super) const fn required(name: &'static str, about: &'static str, domain: ArgumentDomain) -> Self {
+        Self { name, about, domain, default: ArgumentDefault::Required }
+    }
+
+    /// A number that need not be given.
+    pub(super) const fn number(name: &'static str, about: &'static str, least: f64, most: f64, default: f64) -> Self {
+        Self { name, about, domain: ArgumentDomain::Numbers(least, most), default: ArgumentDefault::Number(default) }
+    }
+
+    /// A whole number that need not be given.
+    pub(super) const fn whole(name: &'static str, about: &'static str, least: u64, most: u64, default: u64) -> Self {
+        Self { name, about, domain: ArgumentDomain::Whole(least, most), default: ArgumentDefault::Whole(default) }
+    }
+
     /// The parameter's unit, which its name ends in; none for a mere number or a name.
     #[must_use]
     pub fn unit(&self) -> Option<&'static str> {

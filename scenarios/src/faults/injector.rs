@@ -16,7 +16,7 @@ use sim::{SimError, Simulation};
 
 use self::damage::Damages;
 use self::machines::Machines;
-use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable};
+use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};
 use crate::error::Complaints;
 use crate::scenario::Scenario;
 use crate::wiring::Ids;
@@ -200,14 +200,6 @@ fn check_place(effect: &Effect, sim: &Simulation, complaints: &mut Complaints) {
         let help = "x and y in metres, in the map's frame; the robot is put down with its whole body on free floor";
         complaints.push(to.span.problem(error.to_string()).with_label("no room for the robot").with_help(help));
     }
-}
-
-/// The name of a fault's stream of random numbers: its kind and its place among the faults of that kind, so that another
-/// kind of fault that is added or taken out changes nothing.
-pub(super) fn stream_name(faults: &[Arc<Fault>], index: usize) -> String {
-    let kind = faults[index].kind().name;
-    let number = faults[..index].iter().filter(|other| other.kind().name == kind).count();
-    format!("{kind}/{number}")
 }
 
 fn component_id(ids: Ids, component: Component) -> ProcessId {

@@ -10,8 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use robot::Streams;
 use skills::SkillProcess;
 
-use super::injector::stream_name;
-use super::{Fault, Trigger};
+use super::{Fault, Trigger, stream_name};
 use crate::error::Complaints;
 use crate::occurrences::occurrences;
 use crate::scenario::unknown;

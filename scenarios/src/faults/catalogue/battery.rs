@@ -1,7 +1,7 @@
 //! Faults of the battery, its sensor and the charging station.
 
-use super::{ArgumentDomain, FaultKind, Place, number, required};
-use crate::faults::{ArgumentDefault, Effect, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 const PERCENT: ArgumentDomain = ArgumentDomain::Numbers(0.0, 100.0);
 
@@ -9,7 +9,7 @@ pub(super) const LEVEL: FaultKind = FaultKind {
     name: "battery_level",
     place: Place::Battery,
     about: "the battery's charge is set to a level",
-    parameters: &[required("level_pct", "the charge, in percent", PERCENT)],
+    parameters: &[Parameter::required("level_pct", "the charge, in percent", PERCENT)],
     momentary: true,
     example: "at_s = 20.5\nlevel_pct = 10",
     effect: |with| Effect::Charge(with.number("level_pct")),
@@ -20,7 +20,7 @@ pub(super) const DRAIN: FaultKind = FaultKind {
     name: "battery_drain",
     place: Place::Battery,
     about: "the battery drains faster",
-    parameters: &[required("factor", "how much faster", ArgumentDomain::Numbers(0.0, 1e6))],
+    parameters: &[Parameter::required("factor", "how much faster", ArgumentDomain::Numbers(0.0, 1e6))],
     momentary: false,
     example: "at_s = 10\nfactor = 5\nlasts_s = 60",
     effect: |with| {
@@ -34,7 +34,7 @@ pub(super) const FADE: FaultKind = FaultKind {
     name: "battery_fade",
     place: Place::Battery,
     about: "the battery has aged: it holds only a share of its charge, and empties and fills that much faster",
-    parameters: &[required("capacity", "the share that is left", ArgumentDomain::Numbers(0.01, 1.0))],
+    parameters: &[Parameter::required("capacity", "the share that is left", ArgumentDomain::Numbers(0.01, 1.0))],
     momentary: false,
     example: "at_s = 0\ncapacity = 0.5",
     effect: |with| {
@@ -59,7 +59,11 @@ pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
     name: "battery_sensor_offset",
     place: Place::Battery,
     about: "the battery's sensor reads too much or too little",
-    parameters: &[required("offset_pct", "what it adds, in percent", ArgumentDomain::Numbers(-100.0, 100.0))],
+    parameters: &[Parameter::required(
+        "offset_pct",
+        "what it adds, in percent",
+        ArgumentDomain::Numbers(-100.0, 100.0),
+    )],
     momentary: false,
     example: "at_s = 0\noffset_pct = 15",
     effect: |with| {
@@ -73,7 +77,7 @@ pub(super) const SENSOR_NOISE: FaultKind = FaultKind {
     name: "battery_sensor_noise",
     place: Place::Battery,
     about: "the battery's sensor is noisy",
-    parameters: &[required("sigma_pct", "standard deviation of a reading, in percent", PERCENT)],
+    parameters: &[Parameter::required("sigma_pct", "standard deviation of a reading, in percent", PERCENT)],
     momentary: false,
     example: "at_s = 0\nsigma_pct = 3",
     effect: |with| {
@@ -131,7 +135,7 @@ pub(super) const STATION_SLOW: FaultKind = FaultKind {
     name: "station_slow",
     place: Place::Battery,
     about: "the charging station charges slowly",
-    parameters: &[number("factor", "the share of its current that is left", 0.0, 1.0, 0.2)],
+    parameters: &[Parameter::number("factor", "the share of its current that is left", 0.0, 1.0, 0.2)],
     momentary: false,
     example: "at_s = 0\nfactor = 0.2",
     effect: |with| {

@@ -3,20 +3,20 @@
 use diagnostics::Spanned;
 use skills::{Mutation, TransitionPlace};
 
-use super::{ArgumentDomain, FaultKind, Place, required, whole};
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
-use crate::faults::{ArgumentDefault, Arguments, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 
-const SKILL: Parameter = required("skill", "the skill", ArgumentDomain::Text);
-const LEAF: Parameter = required("leaf", "the leaf's skill", ArgumentDomain::Text);
-const STATE: Parameter = required("state", "the state that the transition leaves", ArgumentDomain::Text);
+const SKILL: Parameter = Parameter::required("skill", "the skill", ArgumentDomain::Text);
+const LEAF: Parameter = Parameter::required("leaf", "the leaf's skill", ArgumentDomain::Text);
+const STATE: Parameter = Parameter::required("state", "the state that the transition leaves", ArgumentDomain::Text);
 const EVENT: Parameter = Parameter {
     name: "event",
     about: "the transition's event; none for a transition without one",
     domain: ArgumentDomain::Text,
     default: ArgumentDefault::Text(""),
 };
-const NTH: Parameter = whole("nth", "which of the transitions with that event, counted from 1", 1, 1000, 1);
+const NTH: Parameter = Parameter::whole("nth", "which of the transitions with that event, counted from 1", 1, 1000, 1);
 
 fn mutated(with: &Arguments, mutation: Mutation) -> Effect {
     Effect::Machine { skill: with.name("skill"), change: MachineChange::Mutated(mutation) }
@@ -54,7 +54,7 @@ pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
     name: "skill_replaced",
     place: Place::Behavior,
     about: "a skill runs another machine",
-    parameters: &[SKILL, required("machine", "its SCXML file", ArgumentDomain::Text)],
+    parameters: &[SKILL, Parameter::required("machine", "its SCXML file", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"AtDestination\"\nmachine = \"skills/AtRechargingStation.scxml\"",
     effect: |with| {
@@ -77,7 +77,7 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
             domain: ArgumentDomain::Text,
             default: ArgumentDefault::Text("threshold"),
         },
-        required("value", "its expression instead", ArgumentDomain::Text),
+        Parameter::required("value", "its expression instead", ArgumentDomain::Text),
     ],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nvalue = \"20\"",
@@ -103,7 +103,13 @@ pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
     name: "skill_target_swapped",
     place: Place::Behavior,
     about: "a transition of a skill's machine leads to another state",
-    parameters: &[SKILL, STATE, EVENT, NTH, required("target", "where it leads instead", ArgumentDomain::Text)],
+    parameters: &[
+        SKILL,
+        STATE,
+        EVENT,
+        NTH,
+        Parameter::required("target", "where it leads instead", ArgumentDomain::Text),
+    ],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"\nnth = 2\ntarget = \"success\"",
     effect: |with| {
@@ -128,7 +134,7 @@ pub(super) const STATE_STUCK: FaultKind = FaultKind {
     name: "skill_state_stuck",
     place: Place::Behavior,
     about: "no transition leaves a state of a skill's machine",
-    parameters: &[SKILL, required("state", "the state", ArgumentDomain::Text)],
+    parameters: &[SKILL, Parameter::required("state", "the state", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"",
     effect: |with| mutated(with, Mutation::StuckState { state: with.text("state").to_owned() }),
@@ -139,7 +145,7 @@ pub(super) const MUTATED: FaultKind = FaultKind {
     name: "skill_mutant",
     place: Place::Behavior,
     about: "a skill's machine has a mistake, one of all that `steward skill mutants` lists",
-    parameters: &[required("mutant", "the skill and the mistake, as they are listed", ArgumentDomain::Text)],
+    parameters: &[Parameter::required("mutant", "the skill and the mistake, as they are listed", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nmutant = \"BatteryLevel: no transition leaves `get`\"",
     effect: |with| {

@@ -1,18 +1,18 @@
 //! Faults of the channels and of the ticks.
 
-use super::{ArgumentDomain, FaultKind, Place, number, required, whole};
 use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
-use crate::faults::{ArgumentDefault, Arguments, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 
-const FROM: Parameter = required("from", "the process that sends", ArgumentDomain::Text);
-const TO: Parameter = required("to", "the process that receives", ArgumentDomain::Text);
+const FROM: Parameter = Parameter::required("from", "the process that sends", ArgumentDomain::Text);
+const TO: Parameter = Parameter::required("to", "the process that receives", ArgumentDomain::Text);
 const CONDITION: Parameter = Parameter {
     name: "condition",
     about: "which messages: a condition in the SCOPE language",
     domain: ArgumentDomain::Text,
     default: ArgumentDefault::Text("true"),
 };
-const SHARE: Parameter = number("share", "how many of these messages", 0.0, 1.0, 1.0);
+const SHARE: Parameter = Parameter::number("share", "how many of these messages", 0.0, 1.0, 1.0);
 
 fn damage(with: &Arguments, damage: Damage) -> Effect {
     Effect::Channels {
@@ -57,7 +57,7 @@ pub(super) const DELAYED: FaultKind = FaultKind {
         TO,
         CONDITION,
         SHARE,
-        required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 1e3)),
+        Parameter::required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 1e3)),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\ndelay_s = 0.3",
@@ -85,8 +85,12 @@ pub(super) const CORRUPTED: FaultKind = FaultKind {
         TO,
         CONDITION,
         SHARE,
-        whole("field", "which field, counted from 1", 1, 100, 2),
-        required("value", "its value, as the SCOPE language writes it: 15, true, <failure>", ArgumentDomain::Text),
+        Parameter::whole("field", "which field, counted from 1", 1, 100, 2),
+        Parameter::required(
+            "value",
+            "its value, as the SCOPE language writes it: 15, true, <failure>",
+            ArgumentDomain::Text,
+        ),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nvalue = \"15\"",
@@ -98,7 +102,7 @@ pub(super) const TICK_MISSED: FaultKind = FaultKind {
     name: "tick_missed",
     place: Place::Channels,
     about: "ticks are not generated",
-    parameters: &[number("share", "how many of them", 0.0, 1.0, 1.0)],
+    parameters: &[Parameter::number("share", "how many of them", 0.0, 1.0, 1.0)],
     momentary: false,
     example: "at_s = 10\nlasts_s = 5",
     effect: |with| Effect::Ticks(TickTrouble::Missed(with.number("share"))),
@@ -109,7 +113,7 @@ pub(super) const TICK_LATE: FaultKind = FaultKind {
     name: "tick_late",
     place: Place::Channels,
     about: "ticks come late",
-    parameters: &[required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
+    parameters: &[Parameter::required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
     example: "at_s = 10\ndelay_s = 0.4",
     effect: |with| Effect::Ticks(TickTrouble::Late(with.seconds("delay_s"))),
@@ -120,7 +124,7 @@ pub(super) const TICK_JITTER: FaultKind = FaultKind {
     name: "tick_jitter",
     place: Place::Channels,
     about: "ticks come late, now more and now less",
-    parameters: &[required(
+    parameters: &[Parameter::required(
         "sigma_s",
         "standard deviation of the normal number, in seconds",
         ArgumentDomain::Numbers(0.0, 60.0),

@@ -2,8 +2,8 @@
 
 use sim::{LaserFault, LaserTrouble};
 
-use super::{ArgumentDomain, FaultKind, Place, number, required};
-use crate::faults::{ArgumentDefault, Arguments, Effect, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Effect, Parameter};
 
 /// Which laser: all of them, or the one of that name.
 const LASER: Parameter = Parameter {
@@ -42,7 +42,7 @@ pub(super) const DROPOUT: FaultKind = FaultKind {
     name: "laser_dropout",
     place: Place::Lasers,
     about: "a share of the beams comes back without an echo",
-    parameters: &[LASER, required("share", "how many of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
+    parameters: &[LASER, Parameter::required("share", "how many of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
     momentary: false,
     example: "at_s = 10\nshare = 0.5",
     effect: |with| trouble(with, LaserTrouble::Dropout { probability: with.number("share") }),
@@ -66,7 +66,7 @@ pub(super) const NOISE: FaultKind = FaultKind {
     about: "the ranges are noisy",
     parameters: &[
         LASER,
-        required("sigma_m", "standard deviation of a range, in metres", ArgumentDomain::Numbers(0.0, 10.0)),
+        Parameter::required("sigma_m", "standard deviation of a range, in metres", ArgumentDomain::Numbers(0.0, 10.0)),
     ],
     momentary: false,
     example: "at_s = 0\nsigma_m = 0.3",
@@ -78,7 +78,7 @@ pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
     name: "laser_range_limit",
     place: Place::Lasers,
     about: "a laser sees only so far: fog, dust, a dirty window",
-    parameters: &[LASER, required("max_m", "how far, in metres", ArgumentDomain::Numbers(0.01, 1e3))],
+    parameters: &[LASER, Parameter::required("max_m", "how far, in metres", ArgumentDomain::Numbers(0.01, 1e3))],
     momentary: false,
     example: "at_s = 0\nmax_m = 1.5",
     effect: |with| trouble(with, LaserTrouble::RangeLimit { max_m: with.number("max_m") }),
@@ -91,9 +91,9 @@ pub(super) const MOUNT: FaultKind = FaultKind {
     about: "a laser does not sit where the software believes",
     parameters: &[
         LASER,
-        number("x_m", "too far to the front, in metres", -1.0, 1.0, 0.0),
-        number("y_m", "too far to the left, in metres", -1.0, 1.0, 0.0),
-        number("turn_deg", "turned to the left, in degrees", -180.0, 180.0, 0.0),
+        Parameter::number("x_m", "too far to the front, in metres", -1.0, 1.0, 0.0),
+        Parameter::number("y_m", "too far to the left, in metres", -1.0, 1.0, 0.0),
+        Parameter::number("turn_deg", "turned to the left, in degrees", -180.0, 180.0, 0.0),
     ],
     momentary: false,
     example: "at_s = 0\nlaser = \"front\"\nturn_deg = 5",
@@ -113,9 +113,9 @@ pub(super) const GHOST: FaultKind = FaultKind {
     about: "a laser sees something that is not there, always in the same direction",
     parameters: &[
         LASER,
-        number("distance_m", "how far away it seems, in metres", 0.0, 1e3, 0.8),
-        number("bearing_deg", "in which direction from the laser, in degrees", -180.0, 180.0, 0.0),
-        number("width_deg", "how wide, in degrees", 0.0, 360.0, 30.0),
+        Parameter::number("distance_m", "how far away it seems, in metres", 0.0, 1e3, 0.8),
+        Parameter::number("bearing_deg", "in which direction from the laser, in degrees", -180.0, 180.0, 0.0),
+        Parameter::number("width_deg", "how wide, in degrees", 0.0, 360.0, 30.0),
     ],
     momentary: false,
     example: "at_s = 10\nlaser = \"front\"\ndistance_m = 0.8\nlasts_s = 30",

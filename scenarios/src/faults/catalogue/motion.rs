@@ -2,14 +2,18 @@
 
 use robot::VelocityCommand;
 
-use super::{ArgumentDomain, FaultKind, Place, number, required};
-use crate::faults::{ArgumentDefault, Effect, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 pub(super) const WHEEL_SLIP: FaultKind = FaultKind {
     name: "wheel_slip",
     place: Place::Motion,
     about: "the wheels slip: the encoders count what the robot does not move",
-    parameters: &[required("share", "the share of the wheels' motion that is lost", ArgumentDomain::Numbers(0.0, 1.0))],
+    parameters: &[Parameter::required(
+        "share",
+        "the share of the wheels' motion that is lost",
+        ArgumentDomain::Numbers(0.0, 1.0),
+    )],
     momentary: false,
     example: "at_s = 10\nshare = 0.3\nlasts_s = 20",
     effect: |with| {
@@ -24,9 +28,9 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
     place: Place::Motion,
     about: "odometry reports too much or too little",
     parameters: &[
-        number("distance", "too much distance, as a share of it", -1.0, 10.0, 0.0),
-        number("angle", "too much turning, as a share of it", -1.0, 10.0, 0.0),
-        number("deg_per_m", "turning for each metre driven straight on, in degrees", -360.0, 360.0, 0.0),
+        Parameter::number("distance", "too much distance, as a share of it", -1.0, 10.0, 0.0),
+        Parameter::number("angle", "too much turning, as a share of it", -1.0, 10.0, 0.0),
+        Parameter::number("deg_per_m", "turning for each metre driven straight on, in degrees", -360.0, 360.0, 0.0),
     ],
     momentary: false,
     example: "at_s = 0\ndistance = 0.1\ndeg_per_m = 3",
@@ -64,8 +68,8 @@ pub(super) const JOYPAD: FaultKind = FaultKind {
     place: Place::Motion,
     about: "somebody holds a joypad and overrides the velocity commands",
     parameters: &[
-        number("linear_mps", "forward speed, in m/s", -2.0, 2.0, 0.0),
-        number("angular_radps", "turning rate, in rad/s, counter-clockwise", -5.0, 5.0, 0.0),
+        Parameter::number("linear_mps", "forward speed, in m/s", -2.0, 2.0, 0.0),
+        Parameter::number("angular_radps", "turning rate, in rad/s, counter-clockwise", -5.0, 5.0, 0.0),
     ],
     momentary: false,
     example: "near = \"RechargingStation\"\nwithin_m = 1.5\nlinear_mps = -0.4\nlasts_s = 8\ntimes = 1000",
@@ -91,7 +95,7 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
             domain: ArgumentDomain::OneOf(&["left", "right"]),
             default: ArgumentDefault::Text("left"),
         },
-        required("factor", "the share of its speed that is left", ArgumentDomain::Numbers(0.0, 1.0)),
+        Parameter::required("factor", "the share of its speed that is left", ArgumentDomain::Numbers(0.0, 1.0)),
     ],
     momentary: false,
     example: "at_s = 10\nwheel = \"left\"\nfactor = 0.7",
@@ -109,7 +113,7 @@ pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
     name: "speed_limit",
     place: Place::Motion,
     about: "the base drives no faster than this, whatever it is told",
-    parameters: &[required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
+    parameters: &[Parameter::required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
     momentary: false,
     example: "at_s = 10\nmax_mps = 0.1",
     effect: |with| {
@@ -137,7 +141,7 @@ pub(super) const COMMAND_DELAY: FaultKind = FaultKind {
     name: "command_delay",
     place: Place::Motion,
     about: "velocity commands take effect later",
-    parameters: &[required("delay_s", "how much later, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
+    parameters: &[Parameter::required("delay_s", "how much later, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
     example: "at_s = 10\ndelay_s = 0.5",
     effect: |with| {

@@ -3,13 +3,16 @@
 use components::Component;
 use diagnostics::Spanned;
 
-use super::{ArgumentDomain, FaultKind, Place, number, required};
 use crate::faults::effect::{Damage, Effect, Which};
-use crate::faults::{Arguments, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDomain, Arguments, Parameter};
 
 /// Which component.
-const COMPONENT: Parameter =
-    required("component", "which component", ArgumentDomain::OneOf(&["BatteryReader", "Localization", "Navigation"]));
+const COMPONENT: Parameter = Parameter::required(
+    "component",
+    "which component",
+    ArgumentDomain::OneOf(&["BatteryReader", "Localization", "Navigation"]),
+);
 
 fn component(with: &Arguments) -> Component {
     match with.text("component") {
@@ -29,7 +32,7 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
     name: "kidnap",
     place: Place::Software,
     about: "the robot is lifted and put down elsewhere; odometry does not notice",
-    parameters: &[required("to", "where it is put", ArgumentDomain::Pose)],
+    parameters: &[Parameter::required("to", "where it is put", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Kidnap(with.spanned_pose("to")),
@@ -43,7 +46,7 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
     name: "wrong_initial_pose",
     place: Place::Software,
     about: "somebody tells localization a pose at which the robot is not",
-    parameters: &[required("to", "where it is said to be", ArgumentDomain::Pose)],
+    parameters: &[Parameter::required("to", "where it is said to be", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 0\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Belief(with.pose("to")),
@@ -57,7 +60,7 @@ pub(super) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
     place: Place::Software,
     about: "the software has another map than the world; from the start of the run only",
-    parameters: &[required("map", "the map's YAML file", ArgumentDomain::Text)],
+    parameters: &[Parameter::required("map", "the map's YAML file", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",
     effect: |with| {
@@ -93,7 +96,7 @@ pub(super) const SLOW: FaultKind = FaultKind {
     name: "component_slow",
     place: Place::Software,
     about: "a component's answers come late",
-    parameters: &[COMPONENT, number("delay_s", "by how much, in seconds", 0.0, 1e3, 1.0)],
+    parameters: &[COMPONENT, Parameter::number("delay_s", "by how much, in seconds", 0.0, 1e3, 1.0)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"BatteryReader\"\ndelay_s = 0.3",
     effect: |with| every_message(with, Which::From(component(with)), Damage::Delay(with.seconds("delay_s"))),

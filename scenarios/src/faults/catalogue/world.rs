@@ -5,14 +5,14 @@ use std::time::Duration;
 use maps::{Point, Pose, pose};
 use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk};
 
-use super::{ArgumentDomain, FaultKind, Place, number, required, whole};
-use crate::faults::{ArgumentDefault, Effect, Parameter};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
 /// Where the thing is.
-const AT: Parameter = required("at", "where its centre is", ArgumentDomain::Pose);
-const POINT: Parameter = required("at", "where it begins", ArgumentDomain::Point);
+const AT: Parameter = Parameter::required("at", "where its centre is", ArgumentDomain::Pose);
+const POINT: Parameter = Parameter::required("at", "where it begins", ArgumentDomain::Point);
 const ROUTE: Parameter =
-    required("route", "where it goes from there, one point after the other", ArgumentDomain::Points);
+    Parameter::required("route", "where it goes from there, one point after the other", ArgumentDomain::Points);
 
 fn appears(name: String, shape: Shape, pose: Pose, motion: ObstacleMotion) -> Effect {
     let body = ObstacleConfig { name, shape, pose, motion };
@@ -45,7 +45,7 @@ pub(super) const DOOR: FaultKind = FaultKind {
     name: "door_closes",
     place: Place::World,
     about: "a door closes",
-    parameters: &[AT, number("width_m", "how wide the doorway is, in metres", 0.1, 20.0, 1.0)],
+    parameters: &[AT, Parameter::number("width_m", "how wide the doorway is, in metres", 0.1, 20.0, 1.0)],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 90]\nwidth_m = 1.0\nlasts_s = 60",
     effect: |with| {
@@ -61,8 +61,8 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
     about: "a box stands in the way",
     parameters: &[
         AT,
-        number("length_m", "its extent along its heading, in metres", 0.05, 20.0, 0.6),
-        number("width_m", "its extent across, in metres", 0.05, 20.0, 0.4),
+        Parameter::number("length_m", "its extent along its heading, in metres", 0.05, 20.0, 0.6),
+        Parameter::number("width_m", "its extent across, in metres", 0.05, 20.0, 0.4),
     ],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 0]",
@@ -77,7 +77,7 @@ pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
     name: "obstacle_moves",
     place: Place::World,
     about: "a trolley moves to and fro and gives way to nobody",
-    parameters: &[POINT, ROUTE, number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
+    parameters: &[POINT, ROUTE, Parameter::number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\nspeed_mps = 0.3",
     effect: |with| {
@@ -96,8 +96,8 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
     parameters: &[
         POINT,
         ROUTE,
-        number("speed_mps", "how fast they walk, in m/s", 0.0, 3.0, 0.8),
-        whole("count", "how many", 0, 50, 3),
+        Parameter::number("speed_mps", "how fast they walk, in m/s", 0.0, 3.0, 0.8),
+        Parameter::whole("count", "how many", 0, 50, 3),
         Parameter {
             name: "gives_way",
             about: "whether they wait for the robot rather than walk into it",
@@ -152,7 +152,7 @@ pub(super) const STATION_MOVED: FaultKind = FaultKind {
     name: "station_moved",
     place: Place::World,
     about: "somebody has moved the charging station; the software does not know",
-    parameters: &[required("to", "where it stands now, and how a docked robot faces", ArgumentDomain::Pose)],
+    parameters: &[Parameter::required("to", "where it stands now, and how a docked robot faces", ArgumentDomain::Pose)],
     momentary: false,
     example: "at_s = 0\nto = [3.0, 1.0, 90]",
     effect: |with| {
