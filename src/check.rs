@@ -12,8 +12,8 @@ use maps::{Cell, PlacesFile};
 use miette::Diagnostic;
 use scenarios::files::shipped_campaigns;
 use scenarios::live::Live;
+use scenarios::processes::HEARERS;
 use scenarios::scenario::{Scenario, find};
-use scenarios::wiring;
 use serde_json::json;
 use skills::{Chart, Strictness};
 
@@ -172,7 +172,7 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
 pub(crate) fn machine(file: &Path) -> Result<(Arc<Chart>, Checked), Error> {
     let chart = Chart::open(file, Strictness::Strict).map_err(Error::bad_input)?;
     let summary = format!("{} states, {} transitions", chart.states().count(), chart.transitions().count());
-    let elsewhere = chart.sends_elsewhere(&wiring::HEARERS, ELSEWHERE);
+    let elsewhere = chart.sends_elsewhere(&HEARERS, ELSEWHERE);
     let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
     Ok((chart, Checked { summary, concerns }))
 }

@@ -3,6 +3,7 @@
 
 mod machine;
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -10,10 +11,11 @@ use channels::{Monitor, Topology};
 use diagnostics::Span;
 use monitors::{Property, ScopeMonitor, Warnings, scope_monitor};
 use recording::Graph;
+use skills::Chart;
 
 use crate::Error;
 use crate::error::Complaints;
-use crate::scenario::{ReadyMade, ReadyMadeKind, Scenario};
+use crate::scenario::{ReadyMade, ReadyMadeKind, ScenarioFile};
 
 pub(crate) use machine::MachineMonitor;
 
@@ -40,12 +42,18 @@ pub(crate) struct Monitoring {
 }
 
 impl Monitoring {
-    /// Makes the monitors of a scenario's property files, then those that it attaches as they stand.
+    /// Makes the monitors of a scenario's `properties`, the names and texts of its property files, then those that it
+    /// attaches as they stand; `watching` has the machines among these, by their places there.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
-    pub(crate) fn new(scenario: &Scenario, topology: &Arc<Topology>) -> Result<Self, Error> {
-        let tick = scenario.file.execution.tick;
+    pub(crate) fn new(
+        file: &ScenarioFile,
+        properties: &[(String, String)],
+        watching: &BTreeMap<usize, Arc<Chart>>,
+        topology: &Arc<Topology>,
+    ) -> Result<Self, Error> {
+        let tick = file.execution.tick;
         let mut complaints = Complaints::default();
         let mut made = Self {
             topology: Arc::clone(topology),
@@ -54,15 +62,15 @@ impl Monitoring {
             warnings: Vec::new(),
             told: OnceLock::new(),
         };
-        for ((name, text), place) in scenario.properties.iter().zip(&scenario.file.properties) {
+        for ((name, text), place) in properties.iter().zip(&file.properties) {
             let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
             for property in file.properties {
                 made.add(property, &place.span, &mut complaints);
             }
             made.warnings.extend(Some(file.warnings).filter(|warnings| !warnings.is_empty()));
         }
-        for (index, entry) in scenario.file.monitors.iter().enumerate() {
-            if let Some(property) = ready_made(scenario, index, entry, topology, &mut complaints) {
+        for (index, entry) in file.monitors.iter().enumerate() {
+            if let Some(property) = ready_made(entry, watching.get(&index), topology, &mut complaints) {
                 made.add(property, &entry.span, &mut complaints);
             }
         }
@@ -107,11 +115,10 @@ impl Monitoring {
     }
 }
 
-/// The entry of that place of the scenario's `[[monitors]]`.
+/// An entry of the scenario's `[[monitors]]`, with its machine if it is one and could be loaded.
 fn ready_made(
-    scenario: &Scenario,
-    index: usize,
     entry: &ReadyMade,
+    machine: Option<&Arc<Chart>>,
     topology: &Topology,
     complaints: &mut Complaints,
 ) -> Option<Property> {
@@ -127,7 +134,7 @@ fn ready_made(
             Some(Property { name: name().unwrap_or_else(|| figure.name().to_owned()), formula, summary, ..made })
         }
         ReadyMadeKind::Machine(file) => {
-            let chart = scenario.watching.get(&index)?;
+            let chart = machine?;
             let name = name().unwrap_or_else(|| chart.name().to_owned());
             let monitor = MachineMonitor::new(&name, chart, file, topology, complaints)?;
             let states: Vec<&str> = file.violated_in.iter().map(|state| state.value.as_str()).collect();

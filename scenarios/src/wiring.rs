@@ -20,17 +20,10 @@ use skills::{Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
 use crate::error::Complaints;
+use crate::names::unknown;
 use crate::occurrences::occurrences;
-use crate::scenario::{Order, Policy, Scenario, Skill, TreeForm, unknown};
-
-/// The name of the process that supplies ticks.
-const TICK_GENERATOR: &str = "TickGenerator";
-
-/// The names of the processes that are not leaves.
-pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
-
-/// The processes that a skill may send to.
-pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
+use crate::processes::TICK_GENERATOR;
+use crate::scenario::{Order, Policy, Scenario, Skill, TreeForm};
 
 /// A process with its place in the topology.
 type WiredProcess = (ProcessId, Box<dyn Process>);

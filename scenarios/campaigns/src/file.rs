@@ -2,7 +2,7 @@
 
 use diagnostics::document::{Document, Field, Table};
 use diagnostics::{FileProblems, Problem, Span, Spanned};
-use scenarios::scenario::unknown;
+use scenarios::names::unknown;
 
 use super::Measure;
 use super::model::Model;

@@ -7,7 +7,8 @@ use diagnostics::{Problem, Spanned};
 use scenarios::Complaints;
 use scenarios::files::shipped_campaigns;
 use scenarios::live::Live;
-use scenarios::scenario::{Found, Scenario, find, unknown};
+use scenarios::names::unknown;
+use scenarios::scenario::{Found, Scenario, find};
 use serde::Serialize;
 
 use super::Shard;

@@ -12,8 +12,8 @@ use skills::SkillProcess;
 
 use super::{Fault, Trigger, stream_name};
 use crate::error::Complaints;
+use crate::names::unknown;
 use crate::occurrences::occurrences;
-use crate::scenario::unknown;
 
 /// What triggers look at: the run at the start of a step.
 pub(crate) struct Observation<'a> {

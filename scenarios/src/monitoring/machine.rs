@@ -11,8 +11,9 @@ use monitors::MessageCondition;
 use skills::{Chart, Datum, Host, Machine, Note, Outgoing, StateId, StateKind, Undelivered};
 
 use crate::error::Complaints;
+use crate::names::unknown;
 use crate::occurrences::occurrences;
-use crate::scenario::{Content, WatchingMachine, unknown};
+use crate::scenario::{Content, WatchingMachine};
 
 /// More errors of one machine than this tell no more.
 const MOST_ERRORS: usize = 20;

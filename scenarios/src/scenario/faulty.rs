@@ -9,8 +9,10 @@ use diagnostics::{Span, Spanned};
 use maps::OccupancyGrid;
 use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
 
-use super::{Loader, ScenarioFile, Skill, unknown};
+use super::file_reader::FileReader;
+use super::{ScenarioFile, Skill};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
+use crate::names::unknown;
 
 /// The machines that a skill runs while faults hold that change it, by the places of those faults in the scenario, in
 /// order: one for all that may hold at once.
@@ -41,7 +43,7 @@ impl Changing<'_> {
     }
 }
 
-impl Loader<'_> {
+impl FileReader<'_> {
     /// The machines that skills run while faults hold that change them, by skill.
     pub(super) fn faulty_machines(
         &mut self,
@@ -154,7 +156,7 @@ fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, 
     Chart::load(&format!("{name} ({})", words.join("; ")), &mutate_all(name, text, mutations)?)
 }
 
-impl Loader<'_> {
+impl FileReader<'_> {
     /// The map that a fault gives to the software.
     pub(super) fn wrong_map(&mut self, file: &ScenarioFile) -> Option<OccupancyGrid> {
         let maps = file.faults.iter().filter_map(|fault| match fault.effect() {
@@ -170,7 +172,7 @@ impl Loader<'_> {
                 self.complaints.push(problem.with_label("this fault").with_help(help));
                 continue;
             }
-            let read = |path: &Path| self.found.files.read(path);
+            let read = |path: &Path| self.files.read(path);
             let map = maps::load_map(&path.value, &read);
             loaded = self.loaded(&path, "map", map);
         }

@@ -13,8 +13,8 @@ use recording::{Expected, SnapshotOccasion, Snapshots};
 use sim::{DriftNoise, SimConfig};
 
 use super::find::{self, Found};
+use super::leaves::{LeafEntry, read_leaves};
 use super::ready_made::ReadyMade;
-use super::skill::{LeafEntry, read_leaves};
 use super::stop::Stop;
 use super::world::{WorldBody, read_world};
 use crate::faults::Fault;

@@ -10,112 +10,102 @@ use maps::{OccupancyGrid, Place, Places, PlacesFile, Point, Pose};
 use nav::{Goal, PlanError, Reach};
 use sim::DockingConfig;
 
-use super::{Loader, Scenario, ScenarioFile, Start, unknown};
+use super::{Scenario, ScenarioFile, Start};
+use crate::error::Complaints;
 use crate::faults::Fault;
+use crate::names::unknown;
 
-impl Loader<'_> {
-    /// The poses of start and station, if there is one. Every place that the scenario names has to be there.
-    pub(super) fn check_places(&mut self, file: &ScenarioFile, places: &Places) -> Option<(Pose, Option<Pose>)> {
-        let expect = &file.expect;
-        let named =
-            expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&file.sites.destination);
-        for name in named {
-            let _ = self.place(name, places);
-        }
-        for name in &expect.not_reached {
-            if expect.reached.iter().any(|reached| reached.value == name.value) {
-                let problem = name.span.problem(format!("`{}` is expected to be reached and not to be", name.value));
-                self.complaints.push(problem.with_label("this place").with_help("no run can be as expected"));
-            }
-        }
-        let start = match &file.sites.start {
-            Spanned { value: Start::Named(name), span } => {
-                self.point(&Spanned { value: name.clone(), span: span.clone() }, places)
-            }
-            Spanned { value: Start::At(pose), .. } => Some(*pose),
-        };
-        let Some(name) = &file.sites.station else {
-            self.check_station_faults(&file.faults);
-            return Some((start?, None));
-        };
-        let station = self.point(name, places);
-        Some((start?, Some(station?)))
+/// The poses of start and station, if there is one. Every place that the scenario names has to be there.
+pub(super) fn check_places(
+    file: &ScenarioFile,
+    places: &Places,
+    complaints: &mut Complaints,
+) -> Option<(Pose, Option<Pose>)> {
+    let expect = &file.expect;
+    let named = expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&file.sites.destination);
+    for name in named {
+        let _ = place(name, places, complaints);
     }
-
-    /// Faults of a station that there is not.
-    fn check_station_faults(&mut self, faults: &[Arc<Fault>]) {
-        for fault in faults.iter().filter(|fault| ["station_dead", "station_slow"].contains(&fault.kind().name)) {
-            let problem = fault.arguments().span().problem("there is no charging station");
-            let help = "`sites.station` says where it stands";
-            self.complaints.push(problem.with_label("a fault of it").with_help(help));
+    for name in &expect.not_reached {
+        if expect.reached.iter().any(|reached| reached.value == name.value) {
+            let problem = name.span.problem(format!("`{}` is expected to be reached and not to be", name.value));
+            complaints.push(problem.with_label("this place").with_help("no run can be as expected"));
         }
     }
-
-    fn place<'p>(&mut self, name: &Spanned<String>, places: &'p Places) -> Option<&'p Place> {
-        let place = places.get(&name.value);
-        if place.is_none() {
-            let names = places.iter().map(|(name, _)| name);
-            self.complaints.push(unknown("place", name, names));
+    let start = match &file.sites.start {
+        Spanned { value: Start::Named(name), span } => {
+            point(&Spanned { value: name.clone(), span: span.clone() }, places, complaints)
         }
-        place
+        Spanned { value: Start::At(pose), .. } => Some(*pose),
+    };
+    let Some(name) = &file.sites.station else {
+        check_station_faults(&file.faults, complaints);
+        return Some((start?, None));
+    };
+    let station = point(name, places, complaints);
+    Some((start?, Some(station?)))
+}
+
+/// Faults of a station that there is not.
+fn check_station_faults(faults: &[Arc<Fault>], complaints: &mut Complaints) {
+    for fault in faults.iter().filter(|fault| ["station_dead", "station_slow"].contains(&fault.kind().name)) {
+        let problem = fault.arguments().span().problem("there is no charging station");
+        let help = "`sites.station` says where it stands";
+        complaints.push(problem.with_label("a fault of it").with_help(help));
     }
+}
 
-    fn point(&mut self, name: &Spanned<String>, places: &Places) -> Option<Pose> {
-        match self.place(name, places)? {
-            Place::Point { pose, .. } => Some(*pose),
-            Place::Area { .. } => {
-                let problem = name.span.problem(format!("`{}` is an area, and a point is needed", name.value));
-                self.complaints
-                    .push(problem.with_label("this place").with_help("a point has a position and a heading"));
-                None
-            }
+fn place<'p>(name: &Spanned<String>, places: &'p Places, complaints: &mut Complaints) -> Option<&'p Place> {
+    let place = places.get(&name.value);
+    if place.is_none() {
+        let names = places.iter().map(|(name, _)| name);
+        complaints.push(unknown("place", name, names));
+    }
+    place
+}
+
+fn point(name: &Spanned<String>, places: &Places, complaints: &mut Complaints) -> Option<Pose> {
+    match place(name, places, complaints)? {
+        Place::Point { pose, .. } => Some(*pose),
+        Place::Area { .. } => {
+            let problem = name.span.problem(format!("`{}` is an area, and a point is needed", name.value));
+            complaints.push(problem.with_label("this place").with_help("a point has a position and a heading"));
+            None
         }
     }
+}
 
-    /// Where the robot can drive on the map.
-    pub(super) fn reach(&mut self, file: &ScenarioFile, map: &OccupancyGrid) -> Option<Arc<Reach>> {
-        let shared =
-            self.like.filter(|like| self.shares(file, |file| &file.map) && like.file.sim.model == file.sim.model);
-        if let Some(like) = shared {
-            return Some(Arc::clone(&like.reach));
+/// That the robot can set out from its start, and gets to every place that it is to reach.
+pub(super) fn check_reach(
+    file: &ScenarioFile,
+    driven_to: &BTreeMap<String, String>,
+    places: &PlacesFile,
+    map: &OccupancyGrid,
+    reach: &Reach,
+    start: &Pose,
+    complaints: &mut Complaints,
+) {
+    let start = Point::from(start.translation.vector);
+    let mut seen: Vec<&str> = Vec::new();
+    let skills = driven_to.iter().map(|(name, skill)| (name, format!("the skill {skill} drives there")));
+    for (name, why) in needed(file).chain(skills) {
+        let place = places.places().get(name).zip(places.span(name)).filter(|_| !seen.contains(&name.as_str()));
+        let Some((place, span)) = place else { continue };
+        seen.push(name);
+        let goal = Goal::to(place);
+        let Err(error) = reach.check(&start, &goal) else { continue };
+        if matches!(error, PlanError::StartOutside | PlanError::StartInObstacle) {
+            let span = match &file.sites.start.value {
+                Start::Named(name) => places.span(name),
+                Start::At(_) => None,
+            };
+            let problem = span.unwrap_or(&file.sites.start.span).problem(bad_start(&start, error));
+            let help = format!("the robot starts with its whole body on free floor; {}", extent(map));
+            return complaints.push(problem.with_label("the start").with_help(help));
         }
-        let reach = Reach::new(map, &file.sim.model);
-        let refused = |error: nav::Error| file.map.span.problem(error.to_string()).with_label("this map");
-        reach.map_err(|error| self.complaints.push(refused(error))).ok().map(Arc::new)
-    }
-
-    /// That the robot can set out from its start, and gets to every place that it is to reach.
-    pub(super) fn check_reach(
-        &mut self,
-        file: &ScenarioFile,
-        driven_to: &BTreeMap<String, String>,
-        places: &PlacesFile,
-        map: &OccupancyGrid,
-        reach: &Reach,
-        start: &Pose,
-    ) {
-        let start = Point::from(start.translation.vector);
-        let mut seen: Vec<&str> = Vec::new();
-        let skills = driven_to.iter().map(|(name, skill)| (name, format!("the skill {skill} drives there")));
-        for (name, why) in needed(file).chain(skills) {
-            let place = places.places().get(name).zip(places.span(name)).filter(|_| !seen.contains(&name.as_str()));
-            let Some((place, span)) = place else { continue };
-            seen.push(name);
-            let goal = Goal::to(place);
-            let Err(error) = reach.check(&start, &goal) else { continue };
-            if matches!(error, PlanError::StartOutside | PlanError::StartInObstacle) {
-                let span = match &file.sites.start.value {
-                    Start::Named(name) => places.span(name),
-                    Start::At(_) => None,
-                };
-                let problem = span.unwrap_or(&file.sites.start.span).problem(bad_start(&start, error));
-                let help = format!("the robot starts with its whole body on free floor; {}", extent(map));
-                return self.complaints.push(problem.with_label("the start").with_help(help));
-            }
-            let problem = unreachable(span, name, &goal, error, &start);
-            let help = format!("{}; {why}", instead(map, reach, &start, &goal));
-            self.complaints.push(problem.with_help(help));
-        }
+        let problem = unreachable(span, name, &goal, error, &start);
+        let help = format!("{}; {why}", instead(map, reach, &start, &goal));
+        complaints.push(problem.with_help(help));
     }
 }
 

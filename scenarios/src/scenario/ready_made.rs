@@ -9,7 +9,7 @@ use diagnostics::{Problem, Span, Spanned};
 use monitors::{PhiTwo, Property};
 use skills::Datum;
 
-use super::skill::datum;
+use super::leaves::datum;
 use super::stop::Names;
 
 /// A monitor that is attached as it stands.

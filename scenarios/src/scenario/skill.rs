@@ -6,23 +6,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bt::{Direction, Node, Source, Tree, Type};
-use diagnostics::document::{Item, Table};
-use diagnostics::{Problem, Spanned, nearest};
+use diagnostics::{Problem, nearest};
 use skills::{Chart, Datum};
 
-use super::{Loader, ScenarioFile, unknown, unreadable};
-use crate::wiring;
-
-/// What a scenario says of a leaf: an entry of its table `leaves`.
-#[derive(Clone, Debug)]
-pub struct LeafEntry {
-    /// The name of the leaf's process.
-    pub leaf: Spanned<String>,
-    /// The file of its machine, in the folder of the skills.
-    pub machine: Option<Spanned<String>>,
-    /// What data of the machine hold at first.
-    pub data: Vec<(Spanned<String>, Datum)>,
-}
+use super::file_reader::{FileReader, unreadable};
+use super::{LeafEntry, ScenarioFile};
+use crate::names::unknown;
+use crate::processes::RESERVED;
 
 /// The skill of a leaf: a machine, and what its data hold at first.
 #[derive(Clone, Debug)]
@@ -44,46 +34,6 @@ impl Skill {
     }
 }
 
-/// Whether two scenarios say the same of all leaves.
-pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
-    let said = |entry: &LeafEntry| {
-        let data: Vec<(String, Datum)> =
-            entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
-        (entry.leaf.value.clone(), entry.machine.as_ref().map(|machine| machine.value.clone()), data)
-    };
-    these.iter().map(said).eq(those.iter().map(said))
-}
-
-/// Reads the table `leaves`.
-pub(super) fn read_leaves(table: Table<'_>) -> Vec<LeafEntry> {
-    let entry = |(name, span): (&str, &diagnostics::Span)| {
-        let entry = table.table(name).optional()?;
-        let leaf = Spanned { value: name.to_owned(), span: span.clone() };
-        let machine = entry.text("machine").spanned().optional();
-        let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
-        Some(LeafEntry { leaf, machine, data })
-    };
-    table.keys().filter_map(entry).collect()
-}
-
-fn read_data(table: Table<'_>) -> Vec<(Spanned<String>, Datum)> {
-    let value = |(name, span): (&str, &diagnostics::Span)| {
-        let item = table.get::<Item<'_>>(name).optional()?;
-        let value = datum(&item);
-        if value.is_none() {
-            table.report(item.wrong("a text, a number, true or false"));
-        }
-        Some((Spanned { value: name.to_owned(), span: span.clone() }, value?))
-    };
-    table.keys().filter_map(value).collect()
-}
-
-/// A text, a number, true or false.
-pub(super) fn datum(item: &Item<'_>) -> Option<Datum> {
-    let number = || item.as_number().filter(|number| number.is_finite()).map(Datum::from);
-    item.as_text().map(Datum::from).or_else(|| item.as_boolean().map(Datum::from)).or_else(number)
-}
-
 /// Where a leaf's machine is looked for: in the file that the scenario names, or else in those of the leaf's name and ID.
 /// The one place that knows.
 fn candidates(folder: &Path, leaf: &Node, entry: Option<&LeafEntry>) -> Vec<PathBuf> {
@@ -97,7 +47,7 @@ fn candidates(folder: &Path, leaf: &Node, entry: Option<&LeafEntry>) -> Vec<Path
     names.into_iter().map(|name| folder.join(format!("{name}.scxml"))).collect()
 }
 
-impl Loader<'_> {
+impl FileReader<'_> {
     /// The skill of each leaf, by the name of the leaf's process.
     pub(super) fn skills(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
         self.check_leaf_names(file, tree);
@@ -105,7 +55,7 @@ impl Loader<'_> {
         let mut skills = BTreeMap::new();
         let mut problems = Vec::new();
         for leaf in tree.leaves() {
-            if wiring::RESERVED.contains(&leaf.process()) {
+            if RESERVED.contains(&leaf.process()) {
                 let message = format!("a leaf cannot be called `{}`: a process of the system is", leaf.process());
                 problems.push(tree.problem_at(leaf.id(), message, "this leaf", "give the leaf another `name`"));
                 continue;
@@ -146,7 +96,7 @@ impl Loader<'_> {
             if let Some(known) = machines.get(path) {
                 return Some((path.clone(), Arc::clone(known.as_ref()?)));
             }
-            match (self.found.files.read_text(path), entry.and_then(|entry| entry.machine.as_ref())) {
+            match (self.files.read_text(path), entry.and_then(|entry| entry.machine.as_ref())) {
                 (Ok(text), named) => {
                     let chart = self.complaints.note(Chart::load(&path.display().to_string(), &text));
                     let called = |chart: &&Arc<Chart>| path.file_stem().is_none_or(|stem| stem == chart.name());

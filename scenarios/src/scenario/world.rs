@@ -7,7 +7,7 @@ use diagnostics::{Problem, Spanned};
 use maps::{Cell, OccupancyGrid, Point, Pose, pose};
 use sim::{Door, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
 
-use super::Loader;
+use crate::error::Complaints;
 
 /// Thickness of a door's leaf, in metres.
 const LEAF_M: f64 = 0.06;
@@ -118,33 +118,30 @@ fn read_pose(table: Table<'_>) -> Option<Pose> {
     at.map(|[x, y, degrees]| pose(x, y, degrees.to_radians()))
 }
 
-impl Loader<'_> {
-    /// Checks that people walk on the floor, and that everything is on the map.
-    pub(super) fn check_world(&mut self, bodies: &[WorldBody], map: &OccupancyGrid) {
-        for Spanned { value: body, span } in bodies {
-            let at = Point::from(body.pose.translation.vector);
-            let mut complain = |message: String, help: &str| {
-                self.complaints.push(span.problem(message).with_label("this one").with_help(help));
-            };
-            if map.index_of(&at).is_none() {
-                complain(
-                    format!("`{}` is outside of the map, at {at}", body.name),
-                    "x and y are in metres, in the map's frame",
-                );
-                continue;
-            }
-            let ObstacleMotion::Person(walk) = &body.motion else { continue };
-            let closes = walk.end == RouteEnd::Loop && walk.waypoints.len() > 1;
-            let again = walk.waypoints.first().filter(|_| closes);
-            let corners: Vec<Point> =
-                std::iter::once(at).chain(walk.waypoints.iter().copied()).chain(again.copied()).collect();
-            if let Some(wall) = corners.windows(2).find_map(|leg| first_wall(map, &leg[0], &leg[1])) {
-                let message =
-                    format!("the way of `{}` leads through a wall at ({:.2}, {:.2})", body.name, wall.x, wall.y);
-                complain(message, "a route goes straight from point to point: give it corners");
-            } else if first_wall(map, &at, &at).is_some() {
-                complain(format!("`{}` stands in a wall", body.name), "people stand on free floor");
-            }
+/// Checks that people walk on the floor, and that everything is on the map.
+pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints: &mut Complaints) {
+    for Spanned { value: body, span } in bodies {
+        let at = Point::from(body.pose.translation.vector);
+        let mut complain = |message: String, help: &str| {
+            complaints.push(span.problem(message).with_label("this one").with_help(help));
+        };
+        if map.index_of(&at).is_none() {
+            complain(
+                format!("`{}` is outside of the map, at {at}", body.name),
+                "x and y are in metres, in the map's frame",
+            );
+            continue;
+        }
+        let ObstacleMotion::Person(walk) = &body.motion else { continue };
+        let closes = walk.end == RouteEnd::Loop && walk.waypoints.len() > 1;
+        let again = walk.waypoints.first().filter(|_| closes);
+        let corners: Vec<Point> =
+            std::iter::once(at).chain(walk.waypoints.iter().copied()).chain(again.copied()).collect();
+        if let Some(wall) = corners.windows(2).find_map(|leg| first_wall(map, &leg[0], &leg[1])) {
+            let message = format!("the way of `{}` leads through a wall at ({:.2}, {:.2})", body.name, wall.x, wall.y);
+            complain(message, "a route goes straight from point to point: give it corners");
+        } else if first_wall(map, &at, &at).is_some() {
+            complain(format!("`{}` stands in a wall", body.name), "people stand on free floor");
         }
     }
 }

@@ -13,8 +13,8 @@ use robot::Streams;
 use crate::error::Complaints;
 use crate::faults::Effect;
 use crate::faults::effect::{Damage, Which};
+use crate::names::unknown;
 use crate::occurrences::messages;
-use crate::scenario::unknown;
 
 /// What a fault does to the messages of some channels, each time that it takes hold.
 #[derive(Debug)]

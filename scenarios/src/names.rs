@@ -1,0 +1,15 @@
+//! Names that a file gives and nothing has.
+
+use diagnostics::{Problem, Spanned};
+
+/// A problem with a name that is none of those there are.
+pub fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<Item = &'n str>) -> Problem {
+    let known: Vec<&str> = known.into_iter().collect();
+    let list = || match known.as_slice() {
+        [] => "there is none".to_owned(),
+        known => format!("there are `{}`", known.join("`, `")),
+    };
+    let help = diagnostics::did_you_mean(&name.value, known.iter().copied()).unwrap_or_else(list);
+    let problem = name.span.problem(format!("unknown {what} `{}`", name.value));
+    problem.with_label(format!("no such {what}")).with_help(help)
+}

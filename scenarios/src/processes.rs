@@ -1,0 +1,13 @@
+//! The names of the processes that every scenario has besides the leaves of its tree.
+
+use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION};
+use recording::TREE;
+
+/// The name of the process that supplies ticks.
+pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
+
+/// The names of the processes that are not leaves.
+pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
+
+/// The processes that a skill may send to.
+pub const HEARERS: [&str; 5] = [TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];

@@ -1,0 +1,46 @@
+//! Reads the files that a scenario names.
+
+use std::path::{Path, PathBuf};
+
+use diagnostics::{Problem, Span, Spanned};
+
+use crate::error::Complaints;
+use crate::files::Files;
+
+/// Reads the files that a scenario names, and notes what is wrong with them.
+pub(super) struct FileReader<'a> {
+    /// Where they are looked for.
+    pub(super) files: &'a Files,
+    pub(super) complaints: &'a mut Complaints,
+}
+
+impl FileReader<'_> {
+    /// What reading a file gave; a file that cannot be read is a problem of the line that names it.
+    pub(super) fn loaded<T>(
+        &mut self,
+        path: &Spanned<PathBuf>,
+        what: &str,
+        result: Result<T, diagnostics::Error>,
+    ) -> Option<T> {
+        match result {
+            Err(diagnostics::Error::Read { path: file, source }) => {
+                self.complaints.push(unreadable(&path.span, what, &file, &source));
+                None
+            }
+            result => self.complaints.note(result),
+        }
+    }
+
+    /// The text of a file that is named at `span`.
+    pub(super) fn text(&mut self, span: &Span, what: &str, path: &Path) -> Option<String> {
+        let text = self.files.read_text(path);
+        text.map_err(|error| self.complaints.push(unreadable(span, what, path, &error))).ok()
+    }
+}
+
+/// That a file cannot be read, at the place that names it.
+pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
+    let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
+    let help = "a path is looked up beside the scenario's file, and then among the files that come with the program";
+    problem.with_label(format!("this {what}")).with_help(help)
+}

@@ -1,0 +1,56 @@
+//! What a scenario says of the leaves of its tree: its table `leaves`.
+
+use diagnostics::document::{Item, Table};
+use diagnostics::{Span, Spanned};
+use skills::Datum;
+
+/// What a scenario says of a leaf: an entry of its table `leaves`.
+#[derive(Clone, Debug)]
+pub struct LeafEntry {
+    /// The name of the leaf's process.
+    pub leaf: Spanned<String>,
+    /// The file of its machine, in the folder of the skills.
+    pub machine: Option<Spanned<String>>,
+    /// What data of the machine hold at first.
+    pub data: Vec<(Spanned<String>, Datum)>,
+}
+
+/// Whether two scenarios say the same of all leaves.
+pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
+    let said = |entry: &LeafEntry| {
+        let data: Vec<(String, Datum)> =
+            entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
+        (entry.leaf.value.clone(), entry.machine.as_ref().map(|machine| machine.value.clone()), data)
+    };
+    these.iter().map(said).eq(those.iter().map(said))
+}
+
+/// Reads the table `leaves`.
+pub(super) fn read_leaves(table: Table<'_>) -> Vec<LeafEntry> {
+    let entry = |(name, span): (&str, &Span)| {
+        let entry = table.table(name).optional()?;
+        let leaf = Spanned { value: name.to_owned(), span: span.clone() };
+        let machine = entry.text("machine").spanned().optional();
+        let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
+        Some(LeafEntry { leaf, machine, data })
+    };
+    table.keys().filter_map(entry).collect()
+}
+
+fn read_data(table: Table<'_>) -> Vec<(Spanned<String>, Datum)> {
+    let value = |(name, span): (&str, &Span)| {
+        let item = table.get::<Item<'_>>(name).optional()?;
+        let value = datum(&item);
+        if value.is_none() {
+            table.report(item.wrong("a text, a number, true or false"));
+        }
+        Some((Spanned { value: name.to_owned(), span: span.clone() }, value?))
+    };
+    table.keys().filter_map(value).collect()
+}
+
+/// A text, a number, true or false.
+pub(super) fn datum(item: &Item<'_>) -> Option<Datum> {
+    let number = || item.as_number().filter(|number| number.is_finite()).map(Datum::from);
+    item.as_text().map(Datum::from).or_else(|| item.as_boolean().map(Datum::from)).or_else(number)
+}
