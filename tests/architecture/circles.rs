@@ -18,7 +18,7 @@ const CIRCLES: [(&[&str], &str); 2] = [
         "a table hands out fields, a field reports to its table, and an item may be a table",
     ),
     (
-        &["skills/src/chart.rs", "skills/src/chart/content.rs", "skills/src/chart/state.rs"],
+        &["skills/src/chart/content.rs", "skills/src/chart/state.rs", "skills/src/chart.rs"],
         "a chart has states, a state has content, and content may invoke a chart that stands in it",
     ),
 ];
