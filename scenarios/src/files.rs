@@ -3,10 +3,20 @@
 use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
-/// The files that come with the program, by the paths that scenarios call them by.
-const SHIPPED: &[(&str, &[u8])] = &[
+use include_dir::{Dir, include_dir};
+
+/// The folders whose files come with the program, by the paths that scenarios call them by.
+static FOLDERS: [(&str, Dir<'static>); 4] = [
+    ("properties", include_dir!("$CARGO_MANIFEST_DIR/../monitors/properties")),
+    ("scenarios/faults", include_dir!("$CARGO_MANIFEST_DIR/faults")),
+    ("skills", include_dir!("$CARGO_MANIFEST_DIR/../skills/machines")),
+    ("trees", include_dir!("$CARGO_MANIFEST_DIR/../bt/trees")),
+];
+
+/// The files that come with the program and stand among others.
+const FILES: &[(&str, &[u8])] = &[
     ("scenarios/nominal.toml", include_bytes!("../nominal.toml")),
     ("scenarios/battery_fault.toml", include_bytes!("../battery_fault.toml")),
     ("scenarios/skill_bug.toml", include_bytes!("../skill_bug.toml")),
@@ -25,37 +35,21 @@ const SHIPPED: &[(&str, &[u8])] = &[
     ("maps/house_corridor.places.toml", include_bytes!("../../maps/house_corridor.places.toml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
-    ("properties/phi1.scope", include_bytes!("../../monitors/properties/phi1.scope")),
-    ("properties/phi2.scope", include_bytes!("../../monitors/properties/phi2.scope")),
-    ("properties/phi3.scope", include_bytes!("../../monitors/properties/phi3.scope")),
-    ("properties/published.scope", include_bytes!("../../monitors/properties/published.scope")),
-    ("properties/phi2_variant.scope", include_bytes!("../../monitors/properties/phi2_variant.scope")),
-    ("trees/recharge.xml", include_bytes!("../../bt/trees/recharge.xml")),
-    ("skills/AtDestination.scxml", include_bytes!("../../skills/machines/AtDestination.scxml")),
-    ("skills/AtRechargingStation.scxml", include_bytes!("../../skills/machines/AtRechargingStation.scxml")),
-    ("skills/BatteryLevel.scxml", include_bytes!("../../skills/machines/BatteryLevel.scxml")),
-    ("skills/BatteryNotCharging.scxml", include_bytes!("../../skills/machines/BatteryNotCharging.scxml")),
-    ("skills/GoToDestination.scxml", include_bytes!("../../skills/machines/GoToDestination.scxml")),
-    ("skills/GotoRechargingStation.scxml", include_bytes!("../../skills/machines/GotoRechargingStation.scxml")),
-    ("skills/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
-    // Those of the paper's published system; WaitForUser is no skill there.
-    ("skills/original/AtDestination.scxml", include_bytes!("../../skills/machines/original/AtDestination.scxml")),
-    (
-        "skills/original/AtRechargingStation.scxml",
-        include_bytes!("../../skills/machines/original/AtRechargingStation.scxml"),
-    ),
-    ("skills/original/BatteryLevel.scxml", include_bytes!("../../skills/machines/original/BatteryLevel.scxml")),
-    (
-        "skills/original/BatteryNotCharging.scxml",
-        include_bytes!("../../skills/machines/original/BatteryNotCharging.scxml"),
-    ),
-    ("skills/original/GoToDestination.scxml", include_bytes!("../../skills/machines/original/GoToDestination.scxml")),
-    (
-        "skills/original/GotoRechargingStation.scxml",
-        include_bytes!("../../skills/machines/original/GotoRechargingStation.scxml"),
-    ),
+    // WaitForUser is no skill of the paper's published system: it has the ordinary one.
     ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
 ];
+
+/// All files that come with the program.
+static SHIPPED: LazyLock<BTreeMap<String, &[u8]>> = LazyLock::new(|| {
+    let mut files: BTreeMap<String, &[u8]> = FILES.iter().map(|(path, bytes)| ((*path).to_owned(), *bytes)).collect();
+    FOLDERS.iter().for_each(|(name, folder)| add(name, folder, &mut files));
+    files
+});
+
+fn add(name: &str, folder: &Dir<'static>, files: &mut BTreeMap<String, &[u8]>) {
+    files.extend(folder.files().map(|file| (format!("{name}/{}", file.path().display()), file.contents())));
+    folder.dirs().for_each(|inner| add(name, inner, files));
+}
 
 /// The campaigns that come with the program, by the paths that they have in its sources.
 const CAMPAIGNS: &[(&str, &str)] = &[
@@ -64,72 +58,6 @@ const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/noise.toml", include_str!("../campaigns/noise.toml")),
     ("scenarios/campaigns/noise_short.toml", include_str!("../campaigns/noise_short.toml")),
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
-];
-
-/// The scenario of a kind of fault, by its name.
-macro_rules! fault_scenarios {
-    ($($kind:literal),* $(,)?) => {
-        &[$((concat!("scenarios/faults/", $kind, ".toml"), include_bytes!(concat!("../faults/", $kind, ".toml")))),*]
-    };
-}
-
-/// The scenarios that show the kinds of faults.
-const FAULTS: &[(&str, &[u8])] = fault_scenarios![
-    "battery_drain",
-    "battery_fade",
-    "battery_level",
-    "battery_sensor_dropout",
-    "battery_sensor_noise",
-    "battery_sensor_offset",
-    "battery_sensor_stuck",
-    "charging_status_wrong",
-    "command_delay",
-    "component_crash",
-    "component_frozen",
-    "component_no_reply",
-    "component_slow",
-    "component_wrong_reply",
-    "door_closes",
-    "emergency_stop",
-    "halt_lost",
-    "joypad",
-    "kidnap",
-    "laser_dead",
-    "laser_dropout",
-    "laser_ghost",
-    "laser_mount_error",
-    "laser_noise",
-    "laser_range_limit",
-    "laser_stuck",
-    "leaf_inverted",
-    "message_corrupted",
-    "message_delayed",
-    "message_duplicated",
-    "message_lost",
-    "obstacle_appears",
-    "obstacle_moves",
-    "odometry_bias",
-    "odometry_freeze",
-    "people",
-    "skill_guard_negated",
-    "skill_mutant",
-    "skill_replaced",
-    "skill_state_stuck",
-    "skill_target_swapped",
-    "skill_threshold",
-    "skill_transition_dropped",
-    "speed_limit",
-    "station_dead",
-    "station_moved",
-    "station_occupied",
-    "station_slow",
-    "tick_jitter",
-    "tick_late",
-    "tick_missed",
-    "weak_wheel",
-    "wheel_slip",
-    "wrong_initial_pose",
-    "wrong_map",
 ];
 
 /// Where a scenario's files are looked for: first beside the scenario's own file, then among those that come with the
@@ -235,17 +163,12 @@ impl Files {
 /// A file that comes with the program.
 fn shipped(path: &Path) -> Option<&'static [u8]> {
     let path = path.strip_prefix(".").unwrap_or(path);
-    all().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| bytes)
+    SHIPPED.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
 }
 
-/// All files that come with the program.
-fn all() -> impl Iterator<Item = (&'static str, &'static [u8])> {
-    SHIPPED.iter().chain(FAULTS).copied()
-}
-
-/// The paths of all files that come with the program.
+/// The paths of all files that come with the program, in alphabetical order.
 pub fn shipped_paths() -> impl Iterator<Item = &'static str> {
-    all().map(|(path, _)| path)
+    SHIPPED.keys().map(String::as_str)
 }
 
 /// The campaigns that come with the program: the name and the text of each, in alphabetical order.
@@ -258,9 +181,7 @@ pub fn shipped_campaigns() -> impl Iterator<Item = (&'static str, &'static str)>
 #[must_use]
 pub fn shipped_scenarios() -> Vec<&'static str> {
     let name = |path: &'static str| path.strip_prefix("scenarios/")?.strip_suffix(".toml");
-    let mut names: Vec<_> = shipped_paths().filter_map(name).filter(|name| !name.contains('/')).collect();
-    names.sort_unstable();
-    names
+    shipped_paths().filter_map(name).filter(|name| !name.contains('/')).collect()
 }
 
 #[cfg(test)]
