@@ -19,7 +19,9 @@ fn checked(files: &[&str]) -> (Option<i32>, Value) {
 fn files_in(folder: &str, ending: &str) -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
     let paths = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> = paths.filter(|path| path.to_string_lossy().ends_with(ending)).collect();
+    let is_manifest = |path: &Path| path.file_name().is_some_and(|name| name == "Cargo.toml");
+    let mut paths: Vec<PathBuf> =
+        paths.filter(|path| path.to_string_lossy().ends_with(ending) && !is_manifest(path)).collect();
     paths.sort();
     assert!(!paths.is_empty());
     paths
