@@ -66,17 +66,17 @@
 //! - `delay` is simulated time.
 //!
 //! ```
-//! use channels::{Capacity, TransitionDomain, FieldKind, Process, Shape, Topology};
+//! use channels::{Capacity, Domain, FieldKind, Process, Shape, Topology};
 //! use skills::{Chart, SkillProcess, shipped};
 //!
 //! let mut topology = Topology::default();
 //! let [tree, skill, reader] = ["BT", "BatteryLevel", "BatteryReader"].map(|name| topology.process(name));
 //! let (tree, skill, reader) = (tree?, skill?, reader?);
 //! let symbols = |name, symbols| Shape::new([(name, symbols)]);
-//! let call = TransitionDomain::new([symbols("call", FieldKind::symbols(["tick", "halt"]))]);
-//! let result = TransitionDomain::new([symbols("result", FieldKind::symbols(["success", "failure", "halted"]))]);
-//! let request = TransitionDomain::new([symbols("request", FieldKind::symbols(["get_level"]))]);
-//! let reply = TransitionDomain::new([
+//! let call = Domain::new([symbols("call", FieldKind::symbols(["tick", "halt"]))]);
+//! let result = Domain::new([symbols("result", FieldKind::symbols(["success", "failure", "halted"]))]);
+//! let request = Domain::new([symbols("request", FieldKind::symbols(["get_level"]))]);
+//! let reply = Domain::new([
 //!     Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]),
 //!     Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
 //! ]);
