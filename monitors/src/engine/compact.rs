@@ -88,6 +88,9 @@ impl Compact {
         self.rules.len() <= 1 || self.rules.iter().all(|rule| rule.timing == Timing::Never)
     }
 
+    /// Makes the table of all states. A state is what the rules may still ask about: of the events that the last message of
+    /// each channel satisfied, those that some rule remembers. Two histories with the same bits strike the same rules from
+    /// then on, so each set of bits is explored once.
     fn explore(&mut self, alphabet: &Alphabet) -> Option<()> {
         let remembered = self.rules.iter().map(|rule| rule.remembered(alphabet)).fold(0, |bits, rule| bits | rule);
         let possible: BTreeSet<Letter> = alphabet.letters().map(|(letter, ..)| letter).collect();
@@ -106,7 +109,8 @@ impl Compact {
                 });
                 let step = self.step(letter, last, next);
                 self.table.set(at as u16, symbol, step);
-                // A message outside the domains is followed, but not expected.
+                // A message outside the domains is followed, but not expected. A deadline that the same message sets and
+                // meets is not owed.
                 if possible.contains(&letter) {
                     edges.push((at, usize::from(next), step.strikes & !(step.passes & self.answered)));
                 }
@@ -128,6 +132,8 @@ impl Compact {
     fn step(&self, letter: Letter, last: u64, next: u16) -> Step {
         let mut step = Step { next, ..Step::default() };
         for (index, rule) in self.rules.iter().enumerate() {
+            // A clause is a disjunction: it fails where no event that it names is there and all that it denies are. It is
+            // asked only at its own channels' messages, or at ticks if it has none.
             let struck = if letter.is_tick() { rule.clock == 0 } else { rule.clock & letter.channel != 0 };
             let failed = last & rule.hold == 0 && !last & rule.hold_not == 0;
             step.strikes |= u16::from(struck && failed) << index;

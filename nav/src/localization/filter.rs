@@ -138,7 +138,8 @@ impl ParticleFilter {
         }
     }
 
-    /// How much a scan of so many beams counts.
+    /// How much a scan of so many beams counts: neighbouring beams see the same things, so that they say less than as many
+    /// independent ones would. Without this, the particles collapse after a few scans.
     fn say(&self, beams: usize) -> f64 {
         (self.parameters().independent_beams / beams as f64).min(1.0)
     }
@@ -171,6 +172,7 @@ impl ParticleFilter {
         let mut penalty = 0.0;
         for particle in &mut self.particles {
             particle.weight = if total > 0.0 { particle.weight / total } else { equal };
+            // Those of which nearly nothing is left would cost as much as the others, and hardly move the mean.
             if particle.weight > 0.1 * equal {
                 penalty += particle.weight * f64::from(field.penalty(particle, ends));
             }

@@ -12,6 +12,7 @@ pub(crate) struct Permutation {
     half: u32,
 }
 
+/// Four rounds already look random to whoever sees a few places; a half may have one bit only, and then more help.
 const ROUNDS: u64 = 6;
 
 impl Permutation {
@@ -31,6 +32,8 @@ impl Permutation {
     /// If `place` is not below the length.
     pub(super) fn at(&self, place: u64) -> u64 {
         assert!(place < self.len, "{place} is not below {}", self.len);
+        // This ends: a permutation leads back to where it began, which is below the length. The network is at most four
+        // times as long, so four times round are enough on average.
         let mut at = self.shuffled(place);
         while at >= self.len {
             at = self.shuffled(at);
@@ -42,6 +45,7 @@ impl Permutation {
         let mask = (1 << self.half) - 1;
         let (mut left, mut right) = (number >> self.half, number & mask);
         for round in 0..ROUNDS {
+            // A half has 32 bits at most: the round's number, above them, makes each round another function.
             (left, right) = (right, left ^ (mixed(self.key ^ mixed(right ^ (round << 56))) & mask));
         }
         left << self.half | right
