@@ -4,7 +4,6 @@ use std::fmt::Write;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
-use campaigns;
 use campaigns::statistics::{Confidence, Count};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use recording::RunView;
