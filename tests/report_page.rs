@@ -201,7 +201,7 @@ fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
 fn a_missing_message_is_told_in_words_and_drawn() {
     let words = [
         "At 0 s a fault took hold: the machine BatteryLevel has threshold = 20.",
-        "At 20.5 s a fault took hold: battery level set to 25&nbsp;%.",
+        "At 20.5 s a fault took hold: battery level set to 25\u{a0}%.",
         "At tick 21 (21.02 s) BatteryReader told BatteryLevel <code>[&lt;ok&gt;, 24.975]</code>",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 30.",
         "But GotoRechargingStation told Navigation nothing at all in that time.",
@@ -230,7 +230,7 @@ fn a_robot_that_sets_out_and_never_gets_there_is_told_in_words() {
 #[test]
 fn a_robot_that_is_blamed_though_it_stands_at_the_station_is_told_in_words() {
     let words = [
-        "At 0.5 s a fault took hold: battery level set to 29&nbsp;%.",
+        "At 0.5 s a fault took hold: battery level set to 29\u{a0}%.",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 10.",
         "BatteryReader went on telling BatteryLevel: at tick 10 it was <code>[&lt;ok&gt;, 47.04]</code>.",
         "GotoRechargingStation was not asked by the tree",

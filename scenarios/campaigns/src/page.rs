@@ -16,7 +16,8 @@ mod survey;
 mod target;
 
 use drawing::scale::short;
-use reports::html::{document, escape, figure, text};
+use maud::{Markup, html};
+use reports::html::{document, figure, row, section, table, text};
 
 use super::journal::{JournalReader, Layout, ParameterLayout};
 use super::statistics::{Confidence, Interval};
@@ -25,7 +26,7 @@ use crate::Error;
 
 use axis::Axis;
 use plot::written;
-use survey::{ParameterSurvey, Survey};
+use survey::{Pair, ParameterSurvey, Survey};
 
 /// The page's file.
 pub(super) const FILE: &str = "report.html";
@@ -48,20 +49,20 @@ pub(super) fn page(
     let survey = passes::survey(layout, journal)?;
     let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
     let page = Page { summary, layout, survey: &survey, confidence };
-    let sections = [
-        page.rates(),
-        page.frontier(),
-        page.parameters(),
-        page.pairs(),
-        page.measures(),
-        page.latencies(),
-        page.instructive(),
-        page.failures(),
-        page.all_runs(),
-        page.data(),
-    ];
-    let name = escape(&summary.campaign);
-    Ok(document(&format!("{name} · {} runs", survey.runs), &format!("{}{}", page.head(), sections.concat())))
+    let main = html! {
+        (page.head())
+        (page.rates())
+        (page.frontier())
+        (page.parameters())
+        (page.pairs())
+        (page.measures())
+        (page.latencies())
+        (page.instructive())
+        (page.failures())
+        (page.all_runs())
+        (page.data())
+    };
+    Ok(document(&format!("{} · {} runs", summary.campaign, survey.runs), &main))
 }
 
 /// What the sections of the page are made of.
@@ -72,18 +73,19 @@ struct Page<'p> {
     confidence: Confidence,
 }
 
-/// A section; nothing without content.
-fn section(id: &str, title: &str, content: &str) -> String {
-    if content.is_empty() {
-        return String::new();
-    }
-    format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{content}</section>\n")
+/// Charts beside each other below what is to say of all of them; nothing without charts.
+fn charts_below(lead: &Markup, charts: &Markup) -> Markup {
+    html! { @if !charts.0.is_empty() { (lead) div.pairs { (charts) } } }
 }
 
 /// A chart beside others.
-fn chart(title: &str, drawing: &str, caption: &str) -> String {
-    let caption = if caption.is_empty() { String::new() } else { format!("<figcaption>{caption}</figcaption>") };
-    format!("<div class=\"panel\">\n<h3>{title}</h3>\n<figure>{drawing}{caption}</figure>\n</div>\n")
+fn chart(title: &str, drawing: &Markup, caption: Option<&str>) -> Markup {
+    html! {
+        div.panel {
+            h3 { (title) }
+            figure { (drawing) @if let Some(caption) = caption { figcaption { (caption) } } }
+        }
+    }
 }
 
 /// What a parameter is called for people.
@@ -91,137 +93,139 @@ fn title(parameter: &ParameterLayout) -> &str {
     parameter.about.as_deref().unwrap_or(&parameter.key)
 }
 
+/// What a parameter is called where there is little room.
+fn name(parameter: &ParameterLayout) -> &str {
+    parameter.name.as_deref().unwrap_or(&parameter.key)
+}
+
 fn percent(rate: f64) -> String {
-    format!("{}&nbsp;%", short(100.0 * rate))
+    format!("{}\u{a0}%", short(100.0 * rate))
 }
 
 /// The ends of an interval of probabilities, to a hundredth of a percent.
 fn interval(interval: Interval) -> String {
-    format!("{:.2} to {:.2}&nbsp;%", 100.0 * interval.low, 100.0 * interval.high)
+    format!("{:.2} to {:.2}\u{a0}%", 100.0 * interval.low, 100.0 * interval.high)
 }
 
 impl Page<'_> {
-    fn head(&self) -> String {
+    fn head(&self) -> Markup {
         let Summary { campaign, scenario, runs, version, outcomes, .. } = self.summary;
-        format!(
-            "<header class=\"head\">\n<p class=\"over\">A campaign of runs of a service robot under runtime monitors</p>\n\
-             <h1>{}</h1>\n<p class=\"about\">{}</p>\n<p class=\"quiet\">{runs} runs of <code>{}</code>, which differ in {} · \
-             {} as expected, {} not, {} failed · steward {}</p>\n</header>\n",
-            escape(campaign),
-            text(&self.layout.about),
-            escape(scenario),
-            self.what_varies(),
-            outcomes.as_expected,
-            outcomes.not_as_expected,
-            outcomes.failed,
-            escape(version),
-        )
+        html! {
+            header.head {
+                p.over { "A campaign of runs of a service robot under runtime monitors" }
+                h1 { (campaign) }
+                p.about { (text(&self.layout.about)) }
+                p.quiet {
+                    (runs) " runs of " code { (scenario) } ", which differ in " (self.what_varies()) " · "
+                    (outcomes.as_expected) " as expected, " (outcomes.not_as_expected) " not, " (outcomes.failed)
+                    " failed · steward " (version)
+                }
+            }
+        }
     }
 
-    fn what_varies(&self) -> String {
-        let keys: Vec<String> =
-            self.layout.parameters.iter().map(|parameter| format!("<code>{}</code>", escape(&parameter.key))).collect();
-        if keys.is_empty() { "their seeds".to_owned() } else { keys.join(", ") }
+    fn what_varies(&self) -> Markup {
+        let parameters = &self.layout.parameters;
+        html! {
+            @if parameters.is_empty() { "their seeds" }
+            @for (place, parameter) in parameters.iter().enumerate() {
+                @if place > 0 { ", " }
+                code { (parameter.key) }
+            }
+        }
     }
 
-    fn rates(&self) -> String {
-        let row = |estimate: &Estimate, what: &str| {
-            let (count, low) = (estimate.count, estimate.interval.low);
-            let bar = format!(
-                "<span class=\"rate\"><i style=\"left:{:.2}%;width:{:.2}%\"></i><b style=\"left:{:.2}%\"></b></span>",
-                100.0 * low,
-                100.0 * (estimate.interval.high - low),
-                100.0 * estimate.rate.unwrap_or(0.0)
-            );
-            format!(
-                "<tr><th scope=\"row\"><strong>{}</strong><span class=\"note\">{what}</span></th><td>{} of {}</td><td>{}</td><td>{}</td><td class=\"bar\">{bar}</td></tr>\n",
-                escape(&estimate.of),
-                count.happened(),
-                count.runs(),
-                estimate.rate.map_or("–".to_owned(), percent),
-                interval(estimate.interval),
-            )
+    fn rates(&self) -> Markup {
+        let line = |estimate: &Estimate, what: &str| {
+            let (count, Interval { low, high }) = (estimate.count, estimate.interval);
+            let range = format!("left:{:.2}%;width:{:.2}%", 100.0 * low, 100.0 * (high - low));
+            let rate = format!("left:{:.2}%", 100.0 * estimate.rate.unwrap_or(0.0));
+            html! {
+                tr {
+                    th scope="row" { strong { (estimate.of) } span.note { (what) } }
+                    td { (count.happened()) " of " (count.runs()) }
+                    td { (estimate.rate.map_or("–".to_owned(), percent)) }
+                    td { (interval(estimate.interval)) }
+                    td.bar { span.rate { i style=(range) {} b style=(rate) {} } }
+                }
+            }
         };
-        let mut rows: String = self.summary.properties.iter().map(|estimate| row(estimate, "violated")).collect();
-        rows += &row(&self.summary.expectation, "not what the scenario expects, or failed");
-        let table = format!(
-            "<div class=\"panel\">\n<table class=\"rates\"><thead><tr><th scope=\"col\"></th><th scope=\"col\">runs</th>\
-             <th scope=\"col\">rate</th><th scope=\"col\">95&nbsp;% interval</th><th></th></tr></thead><tbody>\n{rows}</tbody></table>\n\
-             <p class=\"quiet\">Intervals of Clopper and Pearson. They hold for the runs of this design: how often something \
-             happens depends on what varies, and over which ranges.</p>\n{}</div>\n{}",
-            self.goal(),
-            self.patterns(),
-        );
-        section("rates", "How often", &table)
+        let rows = html! {
+            @for estimate in &self.summary.properties { (line(estimate, "violated")) }
+            (line(&self.summary.expectation, "not what the scenario expects, or failed"))
+        };
+        let content = html! {
+            div.panel {
+                (table("rates", ["", "runs", "rate", "95\u{a0}% interval", ""], &rows))
+                p.quiet {
+                    "Intervals of Clopper and Pearson. They hold for the runs of this design: how often something happens \
+                     depends on what varies, and over which ranges."
+                }
+                (self.goal())
+            }
+            (self.patterns())
+        };
+        section("rates", "How often", content)
     }
 
-    fn goal(&self) -> String {
-        let Some(goal) = &self.summary.goal else { return String::new() };
+    fn goal(&self) -> Markup {
+        let Some(goal) = &self.summary.goal else { return Markup::default() };
         let said = match (goal.interval, goal.side) {
             (Some(goal), _) => format!("the probability lies in {}", interval(goal)),
             (None, Some(side)) => format!("the probability is {} the bound", side.name()),
             (None, None) => "undecided".to_owned(),
         };
         let reached = if goal.reached { "reached" } else { "not reached" };
-        format!(
-            "<p>Goal {reached} for <strong>{}</strong> after {} runs: {said}.</p>\n",
-            escape(&goal.of),
-            goal.count.runs()
-        )
+        html! { p { "Goal " (reached) " for " strong { (goal.of) } " after " (goal.count.runs()) " runs: " (said) "." } }
     }
 
     /// For each parameter, a chart for each target.
-    fn parameters(&self) -> String {
-        let drawn: Vec<usize> = self.survey.drawn.clone();
+    fn parameters(&self) -> Markup {
         let with_axis = self.layout.parameters.iter().zip(&self.survey.parameters);
-        let charts: String = with_axis.map(|(layout, parameter)| self.parameter(layout, parameter, &drawn)).collect();
-        if charts.is_empty() {
-            return String::new();
-        }
-        let lead = "<p>A point for each part of a parameter's range, with its 95&nbsp;% interval; all other parameters vary \
-                    as they do.</p>\n";
-        section("parameters", "What it depends on", &format!("{lead}<div class=\"pairs\">\n{charts}</div>\n"))
+        let charts = html! { @for (layout, parameter) in with_axis { (self.parameter(layout, parameter)) } };
+        let lead = html! {
+            p {
+                "A point for each part of a parameter's range, with its 95\u{a0}% interval; all other parameters vary as \
+                 they do."
+            }
+        };
+        section("parameters", "What it depends on", charts_below(&lead, &charts))
     }
 
-    fn parameter(&self, layout: &ParameterLayout, parameter: &ParameterSurvey, drawn: &[usize]) -> String {
-        let Some(axis) = &parameter.axis else { return String::new() };
-        let of_numbers = match axis {
-            Axis::Scale(_) => true,
-            Axis::Classes(values) => values.iter().all(|value| axis::number(value).is_some()),
-        };
-        let one = |target: &usize| {
-            let event = self.survey.targets[*target].event();
-            let counts: Vec<_> = parameter.rates.iter().map(|counts| counts[*target]).collect();
-            let heading = escape(&event);
-            if of_numbers {
-                let label = format!("Rate of {event} against {}", title(layout));
-                let draw = |size| charts::rates(axis, &counts, title(layout), self.confidence, size);
-                return chart(&heading, &figure(&label, draw), "");
+    fn parameter(&self, layout: &ParameterLayout, parameter: &ParameterSurvey) -> Markup {
+        let Some(axis) = &parameter.axis else { return Markup::default() };
+        let one = |target: usize| {
+            let event = self.survey.targets[target].event();
+            let counts: Vec<_> = parameter.rates.iter().map(|counts| counts[target]).collect();
+            match axis {
+                Axis::Classes(values) if values.iter().any(|value| axis::number(value).is_none()) => html! {
+                    div.panel {
+                        h3 { (event) }
+                        table {
+                            thead { tr { @for name in [title(layout), "runs", "95\u{a0}% interval"] { th { (name) } } } }
+                            tbody {
+                                @for (value, count) in values.iter().zip(&counts) {
+                                    (row(written(value), [
+                                        format!("{} of {}", count.happened(), count.runs()),
+                                        interval(count.interval(self.confidence)),
+                                    ]))
+                                }
+                            }
+                        }
+                    }
+                },
+                _ => {
+                    let label = format!("Rate of {event} against {}", title(layout));
+                    let draw = |size| charts::rates(axis, &counts, title(layout), self.confidence, size);
+                    chart(&event, &figure(&label, draw), None)
+                }
             }
-            let Axis::Classes(values) = axis else { return String::new() };
-            let rows: String = values
-                .iter()
-                .zip(&counts)
-                .map(|(value, count)| {
-                    format!(
-                        "<tr><th scope=\"row\">{}</th><td>{} of {}</td><td>{}</td></tr>\n",
-                        escape(&written(value)),
-                        count.happened(),
-                        count.runs(),
-                        interval(count.interval(self.confidence))
-                    )
-                })
-                .collect();
-            let of = escape(title(layout));
-            format!(
-                "<div class=\"panel\">\n<h3>{heading}</h3>\n<table><thead><tr><th>{of}</th><th>runs</th><th>95&nbsp;% interval</th></tr></thead><tbody>\n{rows}</tbody></table>\n</div>\n"
-            )
         };
-        drawn.iter().map(one).collect()
+        html! { @for target in &self.survey.drawn { (one(*target)) } }
     }
 
     /// A heat map for each pair of parameters.
-    fn pairs(&self) -> String {
+    fn pairs(&self) -> Markup {
         let asked = self.survey.model.as_ref().map(|model| model.target);
         let targets: Vec<usize> = match asked {
             Some(target) => vec![target],
@@ -229,81 +233,77 @@ impl Page<'_> {
         };
         let wanted = targets.len() * self.survey.pairs.len();
         let each = targets.iter().flat_map(|target| self.survey.pairs.iter().map(move |pair| (*target, pair)));
-        let maps: String = each
-            .take(MOST_MAPS)
-            .map(|(target, pair)| {
-                let [a, b] = pair.across.map(|place| (&self.layout.parameters[place], &self.survey.parameters[place]));
-                let (Some(x), Some(y)) = (&a.1.axis, &b.1.axis) else { return String::new() };
-                let event = self.survey.targets[target].event();
-                let cells: Vec<Vec<_>> =
-                    pair.cells.iter().map(|column| column.iter().map(|counts| counts[target]).collect()).collect();
-                let label = format!("Rate of {event} by {} and {}", title(a.0), title(b.0));
-                let draw = |size| charts::heat_map([x, y], [title(a.0), title(b.0)], &cells, size);
-                chart(&escape(&event), &figure(&label, draw), "")
-            })
-            .collect();
-        if maps.is_empty() {
-            return String::new();
-        }
-        let left_out = if wanted > MOST_MAPS {
-            format!(" The first {MOST_MAPS} of {wanted} maps are drawn.")
-        } else {
-            String::new()
+        let map = |(target, pair): (usize, &Pair)| {
+            let [a, b] = pair.across.map(|place| (&self.layout.parameters[place], &self.survey.parameters[place]));
+            let (Some(x), Some(y)) = (&a.1.axis, &b.1.axis) else { return Markup::default() };
+            let event = self.survey.targets[target].event();
+            let cells: Vec<Vec<_>> =
+                pair.cells.iter().map(|column| column.iter().map(|counts| counts[target]).collect()).collect();
+            let label = format!("Rate of {event} by {} and {}", title(a.0), title(b.0));
+            let draw = |size| charts::heat_map([x, y], [title(a.0), title(b.0)], &cells, size);
+            chart(&event, &figure(&label, draw), None)
         };
-        let lead = format!(
-            "<p>Each cell is coloured by its rate, in percent: green 0, red 100; grey cells have no run.{left_out}</p>\n"
-        );
-        section("pairs", "Two parameters at a time", &format!("{lead}<div class=\"pairs\">\n{maps}</div>\n"))
+        let lead = html! {
+            p {
+                "Each cell is coloured by its rate, in percent: green 0, red 100; grey cells have no run."
+                @if wanted > MOST_MAPS { " The first " (MOST_MAPS) " of " (wanted) " maps are drawn." }
+            }
+        };
+        let maps = html! { @for each in each.take(MOST_MAPS) { (map(each)) } };
+        section("pairs", "Two parameters at a time", charts_below(&lead, &maps))
     }
 
     /// What was measured against each parameter.
-    fn measures(&self) -> String {
+    fn measures(&self) -> Markup {
         let parameters = self.layout.parameters.iter().zip(&self.survey.parameters);
-        let charts: String = parameters
-            .flat_map(|(layout, parameter)| {
-                parameter.measures.iter().filter_map(move |(measure, histograms)| {
-                    let axis = parameter.axis.as_ref()?;
-                    let about = measure.about();
-                    let label = format!("{about} against {}", title(layout));
-                    let draw = |size| charts::measured(axis, histograms, title(layout), size);
-                    Some(chart(&text(about), &figure(&label, draw), ""))
-                })
+        let charts = parameters.flat_map(|(layout, parameter)| {
+            parameter.measures.iter().filter_map(move |(measure, histograms)| {
+                let axis = parameter.axis.as_ref()?;
+                let about = measure.about();
+                let label = format!("{about} against {}", title(layout));
+                let draw = |size| charts::measured(axis, histograms, title(layout), size);
+                Some(chart(&text(about), &figure(&label, draw), None))
             })
-            .collect();
-        if charts.is_empty() {
-            return String::new();
-        }
-        let lead = "<p>The line is the median; eight of ten runs lie in the band.</p>\n";
-        section("measures", "What was measured", &format!("{lead}<div class=\"pairs\">\n{charts}</div>\n"))
+        });
+        let lead = html! { p { "The line is the median; eight of ten runs lie in the band." } };
+        let charts = html! { @for chart in charts { (chart) } };
+        section("measures", "What was measured", charts_below(&lead, &charts))
     }
 
-    fn latencies(&self) -> String {
+    fn latencies(&self) -> Markup {
         let each = self.survey.targets.iter().zip(&self.survey.latencies);
-        let charts: String = each
-            .filter_map(|(target, latencies)| {
-                let latencies = latencies.as_ref()?;
-                let quantile = |share| short(latencies.quantile(share).unwrap_or(0.0));
-                let bars = latencies.coarser(BARS);
-                let label = format!("Time from the first fault to {}", target.event());
-                let draw = |size| charts::histogram(&bars, "time from the first fault to the violation, s", size);
-                let caption = format!(
-                    "{} violations after a fault; half of them within {} s, nine of ten within {} s, all within {} s.",
-                    latencies.total(),
-                    quantile(0.5),
-                    quantile(0.9),
-                    short(latencies.scale.high)
-                );
-                Some(chart(&escape(&target.event()), &figure(&label, draw), &text(&caption)))
-            })
-            .collect();
-        let charts = if charts.is_empty() { charts } else { format!("<div class=\"pairs\">\n{charts}</div>\n") };
-        section("latency", "How soon a fault is noticed", &charts)
+        let charts = each.filter_map(|(target, latencies)| {
+            let latencies = latencies.as_ref()?;
+            let quantile = |share| short(latencies.quantile(share).unwrap_or(0.0));
+            let bars = latencies.coarser(BARS);
+            let label = format!("Time from the first fault to {}", target.event());
+            let draw = |size| charts::histogram(&bars, "time from the first fault to the violation, s", size);
+            let caption = format!(
+                "{} violations after a fault; half of them within {} s, nine of ten within {} s, all within {} s.",
+                latencies.total(),
+                quantile(0.5),
+                quantile(0.9),
+                short(latencies.scale.high)
+            );
+            Some(chart(&target.event(), &figure(&label, draw), Some(&caption)))
+        });
+        let charts = html! { @for chart in charts { (chart) } };
+        section("latency", "How soon a fault is noticed", charts_below(&Markup::default(), &charts))
     }
 
-    fn data(&self) -> String {
-        let content = "<div class=\"panel\"><ul>\n<li><code>dataset.parquet</code>: a row for each run, with parameters, \
-                       verdicts, times and measurements</li>\n<li><code>summary.json</code>: the rates of this page, for programs</li>\n\
-                       <li><code>timing.csv</code>: how long the computer took for each run, where it ran</li>\n</ul></div>\n";
-        section("data", "The numbers behind it", content)
+    fn data(&self) -> Markup {
+        let files = html! {
+            div.panel {
+                ul {
+                    li {
+                        code { "dataset.parquet" }
+                        ": a row for each run, with parameters, verdicts, times and measurements"
+                    }
+                    li { code { "summary.json" } ": the rates of this page, for programs" }
+                    li { code { "timing.csv" } ": how long the computer took for each run, where it ran" }
+                }
+            }
+        };
+        section("data", "The numbers behind it", files)
     }
 }

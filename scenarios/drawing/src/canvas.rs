@@ -6,7 +6,7 @@ use super::path::{Path, number};
 use super::text::{Font, Run, Weight, runs};
 use super::theme::{self, Color};
 
-pub use super::xml::escape;
+pub use super::xml::{escape, is_allowed};
 
 /// Which end of a text its position is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

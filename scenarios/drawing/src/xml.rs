@@ -1,6 +1,12 @@
 //! Text as XML holds it.
 
-/// The text with all that means something to XML written as entities; characters that XML forbids are dropped.
+/// Whether documents may contain a character: no control character but line breaks and tabs.
+pub fn is_allowed(character: char) -> bool {
+    let is_space = matches!(character, '\t' | '\n' | '\r');
+    (is_space || !character.is_control()) && !matches!(character, '\u{fffe}' | '\u{ffff}')
+}
+
+/// The text on one line, with all that means something to XML written as entities; what is not allowed is dropped.
 pub fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in text.chars() {
@@ -10,9 +16,9 @@ pub fn escape(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&apos;"),
-            '\u{fffe}' | '\u{ffff}' => {}
-            _ if character.is_control() => {}
-            _ => escaped.push(character),
+            '\t' | '\n' | '\r' => escaped.push(' '),
+            _ if is_allowed(character) => escaped.push(character),
+            _ => {}
         }
     }
     escaped
@@ -23,7 +29,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn text_is_escaped_and_forbidden_characters_are_dropped() {
-        assert_eq!(escape("a < b & \"c\" > 'd'\u{0}\u{ffff}"), "a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;");
+    fn text_is_escaped_on_one_line_and_forbidden_characters_are_dropped() {
+        assert_eq!(escape("a < b & \"c\" >\n'd'\u{0}\u{ffff}"), "a &lt; b &amp; &quot;c&quot; &gt; &apos;d&apos;");
     }
 }

@@ -27,17 +27,19 @@ mod violations;
 mod words;
 
 use diagnostics::Staging;
+use drawing::canvas::is_allowed;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
 use monitors::Outcome;
 use recording::RunView;
 
 use crate::Error;
-use crate::report::Report;
+use crate::report::{MonitorReport, Report};
 use crate::timeline::Timeline;
 
 pub use pictures::Picture;
 
 pub use figure::{Drawing, Layout, NARROW, figure};
-pub use markup::{escape, text};
+pub use markup::{row, section, table, text};
 
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
@@ -59,39 +61,50 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
 /// The page of a run in its last step.
 #[must_use]
 pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Picture]) -> String {
-    let sections = [
-        verdicts::section(view, timeline, report),
-        way(view, timeline, report),
-        course(view, timeline),
-        violations::section(view, timeline),
-        pictures::section(pictures),
-        settings::section(view),
-        settings::reproduction(view, report),
-    ];
-    let title = format!("{} · seed {} · {}", escape(&report.scenario), report.seed, in_a_word(report));
-    document(&title, &format!("{}{}", head(view, report), sections.concat()))
+    let title = format!("{} · seed {} · {}", report.scenario, report.seed, in_a_word(report));
+    let main = html! {
+        (head(view, report))
+        (verdicts::section(view, timeline, report))
+        (way(view, timeline, report))
+        (course(view, timeline))
+        (violations::section(view, timeline))
+        (pictures::section(pictures))
+        (settings::section(view))
+        (settings::reproduction(view, report))
+    };
+    document(&title, &main)
 }
 
-/// A page with that title, both of them markup: self-contained, with the colours and the style of all pages.
-pub fn document(title: &str, main: &str) -> String {
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"generator\" content=\"steward {}\">\n<title>{title}</title>\n\
-         <link rel=\"icon\" href=\"data:,\">\n<style>\n{}{STYLE}</style>\n</head>\n<body>\n<main>\n{main}</main>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION"),
-        colors::definitions(),
-    )
+/// A page with that title: self-contained, with the colours and the style of all pages.
+pub fn document(title: &str, main: &Markup) -> String {
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                meta name="generator" content={ "steward " (env!("CARGO_PKG_VERSION")) };
+                title { (title) }
+                link rel="icon" href="data:,";
+                style { (PreEscaped(colors::definitions())) (PreEscaped(STYLE)) }
+            }
+            body { main { (main) } }
+        }
+    };
+    // Texts of users have characters that a page may not contain, and maud lets them through.
+    let mut page = page.into_string();
+    page.retain(is_allowed);
+    page
 }
 
 /// The verdicts for the page's title.
 fn in_a_word(report: &Report) -> String {
-    let verdicts: Vec<String> =
-        report.monitors.iter().map(|monitor| format!("{} {}", escape(&monitor.name), monitor.verdict)).collect();
+    let verdict = |monitor: &MonitorReport| format!("{} {}", monitor.name, monitor.verdict);
+    let verdicts: Vec<String> = report.monitors.iter().map(verdict).collect();
     if verdicts.is_empty() { "no property watched".to_owned() } else { verdicts.join(", ") }
 }
 
-fn head(view: &RunView, report: &Report) -> String {
+fn head(view: &RunView, report: &Report) -> Markup {
     let links = [
         ("verdicts", "Verdicts"),
         ("way", "Map"),
@@ -102,47 +115,57 @@ fn head(view: &RunView, report: &Report) -> String {
         ("reproduce", "Run it again"),
     ];
     let violated = report.monitors.iter().any(|monitor| monitor.verdict == Outcome::Violated);
-    let links: String = links
-        .iter()
-        .filter(|(id, _)| (*id != "violations" || violated) && (*id != "pictures" || !report.snapshots.is_empty()))
-        .map(|(id, words)| format!("<a href=\"#{id}\">{words}</a>"))
-        .collect();
-    format!(
-        "<header class=\"head\">\n<p class=\"over\">A run of a service robot under runtime monitors</p>\n<h1>{}</h1>\n\
-         <p class=\"about\">{}</p>\n<p class=\"quiet\">seed {} · {} simulated · {}</p>\n<nav>{links}</nav>\n</header>\n",
-        escape(&report.scenario),
-        text(&words::sentence(&view.header().about)),
-        report.seed,
-        words::time(view.time()),
-        words::count(report.ticks, "tick"),
-    )
+    let is_there = |id| (id != "violations" || violated) && (id != "pictures" || !report.snapshots.is_empty());
+    html! {
+        header.head {
+            p.over { "A run of a service robot under runtime monitors" }
+            h1 { (report.scenario) }
+            p.about { (text(&words::sentence(&view.header().about))) }
+            p.quiet {
+                "seed " (report.seed) " · " (words::time(view.time())) " simulated · " (words::count(report.ticks, "tick"))
+            }
+            nav { @for (id, words) in links.into_iter().filter(|(id, _)| is_there(*id)) { a href={ "#" (id) } { (words) } } }
+        }
+    }
 }
 
 /// The section of the map.
-fn way(view: &RunView, timeline: &Timeline, report: &Report) -> String {
+fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let activities = activities::activities(timeline);
     let scene = map::scene(view);
     let label = "Map with the way of the robot, coloured by which leaf of the behavior tree was running";
-    let map = figure(label, |layout| map::draw(&scene, &activities, view, timeline, layout));
-    format!(
-        "<section id=\"way\">\n<h2>Where the robot went</h2>\n<div class=\"panel way\">\n<figure>{map}<figcaption>The way \
-         is coloured by what the behavior tree was doing; the numbers are those of the table and of the \
-         timeline.</figcaption></figure>\n<div>\n{}{}{}{}</div>\n{}</div>\n</section>\n",
-        facts::stages(&activities),
-        facts::faults(report),
-        facts::tree_errors(report),
-        facts::skill_errors(report),
-        facts::numbers(report),
-    )
+    let content = html! {
+        div.panel.way {
+            figure {
+                (figure(label, |layout| map::draw(&scene, &activities, view, timeline, layout)))
+                figcaption {
+                    "The way is coloured by what the behavior tree was doing; the numbers are those of the table and \
+                     of the timeline."
+                }
+            }
+            div {
+                (facts::stages(&activities))
+                (facts::faults(report))
+                (facts::tree_errors(report))
+                (facts::skill_errors(report))
+            }
+            (facts::numbers(report))
+        }
+    };
+    section("way", "Where the robot went", content)
 }
 
 /// The section of the timeline.
-fn course(view: &RunView, timeline: &Timeline) -> String {
+fn course(view: &RunView, timeline: &Timeline) -> Markup {
     let label = "Timeline of battery, behavior tree, skills, components, monitors and faults on one time axis";
-    let chart = figure(label, |layout| chart::draw(view, timeline, layout));
-    format!(
-        "<section id=\"timeline\">\n<h2>What happened when</h2>\n<figure class=\"panel\">{chart}<figcaption>Green: success; \
-         red: failure; orange: running; a thin line: not ticked. The time axis is drawn shorter where, on a grey ground, \
-         nothing changes but the battery.</figcaption></figure>\n</section>\n"
-    )
+    let content = html! {
+        figure.panel {
+            (figure(label, |layout| chart::draw(view, timeline, layout)))
+            figcaption {
+                "Green: success; red: failure; orange: running; a thin line: not ticked. The time axis is drawn \
+                 shorter where, on a grey ground, nothing changes but the battery."
+            }
+        }
+    };
+    section("timeline", "What happened when", content)
 }

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use diagnostics::Staging;
+use maud::{Markup, html};
 use monitors::Outcome;
-use reports::html::{document, escape, text};
+use reports::html::{document, section, table, text};
 
 use super::table::{onset, robot};
 use super::{Matrix, Notice, Row};
@@ -26,86 +27,88 @@ impl Matrix {
 /// One self-contained page: the table, what no property notices, and the runs without a fault.
 fn page(matrix: &Matrix) -> String {
     let noticed = matrix.rows.len() - matrix.unnoticed().count();
-    let main = format!(
-        "<header class=\"head\">\n<p class=\"over\">A service robot under runtime monitors</p>\n<h1>Faults and properties</h1>\n\
-         <p class=\"about\">Which property notices which fault, and after how many ticks. {noticed} of {} faults are noticed \
-         by a property.</p>\n</header>\n{}{}{}",
-        matrix.rows.len(),
-        rows(matrix),
-        unnoticed(matrix),
-        fault_free(matrix),
-    );
+    let main = html! {
+        header.head {
+            p.over { "A service robot under runtime monitors" }
+            h1 { "Faults and properties" }
+            p.about {
+                "Which property notices which fault, and after how many ticks. " (noticed) " of " (matrix.rows.len())
+                " faults are noticed by a property."
+            }
+        }
+        section #matrix { (rows(matrix)) }
+        (section("unnoticed", "What no property notices", unnoticed(matrix)))
+        (section("fault-free", "With nothing wrong", fault_free(matrix)))
+    };
     document("Faults and properties", &main)
 }
 
-fn rows(matrix: &Matrix) -> String {
-    let names: String =
-        matrix.properties.iter().map(|name| format!("<th scope=\"col\">{}</th>", escape(name))).collect();
-    let lines: String = matrix.rows.iter().map(|row| line(row, &matrix.properties)).collect();
-    format!(
-        "<section id=\"matrix\">\n<div class=\"panel\">\n<table class=\"matrix\"><thead><tr><th scope=\"col\">fault</th>\
-         <th scope=\"col\">from</th>{names}<th scope=\"col\">robot</th></tr></thead><tbody>\n{lines}</tbody></table>\n\
-         <p class=\"quiet\">+n: violated n ticks after the fault took hold. Every row is a scenario: <code>steward --scenario \
-         NAME</code> runs it and writes its report.</p>\n</div>\n</section>\n"
-    )
+fn rows(matrix: &Matrix) -> Markup {
+    let columns = ["fault", "from"].into_iter().chain(matrix.properties.iter().map(String::as_str)).chain(["robot"]);
+    let lines = html! { @for row in &matrix.rows { (line(row, &matrix.properties)) } };
+    html! {
+        div.panel {
+            (table("matrix", columns, &lines))
+            p.quiet {
+                "+n: violated n ticks after the fault took hold. Every row is a scenario: "
+                code { "steward --scenario NAME" } " runs it and writes its report."
+            }
+        }
+    }
 }
 
-fn line(row: &Row, properties: &[String]) -> String {
-    let cells: String = properties.iter().zip(&row.notices).map(|(name, notice)| cell(name, notice.as_ref())).collect();
-    let unexpected = match row.as_expected {
-        true => String::new(),
-        false => format!("<span class=\"note bad\">{}</span>", text(&row.differences.join("; "))),
-    };
-    format!(
-        "<tr><th scope=\"row\"><code>{}</code><span class=\"note\">{}</span>{unexpected}</th><td data-of=\"from\">{}</td>{cells}<td data-of=\"robot\">{}</td></tr>\n",
-        escape(&row.scenario),
-        text(row.fault.as_deref().unwrap_or("no fault took hold")),
-        escape(&onset(row)),
-        escape(&robot(row)),
-    )
+fn line(row: &Row, properties: &[String]) -> Markup {
+    html! {
+        tr {
+            th scope="row" {
+                code { (row.scenario) }
+                span.note { (text(row.fault.as_deref().unwrap_or("no fault took hold"))) }
+                @if !row.as_expected { span.note.bad { (text(&row.differences.join("; "))) } }
+            }
+            td data-of="from" { (onset(row)) }
+            @for (name, notice) in properties.iter().zip(&row.notices) { (cell(name, notice.as_ref())) }
+            td data-of="robot" { (robot(row)) }
+        }
+    }
 }
 
 /// What a property says. On a narrow page a row is a card, and every cell names its column.
-fn cell(property: &str, notice: Option<&Notice>) -> String {
-    let Some(notice) = notice else { return "<td></td>".to_owned() };
+fn cell(property: &str, notice: Option<&Notice>) -> Markup {
+    let Some(notice) = notice else { return html! { td {} } };
     let (words, title) = match (notice.verdict, notice.ticks_after_onset) {
         (Outcome::Violated, Some(ticks)) => (format!("+{ticks}"), "violated"),
         (Outcome::Violated, None) => ("early".to_owned(), "violated before the fault"),
         (Outcome::Satisfied, _) => ("–".to_owned(), "satisfied"),
         (Outcome::Inconclusive, _) => ("?".to_owned(), "inconclusive"),
     };
-    let property = escape(property);
-    format!("<td class=\"{}\" title=\"{title}\" data-of=\"{property}\">{words}</td>", notice.verdict)
+    html! { td.(notice.verdict) title=(title) data-of=(property) { (words) } }
 }
 
-fn unnoticed(matrix: &Matrix) -> String {
-    let items: String = matrix
-        .unnoticed()
-        .map(|row| {
-            let fault = text(row.fault.as_deref().unwrap_or_default());
-            format!("<li><code>{}</code>: {fault}; the robot {}</li>\n", escape(&row.scenario), escape(&robot(row)))
-        })
-        .collect();
-    if items.is_empty() {
-        return String::new();
-    }
-    format!(
-        "<section id=\"unnoticed\">\n<h2>What no property notices</h2>\n<div class=\"panel\"><ul>\n{items}</ul></div>\n</section>\n"
-    )
-}
-
-fn fault_free(matrix: &Matrix) -> String {
-    let alarms = matrix.false_alarms();
-    let runs = matrix.fault_free.runs;
-    let scenario = escape(&matrix.fault_free.scenario);
-    let words = match alarms.len() {
-        0 => format!("<p>No false alarm in {runs} runs of <code>{scenario}</code> with nothing wrong.</p>"),
-        count => {
-            let items: String = alarms.iter().map(|alarm| format!("<li>{}</li>\n", escape(alarm))).collect();
-            format!("<p class=\"note bad\">{count} false alarms</p><ul>\n{items}</ul>")
-        }
+fn unnoticed(matrix: &Matrix) -> Markup {
+    let line = |row: &Row| {
+        let fault = text(row.fault.as_deref().unwrap_or_default());
+        html! { li { code { (row.scenario) } ": " (fault) "; the robot " (robot(row)) } }
     };
-    format!(
-        "<section id=\"fault-free\">\n<h2>With nothing wrong</h2>\n<div class=\"panel\">{words}</div>\n</section>\n"
-    )
+    html! {
+        @if matrix.unnoticed().next().is_some() {
+            div.panel { ul { @for row in matrix.unnoticed() { (line(row)) } } }
+        }
+    }
+}
+
+fn fault_free(matrix: &Matrix) -> Markup {
+    let alarms = matrix.false_alarms();
+    html! {
+        div.panel {
+            @if alarms.is_empty() {
+                p {
+                    "No false alarm in " (matrix.fault_free.runs) " runs of " code { (matrix.fault_free.scenario) }
+                    " with nothing wrong."
+                }
+            } @else {
+                p.note.bad { (alarms.len()) " false alarms" }
+                ul { @for alarm in alarms { li { (alarm) } } }
+            }
+        }
+    }
 }

@@ -5,12 +5,13 @@ use std::path::Path;
 
 use diagnostics::Staging;
 use drawing::Frame;
-use reports::html::{Drawing, document, escape, figure, picture};
+use maud::{Markup, html};
+use reports::html::{Drawing, document, figure, picture, row, section, table};
 
 use super::deviations::{DEVIATIONS, Deviation};
 use super::film::SEED;
 use super::shots::{self, Shows};
-use super::{ClaimResult, ExperimentResult, FIGURE_MONITORS, Reproduction, Still, runs};
+use super::{ClaimResult, ExperimentResult, FIGURE_MONITORS, Reproduction, Still};
 use crate::Error;
 
 const PAPER: &str = "Colledanchise, Cicala, Domenichelli, Natale, Tacchella: Formalizing the Execution Context of Behavior Trees \
@@ -32,115 +33,126 @@ impl Reproduction {
 /// One self-contained page.
 fn page(reproduction: &Reproduction) -> String {
     let figures = figures(reproduction);
-    let links: String =
-        figures.iter().map(|figure| format!("<a href=\"#{}\">{}</a>", figure.id(), figure.short())).collect();
-    let settings = match reproduction.settings.as_slice() {
-        [] => String::new(),
-        settings => format!(" · <code>{}</code>", escape(&settings.join(" "))),
+    let main = html! {
+        header.head {
+            p.over { "A service robot under runtime monitors" }
+            h1 { "The paper’s experiments, run again in simulation" }
+            p.about { (reproduction.outcome()) }
+            p.about {
+                "Everything on this page was simulated, experiment 3 too, for which the paper used a real robot."
+            }
+            p.quiet { (PAPER) }
+            p.quiet {
+                "steward " (reproduction.version) " · seeds 1 to " (reproduction.seeds)
+                @if !reproduction.settings.is_empty() { " · " code { (reproduction.settings.join(" ")) } }
+            }
+            nav {
+                a href="#claims" { "What the paper says" }
+                @for figure in &figures { a href={ "#" (figure.id()) } { (figure.short()) } }
+                a href="#ours" { "What is ours" }
+                a href="#deviations" { "Differences" }
+                a href="#again" { "Run it again" }
+            }
+        }
+        (claims(&reproduction.experiments, reproduction.seeds))
+        @for figure in figures { (figure.section()) }
+        (ours(reproduction))
+        (deviations())
+        (again(reproduction))
     };
-    let main = format!(
-        "<header class=\"head\">\n<p class=\"over\">A service robot under runtime monitors</p>\n<h1>The paper’s experiments, run \
-         again in simulation</h1>\n<p class=\"about\">{}</p>\n<p class=\"about\">Everything on this page was simulated, \
-         experiment 3 too, for which the paper used a real robot.</p>\n<p class=\"quiet\">{PAPER}</p>\n\
-         <p class=\"quiet\">steward {} · seeds 1 to {}{settings}</p>\n<nav><a href=\"#claims\">What the paper \
-         says</a>{links}<a href=\"#ours\">What is ours</a><a href=\"#deviations\">Differences</a><a href=\"#again\">ExperimentRun it \
-         again</a></nav>\n</header>\n{}{}{}{}{}",
-        escape(&reproduction.outcome()),
-        reproduction.version,
-        reproduction.seeds,
-        claims(&reproduction.experiments, reproduction.seeds),
-        figures.iter().map(Figure::section).collect::<String>(),
-        ours(reproduction),
-        deviations(),
-        again(reproduction),
-    );
     document("The paper’s experiments, run again in simulation", &main)
 }
 
 /// What the paper says of each experiment, and in how many runs it was so.
-fn claims(experiments: &[ExperimentResult], seeds: u64) -> String {
-    let one = |experiment: &ExperimentResult| {
-        format!(
-            "<article class=\"panel\"><h3>{}</h3>\n<p class=\"quiet\">{}</p>\n{}<p class=\"note\"><code>steward --scenario \
-             {}</code></p></article>\n",
-            escape(experiment.title),
-            escape(experiment.here),
-            rows(&experiment.claims, seeds),
-            escape(experiment.scenario),
-        )
+fn claims(experiments: &[ExperimentResult], seeds: u64) -> Markup {
+    let all = html! {
+        div.pairs {
+            @for experiment in experiments {
+                article.panel {
+                    h3 { (experiment.title) }
+                    p.quiet { (experiment.here) }
+                    (rows(&experiment.claims, seeds))
+                    p.note { code { "steward --scenario " (experiment.scenario) } }
+                }
+            }
+        }
     };
-    let all: String = experiments.iter().map(one).collect();
-    format!(
-        "<section id=\"claims\">\n<h2>What the paper says, and in how many simulated runs it was so</h2>\n<div \
-         class=\"pairs\">{all}</div>\n</section>\n"
-    )
+    section("claims", "What the paper says, and in how many simulated runs it was so", all)
 }
 
-fn rows(claims: &[ClaimResult], seeds: u64) -> String {
-    let rows: String = claims.iter().map(|claim| row(claim, seeds)).collect();
-    format!("<table class=\"claims\"><tbody>\n{rows}</tbody></table>\n")
+fn rows(claims: &[ClaimResult], seeds: u64) -> Markup {
+    html! { table.claims { tbody { @for claim in claims { (claim_row(claim, seeds)) } } } }
 }
 
-fn row(claim: &ClaimResult, seeds: u64) -> String {
-    let class = if claim.holds() { "satisfied" } else { "violated" };
-    let difference = |difference: &super::Difference| {
-        format!("<span class=\"note bad\">seed {}: {}</span>", difference.seed, escape(&difference.found))
-    };
-    let differences: String = claim.differences.iter().map(difference).collect();
-    format!(
-        "<tr><th scope=\"row\">{}<span class=\"note\">{}</span>{differences}</th><td class=\"{class}\">{} of {seeds}</td></tr>\n",
-        escape(claim.says),
-        escape(claim.source),
-        claim.runs,
-    )
+fn claim_row(claim: &ClaimResult, seeds: u64) -> Markup {
+    html! {
+        tr {
+            th scope="row" {
+                (claim.says)
+                span.note { (claim.source) }
+                @for difference in &claim.differences {
+                    span.note.bad { "seed " (difference.seed) ": " (difference.found) }
+                }
+            }
+            td.(if claim.holds() { "satisfied" } else { "violated" }) { (claim.runs) " of " (seeds) }
+        }
+    }
 }
 
 /// A figure of the paper with its panels.
 struct Figure {
     title: &'static str,
-    /// What a reader has to know of all panels: markup.
-    about: String,
-    panels: Vec<String>,
+    /// What a reader has to know of all panels.
+    about: Markup,
+    panels: Markup,
 }
 
 /// The figures in the order of the paper.
 fn figures(reproduction: &Reproduction) -> Vec<Figure> {
-    let shot = |title, about: String| Figure { title, about, panels: panels(reproduction, title) };
-    let plain = |title, about: &str, panel: String| Figure { title, about: about.to_owned(), panels: vec![panel] };
-    let simulated =
-        || "<p class=\"quiet\">The paper shows a real robot; these are pictures of a simulated one.</p>".to_owned();
+    let shot = |title, about| Figure { title, about, panels: panels(reproduction, title) };
+    let none = Markup::default;
+    let simulated = || html! { p.quiet { "The paper shows a real robot; these are pictures of a simulated one." } };
+    let context = figure("Processes and channels", |layout| picture::context(&reproduction.context, layout));
     vec![
-        shot(shots::FIGURE_1, String::new()),
-        plain(
-            "Figure 2: the tree and its surrounding context",
-            "<p class=\"quiet\">Drawn from the channels of the system that ran. The paper’s figure shows five of the seven skills \
-             and two components. A line with two heads is a channel each way; each holds one message.</p>",
-            format!(
-                "<figure class=\"panel whole\">{}<figcaption>The triangle stands for the tree’s process, grey boxes for skills, \
-                 blue ones for components, lines for channels.</figcaption></figure>\n",
-                figure("Processes and channels", |layout| picture::context(&reproduction.context, layout))
-            ),
-        ),
-        plain(
-            "Figure 3: the grammar of SCOPE",
-            "",
-            format!(
-                "<figure class=\"panel whole\"><pre><code>{}\nrelop      = &lt; | &gt; | &lt;= | &gt;= | = | !=</code></pre>\
-                 <figcaption>The paper’s grammar, which the properties below are read with, and its abbreviations false, implies, \
-                 eventually and always. <code>cargo doc --open -p steward-monitors</code> has the semantics.</figcaption></figure>\n",
-                preformatted(monitors::GRAMMAR)
-            ),
-        ),
+        shot(shots::FIGURE_1, none()),
         Figure {
-            title: "Figure 4: the requirements as properties",
-            about: String::new(),
-            panels: properties(reproduction),
+            title: "Figure 2: the tree and its surrounding context",
+            about: html! {
+                p.quiet {
+                    "Drawn from the channels of the system that ran. The paper’s figure shows five of the seven skills and \
+                     two components. A line with two heads is a channel each way; each holds one message."
+                }
+            },
+            panels: whole(
+                &context,
+                &html! {
+                    "The triangle stands for the tree’s process, grey boxes for skills, blue ones for components, lines for \
+                     channels."
+                },
+            ),
         },
+        Figure {
+            title: "Figure 3: the grammar of SCOPE",
+            about: none(),
+            panels: whole(
+                &html! { pre { code { (monitors::GRAMMAR.trim_end()) "\nrelop      = < | > | <= | >= | = | !=" } } },
+                &html! {
+                    "The paper’s grammar, which the properties below are read with, and its abbreviations false, implies, \
+                     eventually and always. " code { "cargo doc --open -p steward-monitors" } " has the semantics."
+                },
+            ),
+        },
+        Figure { title: "Figure 4: the requirements as properties", about: none(), panels: properties(reproduction) },
         shot(shots::FIGURE_5, two_monitors(reproduction)),
-        shot(shots::FIGURE_6, String::new()),
+        shot(shots::FIGURE_6, none()),
         shot(shots::FIGURE_7, simulated()),
         shot(shots::FIGURE_8, simulated()),
     ]
+}
+
+/// A panel that needs the page's width.
+fn whole(content: &Markup, caption: &Markup) -> Markup {
+    html! { figure.panel.whole { (content) figcaption { (caption) } } }
 }
 
 impl Figure {
@@ -154,19 +166,13 @@ impl Figure {
     }
 
     /// The scenes two beside each other, then the machines, as in the paper.
-    fn section(&self) -> String {
-        format!(
-            "<section id=\"{}\">\n<h2>{}</h2>\n{}<div class=\"pairs\">\n{}</div>\n</section>\n",
-            self.id(),
-            escape(self.title),
-            self.about,
-            self.panels.concat(),
-        )
+    fn section(&self) -> Markup {
+        section(&self.id(), self.title, html! { (self.about) div.pairs { (self.panels) } })
     }
 }
 
 /// φ1 and φ2 as their files have them.
-fn properties(reproduction: &Reproduction) -> Vec<String> {
+fn properties(reproduction: &Reproduction) -> Markup {
     let notes = [
         ("phi1", "φ1, as the paper prints it."),
         (
@@ -177,42 +183,37 @@ fn properties(reproduction: &Reproduction) -> Vec<String> {
     ];
     let of = |(name, note): (&str, &str)| {
         let file = reproduction.properties.iter().find(|(file, _)| file.contains(&format!("{name}.")))?;
-        Some(format!(
-            "<figure class=\"panel whole\"><pre><code>{}</code></pre><figcaption>{note}<span class=\"note\"><code>steward monitor \
-             explain monitors/properties/{name}.scope</code></span></figcaption></figure>\n",
-            preformatted(file.1.trim_end())
-        ))
+        let command = format!("steward monitor explain monitors/properties/{name}.scope");
+        let caption = html! { (note) span.note { code { (command) } } };
+        Some(whole(&html! { pre { code { (file.1.trim_end()) } } }, &caption))
     };
-    notes.into_iter().filter_map(of).collect()
+    html! { @for panel in notes.into_iter().filter_map(of) { (panel) } }
 }
 
 /// Where the verdicts of the published response monitor and of the formula differ.
-fn two_monitors(reproduction: &Reproduction) -> String {
+fn two_monitors(reproduction: &Reproduction) -> Markup {
     let run = reproduction.experiments.iter().find(|experiment| experiment.scenario == "skill_bug");
     let ticks = run.and_then(|experiment| experiment.runs.first());
     let tick = |name: &str| ticks.and_then(|run| run.violated_at_tick.get(name));
-    let (Some(formula), Some(figure)) = (tick("phi2"), tick("figure_5b")) else { return String::new() };
-    format!(
-        "<p>All four watch the same runs. Their verdicts differ in one way: the published response monitor sets its timer to θ, takes one \
-         away at each tick and fails on the tick that finds it at 0, the tick θ + 1; φ2 asks for the command in less than θ ticks, \
-         and the monitor made from it fails on the tick θ. In experiment 2 with seed 1, where the low level is read at tick \
-         {}, they fail at the ticks {figure} and {formula}.</p>",
-        formula.saturating_sub(10),
-    )
-}
-
-/// Text whose lines stay lines.
-fn preformatted(text: &str) -> String {
-    text.lines().map(escape).collect::<Vec<_>>().join("\n")
+    let (Some(formula), Some(figure)) = (tick("phi2"), tick("figure_5b")) else { return Markup::default() };
+    html! {
+        p {
+            "All four watch the same runs. Their verdicts differ in one way: the published response monitor sets its timer \
+             to θ, takes one away at each tick and fails on the tick that finds it at 0, the tick θ + 1; φ2 asks for the \
+             command in less than θ ticks, and the monitor made from it fails on the tick θ. In experiment 2 with seed 1, \
+             where the low level is read at tick " (formula.saturating_sub(10)) ", they fail at the ticks " (figure)
+            " and " (formula) "."
+        }
+    }
 }
 
 /// The panels of a figure that are stills.
-fn panels(reproduction: &Reproduction, title: &str) -> Vec<String> {
+fn panels(reproduction: &Reproduction, title: &str) -> Markup {
     let stills = reproduction.stills.iter().enumerate().filter(|(_, still)| still.shot.figure == title);
-    stills.map(|(number, still)| panel(number, still, &reproduction.settings)).collect()
+    html! { @for (number, still) in stills { (panel(number, still, &reproduction.settings)) } }
 }
 
-fn panel(number: usize, still: &Still, settings: &[String]) -> String {
+fn panel(number: usize, still: &Still, settings: &[String]) -> Markup {
     let (shot, frame) = (still.shot, &still.frame);
     let letter = if shot.panel.is_empty() { String::new() } else { format!("({}) ", shot.panel) };
     let name = format!("panel-{number}");
@@ -222,20 +223,22 @@ fn panel(number: usize, still: &Still, settings: &[String]) -> String {
         Shows::Monitor(property) => machine(frame, property, None, shot.caption),
         Shows::Passing(property, state) => machine(frame, property, Some(state), shot.caption),
     };
-    let class = if whole { "panel whole" } else { "panel" };
-    format!(
-        "<figure class=\"{class}\">{drawing}<figcaption><strong>{letter}</strong>{}<span class=\"note\">{}</span><span \
-         class=\"note\"><code>{}</code></span></figcaption></figure>\n",
-        escape(shot.caption),
-        escape(&below(still)),
-        escape(&command(still, settings)),
-    )
+    html! {
+        figure.panel.whole[whole] {
+            (drawing)
+            figcaption {
+                strong { (letter) } (shot.caption)
+                span.note { (below(still)) }
+                span.note { code { (command(still, settings)) } }
+            }
+        }
+    }
 }
 
 /// The monitor of a property; in that state, if one is given, else where it stands. Also, whether it needs the page's width.
-fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (String, bool) {
+fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (Markup, bool) {
     let Some(monitor) = frame.monitors.iter().find(|monitor| monitor.name == property) else {
-        return (String::new(), false);
+        return (Markup::default(), false);
     };
     let mut diagram = monitor.diagram.clone();
     let wanted = state.and_then(|state| diagram.locations.iter().position(|location| location.name == state));
@@ -280,71 +283,61 @@ fn below(still: &Still) -> String {
 }
 
 /// What the paper does not have.
-fn ours(reproduction: &Reproduction) -> String {
-    let seeds = reproduction.seeds;
-    let one = |experiment: &ExperimentResult| {
-        format!(
-            "<article class=\"panel\"><h3>{}</h3>\n{}</article>\n",
-            escape(experiment.title),
-            rows(&experiment.ours, seeds)
-        )
+fn ours(reproduction: &Reproduction) -> Markup {
+    let content = html! {
+        p {
+            "The paper has none of this. φ3 (" code { "phi3" } ") is a property of this project: below 30 % the robot is at \
+             the station within 120 ticks. The scenarios " code { "never_arrives" } ", " code { "already_there" } ", "
+            code { "late_halt" } " and " code { "early_release" } " are this project’s as well, and no part of these runs."
+        }
+        div.pairs {
+            @for experiment in &reproduction.experiments {
+                article.panel { h3 { (experiment.title) } (rows(&experiment.ours, reproduction.seeds)) }
+            }
+        }
+        h3 { "Pictures of experiment 2, for which the paper has no figure" }
+        div.pairs { (panels(reproduction, shots::EXPERIMENT_2)) }
     };
-    let claims: String = reproduction.experiments.iter().map(one).collect();
-    format!(
-        "<section id=\"ours\">\n<h2>What is ours</h2>\n<p>The paper has none of this. φ3 (<code>phi3</code>) is a property of this \
-         project: below 30 % the robot is at the station within 120 ticks. The scenarios <code>never_arrives</code>, \
-         <code>already_there</code>, <code>late_halt</code> and <code>early_release</code> are this project’s as well, and no part of these \
-         runs.</p>\n\
-         <div class=\"pairs\">{claims}</div>\n<h3>Pictures of experiment 2, for which the paper has no figure</h3>\n<div \
-         class=\"pairs\">\n{}</div>\n</section>\n",
-        panels(reproduction, shots::EXPERIMENT_2).concat(),
-    )
+    section("ours", "What is ours", content)
 }
 
-fn deviations() -> String {
-    let row = |Deviation { of, published, here }: &Deviation| {
-        format!(
-            "<tr><th scope=\"row\">{}</th><td>{}</td><td>{}</td></tr>\n",
-            escape(of),
-            escape(published),
-            escape(here)
-        )
-    };
-    let rows: String = DEVIATIONS.iter().map(row).collect();
-    format!(
-        "<section id=\"deviations\">\n<h2>Where this system differs from the published one</h2>\n<div class=\"panel\"><table \
-         class=\"deviations\"><thead><tr><th></th><th>In the paper and its published code</th><th>Here</th></tr></thead><tbody>\n\
-         {rows}</tbody></table></div>\n</section>\n"
-    )
+fn deviations() -> Markup {
+    let rows = html! { @for Deviation { of, published, here } in &DEVIATIONS { (row(of, [published, here])) } };
+    let table = table("deviations", ["", "In the paper and its published code", "Here"], &rows);
+    section("deviations", "Where this system differs from the published one", html! { div.panel { (table) } })
 }
 
 /// The commands, and the hashes by which the same runs are recognised elsewhere.
-fn again(reproduction: &Reproduction) -> String {
+fn again(reproduction: &Reproduction) -> Markup {
     let settings: String = reproduction.settings.iter().map(|setting| format!(" --set '{setting}'")).collect();
-    let hashes = |experiment: &ExperimentResult| {
-        let row = |run: &super::RunResult| {
-            format!("<tr><td>{}</td><td><code>{}</code></td></tr>\n", run.seed, run.trace_hash)
-        };
-        let rows: String = experiment.runs.iter().map(row).collect();
-        format!(
-            "<details><summary>{0}: trace hashes of {1}</summary>\n<p class=\"note\"><code>{2}</code></p>\n<table><thead><tr><th>seed</th>\
-             <th>trace hash</th></tr></thead><tbody>\n{rows}</tbody></table></details>\n",
-            escape(experiment.scenario),
-            runs(experiment.runs.len() as u64),
-            escape(&format!("steward --scenario {} --no-snapshots --json{settings} --seed SEED", experiment.scenario)),
-        )
+    let hashes = |ExperimentResult { scenario, runs, .. }: &ExperimentResult| {
+        html! {
+            details {
+                summary { (scenario) ": trace hashes of " (super::runs(runs.len() as u64)) }
+                p.note { code { "steward --scenario " (scenario) " --no-snapshots --json" (settings) " --seed SEED" } }
+                table {
+                    thead { tr { th { "seed" } th { "trace hash" } } }
+                    tbody { @for run in runs { tr { td { (run.seed) } td { code { (run.trace_hash) } } } } }
+                }
+            }
+        }
     };
-    let hashes: String = reproduction.experiments.iter().map(hashes).collect();
-    let options = options(&reproduction.settings);
-    format!(
-        "<section id=\"again\">\n<h2>ExperimentRun it again</h2>\n<div class=\"panel\">\n<p>All of this page: <code>steward reproduce --seeds \
-         {}{}</code>. A panel’s own command stands below it; the picture is in <code>out/</code>.</p>\n<p>steward {} gives a run the same \
-         trace hash on every machine of a target: it covers every message and, step by step, the true pose, odometry, \
-         battery and scans. Monitors do not enter. Each command prints it as <code>trace_hash</code>.</p>\n{hashes}</div>\n</section>\n",
-        reproduction.seeds,
-        escape(&options),
-        reproduction.version,
-    )
+    let commands = html! {
+        div.panel {
+            p {
+                "All of this page: "
+                code { "steward reproduce --seeds " (reproduction.seeds) (options(&reproduction.settings)) }
+                ". A panel’s own command stands below it; the picture is in " code { "out/" } "."
+            }
+            p {
+                "steward " (reproduction.version) " gives a run the same trace hash on every machine of a target: it covers \
+                 every message and, step by step, the true pose, odometry, battery and scans. Monitors do not enter. Each \
+                 command prints it as " code { "trace_hash" } "."
+            }
+            @for experiment in &reproduction.experiments { (hashes(experiment)) }
+        }
+    };
+    section("again", "Run it again", commands)
 }
 
 /// The settings as `steward reproduce` takes them.

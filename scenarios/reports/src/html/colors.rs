@@ -4,6 +4,7 @@
 //! style sheet sets for light and for dark surroundings.
 
 use drawing::theme::{self, Color};
+use maud::{Markup, PreEscaped};
 
 /// Each colour's name on the page, its light value, and its dark one.
 const COLORS: [(&str, Color, Color); 22] = [
@@ -53,12 +54,12 @@ pub(super) fn definitions() -> String {
 }
 
 /// A drawing whose colours are the page's.
-pub(super) fn adopted(elements: &str) -> String {
+pub(super) fn adopted(elements: &str) -> Markup {
     let mut adopted = elements.to_owned();
     for (name, color, _) in COLORS {
         adopted = adopted.replace(&format!("\"{color}\""), &format!("\"var(--{name})\""));
     }
-    adopted
+    PreEscaped(adopted)
 }
 
 /// A colour of the theme as the style sheet names it.

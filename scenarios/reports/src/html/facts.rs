@@ -2,10 +2,12 @@
 
 use std::time::Duration;
 
+use maud::{Markup, html};
+
 use super::activities::Activity;
-use super::markup::{breakable, row, text};
+use super::markup::{breakable, row, table, text};
 use super::words;
-use crate::report::{Report, SkillErrorReport, TreeErrorReport};
+use crate::report::Report;
 
 /// An arrival this early is where the robot stood from the start, in seconds.
 const FROM_THE_START_S: f64 = 1.0;
@@ -15,7 +17,7 @@ const MOST_STAGES: usize = 40;
 const FIRST_STAGES: usize = 32;
 
 /// The most telling numbers of a run.
-pub(super) fn numbers(report: &Report) -> String {
+pub(super) fn numbers(report: &Report) -> Markup {
     let battery = &report.battery;
     let robot = &report.robot;
     let localization = &robot.localization;
@@ -46,9 +48,9 @@ pub(super) fn numbers(report: &Report) -> String {
     if !robot.given_up.is_empty() {
         facts.push(("given up", robot.given_up_in_words().join("; ")));
     }
-    let facts: String =
-        facts.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{}</dd></div>", text(value))).collect();
-    format!("<dl class=\"facts\">{facts}</dl>\n")
+    html! {
+        dl.facts { @for (name, value) in facts { div { dt { (name) } dd { (text(&value)) } } } }
+    }
 }
 
 fn overruns(report: &Report) -> String {
@@ -58,77 +60,62 @@ fn overruns(report: &Report) -> String {
     }
 }
 
-/// The faults that took hold; empty without any.
-pub(super) fn faults(report: &Report) -> String {
-    let lines: String =
-        report.faults_in_words().iter().map(|(effect, when)| row(&text(when), &[text(effect)])).collect();
-    match lines.is_empty() {
-        true => lines,
-        false => format!(
-            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">fault</th><th scope=\"col\">what it did</th></tr>\
-             </thead><tbody>\n{lines}</tbody></table>\n"
-        ),
+/// What went wrong, when or where first, with a head over each column; empty if nothing did.
+fn troubles<const N: usize>(head: [&str; N], lines: &[[String; N]]) -> Markup {
+    html! {
+        @if !lines.is_empty() {
+            @let rows = html! { @for line in lines { (row(text(&line[0]), line[1..].iter().map(|cell| text(cell)))) } };
+            (table("stages faults", head, &rows))
+        }
     }
+}
+
+/// The faults that took hold; empty without any.
+pub(super) fn faults(report: &Report) -> Markup {
+    let lines: Vec<_> = report.faults_in_words().into_iter().map(|(effect, when)| [when, effect]).collect();
+    troubles(["fault", "what it did"], &lines)
 }
 
 /// What went wrong in the tree; empty if nothing did.
-pub(super) fn tree_errors(report: &Report) -> String {
-    let line = |error: &TreeErrorReport| {
+pub(super) fn tree_errors(report: &Report) -> Markup {
+    let lines = report.tree_errors.iter().map(|error| {
         let first = words::time(Duration::from_secs_f64(error.time_s));
-        row(&first, &[text(&format!("{} (node {})", error.label, error.node)), text(&error.message)])
-    };
-    let lines: String = report.tree_errors.iter().map(line).collect();
-    match lines.is_empty() {
-        true => lines,
-        false => format!(
-            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">first at</th><th scope=\"col\">node of the tree</th>\
-             <th scope=\"col\">what went wrong in it</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
-        ),
-    }
+        [first, format!("{} (node {})", error.label, error.node), error.message.clone()]
+    });
+    troubles(["first at", "node of the tree", "what went wrong in it"], &lines.collect::<Vec<_>>())
 }
 
 /// What went wrong in the skills; empty if nothing did.
-pub(super) fn skill_errors(report: &Report) -> String {
-    let line = |error: &SkillErrorReport| {
+pub(super) fn skill_errors(report: &Report) -> Markup {
+    let lines = report.skill_errors.iter().map(|error| {
         let first = words::time(Duration::from_secs_f64(error.time_s));
-        row(&first, &[text(&error.place()), text(&error.words())])
-    };
-    let lines: String = report.skill_errors.iter().map(line).collect();
-    match lines.is_empty() {
-        true => lines,
-        false => format!(
-            "<table class=\"stages faults\"><thead><tr><th scope=\"col\">first at</th><th scope=\"col\">skill</th>\
-             <th scope=\"col\">what went wrong in its machine</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
-        ),
-    }
+        [first, error.place(), error.words()]
+    });
+    troubles(["first at", "skill", "what went wrong in its machine"], &lines.collect::<Vec<_>>())
 }
 
 /// What the tree was doing, stage by stage.
-pub(super) fn stages(activities: &[Activity]) -> String {
+pub(super) fn stages(activities: &[Activity]) -> Markup {
     let end_s = activities.last().map_or(0.0, |last| last.stage.to.as_secs_f64());
     let line = |activity: &Activity| {
         let stage = &activity.stage;
-        let badge = format!(
-            "<span class=\"stage\"><span class=\"badge\" style=\"background:{}\">{}</span><span>{}</span></span>",
-            super::colors::variable(activity.color),
-            activity.number.map_or(String::new(), |number| number.to_string()),
-            breakable(activity.words())
-        );
+        let ground = format!("background:{}", super::colors::variable(activity.color));
+        let badge = html! {
+            span.stage {
+                span.badge style=(ground) { @if let Some(number) = activity.number { (number) } }
+                span { (breakable(activity.words())) }
+            }
+        };
         let distance = stage.distance_m();
         let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };
         let from = drawing::time_axis::clock(stage.from.as_secs_f64(), end_s);
-        row(&badge, &[from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
+        row(badge, [from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
     };
-    let mut lines: Vec<String> = activities.iter().map(line).collect();
+    let mut lines: Vec<Markup> = activities.iter().map(line).collect();
     if lines.len() > MOST_STAGES {
         let hidden = lines.len() - MOST_STAGES;
-        let note =
-            row(&format!("… {}", words::count(hidden, "more stage")), &[String::new(), String::new(), String::new()]);
+        let note = row(format!("… {}", words::count(hidden, "more stage")), ["", "", ""]);
         lines.splice(FIRST_STAGES..FIRST_STAGES + hidden, [note]);
     }
-    let lines = lines.concat();
-    format!(
-        "<table class=\"stages\"><thead><tr><th scope=\"col\">running leaf</th><th scope=\"col\">from</th>\
-         <th scope=\"col\">for</th><th scope=\"col\">driven</th></tr></thead><tbody>\n{lines}</tbody></table>\n"
-    )
+    table("stages", ["running leaf", "from", "for", "driven"], &html! { @for line in lines { (line) } })
 }

@@ -1,7 +1,8 @@
 //! Drawings on the page: each one twice, for wide and for narrow screens.
 
-use drawing::canvas::{Canvas, escape};
+use drawing::canvas::Canvas;
 use drawing::path::number;
+use maud::{Markup, html};
 
 use super::colors;
 
@@ -47,28 +48,29 @@ pub struct Drawing {
 }
 
 /// A drawing in both layouts, as SVG inside the page; `label` says to those who cannot see it what it shows.
-pub fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> String {
-    Layout::ALL.map(|layout| inline(draw(layout), layout.class(), label)).concat()
+pub fn figure(label: &str, draw: impl Fn(Layout) -> Drawing) -> Markup {
+    html! { @for layout in Layout::ALL { (inline(draw(layout), layout.class(), label)) } }
 }
 
-fn inline(drawing: Drawing, class: &str, label: &str) -> String {
+fn inline(drawing: Drawing, class: &str, label: &str) -> Markup {
     let (width, height) = (number(drawing.width), number(drawing.height));
-    format!(
-        "<svg class=\"chart {class}\" role=\"img\" aria-label=\"{}\" viewBox=\"0 0 {width} {height}\" \
-         stroke-linecap=\"round\" stroke-linejoin=\"round\" style=\"--width:{width}px\">\n{}</svg>\n",
-        escape(label),
-        colors::adopted(&drawing.canvas.into_elements()),
-    )
+    html! {
+        svg.chart.(class) role="img" aria-label=(label) viewBox={ "0 0 " (width) " " (height) }
+            stroke-linecap="round" stroke-linejoin="round" style={ "--width:" (width) "px" } {
+            (colors::adopted(&drawing.canvas.into_elements()))
+        }
+    }
 }
 
 /// A small square sign of that side, for use in a line of text.
-pub(super) fn sign(side: f64, draw: impl FnOnce(&mut Canvas, (f64, f64))) -> String {
+pub(super) fn sign(side: f64, draw: impl FnOnce(&mut Canvas, (f64, f64))) -> Markup {
     let mut canvas = Canvas::for_browsers();
     draw(&mut canvas, (side / 2.0, side / 2.0));
     let side = number(side);
-    format!(
-        "<svg class=\"sign\" aria-hidden=\"true\" viewBox=\"0 0 {side} {side}\" width=\"{side}\" height=\"{side}\" \
-         stroke-linecap=\"round\" stroke-linejoin=\"round\">{}</svg>",
-        colors::adopted(&canvas.into_elements()),
-    )
+    html! {
+        svg.sign aria-hidden="true" viewBox={ "0 0 " (side) " " (side) } width=(side) height=(side)
+            stroke-linecap="round" stroke-linejoin="round" {
+            (colors::adopted(&canvas.into_elements()))
+        }
+    }
 }

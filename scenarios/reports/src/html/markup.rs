@@ -1,41 +1,36 @@
 //! Small pieces of HTML.
 
+use std::iter;
+
 use drawing::Verdict;
 use drawing::icons::Look;
+use maud::{Markup, Render, html};
 use monitors::Outcome;
 
 use super::figure::sign;
 
-pub use drawing::canvas::escape;
-
-/// A text set as code.
-pub(super) fn code(text: &str) -> String {
-    format!("<code>{}</code>", escape(text))
-}
-
-/// A text for people: escaped, and with no line's end between a number and its percent sign.
+/// A text for people: with no line's end between a number and its percent sign.
 pub fn text(text: &str) -> String {
-    escape(text).replace(" %", "&nbsp;%")
+    text.replace(" %", "\u{a0}%")
 }
 
 /// A name that may be broken between the words that it is made of.
-pub(super) fn breakable(name: &str) -> String {
-    let mut markup = String::new();
-    let mut before = ' ';
-    for character in name.chars() {
-        if character.is_uppercase() && before.is_lowercase() {
-            markup.push_str("<wbr>");
+pub(super) fn breakable(name: &str) -> Markup {
+    html! {
+        @for (before, character) in iter::once(' ').chain(name.chars()).zip(name.chars()) {
+            @if before.is_lowercase() && character.is_uppercase() { wbr; }
+            (character)
         }
-        markup.push_str(&escape(character.encode_utf8(&mut [0; 4])));
-        before = character;
     }
-    markup
 }
 
-/// Words in which `backticks` enclose code; everything else is escaped.
-pub(super) fn prose(words: &str) -> String {
-    let parts = words.split('`').enumerate();
-    parts.map(|(index, part)| if index % 2 == 1 { code(part) } else { self::text(part) }).collect()
+/// Words in which `backticks` enclose code.
+pub(super) fn prose(words: &str) -> Markup {
+    html! {
+        @for (index, part) in words.split('`').enumerate() {
+            @if index % 2 == 1 { code { (part) } } @else { (text(part)) }
+        }
+    }
 }
 
 /// What came of a property as pictures know it.
@@ -48,7 +43,7 @@ pub(super) fn verdict_of(outcome: Outcome) -> Verdict {
 }
 
 /// The sign of a verdict on its ground.
-pub(super) fn verdict_sign(verdict: Verdict, side: f64) -> String {
+pub(super) fn verdict_sign(verdict: Verdict, side: f64) -> Markup {
     let look = Look::of_verdict(verdict);
     sign(side, |canvas, center| {
         canvas.circle(center, side / 2.0, drawing::canvas::Paint::fill(look.ground));
@@ -57,16 +52,30 @@ pub(super) fn verdict_sign(verdict: Verdict, side: f64) -> String {
 }
 
 /// A verdict with its sign, as a label.
-pub(super) fn pill(outcome: Outcome) -> String {
+pub(super) fn pill(outcome: Outcome) -> Markup {
     let look = Look::of_verdict(verdict_of(outcome));
     let icon = sign(14.0, |canvas, center| look.icon.draw(canvas, center, 13.0, look.front));
-    format!("<span class=\"pill {outcome}\">{icon}{outcome}</span>")
+    html! { span.pill.(outcome) { (icon) (outcome) } }
+}
+
+/// A section; nothing without content.
+pub fn section(id: &str, title: &str, content: Markup) -> Markup {
+    html! { @if !content.0.is_empty() { section id=(id) { h2 { (title) } (content) } } }
+}
+
+/// A table with a name above each column.
+pub fn table<'n>(class: &str, columns: impl IntoIterator<Item = &'n str>, rows: &Markup) -> Markup {
+    html! {
+        table.(class) {
+            thead { tr { @for name in columns { th scope="col" { (name) } } } }
+            tbody { (rows) }
+        }
+    }
 }
 
 /// A row of a table: the first cell names it.
-pub(super) fn row(name: &str, cells: &[String]) -> String {
-    let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
-    format!("<tr><th scope=\"row\">{name}</th>{cells}</tr>\n")
+pub fn row(name: impl Render, cells: impl IntoIterator<Item = impl Render>) -> Markup {
+    html! { tr { th scope="row" { (name) } @for cell in cells { td { (cell) } } } }
 }
 
 #[cfg(test)]
@@ -75,11 +84,11 @@ mod tests {
 
     #[test]
     fn names_break_between_words() {
-        assert_eq!(breakable("GotoRechargingStation, <B>"), "Goto<wbr>Recharging<wbr>Station, &lt;B&gt;");
+        assert_eq!(breakable("GotoRechargingStation, <B>").into_string(), "Goto<wbr>Recharging<wbr>Station, &lt;B&gt;");
     }
 
     #[test]
     fn what_is_written_between_backticks_is_code_and_nothing_is_markup() {
-        assert_eq!(prose("A told B `[<ok>]` & left"), "A told B <code>[&lt;ok&gt;]</code> &amp; left");
+        assert_eq!(prose("A told B `[<ok>]` & left").into_string(), "A told B <code>[&lt;ok&gt;]</code> &amp; left");
     }
 }

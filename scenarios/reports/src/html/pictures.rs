@@ -4,9 +4,9 @@ use std::time::Duration;
 
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD as BASE64;
+use maud::{Markup, html};
 
-use super::markup::escape;
-use super::words;
+use super::{markup, words};
 use crate::report::SnapshotReport;
 
 /// Pictures beyond this many bytes are named, not shown: the page has to stay one that a phone can open.
@@ -22,30 +22,32 @@ pub struct Picture {
 }
 
 /// The section of the pictures; empty if there are none.
-pub(super) fn section(pictures: &[Picture]) -> String {
-    let mut room = MOST_BYTES;
-    let mut shown = 0;
-    let mut figures = String::new();
-    for Picture { snapshot, png } in pictures {
-        let Some(left) = room.checked_sub(png.len()) else { break };
-        room = left;
-        shown += 1;
+pub(super) fn section(pictures: &[Picture]) -> Markup {
+    let mut bytes = 0;
+    let fits = |picture: &&Picture| {
+        bytes += picture.png.len();
+        bytes <= MOST_BYTES
+    };
+    let (shown, hidden) = pictures.split_at(pictures.iter().take_while(fits).count());
+    let figure = |Picture { snapshot, png }: &Picture| {
         let caption = format!("{} · {}", words::time(Duration::from_secs_f64(snapshot.time_s)), snapshot.why);
-        figures += &format!(
-            "<figure><img src=\"data:image/png;base64,{}\" width=\"1600\" height=\"900\" alt=\"{1}\" decoding=\"sync\">\
-             <figcaption>{1}</figcaption></figure>\n",
-            BASE64.encode(png),
-            escape(&caption),
-        );
-    }
-    let hidden = pictures.len() - shown;
-    if hidden > 0 {
-        figures += &format!("<p class=\"quiet\">{} more lie beside this page.</p>\n", words::count(hidden, "picture"));
-    }
-    match pictures.is_empty() {
-        true => String::new(),
-        false => format!(
-            "<section id=\"pictures\">\n<h2>Pictures</h2>\n<div class=\"pictures\">\n{figures}</div>\n</section>\n"
-        ),
-    }
+        let source = format!("data:image/png;base64,{}", BASE64.encode(png));
+        html! {
+            figure {
+                img src=(source) width="1600" height="900" alt=(caption) decoding="sync";
+                figcaption { (caption) }
+            }
+        }
+    };
+    let content = html! {
+        @if !pictures.is_empty() {
+            div.pictures {
+                @for picture in shown { (figure(picture)) }
+                @if !hidden.is_empty() {
+                    p.quiet { (words::count(hidden.len(), "picture")) " more lie beside this page." }
+                }
+            }
+        }
+    };
+    markup::section("pictures", "Pictures", content)
 }

@@ -2,45 +2,54 @@
 
 mod given;
 
-use recording::{RunView, SettingGroup};
+use maud::{Markup, html};
+use recording::RunView;
 
-use super::markup::{code, escape, row};
-use crate::report::{Report, SnapshotReport};
-
-use given::Given;
+use super::markup::{self, row};
+use crate::report::Report;
 
 /// The section of the parameters.
-pub(super) fn section(view: &RunView) -> String {
-    let given: String = given::of(&view.header().origin).iter().map(Given::row).collect();
-    let groups: String = view.header().settings.iter().map(table).collect();
-    format!(
-        "<section id=\"parameters\">\n<h2>Parameters</h2>\n<div class=\"panel\">\n<h3>What the scenario says</h3>\n\
-         <div class=\"scroll\"><table class=\"parameters\"><tbody>\n{given}</tbody></table></div>\n\
-         <details><summary>Everything else: robot, world and execution in effect</summary>\n<div class=\"groups\">{groups}</div>\
-         </details>\n</div>\n</section>\n"
-    )
-}
-
-/// Parameters that belong together as a table.
-fn table(group: &SettingGroup) -> String {
-    let rows: String = group.rows.iter().map(|(name, value)| row(&escape(name), &[escape(value)])).collect();
-    format!("<div><h4>{}</h4><table class=\"parameters\"><tbody>\n{rows}</tbody></table></div>\n", group.title)
+pub(super) fn section(view: &RunView) -> Markup {
+    let content = html! {
+        div.panel {
+            h3 { "What the scenario says" }
+            div.scroll {
+                table.parameters { tbody { @for given in given::of(&view.header().origin) { (given.row()) } } }
+            }
+            details {
+                summary { "Everything else: robot, world and execution in effect" }
+                div.groups {
+                    @for group in &view.header().settings {
+                        div {
+                            h4 { (group.title) }
+                            table.parameters {
+                                tbody { @for (name, value) in &group.rows { (row(name, [value])) } }
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    };
+    markup::section("parameters", "Parameters", content)
 }
 
 /// The section with the command line.
-pub(super) fn reproduction(view: &RunView, report: &Report) -> String {
-    let link = |picture: &SnapshotReport| format!("<li><a href=\"{0}\">{0}</a></li>", escape(&picture.file));
-    let pictures: String = report.snapshots.iter().map(link).collect();
-    let pictures = if pictures.is_empty() { pictures } else { format!("<ul class=\"files\">{pictures}</ul>\n") };
-    format!(
-        "<section id=\"reproduce\">\n<h2>Run it again</h2>\n<div class=\"panel\">\n<pre class=\"command\"><code>{}</code></pre>\n\
-         <p>With version {} of the program this gives the same run to the last bit, on any machine of its kind. \
-         The hash of its trace is {}.</p>\n<p>Beside this page: <a href=\"report.json\">report.json</a>, the same for programs.</p>\n\
-         {pictures}</div>\n</section>\n",
-        escape(&command(view, report)),
-        escape(&report.version),
-        code(&report.trace_hash),
-    )
+pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
+    let content = html! {
+        div.panel {
+            pre.command { code { (command(view, report)) } }
+            p {
+                "With version " (report.version) " of the program this gives the same run to the last bit, on any \
+                 machine of its kind. The hash of its trace is " code { (report.trace_hash) } "."
+            }
+            p { "Beside this page: " a href="report.json" { "report.json" } ", the same for programs." }
+            @if !report.snapshots.is_empty() {
+                ul.files { @for picture in &report.snapshots { li { a href=(picture.file) { (picture.file) } } } }
+            }
+        }
+    };
+    markup::section("reproduce", "Run it again", content)
 }
 
 /// The command line that runs the scenario again.

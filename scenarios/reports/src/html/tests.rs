@@ -93,6 +93,6 @@ fn a_run_that_never_rests_is_still_a_small_drawing() {
     timeline.shake(Duration::from_secs(3600));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
-    let table = super::facts::stages(&activities::activities(&timeline));
+    let table = super::facts::stages(&activities::activities(&timeline)).into_string();
     assert_eq!(table.matches("<tr>").count(), 42, "the head, 40 stages, and how many more there are");
 }

@@ -3,38 +3,34 @@
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
+use maud::{Markup, html};
 use recording::{FaultCourse, FaultRecord, RunView};
 
 use super::evidence::{Evidence, Missing, Seen};
 use super::figure::figure;
-use super::markup::{escape, prose, text};
+use super::markup::{self, prose, text};
 use super::said_once;
 use super::sequence::{self, Row, Sequence, Weight};
 use super::words;
 use crate::timeline::Timeline;
 
 /// The section of all violations; empty if there are none.
-pub(super) fn section(view: &RunView, timeline: &Timeline) -> String {
-    let stories: String =
-        timeline.episodes().iter().map(|episode| story(&Evidence::of(episode, view), view, timeline)).collect();
-    match stories.is_empty() {
-        true => String::new(),
-        false => format!(
-            "<section id=\"violations\">\n<h2>How {} came about</h2>\n{stories}</section>\n",
-            if timeline.episodes().len() == 1 { "the violation" } else { "the violations" }
-        ),
-    }
+pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
+    let episodes = timeline.episodes();
+    let stories = html! { @for episode in episodes { (story(&Evidence::of(episode, view), view, timeline)) } };
+    let which = if episodes.len() == 1 { "the violation" } else { "the violations" };
+    markup::section("violations", &format!("How {which} came about"), stories)
 }
 
 /// What happened, in a few sentences.
-pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> String {
+pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
     let mut sentences = vec![cause_sentence(evidence)];
     sentences.extend(owed_sentence(evidence));
     if !evidence.missing.is_empty() {
         sentences.push("It did not.".to_owned());
     }
     sentences.extend(fault_sentences(evidence, view.faults()));
-    format!("{} <a href=\"#{}\">How it came about</a>", prose(&sentences.join(" ")), anchor(evidence))
+    html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence)) } { "How it came about" } }
 }
 
 fn anchor(evidence: &Evidence<'_>) -> String {
@@ -43,24 +39,23 @@ fn anchor(evidence: &Evidence<'_>) -> String {
     format!("violation-{name}")
 }
 
-fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> String {
-    let topology = view.topology();
-    let sequence = Sequence::of(evidence, topology, view.faults());
+fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup {
+    let sequence = Sequence::of(evidence, view.topology(), view.faults());
     let label = format!("Sequence chart of the messages that led to the violation of {}", evidence.name);
-    let chart = figure(&label, |layout| sequence::draw(&sequence, layout));
-    let steps: String = story_sentences(evidence, view, timeline)
-        .iter()
-        .map(|sentence| format!("<li>{}</li>\n", prose(sentence)))
-        .collect();
-    format!(
-        "<article class=\"panel\" id=\"{}\">\n<h3>{} is violated</h3>\n<p>Required: {}</p>\n<ol class=\"story\">\n{steps}</ol>\n\
-         <figure>{chart}<figcaption>Time runs downwards. Orange: the messages that caused it. Red: where the verdict \
-         fell.</figcaption></figure>\n<details class=\"again\"><summary>The same messages as text</summary>\n{}</details>\n</article>\n",
-        anchor(evidence),
-        escape(evidence.name),
-        text(&words::sentence(evidence.summary)),
-        transcript(&sequence),
-    )
+    html! {
+        article.panel id=(anchor(evidence)) {
+            h3 { (evidence.name) " is violated" }
+            p { "Required: " (text(&words::sentence(evidence.summary))) }
+            ol.story { @for sentence in story_sentences(evidence, view, timeline) { li { (prose(&sentence)) } } }
+            figure {
+                (figure(&label, |layout| sequence::draw(&sequence, layout)))
+                figcaption {
+                    "Time runs downwards. Orange: the messages that caused it. Red: where the verdict fell."
+                }
+            }
+            details.again { summary { "The same messages as text" } (transcript(&sequence)) }
+        }
+    }
 }
 
 /// What happened, a sentence a step.
@@ -287,38 +282,25 @@ fn times(count: usize) -> String {
 }
 
 /// The chart as a list, for those who cannot see it.
-fn transcript(sequence: &Sequence) -> String {
+fn transcript(sequence: &Sequence) -> Markup {
     let name = |lifeline: usize| sequence.lifelines.get(lifeline).map_or("", String::as_str);
-    let line = |row: &Row| match row {
-        Row::Tick { tick, time } => format!("<li class=\"tick\">Tick {tick}, {}</li>", words::time(*time)),
-        Row::Message { seen, weight, .. } => {
-            let class = match weight {
-                Weight::Cause => " class=\"cause\"",
-                Weight::Decisive => " class=\"decisive\"",
-                Weight::Plain | Weight::Afterwards => "",
-            };
-            format!(
-                "<li{class}>step {}: {} → {} {}</li>",
-                seen.at.step,
-                escape(&seen.from),
-                escape(&seen.to),
-                super::markup::code(&seen.message)
-            )
-        }
-        Row::Ticks { first, last, words } if first == last => format!("<li>Tick {first}: {}</li>", escape(words)),
-        Row::Ticks { first, last, words } => format!("<li>Ticks {first} to {last}: {}</li>", escape(words)),
-        Row::Fault { words, time } => format!("<li>Fault at {}: {}</li>", words::time(*time), escape(words)),
-        Row::Missing { from, to, message, words } => format!(
-            "<li class=\"decisive\">{}: {} → {} {}</li>",
-            escape(words),
-            escape(name(*from)),
-            escape(name(*to)),
-            super::markup::code(message)
-        ),
-        Row::Verdict { words, time } => {
-            format!("<li class=\"decisive\">{} at {}</li>", escape(words), words::time(*time))
-        }
+    let class = |weight| match weight {
+        Weight::Cause => Some("cause"),
+        Weight::Decisive => Some("decisive"),
+        Weight::Plain | Weight::Afterwards => None,
     };
-    let lines: Vec<String> = sequence.rows.iter().map(line).collect();
-    format!("<ul class=\"transcript\">\n{}\n</ul>\n", lines.join("\n"))
+    let line = |row: &Row| match row {
+        Row::Tick { tick, time } => html! { li.tick { "Tick " (tick) ", " (words::time(*time)) } },
+        Row::Message { seen: Seen { at, from, to, message }, weight, .. } => {
+            html! { li class=[class(*weight)] { "step " (at.step) ": " (from) " → " (to) " " code { (message) } } }
+        }
+        Row::Ticks { first, last, words } if first == last => html! { li { "Tick " (first) ": " (words) } },
+        Row::Ticks { first, last, words } => html! { li { "Ticks " (first) " to " (last) ": " (words) } },
+        Row::Fault { words, time } => html! { li { "Fault at " (words::time(*time)) ": " (words) } },
+        Row::Missing { from, to, message, words } => {
+            html! { li.decisive { (words) ": " (name(*from)) " → " (name(*to)) " " code { (message) } } }
+        }
+        Row::Verdict { words, time } => html! { li.decisive { (words) " at " (words::time(*time)) } },
+    };
+    html! { ul.transcript { @for row in &sequence.rows { (line(row)) } } }
 }

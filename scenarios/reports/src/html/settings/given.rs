@@ -1,8 +1,9 @@
 //! What the scenario's file says, and what the command line changed.
 
+use maud::{Markup, html};
 use recording::Origin;
 
-use crate::html::markup::{code, escape, row};
+use crate::html::markup::row;
 
 /// A key of the scenario's file.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,9 +16,12 @@ pub(super) struct Given {
 
 impl Given {
     /// The key as a row of a table.
-    pub(super) fn row(&self) -> String {
-        let note = if self.overridden { "<span class=\"note\">set on the command line</span>" } else { "" };
-        row(&escape(&self.key), &[format!("{}{note}", code(&self.value))])
+    pub(super) fn row(&self) -> Markup {
+        let value = html! {
+            code { (self.value) }
+            @if self.overridden { span.note { "set on the command line" } }
+        };
+        row(&self.key, [value])
     }
 }
 
