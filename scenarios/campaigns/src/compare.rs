@@ -94,7 +94,7 @@ impl CampaignComparison {
     /// Compares the results in two folders.
     ///
     /// # Errors
-    /// [`Error::BadInput`] if there are none, if they are incomplete, or if the campaigns cannot be compared.
+    /// [`Error::Scenario`] if there are none, if they are incomplete, or if the campaigns cannot be compared.
     pub fn of(before: &Path, after: &Path) -> Result<Self, Error> {
         let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
         let [mut old, mut new] = [open(before)?, open(after)?];

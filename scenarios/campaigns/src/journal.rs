@@ -258,7 +258,7 @@ impl Journal {
     /// Reads what was written.
     ///
     /// # Errors
-    /// [`Error::Write`] if it is no longer where it was written to.
+    /// [`Error::Scenario`] if it is no longer where it was written to.
     pub(super) fn reader(&self) -> Result<JournalReader, Error> {
         let path = self.folder.join(JOURNAL);
         let file = File::open(&path).map_err(|source| Error::unwritten(path, source))?;

@@ -95,7 +95,7 @@ impl Plan {
     /// now. Values that it takes each but not together may still be refused in a run.
     ///
     /// # Errors
-    /// [`Error::BadInput`] with everything that is wrong.
+    /// [`Error::Scenario`] with everything that is wrong.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
         // All runs, and a campaign that goes on tomorrow, have to be of the same files.

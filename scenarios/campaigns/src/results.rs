@@ -23,7 +23,7 @@ const CONFIDENCE: f64 = 0.95;
 /// Makes dataset, summary and page of a journal that holds all runs of a campaign.
 ///
 /// # Errors
-/// [`Error::BadInput`] if the journal is damaged, [`Error::Write`] if the results cannot be written; results that were
+/// [`Error::Scenario`] if the journal is damaged, or if the results cannot be written; results that were
 /// there before then stay as they were.
 pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summary, Error> {
     let folder = journal.folder();
@@ -53,8 +53,8 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
 /// there.
 ///
 /// # Errors
-/// [`Error::BadInput`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the journal
-/// there is no campaign's; [`Error::Write`].
+/// [`Error::Scenario`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the journal
+/// there is no campaign's, or cannot be written.
 pub fn start_over(plan: &Plan, shard: Shard, folder: &Path) -> Result<(), Error> {
     plan.check_shard(shard)?;
     journal::start_over(folder, &[DATASET, SUMMARY, page::FILE])
@@ -76,8 +76,8 @@ fn shard_folders(path: &PathBuf) -> Vec<PathBuf> {
 /// or a folder with several. Where that was killed half-way it goes on.
 ///
 /// # Errors
-/// [`Error::BadInput`] if the shards are not all of one campaign, or incomplete, or `out` has results already or another
-/// campaign's journal; [`Error::Write`].
+/// [`Error::Scenario`] if the shards are not all of one campaign, or incomplete, or `out` has results already or another
+/// campaign's journal, or cannot be written to.
 pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
     let shards = &shards.iter().flat_map(shard_folders).collect::<Vec<_>>();
     let mut readers = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;

@@ -51,7 +51,7 @@ impl Ran {
     /// Makes dataset, summary and page of the journal, which holds all runs of the campaign.
     ///
     /// # Errors
-    /// [`Error::Write`]; results that were there before then stay as they were.
+    /// [`Error::Scenario`] if they cannot be written; results that were there before then stay as they were.
     pub fn finish(self) -> Result<Summary, Error> {
         results::finish(&self.journal, self.goal)
     }
@@ -62,8 +62,8 @@ impl Ran {
 /// is a result; see [`RunRecord::failure`].
 ///
 /// # Errors
-/// [`Error::BadInput`] if the folder has another campaign's results, or if a campaign with a goal is to be sharded;
-/// [`Error::Write`] if the journal cannot be written.
+/// [`Error::Scenario`] if the folder has another campaign's results, if a campaign with a goal is to be sharded, or if the
+/// journal cannot be written.
 pub fn run(
     plan: &Plan,
     shard: Shard,

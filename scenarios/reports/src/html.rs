@@ -49,7 +49,7 @@ const STYLE: &str = include_str!("html/style.css");
 /// Writes the page of a run in its last step beside the report's snapshots.
 ///
 /// # Errors
-/// [`Error::Write`] if the page cannot be written, and what keeps a snapshot from being read.
+/// [`Error::File`] if the page cannot be written, and what keeps a snapshot from being read.
 pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Report) -> Result<(), Error> {
     let mut pictures = Vec::new();
     for snapshot in &report.snapshots {

@@ -17,7 +17,7 @@ use crate::report::{ExpectationReport, MonitorReport, Report};
 /// Writes the results of a run to a file, with the folders on the way.
 ///
 /// # Errors
-/// [`Error::Write`] if that is not possible.
+/// [`Error::File`] if that is not possible.
 pub fn write(path: &Path, expected: &Expected, report: &Report) -> Result<(), Error> {
     Ok(diagnostics::write_whole(path, document(expected, report))?)
 }

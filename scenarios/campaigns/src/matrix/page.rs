@@ -15,7 +15,7 @@ impl Matrix {
     /// Writes the matrix as `matrix.json` and as a page, `index.html`, to a folder.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Scenario`] if they cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let staging = Staging::begin(folder)?;
         staging.write("matrix.json", serde_json::to_string_pretty(self).expect("a matrix is always JSON") + "\n")?;

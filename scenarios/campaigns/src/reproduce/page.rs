@@ -21,7 +21,7 @@ impl Reproduction {
     /// Writes the results as `reproduce.json` and as a page, `index.html`, to a folder.
     ///
     /// # Errors
-    /// [`Error::Write`].
+    /// [`Error::Scenario`] if they cannot be written.
     pub fn write(&self, folder: &Path) -> Result<(), Error> {
         let staging = Staging::begin(folder)?;
         staging.write("reproduce.json", serde_json::to_string_pretty(self).expect("results are always JSON") + "\n")?;
