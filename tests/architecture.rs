@@ -4,9 +4,8 @@ mod circles;
 mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::process::Command;
 
-use cargo_metadata::{DependencyKind, Metadata, MetadataCommand};
+use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
 const ROOMS: [(&str, &[&str]); 18] = [
@@ -72,26 +71,15 @@ fn crate_name(package: &str) -> &str {
     package.strip_prefix("steward-").unwrap_or(package)
 }
 
-/// The workspace, as cargo knows it.
-fn metadata() -> Metadata {
-    MetadataCommand::new()
-        .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
-        .no_deps()
-        .other_options(["--offline".to_owned()])
-        .exec()
-        .expect("cargo describes the workspace")
-}
-
 #[test]
 fn no_crate_uses_another_that_it_must_not_know() {
-    let metadata = metadata();
+    let metadata = metadata(&["--no-deps"]);
     let rooms = BTreeMap::from(ROOMS);
     let found: BTreeSet<&str> = metadata.packages.iter().map(|package| crate_name(&package.name)).collect();
     assert_eq!(found, rooms.keys().copied().collect(), "the crates of the workspace");
     for package in &metadata.packages {
         let allowed = rooms[crate_name(&package.name)];
-        let used = package.dependencies.iter().filter(|dependency| dependency.kind == DependencyKind::Normal);
-        let used = used.map(|dependency| crate_name(&dependency.name));
+        let used = package.normal_dependencies().map(crate_name);
         for dependency in used.filter(|dependency| rooms.contains_key(dependency)) {
             assert!(allowed.contains(&dependency), "{} must not use {dependency}", package.name);
         }
@@ -101,14 +89,10 @@ fn no_crate_uses_another_that_it_must_not_know() {
 /// Whoever simulates a robot, or drives one, compiles no readers of YAML, TOML and pictures, and no rendering of errors.
 #[test]
 fn what_simulates_and_drives_reads_no_files() {
-    let readers = ["steward-diagnostics", "image", "miette", "saphyr", "toml"];
+    let readers = ["steward-diagnostics", "png", "miette", "saphyr", "toml"];
     for package in ["steward-robot", "steward-sim", "steward-nav", "components"] {
-        let tree = Command::new(env!("CARGO"))
-            .args(["tree", "--offline", "--edges", "normal,no-proc-macro", "--prefix", "none", "--package", package])
-            .current_dir(env!("CARGO_MANIFEST_DIR"))
-            .output()
-            .expect("cargo lists dependencies");
-        let tree = String::from_utf8(tree.stdout).expect("names are text");
+        let tree = cargo(&["tree", "--offline", "--edges=normal,no-proc-macro", "--prefix=none", "--package", package]);
+        let tree = String::from_utf8(tree).expect("names are text");
         let used: BTreeSet<&str> = tree.lines().filter_map(|line| line.split(' ').next()).collect();
         assert!(used.contains("nalgebra"), "{package}: {tree}");
         assert!(!readers.iter().any(|reader| used.contains(reader)), "{package}: {used:?}");
@@ -118,18 +102,33 @@ fn what_simulates_and_drives_reads_no_files() {
 /// What simulates or draws stays out of the crates that are to run on a real robot.
 #[test]
 fn only_sim_simulates_and_only_drawing_draws() {
-    let metadata = metadata();
+    let metadata = metadata(&["--no-deps"]);
     let owners =
         [("rapier2d", "sim"), ("bevy_ecs", "sim"), ("parry2d", "sim"), ("resvg", "drawing"), ("clap", "steward")];
     for package in &metadata.packages {
-        for dependency in package.dependencies.iter().filter(|dependency| dependency.kind == DependencyKind::Normal) {
-            let owner = owners.iter().find(|(name, _)| *name == dependency.name).map(|(_, owner)| *owner);
-            assert!(
-                owner.is_none_or(|owner| owner == crate_name(&package.name)),
-                "{} uses {}",
-                package.name,
-                dependency.name
-            );
+        for used in package.normal_dependencies() {
+            let owner = owners.iter().find(|(name, _)| *name == used).map(|(_, owner)| *owner);
+            assert!(owner.is_none_or(|owner| owner == crate_name(&package.name)), "{} uses {used}", package.name);
         }
     }
+}
+
+/// `cargo run` and `cargo test` build the program's dependencies once: no test asks for more of one than the program does.
+#[test]
+fn tests_share_the_dependencies_of_the_program() {
+    let features = |selection: &[&str]| {
+        let arguments = [&["tree", "--offline", "--prefix=none", "--format={p}|{f}", "--no-dedupe"], selection].concat();
+        let tree = String::from_utf8(cargo(&arguments)).expect("names are text");
+        let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for (package, features) in tree.lines().filter_map(|line| line.split_once('|')) {
+            let features = features.split(',').filter(|feature| !feature.is_empty()).map(str::to_owned);
+            found.entry(package.to_owned()).or_default().extend(features);
+        }
+        found
+    };
+    let program = features(&["--package=steward", "--edges=normal,build"]);
+    let all = features(&["--workspace", "--edges=normal,build,dev"]);
+    let more = program.iter().filter(|(package, features)| all[*package] != **features);
+    let more: Vec<_> = more.map(|(package, features)| (package, all[package].difference(features))).collect();
+    assert!(more.is_empty(), "tests want more features than the program has: {more:?}");
 }

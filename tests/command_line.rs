@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::{report, steward};
+use crate::steward::{picture_size, report, steward};
 
 #[test]
 fn a_run_ends_with_a_summary_a_report_and_pictures() {
@@ -20,8 +20,8 @@ fn a_run_ends_with_a_summary_a_report_and_pictures() {
     let snapshots = report["snapshots"].as_array().unwrap();
     assert!(snapshots.len() >= 5, "{snapshots:?}");
     for snapshot in snapshots {
-        let picture = image::open(out.path().join(snapshot["file"].as_str().unwrap())).unwrap();
-        assert_eq!((picture.width(), picture.height()), (1600, 900));
+        let picture = out.path().join(snapshot["file"].as_str().unwrap());
+        assert_eq!(picture_size(&picture), (1600, 900));
     }
 }
 
@@ -212,12 +212,10 @@ fn an_event_log_has_a_communication_a_line() {
 
 #[test]
 fn an_animation_is_a_gif_of_more_than_one_picture() {
-    use image::AnimationDecoder;
     let out = tempdir().unwrap();
     let gif = out.path().join("run.gif");
     report("battery_fault", out.path(), &["--no-snapshots", "--gif", gif.to_str().unwrap()]);
-    let bytes = std::io::Cursor::new(std::fs::read(gif).unwrap());
-    let frames = image::codecs::gif::GifDecoder::new(bytes).unwrap().into_frames();
+    let frames = gif::Decoder::new(std::fs::File::open(gif).unwrap()).unwrap().into_iter();
     assert!(frames.take(3).filter(Result::is_ok).count() == 3);
 }
 

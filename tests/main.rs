@@ -31,3 +31,4 @@ mod steward;
 mod stop;
 mod tree_command;
 mod tree_errors;
+mod workspace;

@@ -2,9 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use cargo_metadata::{DependencyKind, MetadataCommand, Package, PackageId};
-
 use crate::steward::steward;
+use crate::workspace::{Package, metadata};
 
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
@@ -25,23 +24,17 @@ fn to_be_named(expression: &str) -> BTreeSet<String> {
 #[cfg(target_os = "linux")]
 fn crates() -> Vec<Package> {
     let platform = format!("{}-unknown-linux-gnu", std::env::consts::ARCH);
-    let metadata = MetadataCommand::new()
-        .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
-        .other_options(["--offline", "--filter-platform", &platform].map(str::to_owned))
-        .exec()
-        .expect("cargo describes the dependencies");
+    let metadata = metadata(&["--filter-platform", &platform]);
     let resolve = metadata.resolve.expect("dependencies are resolved");
-    let nodes: BTreeMap<&PackageId, _> = resolve.nodes.iter().map(|node| (&node.id, node)).collect();
-    let mut found: BTreeSet<&PackageId> = BTreeSet::new();
-    let mut next: Vec<&PackageId> = resolve.root.iter().collect();
+    let nodes: BTreeMap<&str, _> = resolve.nodes.iter().map(|node| (&*node.id, node)).collect();
+    let mut found: BTreeSet<&str> = BTreeSet::new();
+    let mut next: Vec<&str> = resolve.root.iter().map(|root| &**root).collect();
     while let Some(id) = next.pop() {
         if found.insert(id) {
-            let normal =
-                |kinds: &[cargo_metadata::DepKindInfo]| kinds.iter().any(|kind| kind.kind == DependencyKind::Normal);
-            next.extend(nodes[id].deps.iter().filter(|dep| normal(&dep.dep_kinds)).map(|dep| &dep.pkg));
+            next.extend(nodes[id].normal_dependencies());
         }
     }
-    let found = |package: &Package| found.contains(&package.id) && package.source.is_some();
+    let found = |package: &Package| found.contains(&*package.id) && package.source.is_some();
     metadata.packages.iter().filter(|package| found(package)).cloned().collect()
 }
 

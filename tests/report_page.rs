@@ -9,7 +9,7 @@ use std::process::Command;
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::{report, steward};
+use crate::steward::{picture_size, report, steward};
 
 const WIDTHS_PX: [u32; 3] = [375, 1024, 1920];
 
@@ -127,7 +127,7 @@ pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
             let screenshot = format!("--screenshot={}", picture.display());
             let scheme = format!("--blink-settings=preferredColorScheme={scheme}");
             open(&browser, page, (width, height), &[&screenshot, &scheme]);
-            assert_eq!(image::image_dimensions(&picture).unwrap(), (width, height));
+            assert_eq!(picture_size(&picture), (width, height));
         }
     }
 }

@@ -2,25 +2,29 @@
 
 use std::io::Cursor;
 
-use image::codecs::png::{PngDecoder, PngEncoder};
-use image::{ExtendedColorType, ImageDecoder, ImageEncoder, Limits};
+use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, Limits, Transformations};
 
 use super::samples::{Raster, RasterError, cell_count};
+
+/// The decoder keeps no more than this beside the samples: the largest map takes 100 MB.
+const MAX_DECODER_BYTES: usize = 512 << 20;
 
 /// Decodes a PNG. A palette becomes RGB, transparency of any kind an alpha channel; samples are taken as they are,
 /// without regard to gamma.
 pub(super) fn decode(bytes: &[u8]) -> Result<Raster, RasterError> {
-    let broken = |error: image::ImageError| RasterError::Png(error.to_string());
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), Limits::default()).map_err(broken)?;
-    let (width, height) = decoder.dimensions();
+    let broken = |error: DecodingError| RasterError::Png(error.to_string());
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_DECODER_BYTES });
+    decoder.set_transformations(Transformations::EXPAND);
+    let mut reader = decoder.read_info().map_err(broken)?;
+    let (width, height) = reader.info().size();
     let cells = cell_count(width.into(), height.into())?;
-    let color = decoder.color_type();
-    let channels = usize::from(color.channel_count());
-    let wide = color.bytes_per_pixel() > color.channel_count();
-    let mut buffer = vec![0; cells * usize::from(color.bytes_per_pixel())];
-    decoder.read_image(&mut buffer).map_err(broken)?;
+    let (color, depth) = reader.output_color_type();
+    let channels = color.samples();
+    let wide = depth == BitDepth::Sixteen;
+    let mut buffer = vec![0; cells * channels * if wide { 2 } else { 1 }];
+    reader.next_frame(&mut buffer).map_err(broken)?;
     let samples = if wide {
-        buffer.as_chunks().0.iter().map(|bytes| u16::from_ne_bytes(*bytes)).collect()
+        buffer.as_chunks().0.iter().map(|bytes| u16::from_be_bytes(*bytes)).collect()
     } else {
         buffer.into_iter().map(u16::from).collect()
     };
@@ -34,9 +38,18 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster, RasterError> {
 /// If there are not `width` × `height` pixels, or not from 1 to [`MAX_CELLS`](super::MAX_CELLS).
 pub(crate) fn encode(width: usize, height: usize, pixels: &[u8]) -> Vec<u8> {
     let side = |length: usize| u32::try_from(length).expect("a side has no more pixels than a map has cells");
-    let (width, height) = (side(width), side(height));
+    encode_as((side(width), side(height)), ColorType::Grayscale, BitDepth::Eight, pixels)
+}
+
+fn encode_as((width, height): (u32, u32), color: ColorType, depth: BitDepth, samples: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::new();
-    let written = PngEncoder::new(&mut bytes).write_image(pixels, width, height, ExtendedColorType::L8);
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(depth);
+    let written = encoder.write_header().and_then(|mut writer| {
+        writer.write_image_data(samples)?;
+        writer.finish()
+    });
     written.expect("a picture of that size can be written to memory");
     bytes
 }
@@ -45,22 +58,16 @@ pub(crate) fn encode(width: usize, height: usize, pixels: &[u8]) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    fn png(pixels: &[u8], color: ExtendedColorType) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        PngEncoder::new(&mut bytes).write_image(pixels, 2, 1, color).unwrap();
-        bytes
-    }
-
     #[test]
     fn every_colour_type_keeps_its_samples() {
         for (color, channels) in [
-            (ExtendedColorType::L8, 1),
-            (ExtendedColorType::La8, 2),
-            (ExtendedColorType::Rgb8, 3),
-            (ExtendedColorType::Rgba8, 4),
+            (ColorType::Grayscale, 1),
+            (ColorType::GrayscaleAlpha, 2),
+            (ColorType::Rgb, 3),
+            (ColorType::Rgba, 4),
         ] {
             let pixels: Vec<u8> = (0..2 * channels as u8).collect();
-            let raster = decode(&png(&pixels, color)).unwrap();
+            let raster = decode(&encode_as((2, 1), color, BitDepth::Eight, &pixels)).unwrap();
             assert_eq!((raster.channels, raster.white), (channels, 255));
             assert_eq!(raster.samples, pixels.iter().map(|sample| u16::from(*sample)).collect::<Vec<_>>());
         }
@@ -68,8 +75,8 @@ mod tests {
 
     #[test]
     fn sixteen_bits_stay_sixteen_bits() {
-        let pixels: Vec<u8> = [300_u16, 65_535].iter().flat_map(|sample| sample.to_ne_bytes()).collect();
-        let raster = decode(&png(&pixels, ExtendedColorType::L16)).unwrap();
+        let pixels: Vec<u8> = [300_u16, 65_535].iter().flat_map(|sample| sample.to_be_bytes()).collect();
+        let raster = decode(&encode_as((2, 1), ColorType::Grayscale, BitDepth::Sixteen, &pixels)).unwrap();
         assert_eq!((raster.white, raster.samples), (65_535, vec![300, 65_535]));
     }
 

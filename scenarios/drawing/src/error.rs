@@ -14,7 +14,7 @@ pub enum Error {
     Size,
     /// A snapshot cannot be encoded.
     #[error("cannot encode the picture")]
-    Encode(#[source] image::ImageError),
+    Encode(#[from] png::EncodingError),
     /// An animation cannot be encoded.
     #[error("cannot encode the animation")]
     Animate(#[source] gif::EncodingError),

@@ -1,7 +1,5 @@
 //! Pictures in pixels.
 
-use image::codecs::png::{CompressionType, FilterType, PngEncoder};
-use image::{ExtendedColorType, ImageEncoder};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg;
 
@@ -53,11 +51,14 @@ impl Renderer {
     /// If the text is not an SVG picture, or if it is too large to be rendered.
     pub fn png(&self, svg: &str) -> Result<Vec<u8>, Error> {
         let pixels = self.pixels(svg, 1.0)?;
-        let mut png = Vec::new();
-        PngEncoder::new_with_quality(&mut png, CompressionType::Default, FilterType::Adaptive)
-            .write_image(&pixels.rgb, pixels.width, pixels.height, ExtendedColorType::Rgb8)
-            .map_err(Error::Encode)?;
-        Ok(png)
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, pixels.width, pixels.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_filter(png::Filter::Adaptive);
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&pixels.rgb)?;
+        writer.finish()?;
+        Ok(bytes)
     }
 
     /// All texts of the picture, each with the box of its letters in pixels: to see that nothing overlaps.
