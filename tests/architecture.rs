@@ -117,7 +117,8 @@ fn only_sim_simulates_and_only_drawing_draws() {
 #[test]
 fn tests_share_the_dependencies_of_the_program() {
     let features = |selection: &[&str]| {
-        let arguments = [&["tree", "--offline", "--prefix=none", "--format={p}|{f}", "--no-dedupe"], selection].concat();
+        let arguments =
+            [&["tree", "--offline", "--prefix=none", "--format={p}|{f}", "--no-dedupe"], selection].concat();
         let tree = String::from_utf8(cargo(&arguments)).expect("names are text");
         let mut found: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for (package, features) in tree.lines().filter_map(|line| line.split_once('|')) {

@@ -60,12 +60,9 @@ mod tests {
 
     #[test]
     fn every_colour_type_keeps_its_samples() {
-        for (color, channels) in [
-            (ColorType::Grayscale, 1),
-            (ColorType::GrayscaleAlpha, 2),
-            (ColorType::Rgb, 3),
-            (ColorType::Rgba, 4),
-        ] {
+        for (color, channels) in
+            [(ColorType::Grayscale, 1), (ColorType::GrayscaleAlpha, 2), (ColorType::Rgb, 3), (ColorType::Rgba, 4)]
+        {
             let pixels: Vec<u8> = (0..2 * channels as u8).collect();
             let raster = decode(&encode_as((2, 1), color, BitDepth::Eight, &pixels)).unwrap();
             assert_eq!((raster.channels, raster.white), (channels, 255));
