@@ -171,13 +171,13 @@ fn logs_with_faults_are_used_as_far_as_that_is_safe_and_named_by_line() {
     let scans = serde_json::from_str::<serde_json::Value>(&said).unwrap()["scans"].as_u64().unwrap();
     assert_eq!(scans + 2, whole["scans"].as_u64().unwrap(), "all but the spoilt ones");
     assert!(notes.contains("line 4: this FLASER should have 192 fields, but has 191"), "{notes}");
-    assert!(notes.contains("the log breaks off within this line"), "{notes}");
+    assert!(notes.contains("the log is truncated within this line"), "{notes}");
     let mut packed = GzEncoder::new(Vec::new(), Compression::fast());
     packed.write_all(text.as_bytes()).unwrap();
     let packed = packed.finish().unwrap();
     std::fs::write(folder.path("half.log.gz"), &packed[..packed.len() / 2]).unwrap();
     let (_, notes) = folder.run(&["localize", "--map", "house.yaml", "--log", "half.log.gz"]);
-    assert!(notes.contains("the compressed file breaks off here"), "{notes}");
+    assert!(notes.contains("the compressed file is truncated here"), "{notes}");
     let mut damaged = packed;
     let last = damaged.len() - 6;
     damaged[last] ^= 1;

@@ -322,7 +322,7 @@ fn a_blank_line_before_the_xml_declaration_is_called_that() {
     let text = "\n<?xml version=\"1.0\"?><root><BehaviorTree ID=\"T\"><AlwaysSuccess/></BehaviorTree></root>";
     let error = Tree::from_xml("t.xml", text).unwrap_err();
     assert!(
-        error.problems()[0].to_string().contains("`<?xml …?>` must be the very first thing in a file"),
+        error.problems()[0].to_string().contains("`<?xml …?>` must be at the very beginning of the file"),
         "{:?}",
         error.problems()
     );

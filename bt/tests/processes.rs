@@ -329,7 +329,7 @@ fn a_missing_skill_is_an_error_of_wiring() {
     let mut topology = Topology::default();
     let [generator, bt] = ["TickGenerator", "BT"].map(|name| topology.process(name).unwrap());
     let error = declare_channels(&tree, &mut topology, bt, generator).unwrap_err();
-    assert_eq!(error.to_string(), "BT needs a channel BT → BatteryLevel, and there is none");
+    assert_eq!(error.to_string(), "BT needs the channel BT → BatteryLevel, which does not exist");
     let error = TreeProcess::new(tree, &topology, "BT", "TickGenerator").unwrap_err();
-    assert_eq!(error.to_string(), "BT needs a channel BT → BatteryLevel, and there is none");
+    assert_eq!(error.to_string(), "BT needs the channel BT → BatteryLevel, which does not exist");
 }

@@ -13,7 +13,7 @@ fn main() {
     divan::main();
 }
 
-/// A process that asks without end, one that answers, and nothing else.
+/// A process that asks without end, and one that answers.
 fn conversation() -> ChannelSystem {
     let mut topology = Topology::default();
     let [skill, reader] = ["BatteryLevel", "BatteryReader"].map(|name| topology.process(name).expect("a new name"));
@@ -37,7 +37,7 @@ fn conversation() -> ChannelSystem {
     ChannelSystem::new(Arc::new(topology), processes).expect("a wired system")
 }
 
-/// One communication: a send, a receive and the choice between what is enabled.
+/// One communication: a send, a receive and the choice among the enabled transitions.
 #[divan::bench]
 fn communication(bencher: Bencher) {
     let mut system = conversation();

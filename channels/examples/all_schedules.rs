@@ -1,7 +1,7 @@
-//! Lets processes exchange messages under every schedule that there is: `cargo run --example all_schedules`.
+//! Lets processes exchange messages under every possible schedule: `cargo run --example all_schedules`.
 //!
-//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up; no test that happens
-//! to run one schedule would tell.
+//! Anna and Ben share two forks. Who goes hungry depends on the order in which they pick them up. A test that runs a
+//! single schedule would not tell.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use channels::{
 const GUESTS: [&str; 2] = ["Anna", "Ben"];
 const FORKS: [&str; 2] = ["LeftFork", "RightFork"];
 
-/// A table at which each guest picks up the forks in an order of their own.
+/// A table at which each guest picks up the forks in their own order.
 fn table(orders: [[usize; 2]; 2]) -> Result<ChannelSystem, Box<dyn Error>> {
     let mut topology = Topology::default();
     let mut processes = |names: [&str; 2]| -> Result<[ProcessId; 2], Box<dyn Error>> {
@@ -22,7 +22,7 @@ fn table(orders: [[usize; 2]; 2]) -> Result<ChannelSystem, Box<dyn Error>> {
     };
     let (guests, forks) = (processes(GUESTS)?, processes(FORKS)?);
 
-    // A channel of capacity 0 from each guest to each fork: both move together, when the fork is ready to be taken.
+    // A channel of capacity 0 joins each guest to each fork: both move together, when the fork is free.
     let mut channels = Vec::new();
     for guest in guests {
         for fork in forks {
@@ -59,13 +59,13 @@ fn table(orders: [[usize; 2]; 2]) -> Result<ChannelSystem, Box<dyn Error>> {
     Ok(ChannelSystem::new(Arc::new(topology), behaviors)?)
 }
 
-/// A state that can be reached, and the messages that lead there.
+/// A reachable state, and the messages that lead to it.
 struct Reached {
     system: ChannelSystem,
     by: Vec<String>,
 }
 
-/// Every state that some schedule leads to, each once, by a shortest way.
+/// Every reachable state, once, with one of the shortest ways to it.
 fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
     let mut states = vec![Reached { system: start, by: Vec::new() }];
     let mut next = 0;
@@ -76,7 +76,7 @@ fn explore(start: ChannelSystem) -> Result<Vec<Reached>, Box<dyn Error>> {
                 let (from, to) = system.topology().ends(channel);
                 by.push(format!("{from} → {to} {message}"));
             }
-            // Where there are many states, keep them by `hash_state`.
+            // With many states, keep them by `hash_state` instead.
             if !states.iter().any(|known| known.system.same_state(&system)) {
                 states.push(Reached { system, by });
             }

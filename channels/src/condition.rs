@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Message, Value};
 
-/// A variable of a program graph: its place among the graph's variables.
+/// A variable of a program graph, as an index into the graph's variables.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct VariableId(pub(crate) usize);
 
@@ -90,7 +90,7 @@ pub enum Term {
 }
 
 impl Term {
-    /// The term's value; [`Content::Nothing`] where a variable is empty, a field absent or an operand no number.
+    /// The term's value. [`Content::Nothing`] if a variable is empty, a field is missing or an operand is not a number.
     #[must_use]
     pub fn evaluate(&self, evaluation: &Evaluation) -> Content {
         match self {
@@ -106,7 +106,7 @@ impl Term {
         }
     }
 
-    /// The condition that this term stands in that relation to the other.
+    /// The condition that this term stands in the given relation to the other.
     #[must_use]
     pub fn compare(self, relation: Relation, other: impl Into<Self>) -> Condition {
         Condition::Compare(self, relation, other.into())
@@ -127,7 +127,7 @@ impl Term {
         }
     }
 
-    /// What is taken away from something: a sum of several stands in parentheses.
+    /// The term as the right operand of a subtraction: a sum is put in parentheses.
     fn describe_inside(&self, names: &[String]) -> String {
         match self {
             Self::Sum(..) | Self::Difference(..) => format!("({})", self.describe(names)),
@@ -177,7 +177,7 @@ fn tuple(terms: &[Term], evaluation: &Evaluation) -> Content {
 pub enum Relation {
     /// `=`
     Equal,
-    /// `!=`: not equal, so it holds between values of different types.
+    /// `!=`: not equal; it also holds between values of different types.
     NotEqual,
     /// `<`
     Less,
@@ -190,8 +190,8 @@ pub enum Relation {
 }
 
 impl Relation {
-    /// Whether the relation holds. Integers and reals compare as numbers; other types have no order, and between
-    /// different types every relation but `!=` is false.
+    /// Whether the relation holds. Integers and reals compare as numbers. Other types have no order. Between different
+    /// types, every relation but `!=` is false.
     #[must_use]
     pub fn holds(self, a: &Value, b: &Value) -> bool {
         let order = match (a.as_number(), b.as_number()) {
@@ -231,16 +231,16 @@ pub enum Condition {
     True,
     /// Holds if the condition does not.
     Not(Box<Condition>),
-    /// Holds if all do.
+    /// Holds if all of them hold.
     And(Vec<Condition>),
-    /// Holds if one does.
+    /// Holds if at least one of them holds.
     Or(Vec<Condition>),
     /// Holds if the terms' values stand in the relation. A term without a value makes every relation but `!=` false.
     Compare(Term, Relation, Term),
 }
 
 impl Condition {
-    /// Whether the condition holds, η ⊨ g.
+    /// Whether the evaluation satisfies the condition, η ⊨ g.
     #[must_use]
     pub fn holds(&self, evaluation: &Evaluation) -> bool {
         match self {
@@ -259,19 +259,19 @@ impl Condition {
         }
     }
 
-    /// The condition and the other.
+    /// The conjunction of both conditions.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self::And(vec![self, other])
     }
 
-    /// The condition or the other.
+    /// The disjunction of both conditions.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self::Or(vec![self, other])
     }
 
-    /// Not the condition.
+    /// The negation of the condition.
     #[must_use]
     pub fn negated(self) -> Self {
         Self::Not(Box::new(self))
@@ -341,7 +341,7 @@ mod tests {
     }
 
     #[test]
-    fn an_absent_field_makes_every_relation_false_but_different_from() {
+    fn a_missing_field_makes_every_relation_false_but_not_equal() {
         let message = Content::Message(Message::symbols(["ok"]));
         for relation in [Relation::Equal, Relation::Less, Relation::LessOrEqual, Relation::Greater] {
             assert!(!holds(&M.field(2).compare(relation, 20), message.clone()), "{relation}");
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn terms_count() {
+    fn terms_add_and_subtract() {
         let timer = Evaluation::new(vec![Content::Value(10.into())]);
         let one_less = Term::Difference(Box::new(M.term()), Box::new(1.into()));
         assert_eq!(one_less.evaluate(&timer), Content::Value(9.into()));

@@ -1,4 +1,4 @@
-//! Faults on channels: what may happen to a message on its way.
+//! Faults on channels: what may happen to a message in transit.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,22 +9,21 @@ use rand_chacha::ChaCha8Rng;
 
 use crate::{Capacity, ChannelId, Message, Topology, WiringError};
 
-/// Whether a message is concerned.
+/// Decides whether a fault applies to a message.
 pub type Concern = Arc<dyn Fn(&Message) -> bool + Send + Sync>;
 
-/// What is put in a message's place.
+/// Computes the message that replaces another.
 pub type Corruption = Arc<dyn Fn(&Message) -> Message + Send + Sync>;
 
 /// A fault on a channel of capacity 1: an extra transition of the channel itself.
 ///
-/// While a message that the fault concerns is in the channel, receiving it is not enabled until the channel has taken
-/// its own transition ([`EnabledKind::Disturb`](crate::EnabledKind::Disturb)), which the scheduler chooses like any
-/// other. Whether a message is concerned is settled when it is sent, so a message that was in the channel before the
-/// disturbance began is spared, and so are messages that a disturbance itself puts into a channel. Where several
-/// disturbances concern a message, they act one after the other, in the order in which they began, and each sees what
-/// the one before has left.
+/// While the channel holds a message that the fault applies to, that message cannot be received until the channel has
+/// taken its own transition ([`EnabledKind::Disturb`](crate::EnabledKind::Disturb)), which the scheduler chooses like
+/// any other. Whether the fault applies is decided when the message is sent. A disturbance therefore spares messages
+/// that were in the channel before it began, and messages that a disturbance put there. If several disturbances apply
+/// to a message, they act in the order in which they began, each on the result of the one before.
 ///
-/// A disturbance is no event of the timed state sequence: monitors see what the receiver receives.
+/// A disturbance is not an event of the timed state sequence: monitors see what the receiver receives.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -56,20 +55,20 @@ pub type Corruption = Arc<dyn Fn(&Message) -> Message + Send + Sync>;
 pub struct Disturbance {
     /// The channel that is disturbed.
     pub channel: ChannelId,
-    /// Which of its messages are concerned.
+    /// Which of its messages the disturbance applies to.
     pub concerns: Concern,
-    /// How many of those are hit; all of them, if none.
+    /// The chance that it hits such a message; without one, it hits all of them.
     pub probability: Option<Chance>,
     /// What happens to them.
     pub effect: Effect,
 }
 
-/// A probability, and where its draws come from: one for each message that is concerned.
+/// A probability and the stream of its draws: one draw for each message that the disturbance applies to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chance {
     /// Between 0, never, and 1, always.
     pub probability: f64,
-    /// A stream of random numbers from which nobody else draws.
+    /// A stream of random numbers that nothing else draws from.
     pub stream: ChaCha8Rng,
 }
 
@@ -78,16 +77,16 @@ pub struct Chance {
 pub enum Effect {
     /// It is taken out; nobody receives it.
     Lose,
-    /// It cannot be received before that time after it was sent. Meanwhile the channel is full, so its messages stay in
-    /// order.
+    /// It cannot be received until this much time after it was sent. The channel stays full meanwhile, so its messages
+    /// keep their order.
     Hold(Duration),
-    /// Its first delivery leaves it in the channel, so that it is delivered twice.
+    /// Its first delivery leaves it in the channel, so it is delivered twice.
     Repeat,
-    /// Another message takes its place. It has to be one that the channel can carry, else the run ends with
+    /// Another message takes its place. The channel must be able to carry it; otherwise the run ends with
     /// [`RunError::Corrupted`](crate::RunError::Corrupted).
     Replace(Corruption),
-    /// It is taken out, and this answer is put into the channel of the opposite direction as soon as that is empty,
-    /// with the request's number: a request that somebody pretends to have answered.
+    /// It is removed. As soon as the channel in the opposite direction is empty, this answer is put there with the
+    /// request's number, as if the receiver had answered.
     Answer(Message),
 }
 
@@ -106,17 +105,17 @@ impl Effect {
 }
 
 impl Disturbance {
-    /// That effect on every message of the channel.
+    /// The effect, applied to every message of the channel.
     #[must_use]
     pub fn all(channel: ChannelId, effect: Effect) -> Self {
         Self { channel, concerns: Arc::new(|_| true), probability: None, effect }
     }
 
-    /// Checks that the disturbance can take hold in a system of that topology.
+    /// Checks that the disturbance is possible in a system with this topology.
     ///
     /// # Errors
-    /// [`WiringError::HoldsNothing`] if the channel has capacity 0, [`WiringError::MissingChannel`] if an answer would
-    /// have no channel, [`WiringError::OutsideDomain`] if that channel cannot carry the answer.
+    /// [`WiringError::HoldsNothing`] if the channel has capacity 0, [`WiringError::MissingChannel`] if there is no
+    /// channel for an answer, [`WiringError::OutsideDomain`] if that channel cannot carry the answer.
     pub fn check(&self, topology: &Topology) -> Result<(), WiringError> {
         if topology.get(self.channel).capacity == Capacity::Zero {
             return Err(WiringError::HoldsNothing { channel: topology.describe(self.channel) });
@@ -138,7 +137,7 @@ impl Disturbance {
         })
     }
 
-    /// Whether the disturbance hits that message. Draws from its stream if the message is concerned.
+    /// Whether the disturbance hits the message. Draws from its stream if the disturbance applies to the message.
     pub(crate) fn hits(&mut self, message: &Message) -> bool {
         (self.concerns)(message)
             && self.probability.as_mut().is_none_or(|chance| chance.stream.random::<f64>() < chance.probability)

@@ -19,21 +19,21 @@ pub enum FieldKind {
     Real,
     /// Text.
     Text,
-    /// A value of that kind, or [`NONE`](Self::NONE).
+    /// A value of the inner kind, or [`NONE`](Self::NONE).
     Optional(Box<Self>),
 }
 
 impl FieldKind {
-    /// The name of the symbol in an optional field without a value: `<none>`.
+    /// The name of the symbol that an optional field without a value holds: `<none>`.
     pub const NONE: &str = "none";
 
-    /// One of the symbols of these names.
+    /// One of the symbols with these names.
     #[must_use]
     pub fn symbols<const N: usize>(names: [&str; N]) -> Self {
         Self::Symbol(names.map(Symbol::new).to_vec())
     }
 
-    /// Whether a field of this kind may hold that value.
+    /// Whether a field of this kind may hold the value.
     #[must_use]
     pub fn contains(&self, value: &Value) -> bool {
         match (self, value) {
@@ -45,7 +45,8 @@ impl FieldKind {
         }
     }
 
-    /// Whether a field of this kind can be equal to that value, or ordered against it: numbers can, of either type.
+    /// Whether a field of this kind can equal the value or be ordered with it. Integers and reals compare with each
+    /// other.
     #[must_use]
     pub fn is_comparable_to(&self, value: &Value) -> bool {
         match self {
@@ -72,7 +73,7 @@ impl fmt::Display for FieldKind {
     }
 }
 
-/// One form that messages of a channel take: named fields with their kinds.
+/// One form that the messages of a channel may have: named fields with their kinds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     fields: Vec<(String, FieldKind)>,
@@ -91,7 +92,7 @@ impl Shape {
         &self.fields
     }
 
-    /// Whether that message has this shape.
+    /// Whether the message has this shape.
     #[must_use]
     pub fn contains(&self, message: &Message) -> bool {
         let values = message.fields();
@@ -114,7 +115,7 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The domain of messages that have one of these shapes.
+    /// The domain of all messages that have one of these shapes.
     #[must_use]
     pub fn new(shapes: impl IntoIterator<Item = Shape>) -> Self {
         Self { shapes: shapes.into_iter().collect() }
@@ -126,13 +127,13 @@ impl Domain {
         &self.shapes
     }
 
-    /// Whether the channel may carry that message.
+    /// Whether the channel may carry the message.
     #[must_use]
     pub fn contains(&self, message: &Message) -> bool {
         self.shapes.iter().any(|shape| shape.contains(message))
     }
 
-    /// The shape of a message of this domain: the first that contains it.
+    /// The first shape of this domain that the message has.
     #[must_use]
     pub fn shape_of(&self, message: &Message) -> Option<&Shape> {
         self.shapes.iter().find(|shape| shape.contains(message))
@@ -151,7 +152,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_domain_holds_the_messages_of_its_shapes_only() {
+    fn a_domain_contains_only_messages_of_its_shapes() {
         let level = Domain::new([
             Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]),
             Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),

@@ -1,4 +1,4 @@
-//! What can go wrong in wiring a system and in running it.
+//! Errors of wiring a system and of running it.
 
 use crate::Message;
 
@@ -7,13 +7,13 @@ use crate::Message;
 #[non_exhaustive]
 pub enum WiringError {
     /// Two processes have the same name.
-    #[error("there are two processes named {name}")]
+    #[error("two processes are named {name}")]
     DuplicateProcess {
         /// The name.
         name: String,
     },
     /// Two channels join the same processes in the same direction.
-    #[error("there are two channels {source_process} → {target_process}")]
+    #[error("two channels lead from {source_process} to {target_process}")]
     DuplicateChannel {
         /// The sender.
         source_process: String,
@@ -26,16 +26,16 @@ pub enum WiringError {
         /// The process.
         process: String,
     },
-    /// A channel that somebody needs is not there.
-    #[error("{process} needs a channel {channel}, and there is none")]
+    /// A required channel does not exist.
+    #[error("{process} needs the channel {channel}, which does not exist")]
     MissingChannel {
         /// The process that needs it.
         process: String,
         /// The channel in words, sender first.
         channel: String,
     },
-    /// A process uses a channel that it is not at that end of.
-    #[error("{process} would {verb} the channel {channel}, which is not its own")]
+    /// A process uses a channel that does not start or end at it.
+    #[error("{process} would {verb} the channel {channel}, which belongs to other processes")]
     ForeignChannel {
         /// The process.
         process: String,
@@ -45,7 +45,7 @@ pub enum WiringError {
         channel: String,
     },
     /// A process may send or wait for a message that the channel cannot carry.
-    #[error("{process} knows the message {message}, which the channel {channel} cannot carry; it carries {domain}")]
+    #[error("{process} uses the message {message}, which the channel {channel} cannot carry; it carries {domain}")]
     OutsideDomain {
         /// The process.
         process: String,
@@ -56,20 +56,20 @@ pub enum WiringError {
         /// The channel's domain in words.
         domain: String,
     },
-    /// A declared process has no behaviour.
-    #[error("the process {process} is declared, but nothing says what it does")]
+    /// A declared process has no behavior.
+    #[error("the process {process} is declared but has no behavior")]
     MissingProcess {
         /// The process.
         process: String,
     },
-    /// A process that is the sum of its members has no behaviour of its own that could be replaced.
-    #[error("{process} is the sum of its members, which have to be replaced one by one")]
+    /// A composed process has no behavior of its own that could be replaced.
+    #[error("{process} is composed of members, which must be replaced one by one")]
     Composed {
         /// The process.
         process: String,
     },
-    /// A disturbance of a channel that never holds a message.
-    #[error("the channel {channel} hands messages over without holding them, so nothing can happen to them there")]
+    /// A disturbance is on a channel that never holds a message.
+    #[error("the channel {channel} hands messages over without holding them, so it cannot be disturbed")]
     HoldsNothing {
         /// The channel in words.
         channel: String,
@@ -84,18 +84,18 @@ pub enum WiringError {
     },
 }
 
-/// Why a system cannot go on.
+/// Why a run cannot continue.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
-    /// The system does not become quiet: some processes keep going without end.
-    #[error("the system was not quiet after {steps} transitions at {time_s} s; {} kept going", processes.join(", "))]
+    /// The system never becomes quiet: some processes keep moving forever.
+    #[error("the system was still busy after {steps} transitions, at {time_s} s; {} kept moving", processes.join(", "))]
     Livelock {
         /// How many transitions it was given.
         steps: u64,
         /// When it happened, in seconds.
         time_s: String,
-        /// The processes that were still taking transitions, in order of name.
+        /// The processes that were still moving, by name in alphabetical order.
         processes: Vec<String>,
     },
     /// A process sent a message that its channel cannot carry.
@@ -110,7 +110,7 @@ pub enum RunError {
         /// The channel's domain in words.
         domain: String,
     },
-    /// A disturbance replaced a message by one that the channel cannot carry.
+    /// A disturbance replaced a message with one that the channel cannot carry.
     #[error("a disturbance put {message} into the channel {channel}, which carries {domain}")]
     Corrupted {
         /// The message.

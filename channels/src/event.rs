@@ -9,11 +9,11 @@ use crate::{ChannelId, Message};
 /// One state of the timed state sequence.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Event {
-    /// How many communications there have been, this one included.
+    /// The number of communications so far, including this one.
     pub step: u64,
-    /// τ: the number of the last tick generated; a tick's own event already has it.
+    /// τ: the number of the last tick generated. For a tick's own event, the number of that tick.
     pub tick: u64,
-    /// When it happened, since the start of the run.
+    /// Time since the start of the run.
     pub time: Duration,
     /// What happened.
     pub kind: EventKind,
@@ -22,13 +22,13 @@ pub struct Event {
 /// What happened at a state of the timed state sequence.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum EventKind {
-    /// A tick was generated, taken or not.
+    /// A tick was generated, whether or not a process took it.
     Tick,
     /// A message was received.
     Received {
-        /// From this channel.
+        /// The channel it came from.
         channel: ChannelId,
-        /// This message.
+        /// The message.
         message: Message,
     },
 }

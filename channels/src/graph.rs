@@ -7,7 +7,7 @@ use std::time::Duration;
 use crate::condition::{Assignment, Condition, Content, Evaluation, Term, VariableId};
 use crate::{Action, ChannelId, Envelope, Message, Offer, Pattern, Process, Topology, TransitionId, Use, WiringError};
 
-/// A location of a program graph: its place among the graph's locations.
+/// A location of a program graph, as an index into the graph's locations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct LocationId(pub(crate) usize);
 
@@ -43,14 +43,14 @@ impl From<Message> for Slot {
 /// What a transition of a graph does: an element of Act ∪ Comm.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Label {
-    /// An internal action with its effect: the assignments are made one after the other.
+    /// An internal action with its effect: the assignments, made one after the other.
     Internal(Vec<Assignment>),
     /// `!(p, q, ⊙)`
     Send(ChannelId, Slot),
     /// `?(q, p, ⊙)`
     Receive(ChannelId, Slot),
-    /// A tick is generated, taken or not: `[<tick>, n]` is assigned to the variable. Only monitors take such a
-    /// transition; a process is never offered it.
+    /// A tick is generated, whether or not a process takes it: `[<tick>, n]` is assigned to the variable. Only monitors
+    /// take such transitions; they are never offered to processes.
     Tick(VariableId),
 }
 
@@ -65,7 +65,7 @@ pub struct GraphTransition {
     pub label: Label,
     /// ℓ′
     pub to: LocationId,
-    /// What the transition means to a person, for diagrams; empty to have it written out from guard and label.
+    /// The meaning of the transition in words, for diagrams. If empty, diagrams show its guard and label.
     pub caption: String,
 }
 
@@ -98,12 +98,12 @@ pub struct ProgramGraph {
     transitions: Vec<GraphTransition>,
     initial_locations: Vec<LocationId>,
     initial_condition: Condition,
-    /// For each location, the range of its transitions in `transitions`, which are sorted by location.
+    /// For each location, the range of its transitions in `transitions`, which is sorted by location.
     outgoing: Vec<std::ops::Range<usize>>,
 }
 
 impl ProgramGraph {
-    /// Starts a graph of that name.
+    /// Starts a graph with this name.
     #[must_use]
     pub fn builder(name: &str) -> GraphBuilder {
         GraphBuilder {
@@ -159,7 +159,7 @@ impl ProgramGraph {
         &self.initial_condition
     }
 
-    /// What a transition means, for diagrams: its caption, or guard and label written out.
+    /// The meaning of a transition in words, for diagrams: its caption, or else its guard and label.
     #[must_use]
     pub fn caption(&self, transition: &GraphTransition, topology: &Topology) -> String {
         if !transition.caption.is_empty() {
@@ -223,7 +223,7 @@ impl GraphBuilder {
         VariableId(self.variables.len() - 1)
     }
 
-    /// Adds a transition; returns it so that a guard or a caption can be given.
+    /// Adds a transition and returns it, so that a guard or a caption can be set.
     pub fn transition(&mut self, from: LocationId, label: Label, to: LocationId) -> &mut GraphTransition {
         self.transitions.push(GraphTransition { from, guard: Condition::True, label, to, caption: String::new() });
         self.transitions.last_mut().expect("a transition was just added")
@@ -279,7 +279,7 @@ impl GraphBuilder {
         self
     }
 
-    /// The graph.
+    /// Builds the graph.
     ///
     /// # Errors
     /// [`WiringError::Graph`] if there is no initial location or the variables do not satisfy g₀ at the start.
@@ -312,7 +312,7 @@ impl GraphBuilder {
     }
 }
 
-/// A program graph at work: its location and the values of its variables.
+/// A running program graph: its location and the values of its variables.
 #[derive(Clone, Debug)]
 pub struct GraphProcess {
     graph: Arc<ProgramGraph>,
@@ -328,7 +328,7 @@ impl GraphProcess {
         Self { evaluation: graph.initial_evaluation.clone(), location, graph }
     }
 
-    /// The graph at each of its initial locations: all that it may start from.
+    /// One process per initial location of the graph.
     pub fn starts(graph: &Arc<ProgramGraph>) -> impl Iterator<Item = Self> {
         graph.initial_locations.iter().map(|&location| Self { location, ..Self::new(Arc::clone(graph)) })
     }
@@ -339,7 +339,7 @@ impl GraphProcess {
         &self.graph
     }
 
-    /// Where the process stands.
+    /// The current location.
     #[must_use]
     pub fn location_id(&self) -> LocationId {
         self.location
@@ -351,7 +351,7 @@ impl GraphProcess {
         &self.evaluation
     }
 
-    /// The first transition that would receive that message from that channel.
+    /// The first transition that can receive the message from the channel.
     pub(crate) fn receiving(&self, channel: ChannelId, message: &Message) -> Option<TransitionId> {
         self.ready().find_map(|(id, transition)| match &transition.label {
             Label::Receive(on, Slot::Variable(_)) if *on == channel => Some(id),
@@ -360,7 +360,7 @@ impl GraphProcess {
         })
     }
 
-    /// The first transition that would see a tick generated.
+    /// The first transition that observes a generated tick.
     pub(crate) fn ticking(&self) -> Option<TransitionId> {
         self.ready().find_map(|(id, transition)| matches!(transition.label, Label::Tick(_)).then_some(id))
     }
@@ -394,7 +394,7 @@ impl GraphProcess {
         self.graph.leaving(self.location).filter(|(_, transition)| transition.guard.holds(&self.evaluation))
     }
 
-    /// The action that a transition offers; none where a variable to be sent holds no message.
+    /// The action that a transition offers; `None` if a variable to be sent holds no message.
     fn action(&self, transition: &GraphTransition) -> Option<Action> {
         Some(match &transition.label {
             Label::Internal(_) => Action::Internal,
@@ -424,7 +424,7 @@ impl Eq for GraphProcess {}
 
 impl Hash for GraphProcess {
     fn hash<H: Hasher>(&self, state: &mut H) {
-        // The graph never changes while a system runs: location and evaluation tell its states apart.
+        // The graph never changes while a system runs, so location and evaluation determine the state.
         self.location.hash(state);
         self.evaluation.hash(state);
     }

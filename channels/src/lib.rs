@@ -1,19 +1,19 @@
 //! Channel systems of program graphs, after the paper's sections "Representation of BTs" and "Runtime verification".
 //!
-//! A system is made of processes that move on their own and talk over channels that hold at most one message.
+//! A system consists of processes that move independently and communicate over channels that hold at most one message.
 //!
-//! - A [`Topology`] says which processes and channels there are, and which messages ([`Domain`]) a channel carries.
-//! - A [`Process`] offers transitions and takes one of them: a [`ProgramGraph`] at work is one ([`GraphProcess`]), and
-//!   so are behavior trees, SCXML machines and components, which live in crates of their own.
+//! - A [`Topology`] declares the processes and channels, and the messages ([`Domain`]) that each channel carries.
+//! - A [`Process`] offers transitions and takes one of them. A running [`ProgramGraph`] is a process
+//!   ([`GraphProcess`]); so are behavior trees, SCXML machines and components, which have their own crates.
 //! - A [`ChannelSystem`] puts processes together. At each step a [`Scheduler`] picks one of the enabled transitions. A
-//!   channel of capacity 1 takes a message when it is empty and gives it when it is full; over a channel of capacity
-//!   0, sender and receiver move together.
-//! - What comes out is the timed state sequence: an [`Event`] for each message received and each tick generated.
-//! - A [`Disturbance`] lets a channel lose, hold back, repeat or change what it carries; a process can be suspended or
-//!   given another behaviour. So a system can be watched while something is wrong with it.
-//! - A [`Monitor`] moves in the very step in which the message it waits for is received, and changes nothing.
+//!   channel of capacity 1 accepts a message when it is empty and delivers it when it is full. Over a channel of
+//!   capacity 0, sender and receiver move together.
+//! - The result is the timed state sequence: one [`Event`] per message received and per tick generated.
+//! - A [`Disturbance`] makes a channel lose, delay, repeat or change messages. A process can be suspended or given
+//!   another behavior. This shows how a system reacts to faults.
+//! - A [`Monitor`] moves in the same step in which the message it waits for is received, and changes nothing.
 //!
-//! A system that asks a reader for a level, once, and a monitor that watches the answer:
+//! In this example a skill asks a reader for a level once, and a monitor watches the answer:
 //!
 //! ```
 //! use std::sync::Arc;

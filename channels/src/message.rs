@@ -9,7 +9,7 @@ use crate::Value;
 
 /// A message: a tuple of values `m[1]`, `m[2]`, …
 ///
-/// Copies share their values, so passing a message on is cheap.
+/// Copies share their values, so copying a message is cheap.
 #[derive(Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Message(Arc<[Value]>);
 
@@ -20,13 +20,13 @@ impl Message {
         Self(fields.into_iter().collect())
     }
 
-    /// The message that consists of symbols only: `Message::symbols(["ok", "running"])` is `[<ok>, <running>]`.
+    /// The message whose fields are these symbols: `Message::symbols(["ok", "running"])` is `[<ok>, <running>]`.
     #[must_use]
     pub fn symbols<const N: usize>(names: [&str; N]) -> Self {
         Self::new(names.map(Value::symbol))
     }
 
-    /// Field `m[number]`, counted from 1 as in the paper; `None` where the message has no such field.
+    /// Field `m[number]`, counted from 1 as in the paper; `None` if the message has no such field.
     #[must_use]
     pub fn field(&self, number: usize) -> Option<&Value> {
         self.0.get(number.checked_sub(1)?)
@@ -38,7 +38,7 @@ impl Message {
         &self.0
     }
 
-    /// The name of `m[1]`, if it is a symbol: what kind of message this is.
+    /// The name of `m[1]` if it is a symbol: the kind of the message.
     #[must_use]
     pub fn head(&self) -> Option<&str> {
         match self.0.first() {
@@ -65,16 +65,16 @@ impl fmt::Debug for Message {
     }
 }
 
-/// The number that a request carries in its envelope and its reply echoes; it is no part of the message.
+/// The number that a request carries in its envelope and its reply repeats. It is not part of the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub struct RequestNumber(pub u64);
 
-/// A message on its way, with the number of the request that it is or answers.
+/// A message in transit, with the number of its request.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Envelope {
-    /// The message: all that properties and monitors see.
+    /// The message; properties and monitors see nothing else.
     pub message: Message,
-    /// Which request this is or answers; zero where nobody counts.
+    /// The request that this message is, or that it answers; zero if requests are not counted.
     pub request: RequestNumber,
 }
 
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn messages_print_as_the_paper_writes_them() {
+    fn messages_print_as_in_the_paper() {
         let message = Message::new([Value::symbol("ok"), 83.2.into(), true.into(), 3.into(), "why".into()]);
         assert_eq!(message.to_string(), r#"[<ok>, 83.2, true, 3, "why"]"#);
     }

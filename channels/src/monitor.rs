@@ -1,4 +1,4 @@
-//! Monitored transitions: monitors move with the messages they watch and disturb nobody.
+//! Monitored transitions: monitors move with the messages they watch and disturb nothing.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -9,47 +9,48 @@ use serde::{Deserialize, Serialize};
 use crate::graph::{GraphProcess, LocationId, ProgramGraph};
 use crate::{Event, EventKind, Message, TransitionId, Value};
 
-/// What a monitor can say while the run goes on. True and false are final.
+/// What a monitor can tell while the run continues. True and false are final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Verdict {
-    /// However the run goes on, the property holds.
+    /// The property holds however the run continues.
     True,
-    /// However the run goes on, the property is violated.
+    /// The property is violated however the run continues.
     False,
-    /// It depends on how the run goes on.
+    /// The verdict depends on how the run continues.
     #[default]
     Inconclusive,
 }
 
-/// A monitor: it sees every event of the timed state sequence in the step in which it happens.
+/// A monitor: it sees every event of the timed state sequence in the step in which the event happens.
 ///
-/// It is [`Any`], so that whoever knows what kind of monitor it is can ask it for more, and it can be copied, so that a
-/// monitor that was made once watches any number of runs.
+/// A monitor is [`Any`], so code that knows its type can ask it for more. It can be copied, so a monitor that was built
+/// once can watch any number of runs.
 pub trait Monitor: Any + Debug + Send + Sync {
-    /// The name of the property that is watched.
+    /// The name of the monitored property.
     fn name(&self) -> &str;
 
-    /// A copy of the monitor as it stands.
+    /// A copy of the monitor in its current state.
     fn boxed_clone(&self) -> Box<dyn Monitor>;
 
-    /// Moves with an event. It must be fast, and it must not depend on anything but the events.
+    /// Processes an event. This must be fast and must depend on nothing but the events.
     fn observe(&mut self, event: &Event);
 
-    /// What can be said so far.
+    /// The verdict so far.
     fn verdict(&self) -> Verdict;
 
-    /// Where the monitor stands, in a word.
+    /// The monitor's current location, by name.
     fn location(&self) -> String;
 
-    /// Whether something is still owed: a run that ends now ends without an answer.
+    /// Whether an obligation is still pending: a run that ends now ends without a verdict.
     fn is_open(&self) -> bool;
 
-    /// The monitor as a program graph with its active location, where it has that form: for pictures and exports.
+    /// The monitor as a program graph with its active location, for pictures and exports; `None` if it has no such
+    /// form.
     fn graph(&self) -> Option<(&ProgramGraph, LocationId)> {
         None
     }
 
-    /// The locations of the graph that mean that the property is violated.
+    /// The locations of the graph in which the property is violated.
     fn failures(&self) -> &[LocationId] {
         &[]
     }
@@ -63,38 +64,38 @@ impl Clone for Box<dyn Monitor> {
 
 /// A program graph as a monitor.
 ///
-/// It takes a receive transition when the message it waits for is received by the process it was meant for, in the
-/// same step, and a tick transition when a tick is generated; without a matching transition it stays where it is. Its
-/// internal moves then run to their end in that step, the first enabled one at a time (paper, section "Runtime
-/// verification", the rule of the monitored transition).
+/// It takes a receive transition in the same step in which the receiver receives the message, and a tick transition
+/// when a tick is generated. Without a matching transition it stays where it is. In the same step it then takes
+/// internal transitions, always the first enabled one, until none is enabled (paper, section "Runtime verification",
+/// the rule of the monitored transition).
 #[derive(Clone, Debug)]
 pub struct GraphMonitor {
     process: GraphProcess,
     failures: Vec<LocationId>,
     open: Vec<LocationId>,
-    /// By location, how often it was entered.
+    /// The number of times each location was entered.
     visits: Vec<u64>,
 }
 
-/// More internal moves than this in one step are taken to be endless.
+/// More internal transitions than this in one step count as endless.
 const MAX_INTERNAL_MOVES: usize = 10_000;
 
 impl GraphMonitor {
-    /// The monitor that runs the graph; in a location of `failures` the property is violated, for good.
+    /// The monitor that runs the graph. In a location of `failures` the property is violated for good.
     #[must_use]
     pub fn new(graph: Arc<ProgramGraph>, failures: impl IntoIterator<Item = LocationId>) -> Self {
         let visits = vec![0; graph.locations().len()];
         Self { process: GraphProcess::new(graph), failures: failures.into_iter().collect(), open: Vec::new(), visits }
     }
 
-    /// The monitor, in whose locations `open` something is still owed.
+    /// Sets the locations in which an obligation is pending.
     #[must_use]
     pub fn with_open(mut self, open: impl IntoIterator<Item = LocationId>) -> Self {
         self.open = open.into_iter().collect();
         self
     }
 
-    /// How often the location of that name was entered, also where the monitor left it in the same step.
+    /// How often the location with this name was entered, even if the monitor left it in the same step.
     #[must_use]
     pub fn visits(&self, location: &str) -> u64 {
         let locations = self.process.graph().locations().iter();

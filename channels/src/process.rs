@@ -1,4 +1,4 @@
-//! What a process is: something that offers transitions and takes one of them.
+//! What a process is: it offers transitions and takes one of them.
 
 use std::any::Any;
 use std::fmt::Debug;
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use crate::{ChannelId, Envelope, Message};
 
-/// A transition of a process, numbered by the process itself. The number means nothing outside it.
+/// A transition of a process, numbered by the process itself. The number has no meaning elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TransitionId(pub u32);
 
@@ -21,7 +21,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// Whether the action takes that message.
+    /// Whether the action takes the message.
     #[must_use]
     pub fn accepts(&self, message: &Message) -> bool {
         match self {
@@ -31,7 +31,7 @@ impl Pattern {
     }
 }
 
-/// What a transition does besides moving the process on.
+/// What a transition does besides changing the state of the process.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Action {
     /// An internal action.
@@ -42,7 +42,7 @@ pub enum Action {
     Receive(ChannelId, Pattern),
 }
 
-/// A transition whose guard holds: the process would take it if the channels let it.
+/// A transition whose guard holds: the process can take it if the channels permit.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Offer {
     /// The process's own number for the transition.
@@ -51,10 +51,10 @@ pub struct Offer {
     pub action: Action,
 }
 
-/// A communication that a process may perform at some time, for the check at wiring.
+/// A communication that a process may perform, for the check at wiring.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Use {
-    /// It may send on the channel: this message, or some message where that is not known before it runs.
+    /// It may send on the channel: this message, or an unknown one if the message is only known at run time.
     Sends(ChannelId, Option<Message>),
     /// It may receive from the channel: this message only, or any.
     Receives(ChannelId, Option<Message>),
@@ -62,33 +62,33 @@ pub enum Use {
 
 /// A process of a channel system.
 ///
-/// Its state is a value: it can be copied, compared and hashed ([`ProcessState`] comes with `Clone + Eq + Hash`). Its
-/// behaviour is a function of that state and of what it receives; whatever else it needs to know, a driver outside the
-/// system hands it between steps.
+/// Its state is a value: it can be copied, compared and hashed ([`ProcessState`] follows from `Clone + Eq + Hash`). Its
+/// behavior is a function of that state and of the messages it receives. A driver outside the system hands it all other
+/// data between steps.
 pub trait Process: ProcessState + Debug + Send {
-    /// Appends the transitions whose guards hold, without side effects and in an order that depends on the state only.
+    /// Appends the transitions whose guards hold, without side effects and in an order that depends only on the state.
     ///
-    /// At most one transition of a process is taken at a time, chosen by the scheduler among all that are enabled.
+    /// A process takes one transition at a time, which the scheduler chooses from all enabled ones.
     fn offers(&self, offers: &mut Vec<Offer>);
 
-    /// Takes a transition that was offered in the current state. `received` is the envelope that a receive action
-    /// takes from its channel. `now` is the time of the run.
+    /// Takes a transition that was offered in the current state. `received` is the envelope that a receive action takes
+    /// from its channel. `now` is the time of the run.
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration);
 
-    /// When the process's next timer is due, if it has any.
+    /// When the process's next timer is due, if it has one.
     fn next_timer(&self) -> Option<Duration> {
         None
     }
 
-    /// Fires all timers that are due at `now`, in the order they are due. Called between steps.
+    /// Fires all timers that are due at `now`, in order of their times. Called between steps.
     fn fire_timers(&mut self, now: Duration) {
         let _ = now;
     }
 
-    /// Every communication that the process may ever perform, for the check when a system is wired.
+    /// Every communication that the process may ever perform, for the check at wiring.
     fn uses(&self) -> Vec<Use>;
 
-    /// Where the process stands, in a word or two, for reports and pictures: `idle`, `waiting for Navigation`.
+    /// The current location in a word or two, for reports and pictures: `idle`, `waiting for Navigation`.
     fn location(&self) -> String;
 }
 

@@ -1,7 +1,7 @@
-//! Schedulers: which of the enabled transitions is taken.
+//! Schedulers: they choose which enabled transition is taken.
 //!
-//! The paper leaves the choice open ("a level of abstraction with respect to actual scheduling policies"), so a
-//! verdict must not depend on it. Each policy here is a way to look for one that does.
+//! The paper leaves the choice open ("a level of abstraction with respect to actual scheduling policies"), so a verdict
+//! must not depend on it. Each policy here is a way to search for a verdict that does.
 
 mod ordered;
 mod random;
@@ -21,10 +21,11 @@ use crate::{ChannelSystem, Enabled};
 
 /// A scheduling policy.
 pub trait Scheduler: Debug + Send {
-    /// The position of the transition to take. `enabled` is never empty.
+    /// The index of the transition to take. `enabled` is never empty.
     fn choose(&mut self, enabled: &[Enabled]) -> usize;
 
-    /// The same for a policy that looks at the messages on their way; this is what a running system asks.
+    /// Like [`choose`](Self::choose), for a policy that looks at the messages in transit. A running system calls this
+    /// one.
     fn choose_in(&mut self, system: &ChannelSystem, enabled: &[Enabled]) -> usize {
         let _ = system;
         self.choose(enabled)

@@ -20,15 +20,15 @@ use crate::{
     Verdict, WiringError,
 };
 
-/// A system of processes that talk over channels, with the monitors that watch them.
+/// A system of processes that communicate over channels, with the monitors that watch them.
 ///
-/// Processes, channel contents and what disturbs them are a value: the system can be copied and its states compared
-/// and hashed (with [`same_state`](Self::same_state) and [`hash_state`](Self::hash_state)). Monitors are no part of that
-/// state: a run with and without them is the same run.
+/// The state of processes, channels and disturbances is a value: a system can be copied, and states can be compared and
+/// hashed ([`same_state`](Self::same_state), [`hash_state`](Self::hash_state)). Monitors are not part of the state: a
+/// run is the same with and without them.
 #[derive(Debug)]
 pub struct ChannelSystem {
     topology: Arc<Topology>,
-    /// By process; none where a process is the sum of its members.
+    /// By process; `None` for composed processes.
     processes: Vec<Option<Box<dyn Process>>>,
     /// By channel; always empty for capacity 0.
     contents: Vec<Option<Envelope>>,
@@ -49,7 +49,7 @@ pub struct Attached {
     pub decided: Option<Event>,
 }
 
-/// What the events are stamped with.
+/// What events are stamped with.
 #[derive(Clone, Debug, Default)]
 struct Clock {
     step: u64,
@@ -57,7 +57,7 @@ struct Clock {
     time: Duration,
 }
 
-/// The offers of each process, asked for again only after its state may have changed.
+/// The offers of each process, updated only after its state may have changed.
 #[derive(Clone, Debug, Default)]
 struct OfferCache {
     offers: Vec<Vec<Offer>>,
@@ -65,11 +65,11 @@ struct OfferCache {
 }
 
 impl ChannelSystem {
-    /// Puts a system together and checks that every process uses only its own channels, and only for messages that
-    /// they can carry.
+    /// Builds a system and checks that every process uses only its own channels, and only for messages that they can
+    /// carry.
     ///
     /// # Errors
-    /// A [`WiringError`] that names process and channel.
+    /// A [`WiringError`] that names the process and the channel.
     pub fn new(
         topology: Arc<Topology>,
         processes: impl IntoIterator<Item = (ProcessId, Box<dyn Process>)>,
@@ -121,48 +121,48 @@ impl ChannelSystem {
         self.contents[channel.0].as_ref()
     }
 
-    /// How many communications there have been.
+    /// The number of communications so far.
     #[must_use]
     pub fn steps(&self) -> u64 {
         self.clock.step
     }
 
-    /// How many ticks have been generated.
+    /// The number of ticks generated so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.clock.ticks
     }
 
-    /// A process as what it is, if it is a `P`.
+    /// The process as a `P`, if it is one.
     #[must_use]
     pub fn process<P: Process>(&self, id: ProcessId) -> Option<&P> {
         self.processes[id.0].as_ref()?.as_any().downcast_ref()
     }
 
-    /// A process as what it is, if it is a `P`, for its driver to hand it data between steps.
+    /// The process as a `P`, if it is one, so that its driver can hand it data between steps.
     pub fn process_mut<P: Process>(&mut self, id: ProcessId) -> Option<&mut P> {
         self.cache.stale[id.0] = true;
         self.processes[id.0].as_mut()?.as_any_mut().downcast_mut()
     }
 
-    /// Where a process stands; nothing for one that is the sum of its members.
+    /// The current location of a process; `None` for a composed process.
     #[must_use]
     pub fn location(&self, id: ProcessId) -> Option<String> {
         self.processes[id.0].as_ref().map(|process| process.location())
     }
 
-    /// A copy of a process as it stands, with which [`replace`](Self::replace) can restore it later; none of one that is
-    /// the sum of its members.
+    /// A copy of a process in its current state, which [`replace`](Self::replace) can restore later; `None` for a
+    /// composed process.
     #[must_use]
     pub fn clone_process(&self, id: ProcessId) -> Option<Box<dyn Process>> {
         self.processes[id.0].clone()
     }
 
-    /// Gives a process another behaviour from now on. Messages on their way to it stay where they are.
+    /// Gives a process another behavior from now on. Messages in transit to it stay where they are.
     ///
     /// # Errors
-    /// [`WiringError::ForeignChannel`] or [`WiringError::OutsideDomain`] if the new behaviour does not fit the process's
-    /// channels, [`WiringError::Composed`] if the process is the sum of its members.
+    /// [`WiringError::ForeignChannel`] or [`WiringError::OutsideDomain`] if the new behavior does not fit the process's
+    /// channels, [`WiringError::Composed`] if the process is composed.
     pub fn replace(&mut self, id: ProcessId, process: Box<dyn Process>) -> Result<(), WiringError> {
         if self.processes[id.0].is_none() {
             return Err(WiringError::Composed { process: self.topology.name(id).to_owned() });
@@ -173,8 +173,8 @@ impl ChannelSystem {
         Ok(())
     }
 
-    /// Suspends a process, with all its members, or wakes it. While it is suspended it offers nothing, and its timers
-    /// wait: those that have fallen due meanwhile fire with the first [`advance`](Self::advance) after it wakes.
+    /// Suspends a process with all its members, or wakes it. A suspended process offers nothing and its timers wait:
+    /// timers that fall due meanwhile fire with the first [`advance`](Self::advance) after it wakes.
     pub fn suspend(&mut self, id: ProcessId, suspended: bool) {
         for part in self.topology.processes().filter(|&part| self.topology.is_part_of(part, id)) {
             self.suspended[part.0] = suspended;
@@ -182,7 +182,7 @@ impl ChannelSystem {
         }
     }
 
-    /// Sets the time of the run, lets go the messages that were held until then, and fires the timers that are due,
+    /// Sets the time of the run, releases the messages that were held until then, and fires the timers that are due,
     /// process by process.
     pub fn advance(&mut self, now: Duration) {
         self.clock.time = now;
@@ -198,9 +198,8 @@ impl ChannelSystem {
         }
     }
 
-    /// Generates a tick: an event of its own, and a message if `generator` can deliver it now. It cannot while the
-    /// tick before is unfinished, that is, while nobody waits for a tick; the tick is then lost, and the answer is
-    /// `false`.
+    /// Generates a tick: its event, and a message if `generator` can deliver it now. If the previous tick is
+    /// unfinished, nothing waits for a tick; the tick is then lost, and the result is `false`.
     ///
     /// # Panics
     /// If `generator` is not a [`TickGenerator`].
@@ -224,7 +223,8 @@ impl ChannelSystem {
         self.cache.offers.iter().flatten().any(|offer| takes_ticks(offer, channel))
     }
 
-    /// The transitions that can be taken now, in an order that depends on the state only. None: the system is quiet.
+    /// The transitions that can be taken now, in an order that depends only on the state. If there are none, the system
+    /// is quiet.
     pub fn enabled(&mut self) -> Vec<Enabled> {
         let mut enabled = Vec::new();
         self.list_enabled(&mut enabled);
@@ -260,7 +260,7 @@ impl ChannelSystem {
         self.push_disturbances(enabled);
     }
 
-    /// Lists the handshakes that a send action over a channel of capacity 0 can take part in.
+    /// Lists the handshakes that a send over a channel of capacity 0 can take part in.
     fn push_handshakes(&self, sender: ProcessId, sending: &Offer, enabled: &mut Vec<Enabled>) {
         let Action::Send(channel, envelope) = &sending.action else { return };
         for (index, offers) in self.cache.offers.iter().enumerate() {
@@ -287,12 +287,12 @@ impl ChannelSystem {
         }
     }
 
-    /// Takes an enabled transition. Receiving, alone or in a handshake, is an event of the timed state sequence, unless
+    /// Takes an enabled transition. A receive, alone or in a handshake, is an event of the timed state sequence unless
     /// it happens between members of one process.
     ///
     /// # Errors
-    /// [`RunError::OutsideDomain`] if a process sends a message that its channel cannot carry,
-    /// [`RunError::Corrupted`] if a disturbance makes one.
+    /// [`RunError::OutsideDomain`] if a process sends a message that its channel cannot carry, [`RunError::Corrupted`]
+    /// if a disturbance produces one.
     ///
     /// # Panics
     /// If the transition is not enabled.
@@ -363,7 +363,7 @@ impl ChannelSystem {
     }
 
     fn follow(&mut self, id: ProcessId, transition: TransitionId, received: Option<Envelope>) {
-        let process = self.processes[id.0].as_mut().expect("only processes with a behaviour offer transitions");
+        let process = self.processes[id.0].as_mut().expect("only processes with a behavior offer transitions");
         process.take(transition, received, self.clock.time);
         self.cache.stale[id.0] = true;
     }
@@ -381,9 +381,8 @@ impl ChannelSystem {
         }
     }
 
-    /// Whether the other system's processes and channels are in the same state, and the same disturbs them. The
-    /// disturbances of systems that were copied from one another are told apart by their numbers; the monitors and what
-    /// has been counted are no part of the state.
+    /// Whether processes, channels and disturbances are in the same state in both systems. Systems copied from one
+    /// another identify their disturbances by number. Monitors and counters are not part of the state.
     #[must_use]
     pub fn same_state(&self, other: &Self) -> bool {
         self.processes == other.processes
@@ -416,7 +415,7 @@ impl ChannelSystem {
     }
 }
 
-/// Checks at wiring that a process uses its own channels only, for messages that they can carry.
+/// Checks at wiring that a process uses only its own channels, and only for messages that they can carry.
 fn check_uses(topology: &Topology, id: ProcessId, process: &dyn Process) -> Result<(), WiringError> {
     for used in process.uses() {
         let (channel, message, sends) = match used {

@@ -8,8 +8,8 @@ use crate::{
 
 /// TickGenerator: sends `[<tick>, n]` for each tick that is generated and can be delivered.
 ///
-/// When a tick is due and whether it is delivered is said from outside, by
-/// [`ChannelSystem::generate_tick`](crate::ChannelSystem::generate_tick).
+/// [`ChannelSystem::generate_tick`](crate::ChannelSystem::generate_tick) decides from outside when a tick is due and
+/// whether it is delivered.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TickGenerator {
     output: ChannelId,
@@ -17,7 +17,7 @@ pub struct TickGenerator {
 }
 
 impl TickGenerator {
-    /// A generator that sends its ticks on that channel.
+    /// A generator that sends its ticks on this channel.
     #[must_use]
     pub fn new(output: ChannelId) -> Self {
         Self { output, pending: None }
@@ -64,7 +64,7 @@ impl Process for TickGenerator {
     }
 }
 
-/// Whether a receive offer would take a tick: what decides if a tick is delivered or an overrun.
+/// Whether a receive offer would take a tick. Decides between a delivered tick and an overrun.
 pub(crate) fn takes_ticks(offer: &Offer, channel: ChannelId) -> bool {
     matches!(&offer.action, Action::Receive(on, Pattern::Any) if *on == channel)
 }

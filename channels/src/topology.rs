@@ -1,10 +1,10 @@
-//! Which processes there are and which channels join them.
+//! The processes and the channels that connect them.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Domain, Message, WiringError};
 
-/// A process of a system: its place in the [`Topology`].
+/// A process of a system, as an index into the [`Topology`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct ProcessId(pub(crate) usize);
 
@@ -16,7 +16,7 @@ impl ProcessId {
     }
 }
 
-/// A channel of a system: its place in the [`Topology`].
+/// A channel of a system, as an index into the [`Topology`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ChannelId(pub(crate) usize);
 
@@ -53,14 +53,14 @@ pub struct Channel {
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Declaration {
     name: String,
-    /// The process that this one is part of; itself where it stands alone.
+    /// The process that this one is part of; itself if it is not part of another.
     whole: ProcessId,
 }
 
-/// The processes and channels of a system, by name: what there is before anything runs.
+/// The processes and channels of a system, by name: the static structure.
 ///
-/// A process may be composed of member processes (a tree of its nodes). Members use the channels of the whole, and
-/// what passes between members of one whole is nobody else's business: it is no state of the timed state sequence.
+/// A process may be composed of member processes (a tree of its nodes). Members use the channels of the whole. What
+/// they exchange with each other is internal: it is not a state of the timed state sequence.
 ///
 /// ```
 /// use channels::{Capacity, Domain, FieldKind, Shape, Topology};
@@ -108,8 +108,8 @@ impl Topology {
     /// Declares the channel from `source` to `target`.
     ///
     /// # Errors
-    /// [`WiringError::SelfChannel`] if both ends are the same process, [`WiringError::DuplicateChannel`] if the
-    /// channel is there already.
+    /// [`WiringError::SelfChannel`] if both ends are the same process, [`WiringError::DuplicateChannel`] if the channel
+    /// exists already.
     pub fn channel(
         &mut self,
         source: ProcessId,
@@ -128,13 +128,13 @@ impl Topology {
         Ok(ChannelId(self.channels.len() - 1))
     }
 
-    /// The process of that name.
+    /// The process with this name.
     #[must_use]
     pub fn find_process(&self, name: &str) -> Option<ProcessId> {
         self.processes.iter().position(|process| process.name == name).map(ProcessId)
     }
 
-    /// The channel between the processes of these names.
+    /// The channel between the processes with these names.
     #[must_use]
     pub fn find_channel(&self, source: &str, target: &str) -> Option<ChannelId> {
         let ends = (self.find_process(source)?, self.find_process(target)?);
@@ -155,13 +155,13 @@ impl Topology {
         &self.processes[process.0].name
     }
 
-    /// The process that `process` is part of: itself where it stands alone.
+    /// The process that `process` is part of; itself if it is not part of another.
     #[must_use]
     pub fn whole(&self, process: ProcessId) -> ProcessId {
         self.processes[process.0].whole
     }
 
-    /// Whether that process may use that end of a channel: it is the end, or part of it.
+    /// Whether the process may use this end of a channel: it is the end, or a part of it.
     #[must_use]
     pub(crate) fn is_part_of(&self, process: ProcessId, end: ProcessId) -> bool {
         process == end || self.whole(process) == end
@@ -183,28 +183,28 @@ impl Topology {
         (0..self.channels.len()).map(ChannelId)
     }
 
-    /// The names of a channel's two ends, sender first, as a monitor or a log names it: members speak for their whole.
+    /// The names of a channel's two ends, sender first, as monitors and logs name it: a member is named as its whole.
     #[must_use]
     pub fn ends(&self, channel: ChannelId) -> (&str, &str) {
         let channel = self.get(channel);
         (self.name(self.whole(channel.source)), self.name(self.whole(channel.target)))
     }
 
-    /// Whether the channel joins two members of the same process.
+    /// Whether the channel connects two members of the same process.
     #[must_use]
     pub fn is_internal(&self, channel: ChannelId) -> bool {
         let channel = self.get(channel);
         self.whole(channel.source) == self.whole(channel.target)
     }
 
-    /// A channel in words, for messages to people: `BatteryReader → BatteryLevel`.
+    /// A channel in words, for messages: `BatteryReader → BatteryLevel`.
     #[must_use]
     pub fn describe(&self, channel: ChannelId) -> String {
         let channel = self.get(channel);
         format!("{} → {}", self.name(channel.source), self.name(channel.target))
     }
 
-    /// Whether the channel may carry that message.
+    /// Whether the channel may carry the message.
     #[must_use]
     pub fn carries(&self, channel: ChannelId, message: &Message) -> bool {
         self.get(channel).domain.contains(message)

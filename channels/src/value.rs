@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 pub struct Symbol(Arc<str>);
 
 impl Symbol {
-    /// The symbol of that name (without the angle brackets).
+    /// The symbol with this name (without the angle brackets).
     #[must_use]
     pub fn new(name: &str) -> Self {
         Self(name.into())
@@ -38,9 +38,9 @@ impl fmt::Debug for Symbol {
 
 /// One value: a field of a message or the content of a variable.
 ///
-/// Values are compared exactly and can be hashed, so that states of a system can be. Integers and reals are different
-/// types and never equal. A real is never NaN in a channel (domains refuse it); as a value, NaN equals itself, and
-/// `-0.0` equals `0.0`.
+/// Values are compared exactly and can be hashed, so that the states of a system can be, too. Integers and reals are
+/// different types and never equal. A real in a channel is never NaN (domains refuse it); as a value, NaN equals
+/// itself, and `-0.0` equals `0.0`.
 #[derive(Clone, Serialize, Deserialize)]
 pub enum Value {
     /// A symbol such as `<ok>`.
@@ -56,7 +56,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// The symbol of that name.
+    /// The symbol with this name.
     #[must_use]
     pub fn symbol(name: &str) -> Self {
         Self::Symbol(Symbol::new(name))
@@ -72,7 +72,7 @@ impl Value {
         }
     }
 
-    /// Whether the value is the symbol of that name.
+    /// Whether the value is the symbol with this name.
     #[must_use]
     pub fn is_symbol(&self, name: &str) -> bool {
         matches!(self, Self::Symbol(symbol) if symbol.name() == name)

@@ -1,4 +1,4 @@
-//! BatteryReader: tells the battery's charge and whether it charges.
+//! BatteryReader: reports the battery's charge and whether it is charging.
 
 use std::time::Duration;
 
@@ -9,8 +9,8 @@ use robot::BatteryState;
 
 use crate::service::Service;
 
-/// The process BatteryReader. It answers `[<get_level>]` with `[<ok>, level]` and `[<get_charging>]` with
-/// `[<ok>, charging]`, from the latest state that its driver has handed it; before the first, requests wait.
+/// The process BatteryReader. It answers `[<get_level>]` with `[<ok>, level]` and `[<get_charging>]` with `[<ok>,
+/// charging]`, from the latest state that its driver has supplied. Requests before the first state wait.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BatteryReader {
     service: Service,
@@ -25,7 +25,7 @@ struct Latest {
 }
 
 impl BatteryReader {
-    /// The reader that serves everybody who has a channel to `process`.
+    /// The reader that serves every process with a channel to `process`.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
@@ -33,13 +33,13 @@ impl BatteryReader {
         Ok(Self { service: Service::new(topology, process)?, latest: None })
     }
 
-    /// As it was at the start.
+    /// Returns it to its initial state.
     pub(crate) fn restart(&mut self) {
         self.service.forget();
         self.latest = None;
     }
 
-    /// Its driver hands it the latest state of the battery.
+    /// Receives the latest state of the battery from its driver.
     pub fn update(&mut self, state: &BatteryState) {
         self.latest = Some(Latest { level: state.charge_pct.into(), charging: state.charging.into() });
     }

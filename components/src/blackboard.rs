@@ -10,18 +10,19 @@ use crate::service::Service;
 
 /// The process Blackboard: an integer that a skill must lock before it may write it.
 ///
-/// The published component (`BlackboardComponent.cpp`) keeps any number of entries; the one that is used counts how
-/// many skills may navigate, and is 1 at the start. Each request names its skill and the entry:
+/// The published component (`BlackboardComponent.cpp`) keeps any number of entries. The one in use counts how many
+/// skills may navigate and is initially 1. Each request names its skill and the entry:
 ///
-/// - `[<lock>, skill, <navigation>]` and `[<unlock>, …]` are answered `[<ok>, true]`;
-/// - `[<read_data>, …]` is answered `[<ok>, value]`;
-/// - `[<write_data>, …, value]` is answered `[<ok>, true]`.
+/// - `[<lock>, skill, <navigation>]` and `[<unlock>, …]` are answered with `[<ok>, true]`;
+/// - `[<read_data>, …]` is answered with `[<ok>, value]`;
+/// - `[<write_data>, …, value]` is answered with `[<ok>, true]`.
 ///
-/// A request takes effect when it is answered. Who may not read, write or unlock is answered
-/// `[<error>, "unauthorized client"]`.
+/// A request takes effect when it is answered. A skill that may not read, write or unlock gets the answer `[<error>,
+/// "unauthorized client"]`.
 ///
-/// Where the published component refuses a lock, and its client asks again until it is granted, this one answers when
-/// it can grant it: to one client at a time, and to a client that has found 0 only when it would find something else.
+/// The published component refuses a lock that it cannot grant, and the client asks again until it is granted. This one
+/// answers when it can grant the lock: to one client at a time, and to a client that has read 0 only when it would read
+/// something else.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Blackboard {
     service: Service,
@@ -37,7 +38,7 @@ struct Entry {
 }
 
 impl Entry {
-    /// The answer to a request, if there is one yet, and the entry after it.
+    /// The answer to a request, if it is available yet, and the entry afterwards.
     fn serve(&self, request: &Message) -> Option<(Message, Self)> {
         let refused = || Some((Message::new([Value::symbol("error"), "unauthorized client".into()]), self.clone()));
         let (Some(head), Some(Value::Text(skill))) = (request.head(), request.field(2)) else { return refused() };
@@ -73,7 +74,7 @@ impl Entry {
 }
 
 impl Blackboard {
-    /// The blackboard for everybody who has a channel to `process`.
+    /// The blackboard for every process with a channel to `process`.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.

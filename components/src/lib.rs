@@ -1,14 +1,14 @@
 //! The components: BatteryReader, Localization and Navigation.
 //!
-//! A component is a process of the channel system that answers skills' requests, and a driver outside the system that
-//! connects it with the robot. [`Software`] holds the drivers and what they drive: it reads the robot's sensors, keeps
-//! the pose estimate and the navigation going, exchanges data with the three processes between steps, and commands the
-//! base. It sees nothing but the [`robot::Robot`] that it is given.
+//! A component has two parts: a process of the channel system that answers skills' requests, and a driver outside the
+//! system that connects it with the robot. [`Software`] holds the drivers and what they drive: it reads the robot's
+//! sensors, updates the pose estimate and the navigation, exchanges data with the three processes between steps, and
+//! commands the base. It sees only the [`robot::Robot`] that it is given.
 //!
-//! [`operations`] lists what the components can be asked. [`Blackboard`] and [`StopRule::AnyTrip`] are those of the
-//! paper's published system, for skills that follow its protocol.
+//! [`operations`] lists the requests that the components understand. [`Blackboard`] and [`StopRule::AnyTrip`] belong to
+//! the paper's published system, for skills that follow its protocol.
 //!
-//! A client that asks for the battery's level, once:
+//! In this example a client asks for the battery's level once:
 //!
 //! ```
 //! use std::{sync::Arc, time::Duration};

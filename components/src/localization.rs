@@ -1,4 +1,4 @@
-//! Localization: tells whether the robot is at a place.
+//! Localization: reports whether the robot is at a place.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -10,8 +10,8 @@ use maps::{Places, Pose};
 
 use crate::service::Service;
 
-/// The process Localization. It answers `[<is_at>, <Place>]` with `[<ok>, there]` by its latest pose estimate, and
-/// with `[<error>, reason]` if it knows no such place; before the first estimate, requests wait.
+/// The process Localization. It answers `[<is_at>, <Place>]` with `[<ok>, there]` according to its latest pose
+/// estimate, and with `[<error>, reason]` if it does not know the place. Requests before the first estimate wait.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Localization {
     service: Service,
@@ -20,7 +20,7 @@ pub struct Localization {
 }
 
 impl Localization {
-    /// The localization that serves everybody who has a channel to `process`.
+    /// The localization that serves every process with a channel to `process`.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
@@ -28,13 +28,13 @@ impl Localization {
         Ok(Self { service: Service::new(topology, process)?, at: BTreeMap::new() })
     }
 
-    /// As it was at the start.
+    /// Returns it to its initial state.
     pub(crate) fn restart(&mut self) {
         self.service.forget();
         self.at.clear();
     }
 
-    /// Its driver hands it the latest estimate of the robot's pose, in the `map` frame, and the places there are.
+    /// Receives the latest estimate of the robot's pose, in the `map` frame, and the known places from its driver.
     pub fn update(&mut self, places: &Places, pose: &Pose) {
         self.at = places.iter().map(|(name, place)| (name.to_owned(), place.contains(pose))).collect();
     }
@@ -48,7 +48,7 @@ impl Localization {
         }
         Some(match self.at.get(place.name()) {
             Some(&there) => Message::new([Value::symbol("ok"), there.into()]),
-            None => error(&format!("there is no place {}", place.name())),
+            None => error(&format!("unknown place {}", place.name())),
         })
     }
 }
@@ -80,7 +80,7 @@ impl Process for Localization {
     }
 }
 
-/// Tells Localization which places the estimated pose is at.
+/// Updates Localization: which places contain the estimated pose.
 #[derive(Clone, Debug)]
 pub(crate) struct LocalizationDriver {
     pub(crate) process: ProcessId,

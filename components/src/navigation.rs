@@ -7,7 +7,7 @@ use channels::{Envelope, Message, Offer, Process, ProcessId, Symbol, Topology, T
 
 use crate::service::Service;
 
-/// How a trip stands, as Navigation tells it.
+/// The status of a trip, as Navigation reports it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TripStatus {
     /// The robot is on its way.
@@ -18,14 +18,15 @@ pub enum TripStatus {
     Failure,
 }
 
-/// What becomes of a stop.
+/// The effect of a stop request.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum StopRule {
-    /// It ends the trip to the place that it names and no other, and is answered `[<ok>, <stopped>]` when it is taken.
+    /// It ends the trip to the place that it names and no other trip. It is answered with `[<ok>, <stopped>]` when it
+    /// is taken.
     #[default]
     OwnTrip,
-    /// It ends whatever trip there is, whichever place it names, as in the paper's published system (`halt` in
-    /// `GoToComponent.cpp`, where the comparison of the places is commented out). It is answered all the same.
+    /// It ends any trip, whichever place it names, as in the paper's published system (`halt` in `GoToComponent.cpp`,
+    /// where the comparison of the places is commented out). It is answered in the same way.
     AnyTrip,
 }
 
@@ -45,27 +46,27 @@ struct Trip {
     status: TripStatus,
 }
 
-/// What the driver is to do.
+/// What the driver must do.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Order {
-    /// Drive to that place, whatever was done before.
+    /// Drive to this place and abandon any other trip.
     Start(Symbol),
-    /// Stand still.
+    /// Stop.
     Stop,
 }
 
 /// The process Navigation.
 ///
-/// - `[<start_navigation>, <Place>]` begins a trip, in place of the one that there was, and is answered
-///   `[<ok>, <running>]` at once (`<stopped>` if another trip took its place before the answer was sent).
-/// - `[<get_status>, <Place>]` is answered with the status of the last trip to that place, `[<ok>, <idle>]` if the
-///   last trip was to another place or was stopped.
-/// - `[<stop_navigation>, <Place>]` ends the trip to that place and no other, and is answered `[<ok>, <stopped>]` when
-///   it is taken, not at standstill. So once a new trip has started, no `<running>` of the old one arrives. Under
-///   [`StopRule::AnyTrip`] it ends every trip.
+/// - `[<start_navigation>, <Place>]` begins a trip, replaces any current one, and is answered with `[<ok>, <running>]`
+///   at once (`<stopped>` if another trip replaced it before the answer was sent).
+/// - `[<get_status>, <Place>]` is answered with the status of the last trip to this place, or with `[<ok>, <idle>]` if
+///   the last trip was to another place or was stopped.
+/// - `[<stop_navigation>, <Place>]` ends the trip to this place and no other. It is answered with `[<ok>, <stopped>]`
+///   when it is taken, not when the robot stands still. So once a new trip has started, no `<running>` of the old one
+///   arrives. Under [`StopRule::AnyTrip`] it ends every trip.
 ///
-/// The driver carries out its [orders](Self::next_order) and [tells](Self::set_trip_status) how the trip stands,
-/// between steps; [`Software`](crate::Software) has one.
+/// Between steps the driver carries out its [orders](Self::next_order) and [reports](Self::set_trip_status) the status
+/// of the trip; [`Software`](crate::Software) contains one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Navigation {
     service: Service,
@@ -75,7 +76,7 @@ pub struct Navigation {
 }
 
 impl Navigation {
-    /// The navigation that serves everybody who has a channel to `process`.
+    /// The navigation that serves every process with a channel to `process`.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client cannot be answered.
@@ -84,25 +85,25 @@ impl Navigation {
         Ok(Self { service, trip: None, orders: VecDeque::new(), stops: StopRule::OwnTrip })
     }
 
-    /// The same with another rule for stops.
+    /// The same, with another rule for stops.
     #[must_use]
     pub fn with_stops(self, stops: StopRule) -> Self {
         Self { stops, ..self }
     }
 
-    /// As it was at the start.
+    /// Returns it to its initial state.
     pub(crate) fn restart(&mut self) {
         self.service.forget();
         self.trip = None;
         self.orders.clear();
     }
 
-    /// Takes what the driver is to do next.
+    /// Takes the next order for the driver.
     pub fn next_order(&mut self) -> Option<Order> {
         self.orders.pop_front()
     }
 
-    /// Whether the driver has anything to do that it has not taken yet.
+    /// Whether there are orders that the driver has not taken yet.
     #[must_use]
     pub fn has_orders(&self) -> bool {
         !self.orders.is_empty()
@@ -114,13 +115,13 @@ impl Navigation {
         self.trip.as_ref().map(|trip| trip.status)
     }
 
-    /// Where the trip leads, if there is one.
+    /// The destination of the trip, if there is one.
     #[must_use]
     pub fn trip_place(&self) -> Option<&Symbol> {
         self.trip.as_ref().map(|trip| &trip.place)
     }
 
-    /// Says how the trip stands; nothing happens if there is none.
+    /// Sets the status of the trip; does nothing if there is none.
     pub fn set_trip_status(&mut self, status: TripStatus) {
         if let Some(trip) = &mut self.trip {
             trip.status = status;

@@ -1,4 +1,4 @@
-//! What the components can be asked, and what they answer: the messages of their channels.
+//! The messages of the components' channels: requests and answers.
 
 use channels::{FieldKind, Shape, Symbol};
 use maps::Places;
@@ -7,9 +7,9 @@ use maps::Places;
 pub const BATTERY_READER: &str = "BatteryReader";
 /// The name of the process that knows where the robot is.
 pub const LOCALIZATION: &str = "Localization";
-/// The name of the process that drives to places.
+/// The name of the process that drives the robot to places.
 pub const NAVIGATION: &str = "Navigation";
-/// The name of the process that lets one skill navigate at a time, in systems that have it.
+/// The name of the process that lets one skill navigate at a time, in systems that use it.
 pub const BLACKBOARD: &str = "Blackboard";
 
 /// A request that a component understands, with its replies.
@@ -21,11 +21,11 @@ pub struct Operation {
     pub name: &'static str,
     /// The request.
     pub request: Shape,
-    /// The replies that it can have.
+    /// The possible replies.
     pub replies: Vec<Shape>,
 }
 
-/// Everything that the components can be asked, where these places are known.
+/// All requests that the components understand, for these places.
 #[must_use]
 pub fn operations(places: &Places) -> Vec<Operation> {
     let places: Vec<Symbol> = places.iter().map(|(name, _)| Symbol::new(name)).collect();

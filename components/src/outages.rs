@@ -1,4 +1,4 @@
-//! Components that stand still or start anew: faults of the software itself.
+//! Components that freeze or restart: faults of the software itself.
 
 use crate::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 
@@ -27,32 +27,32 @@ impl Component {
         }
     }
 
-    /// The component whose process has that name.
+    /// The component whose process has this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|component| component.name() == name)
     }
 }
 
-/// Which components' drivers stand still, as a node that hangs does.
+/// Which components' drivers are frozen, like a node that hangs.
 ///
-/// The component's process goes on answering with what it was told last; to have it hang too, suspend it
+/// The component's process continues to answer with the data it received last. To freeze the process too, suspend it
 /// ([`channels::ChannelSystem::suspend`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Outages {
-    /// Nobody hands the battery's readings to BatteryReader.
+    /// BatteryReader gets no readings of the battery.
     pub battery_reader: bool,
-    /// The pose estimate stays as it is, and so does what Localization is told. Odometry and scans pass by; the
-    /// distance driven meanwhile is made up for with the first odometry afterwards.
+    /// The pose estimate and the data of Localization stay unchanged. Odometry and scans are lost; the first odometry
+    /// afterwards includes the distance driven meanwhile.
     pub localization: bool,
-    /// No velocity is commanded, so that the base stands still, as one with a command watchdog does; orders wait, and
-    /// Navigation is not told how its trip stands. What the lasers see is noted all the same: a queue would deliver it
-    /// the moment the driver goes on.
+    /// No velocity is commanded, so the base stands still, as one with a command watchdog does. Orders wait, and
+    /// Navigation gets no status of its trip. Laser scans are still recorded: a queue would deliver them as soon as the
+    /// driver continues.
     pub navigation: bool,
 }
 
 impl Outages {
-    /// Whether that component's driver stands still.
+    /// Whether this component's driver is frozen.
     #[must_use]
     pub fn has(&self, component: Component) -> bool {
         match component {
@@ -62,7 +62,7 @@ impl Outages {
         }
     }
 
-    /// Lets that component's driver stand still, or go on.
+    /// Freezes this component's driver, or lets it continue.
     pub fn set(&mut self, component: Component, out: bool) {
         *match component {
             Component::BatteryReader => &mut self.battery_reader,

@@ -1,13 +1,13 @@
-//! Answering requests: each exactly once, when the answer is known.
+//! Answers each request exactly once, when the answer is known.
 
 use channels::{
     Action, ChannelId, Envelope, Message, Offer, Pattern, ProcessId, Topology, TransitionId, Use, WiringError,
 };
 
-/// The clients of a component: for each, the channel it asks on and the one it is answered on.
+/// The clients of a component: for each, the channel of its requests and the channel of its answers.
 ///
-/// A client's next request is received when the one before has been answered. The reply carries the request's number.
-/// Transitions are numbered two a client: receive, reply.
+/// A client's next request is received when the previous one has been answered. The reply carries the request's number.
+/// Each client has two transitions: receive and reply.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Service {
     clients: Vec<Client>,
@@ -17,12 +17,12 @@ pub(crate) struct Service {
 struct Client {
     requests: ChannelId,
     replies: ChannelId,
-    /// The request that waits for its answer.
+    /// The request that waits for an answer.
     pending: Option<Envelope>,
 }
 
 impl Service {
-    /// The service of that process to everybody who has a channel to it.
+    /// The service of this process to every process with a channel to it.
     ///
     /// # Errors
     /// [`WiringError::MissingChannel`] if a client has no channel back.
@@ -39,7 +39,7 @@ impl Service {
         Ok(Self { clients: clients.collect::<Result<_, _>>()? })
     }
 
-    /// Offers to receive a request from each client that has none pending, and to send each answer that is known.
+    /// Offers to receive a request from each client without a pending one, and to send each answer that is known.
     pub(crate) fn offers(&self, answer: impl Fn(&Message) -> Option<Message>, offers: &mut Vec<Offer>) {
         for (index, client) in self.clients.iter().enumerate() {
             let number = 2 * index as u32;
@@ -56,7 +56,7 @@ impl Service {
         }
     }
 
-    /// Takes one of the transitions; returns the request if it received one.
+    /// Takes one of the transitions. Returns the request if it received one.
     pub(crate) fn take(&mut self, transition: TransitionId, received: Option<Envelope>) -> Option<&Message> {
         let client = &mut self.clients[transition.0 as usize / 2];
         client.pending = received;
@@ -68,7 +68,7 @@ impl Service {
         self.clients[transition.0 as usize / 2].pending.as_ref().map(|request| &request.message)
     }
 
-    /// Forgets who waits for an answer: nobody will get it.
+    /// Forgets all pending requests: they are never answered.
     pub(crate) fn forget(&mut self) {
         for client in &mut self.clients {
             client.pending = None;
@@ -83,7 +83,7 @@ impl Service {
             .collect()
     }
 
-    /// Whether some client waits for an answer.
+    /// Whether a client waits for an answer.
     pub(crate) fn is_asked(&self) -> bool {
         self.clients.iter().any(|client| client.pending.is_some())
     }

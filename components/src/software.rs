@@ -29,7 +29,7 @@ pub struct Processes {
 
 /// Localization and navigation of a robot, and the drivers that connect them with the components' processes.
 ///
-/// It sees the robot's readings and the map, and nothing else.
+/// It sees only the robot's readings and the map.
 #[derive(Debug)]
 pub struct Software {
     model: RobotModel,
@@ -47,11 +47,10 @@ pub struct Software {
 }
 
 impl Software {
-    /// The software of the atlas's robot on its map with places, which knows that much of its first pose. `rng` is
-    /// localization's own stream.
+    /// The software of the atlas's robot on its map with places. `rng` is localization's own stream.
     ///
     /// # Errors
-    /// [`nav::Error`] if the robot's model makes no sense.
+    /// [`nav::Error`] if the robot's model is invalid.
     pub fn new(
         atlas: &Arc<Atlas>,
         places: &Places,
@@ -77,8 +76,8 @@ impl Software {
         })
     }
 
-    /// One step of control: takes in what the robot has sensed since the last, exchanges data with the processes, and
-    /// commands the base.
+    /// One control step: processes what the robot has sensed since the last step, exchanges data with the processes,
+    /// and commands the base.
     pub fn step(&mut self, robot: &mut dyn Robot, system: &mut ChannelSystem, now: Duration) {
         let mut readings = std::mem::take(&mut self.readings);
         readings.clear();
@@ -119,7 +118,7 @@ impl Software {
         }
     }
 
-    /// Carries out what Navigation was asked since the last step.
+    /// Carries out the orders that Navigation received since the last step.
     fn follow_orders(&mut self, system: &mut ChannelSystem) {
         while system.process::<Navigation>(self.navigation).is_some_and(Navigation::has_orders) {
             let order = system.process_mut::<Navigation>(self.navigation).and_then(Navigation::next_order);
@@ -139,7 +138,7 @@ impl Software {
         self.navigator.update(now, &self.estimate, odometry)
     }
 
-    /// Tells Navigation how its trip stands, when that has changed.
+    /// Reports the status of the trip to Navigation when it has changed.
     fn tell_trip_status(&self, system: &mut ChannelSystem) {
         let status = match self.navigator.status() {
             NavigationStatus::GoalReached => TripStatus::Success,
@@ -154,18 +153,18 @@ impl Software {
         }
     }
 
-    /// Which components stand still, to be changed: from the next step on.
+    /// The frozen components, to be changed; changes apply from the next step on.
     pub fn outages_mut(&mut self) -> &mut Outages {
         &mut self.outages
     }
 
-    /// A component crashes and is started again: its process and its driver are as they were at the start. Requests
-    /// that it had taken are never answered.
+    /// Crashes and restarts a component: its process and its driver return to their initial state. Requests that it had
+    /// taken are never answered.
     ///
     /// - BatteryReader knows no level until the next reading.
-    /// - Localization believes the pose that it was configured with, as AMCL does when it is started again with the
-    ///   same parameters, wherever the robot has gone meanwhile.
-    /// - Navigation forgets its trip and what the lasers have seen; the robot stops.
+    /// - Localization believes its configured initial pose, wherever the robot is now, as AMCL does when it restarts
+    ///   with the same parameters.
+    /// - Navigation forgets its trip and its laser scans; the robot stops.
     pub fn restart(&mut self, component: Component, system: &mut ChannelSystem) {
         match component {
             Component::BatteryReader => {
@@ -188,7 +187,7 @@ impl Software {
         }
     }
 
-    /// Somebody tells localization where the robot is, rightly or wrongly, as with RViz's "2D Pose Estimate".
+    /// Tells localization a pose, right or wrong, as RViz's "2D Pose Estimate" does.
     pub fn believe(&mut self, pose: &InitialPose) {
         self.localization.restart(pose);
     }
@@ -199,13 +198,13 @@ impl Software {
         &self.readings
     }
 
-    /// What the software knows of the robot's hardware.
+    /// What the software knows about the robot's hardware.
     #[must_use]
     pub fn model(&self) -> &RobotModel {
         &self.model
     }
 
-    /// Where the robot is believed to be.
+    /// The estimated pose of the robot.
     #[must_use]
     pub fn estimate(&self) -> &PoseEstimate {
         &self.estimate
@@ -222,7 +221,7 @@ impl Software {
         self.localization.particles().map(|(pose, _)| pose)
     }
 
-    /// What is left of the path that is being followed, in the `map` frame; empty while there is none.
+    /// The rest of the path that the robot is following, in the `map` frame; empty if there is none.
     #[must_use]
     pub fn path(&self) -> &[Point] {
         let path = self.navigator.path();
@@ -232,19 +231,19 @@ impl Software {
         &path[nearest.unwrap_or(0)..]
     }
 
-    /// Why navigation has given up, or has no way at the moment.
+    /// Why navigation has given up, or why it currently has no path.
     #[must_use]
     pub fn navigation_reason(&self) -> Option<GiveUpReason> {
         self.navigator.reason()
     }
 
-    /// By what behaviour navigation is trying to get a way, while it has none.
+    /// The recovery behavior by which navigation tries to find a path, if it has none.
     #[must_use]
     pub fn recovery(&self) -> Option<Recovery> {
         self.navigator.recovery()
     }
 
-    /// What navigation is doing.
+    /// What navigation is doing now.
     #[must_use]
     pub fn navigation_status(&self) -> NavigationStatus {
         self.navigator.status()

@@ -1,4 +1,4 @@
-//! What the robot does and what skills are told while a component stands still, and after it was started again.
+//! What the robot does and what skills are told while a component is frozen, and after it has restarted.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -19,7 +19,7 @@ use robot::{BatteryState, Odometry, Reading, Robot, RobotModel, Streams, Velocit
 
 const STEP: Duration = Duration::from_millis(20);
 
-/// A robot without lasers that does at once what it is told, and whose odometry is the truth.
+/// A robot without lasers that obeys instantly and whose odometry is exact.
 struct Ideal {
     model: RobotModel,
     pose: Pose,
@@ -38,7 +38,7 @@ impl Robot for Ideal {
         let dt_s = STEP.as_secs_f64();
         self.pose *= pose(linear_mps * dt_s, 0.0, angular_radps * dt_s);
         readings.push(Reading::Odometry(Odometry { time: self.time, pose: self.pose, linear_mps, angular_radps }));
-        // The level tells the time.
+        // The level shows the time.
         let charge_pct = 100.0 - self.time.as_secs_f64();
         readings.push(Reading::Battery(BatteryState { time: self.time, charge_pct, charging: false }));
     }
@@ -84,7 +84,7 @@ impl Process for Client {
     }
 }
 
-/// A robot in a hall of 10 m × 4 m, with its software, and somebody who asks.
+/// A robot in a hall of 10 m × 4 m, with its software and a client that asks.
 struct Scene {
     robot: Ideal,
     software: Software,
@@ -155,7 +155,7 @@ impl Scene {
         }
     }
 
-    /// Asks, lets a step pass, and tells the answer, if there is one by then.
+    /// Asks, lets a step pass, and returns the answer if there is one by then.
     fn ask(&mut self, component: &str, request: Message) -> Option<Message> {
         let channel = self.system.topology().find_channel("Client", component).unwrap();
         let client = self.system.process_mut::<Client>(self.client).unwrap();
@@ -168,7 +168,7 @@ impl Scene {
         self.ask(NAVIGATION, Message::symbols([what, "Destination"]))
     }
 
-    /// Whether Localization says that the robot is there.
+    /// Whether Localization reports that the robot is there.
     fn is_at(&mut self, place: &str) -> Option<bool> {
         let told = self.ask(LOCALIZATION, Message::symbols(["is_at", place]))?;
         Some(told.field(2) == Some(&Value::Bool(true)))
@@ -199,7 +199,7 @@ fn without_outages_the_robot_arrives() {
 }
 
 #[test]
-fn a_frozen_battery_reader_tells_the_level_of_before() {
+fn a_frozen_battery_reader_repeats_the_last_level() {
     let mut scene = Scene::new();
     scene.pass(1.0);
     scene.software.outages_mut().battery_reader = true;
@@ -211,7 +211,7 @@ fn a_frozen_battery_reader_tells_the_level_of_before() {
 }
 
 #[test]
-fn with_a_frozen_navigation_the_robot_stands_still_and_then_drives_on() {
+fn with_frozen_navigation_the_robot_stands_still_and_then_continues() {
     let mut scene = Scene::new();
     scene.go("start_navigation");
     scene.pass(5.0);
@@ -230,7 +230,7 @@ fn with_a_frozen_navigation_the_robot_stands_still_and_then_drives_on() {
 }
 
 #[test]
-fn a_frozen_localization_believes_the_robot_where_it_was_until_it_goes_on() {
+fn frozen_localization_keeps_the_old_pose_until_it_continues() {
     let mut scene = Scene::new();
     scene.pass(0.1);
     scene.software.outages_mut().localization = true;
@@ -246,7 +246,7 @@ fn a_frozen_localization_believes_the_robot_where_it_was_until_it_goes_on() {
 }
 
 #[test]
-fn a_localization_that_was_started_again_believes_its_first_pose() {
+fn restarted_localization_believes_its_initial_pose() {
     let mut scene = Scene::new();
     scene.go("start_navigation");
     scene.pass(10.0);
@@ -261,7 +261,7 @@ fn a_localization_that_was_started_again_believes_its_first_pose() {
 }
 
 #[test]
-fn a_navigation_that_was_started_again_knows_of_no_trip_and_takes_the_next() {
+fn restarted_navigation_has_no_trip_and_takes_the_next() {
     let mut scene = Scene::new();
     scene.go("start_navigation");
     scene.pass(5.0);
@@ -276,7 +276,7 @@ fn a_navigation_that_was_started_again_knows_of_no_trip_and_takes_the_next() {
 }
 
 #[test]
-fn a_battery_reader_that_was_started_again_forgets_who_asked() {
+fn a_restarted_battery_reader_forgets_its_pending_requests() {
     let mut scene = Scene::new();
     scene.software.outages_mut().battery_reader = true;
     assert_eq!(scene.level(), None, "there is no reading yet");
@@ -288,7 +288,7 @@ fn a_battery_reader_that_was_started_again_forgets_who_asked() {
 }
 
 #[test]
-fn components_are_found_by_their_names() {
+fn components_are_found_by_name() {
     assert_eq!(Component::ALL.map(|component| Component::named(component.name())), Component::ALL.map(Some));
     assert_eq!(Component::named("Camera"), None);
 }

@@ -22,7 +22,7 @@ fn places() -> Places {
     places
 }
 
-/// A component with some clients; the channels carry all that the component understands.
+/// A component with clients; the channels carry every message that the component understands.
 fn wire(component: &str, clients: &[&str]) -> (Topology, ProcessId) {
     let mut topology = Topology::default();
     let id = topology.process(component).unwrap();
@@ -44,7 +44,7 @@ fn offers(process: &dyn Process) -> Vec<Offer> {
     offers
 }
 
-/// Hands the component a request of that client; panics if it does not take one.
+/// Gives the component a request of this client; panics if it does not take one.
 fn ask(process: &mut dyn Process, topology: &Topology, client: &str, request: Message, number: u64) {
     let taking = offers(process).into_iter().find(|offer| match offer.action {
         Action::Receive(channel, _) => topology.ends(channel).0 == client,
@@ -54,7 +54,7 @@ fn ask(process: &mut dyn Process, topology: &Topology, client: &str, request: Me
     process.take(taking.expect("the component takes a request").transition, Some(envelope), Duration::ZERO);
 }
 
-/// Lets the component answer that client, if it can.
+/// Lets the component answer this client, if it can.
 fn answer(process: &mut dyn Process, topology: &Topology, client: &str) -> Option<Envelope> {
     let (transition, envelope) = offers(process).into_iter().find_map(|offer| match offer.action {
         Action::Send(channel, envelope) if topology.ends(channel).1 == client => Some((offer.transition, envelope)),
@@ -69,7 +69,7 @@ fn go(what: &str, place: &str) -> Message {
 }
 
 #[test]
-fn a_request_waits_until_its_answer_is_known_and_no_second_is_taken_meanwhile() {
+fn a_client_has_one_pending_request_at_a_time() {
     let (topology, id) = wire("BatteryReader", &["BatteryLevel"]);
     let mut reader = BatteryReader::new(&topology, id).unwrap();
     ask(&mut reader, &topology, "BatteryLevel", Message::symbols(["get_level"]), 1);
@@ -78,7 +78,7 @@ fn a_request_waits_until_its_answer_is_known_and_no_second_is_taken_meanwhile() 
 }
 
 #[test]
-fn a_reply_echoes_the_number_and_is_given_once() {
+fn a_reply_repeats_the_number_and_is_sent_once() {
     let (topology, id) = wire(NAVIGATION, &["GoToDestination"]);
     let mut navigation = Navigation::new(&topology, id).unwrap();
     ask(&mut navigation, &topology, "GoToDestination", go("get_status", "Destination"), 42);
@@ -88,7 +88,7 @@ fn a_reply_echoes_the_number_and_is_given_once() {
 }
 
 #[test]
-fn a_stop_ends_the_trip_to_its_place_and_no_other() {
+fn a_stop_ends_only_the_trip_to_its_place() {
     let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
     let mut navigation = Navigation::new(&topology, id).unwrap();
     let mut tell = |client: &str, what: &str, place: &str| {
@@ -106,7 +106,7 @@ fn a_stop_ends_the_trip_to_its_place_and_no_other() {
 }
 
 #[test]
-fn no_running_of_an_old_trip_arrives_once_a_new_one_has_started() {
+fn no_running_of_an_old_trip_arrives_after_a_new_one_has_started() {
     let (topology, id) = wire(NAVIGATION, &["GotoRechargingStation", "GoToDestination"]);
     let mut navigation = Navigation::new(&topology, id).unwrap();
     ask(&mut navigation, &topology, "GoToDestination", go("start_navigation", "Destination"), 0);
@@ -116,7 +116,7 @@ fn no_running_of_an_old_trip_arrives_once_a_new_one_has_started() {
 }
 
 #[test]
-fn a_place_is_asked_about_only_where_the_robot_is_known_to_be_somewhere() {
+fn questions_about_places_wait_for_the_first_pose_estimate() {
     let (topology, id) = wire(LOCALIZATION, &["AtDestination"]);
     let mut localization = Localization::new(&topology, id).unwrap();
     ask(&mut localization, &topology, "AtDestination", go("is_at", "Destination"), 0);
@@ -125,7 +125,7 @@ fn a_place_is_asked_about_only_where_the_robot_is_known_to_be_somewhere() {
 }
 
 #[test]
-fn a_request_that_names_no_place_is_answered_with_an_error() {
+fn a_request_without_a_known_place_is_answered_with_an_error() {
     let (topology, id) = wire(LOCALIZATION, &["AtDestination"]);
     let mut localization = Localization::new(&topology, id).unwrap();
     ask(&mut localization, &topology, "AtDestination", Message::symbols(["is_at"]), 7);
@@ -155,7 +155,7 @@ fn under_the_original_rule_a_stop_ends_every_trip() {
     assert_eq!(orders, [Order::Start(Symbol::new("RechargingStation")), Order::Stop]);
 }
 
-/// A blackboard and two skills, which are answered what an assertion says.
+/// A blackboard and two skills; assertions state the answers.
 struct Board {
     topology: Topology,
     blackboard: Blackboard,
@@ -189,7 +189,7 @@ fn ok(value: impl Into<Value>) -> Option<Message> {
 }
 
 #[test]
-fn a_lock_is_granted_to_one_and_waits_for_the_other_to_unlock() {
+fn a_lock_is_granted_to_one_skill_at_a_time() {
     let mut board = Board::new();
     assert_eq!(board.call("one", "lock", None), ok(true));
     assert_eq!(board.call("one", "lock", None), ok(true), "who has it may ask again");
@@ -200,7 +200,7 @@ fn a_lock_is_granted_to_one_and_waits_for_the_other_to_unlock() {
 }
 
 #[test]
-fn only_the_holder_writes_and_nobody_reads_what_another_has_locked() {
+fn only_the_holder_writes_and_others_cannot_read_meanwhile() {
     let mut board = Board::new();
     let refused = Some(Message::new([Value::symbol("error"), "unauthorized client".into()]));
     assert_eq!(board.call("one", "write_data", Some(0)), refused, "it is not locked");
@@ -214,7 +214,7 @@ fn only_the_holder_writes_and_nobody_reads_what_another_has_locked() {
 }
 
 #[test]
-fn who_has_found_zero_gets_the_lock_when_something_has_been_written() {
+fn a_skill_that_read_zero_gets_the_lock_after_a_write() {
     let mut board = Board::new();
     for (what, value) in [("lock", None), ("write_data", Some(0)), ("unlock", None)] {
         assert_eq!(board.call("one", what, value), ok(true));

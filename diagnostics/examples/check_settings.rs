@@ -1,5 +1,5 @@
-//! Reads settings and says all that is wrong with them: `cargo run --example check_settings -- examples/pump.toml`, in
-//! the crate's folder.
+//! Reads settings and prints every problem in them. In the crate's folder: `cargo run --example check_settings --
+//! examples/pump.toml`.
 
 use std::error::Error;
 use std::path::Path;

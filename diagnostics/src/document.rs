@@ -1,8 +1,8 @@
-//! Reading what a user wrote in TOML or YAML: typed values, every problem at once, each at its place.
+//! Reads what a user wrote in TOML or YAML: typed values, and every problem at once, each with its place.
 //!
-//! A [`Document`] is parsed, perhaps changed by `--set`, and read once. Reading asks a [`Table`] for the keys that the
-//! program knows; what is missing, of the wrong type or out of range is noted and reading goes on. When it is over,
-//! every key that nobody asked for is a problem too, with the nearest known key as a suggestion.
+//! A [`Document`] is parsed, optionally changed by `--set`, and read once. The reader asks a [`Table`] for the keys
+//! that the program knows. Values that are missing, of the wrong type or out of range are recorded, and reading
+//! continues. At the end, every key that was not asked for is reported too, with the nearest known key as a suggestion.
 //!
 //! ```
 //! use diagnostics::document::Document;
@@ -19,7 +19,7 @@
 //! # Ok::<(), diagnostics::FileProblems>(())
 //! ```
 //!
-//! So that every problem is found, ask for all the keys of a table before `?` ends its reading, and use
+//! To find every problem, ask for all the keys of a table before a `?` can end the reading, and use
 //! [`each`](Field::each) for arrays.
 
 mod field;
@@ -46,46 +46,45 @@ pub struct Document {
 }
 
 impl Document {
-    /// Parses TOML. `name` is what diagnostics call the file.
+    /// Parses TOML. `name` is the file's name in diagnostics.
     ///
     /// # Errors
-    /// All syntax errors. A file that has some is not judged any further: what was meant is anybody's guess.
+    /// All syntax errors. A file with syntax errors is not checked further, because its meaning is uncertain.
     pub fn parse_toml(name: &str, text: &str) -> Result<Self, FileProblems> {
         toml_text::document(&Source::new(name, text)).map(|root| Self { root })
     }
 
-    /// Parses YAML whose top level is a mapping. `name` is what diagnostics call the file.
+    /// Parses YAML whose top level is a mapping. `name` is the file's name in diagnostics.
     ///
     /// # Errors
-    /// The first syntax error, a second document, or a top level that is not a mapping; also a text of more than
-    /// 16 KiB, since nothing in this project has need of longer ones.
+    /// The first syntax error, a second document, or a top level that is not a mapping. A text of more than 16 KiB is
+    /// refused, too: no file of this project needs more.
     pub fn parse_yaml(name: &str, text: &str) -> Result<Self, FileProblems> {
         yaml_text::document(&Source::new(name, text)).map(|root| Self { root })
     }
 
-    /// Applies assignments of the form `a.b.c=value`, as the command line's `--set` takes them, one after the other.
+    /// Applies assignments of the form `a.b.c=value`, as the command line's `--set` takes them, in order.
     ///
-    /// The key's parts are separated by dots; a number picks an entry of an array (`faults.0.charge_pct=5`). Tables on
-    /// the way that do not exist are made, so that a key with a default can be set. The value is TOML; what is no TOML
-    /// and does not begin with a quote or bracket is taken as text (`--set mode=scale`). Keys that themselves contain
-    /// a dot cannot be set.
+    /// Dots separate the parts of a key; a number selects an item of an array (`faults.0.charge_pct=5`). Missing tables
+    /// on the way are created, so that a key with a default can be set. The value is TOML. A value that is not TOML and
+    /// does not begin with a quote or bracket is taken as text (`--set mode=scale`). Keys that contain a dot cannot be
+    /// set.
     ///
     /// # Errors
-    /// Every assignment that is malformed or leads nowhere, at its place in the assignment. Whether the key is known
-    /// and the value right is found when the document is read.
+    /// Every assignment that is malformed or leads nowhere, with its place in the assignment. Unknown keys and wrong
+    /// values are found when the document is read.
     pub fn override_with<'a>(&mut self, assignments: impl IntoIterator<Item = &'a str>) -> Result<(), FileProblems> {
         let problems = assignments.into_iter().filter_map(|text| overrides::apply(&mut self.root, text).err());
         FileProblems::none_of(problems.collect())
     }
 
-    /// Takes over from `base` whatever this document does not say itself: keys that it lacks, and inside tables that
-    /// both have, theirs in turn. An array is one value: the document's own replaces the base's. Problems with what was
-    /// taken over are shown where the base says it.
+    /// Takes every key that this document lacks from `base`, recursively in tables that both have. An array is one
+    /// value: the document's own array replaces the base's. Problems with inherited values point into the base.
     pub fn inherit(&mut self, base: Self) {
         self.root.inherit(base.root);
     }
 
-    /// The text under a key of the top level, if there is one, without reading the document.
+    /// The text under a key of the top level, if there is one. This does not count as reading.
     #[must_use]
     pub fn peek_text(&self, key: &str) -> Option<Spanned<&str>> {
         let Kind::Table(entries) = &self.root.kind else { return None };
@@ -97,18 +96,18 @@ impl Document {
     /// Reads the document with `read`, which gets its top level.
     ///
     /// # Errors
-    /// Every problem that `read` or the types it asked for reported, and every key that it did not ask for. A `read`
-    /// that gives `None` without a reason is reported as such.
+    /// Every problem that `read` or the types it asked for reported, and every key that it did not ask for. If `read`
+    /// returns `None` without a problem, that is reported as an error.
     pub fn read<T>(self, read: impl for<'d> FnOnce(Table<'d>) -> Option<T>) -> Result<T, FileProblems> {
         let log = RefCell::new(Vec::new());
         let root = Item::new(&self.root, "this file".into(), &log);
         let value = root.as_table().and_then(read);
         let mut problems = log.into_inner();
         self.root.left_over(&mut problems);
-        // The file before what overrides it.
+        // The file comes before its overrides.
         problems.sort_by_key(|problem| !problem.is_of(self.root.span.source()));
         FileProblems::none_of(problems)?;
-        value.ok_or_else(|| self.root.span.problem("the file is refused, but its reader does not say why").into())
+        value.ok_or_else(|| self.root.span.problem("the file was refused, but its reader gave no reason").into())
     }
 }
 

@@ -1,4 +1,4 @@
-//! What can go wrong with a file.
+//! Errors of reading and writing files.
 
 use std::io;
 use std::path::PathBuf;
@@ -9,12 +9,12 @@ use crate::FileProblems;
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file that the caller named could not be read at all.
+    /// A file could not be read.
     #[error("cannot read {}: {source}", path.display())]
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
     /// A file could not be written.
@@ -22,10 +22,10 @@ pub enum Error {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: io::Error,
     },
-    /// A file was read and is wrong.
+    /// A file was read and has problems.
     #[error(transparent)]
     #[diagnostic(transparent)]
     Problems(#[from] FileProblems),

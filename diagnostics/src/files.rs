@@ -1,4 +1,4 @@
-//! How files are read: within bounds.
+//! Reading files, with limits.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -6,44 +6,44 @@ use std::path::Path;
 
 use crate::{Error, FileProblems, Source};
 
-/// Reads a whole file. Loaders take one, so that files can lie on disk, in the program or in a test.
+/// Reads a whole file. Loaders take such a function, so files can come from disk, from the program or from a test.
 pub type ReadFile<'r> = &'r dyn Fn(&Path) -> io::Result<Vec<u8>>;
 
-/// Larger files are refused: no map that is allowed needs more.
+/// Larger files are refused: no valid map needs more.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// Longer texts are refused: scenarios and trees, even those that programs write, are far shorter.
+/// Longer texts are refused: even generated scenarios and trees are far shorter.
 const MAX_TEXT_BYTES: u64 = 1 << 24;
 
 /// Reads a file from disk; a [`ReadFile`].
 ///
 /// # Errors
-/// What the system says; [`io::ErrorKind::InvalidInput`] for a device or a pipe, which might never end, and
+/// The error of the operating system; [`io::ErrorKind::InvalidInput`] for a device or a pipe, which might never end;
 /// [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
 pub fn from_disk(path: &Path) -> io::Result<Vec<u8>> {
     from_disk_up_to(path, MAX_BYTES)
 }
 
-/// Reads a file of at most so many bytes from disk.
+/// Reads a file of at most `max_bytes` bytes from disk.
 ///
 /// # Errors
-/// As [`from_disk`], but with that limit.
+/// As [`from_disk`], with this limit.
 pub fn from_disk_up_to(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
     bounded(regular(path, max_bytes)?, max_bytes)
 }
 
-/// Reads a file or what comes out of a pipe.
+/// Reads a file or a pipe.
 ///
 /// # Errors
-/// What the system says, and [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
+/// The error of the operating system; [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
 pub fn from_disk_or_pipe(path: &Path) -> io::Result<Vec<u8>> {
     bounded(File::open(path)?, MAX_BYTES)
 }
 
-/// Reads a text file from disk, without the byte order mark that some editors put first.
+/// Reads a text file from disk, without the byte order mark that some editors write.
 ///
 /// # Errors
-/// As [`from_disk`], but for more than 16 MiB; [`io::ErrorKind::InvalidData`] for what is not UTF-8.
+/// As [`from_disk`], but for more than 16 MiB; [`io::ErrorKind::InvalidData`] if it is not UTF-8.
 pub fn text_from_disk(path: &Path) -> io::Result<String> {
     text(from_disk_up_to(path, MAX_TEXT_BYTES)?)
 }
@@ -51,22 +51,22 @@ pub fn text_from_disk(path: &Path) -> io::Result<String> {
 /// Bytes as text, without the byte order mark.
 ///
 /// # Errors
-/// [`io::ErrorKind::InvalidData`] for what is not UTF-8.
+/// [`io::ErrorKind::InvalidData`] if they are not UTF-8.
 pub fn text(bytes: Vec<u8>) -> io::Result<String> {
     let not_text = |_| io::Error::new(io::ErrorKind::InvalidData, "the file is not UTF-8 text");
     String::from_utf8(bytes).map(without_mark).map_err(not_text)
 }
 
-/// Opens a file that is not too long, and neither waits for somebody to write to a pipe nor takes what never ends.
+/// Opens a file within the limit. Does not wait for a pipe's writer, and refuses devices that never end.
 fn regular(path: &Path, max_bytes: u64) -> io::Result<File> {
     let found = fs::metadata(path)?;
     if !found.is_file() && !found.is_dir() {
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no regular file but a device or a pipe"));
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file but a device or a pipe"));
     }
     if found.len() > max_bytes { Err(too_large(max_bytes)) } else { File::open(path) }
 }
 
-/// Reads everything, if that is not too much.
+/// Reads everything within the limit.
 fn bounded(from: impl Read, max_bytes: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     from.take(max_bytes + 1).read_to_end(&mut bytes)?;
@@ -74,14 +74,14 @@ fn bounded(from: impl Read, max_bytes: u64) -> io::Result<Vec<u8>> {
 }
 
 fn too_large(max_bytes: u64) -> io::Error {
-    io::Error::new(io::ErrorKind::FileTooLarge, format!("it is larger than {} MiB", max_bytes >> 20))
+    io::Error::new(io::ErrorKind::FileTooLarge, format!("larger than {} MiB", max_bytes >> 20))
 }
 
 fn without_mark(text: String) -> String {
     text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text)
 }
 
-/// Reads a text file through `read`, without the byte order mark that some editors put first.
+/// Reads a text file through `read`, without the byte order mark that some editors write.
 ///
 /// # Errors
 /// [`Error::Read`] if it cannot be read; [`Error::Problems`] with the first byte that is not UTF-8.
@@ -92,9 +92,13 @@ pub fn read_text(path: &Path, read: ReadFile<'_>) -> Result<String, Error> {
 }
 
 fn not_text(path: &Path, error: &std::string::FromUtf8Error) -> FileProblems {
-    // What comes before the offending byte is the same in the readable version.
+    // Up to the offending byte, the readable version is the same.
     let readable = String::from_utf8_lossy(error.as_bytes());
     let source = Source::new(&path.display().to_string(), readable);
     let at = error.utf8_error().valid_up_to();
-    source.span(at..at + 1).problem("the file is not text in UTF-8").with_label("this byte is no character").into()
+    source
+        .span(at..at + 1)
+        .problem("the file is not UTF-8 text")
+        .with_label("this byte is not part of a character")
+        .into()
 }

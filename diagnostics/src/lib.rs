@@ -1,27 +1,26 @@
-//! Files that people write and read: read within bounds, refused with everything that is wrong with them, written
-//! whole.
+//! Files that people write and read: read with limits, refused with all their problems at once, written whole.
 //!
-//! Readers collect [`Problem`]s instead of stopping at the first one, each with its place in a [`Source`] and with what
-//! would have been right, and hand them over as one [`FileProblems`]. A misspelt name is answered with the
-//! [`nearest`] one. Everything that is wrong implements [`miette::Diagnostic`], so that a binary can render it with
-//! the offending text; line and column can be asked for without any renderer.
+//! Readers collect [`Problem`]s instead of stopping at the first one. Each has its place in a [`Source`] and says what
+//! is accepted there. They are returned together as [`FileProblems`]. For a misspelt name, the [`nearest`] known name
+//! is suggested. All of them implement [`miette::Diagnostic`], so a binary can render them with the offending text;
+//! line and column are available without a renderer.
 //!
 //! ```
 //! use diagnostics::{FileProblems, Source, did_you_mean};
 //!
 //! let source = Source::new("robot.conf", "colour=red\nspede=3\n");
 //! let key = source.span(11..16);
-//! let problem = key.problem("unknown key `spede`").with_label("not known here");
+//! let problem = key.problem("unknown key `spede`").with_label("unknown key");
 //! let problem = problem.with_help_if(did_you_mean(key.text(), ["colour", "speed"]));
 //! let problems = FileProblems::none_of(vec![problem]).unwrap_err();
 //! assert_eq!(problems.plain(), "robot.conf:2:1: unknown key `spede` (did you mean `speed`?)\n");
 //! ```
 //!
-//! [`text_from_disk`] and [`read_text`] read files, none without a limit. [`write_whole`], [`Unfinished`] and
-//! [`Staging`] write them: what is there under its name is whole.
+//! [`text_from_disk`] and [`read_text`] read files, always with a limit. [`write_whole`], [`Unfinished`] and
+//! [`Staging`] write them: a file under its final name is always complete.
 //!
 //! Features, both on by default: `documents` has the module `document`, which reads TOML and YAML; `xml` has the module
-//! `xml`, which says why a text is no XML.
+//! `xml`, which explains why a text is not XML.
 
 #[cfg(feature = "documents")]
 pub mod document;

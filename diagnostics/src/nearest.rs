@@ -1,19 +1,20 @@
-//! What somebody may have meant.
+//! Suggestions for misspelt names.
 
-/// Longer names are not compared, in bytes, nor more of them: a file may have very many, and comparing takes its time.
+/// Names longer than this, in bytes, are not compared, and at most ten times as many names: comparing very many takes
+/// long.
 const LONGEST: usize = 100;
 const COMPARED: usize = 1000;
 
 /// More names than this are not listed.
 const LISTED: usize = 20;
 
-/// So many problems of a file get a hint, each of which looks at all names.
+/// At most this many problems of a file get a hint, because each hint looks at all names.
 pub const MAX_HINTS: usize = 200;
 
-/// The known name that `name` most likely was meant to be: the one with the fewest typing errors between them, if those
-/// are at most a third of the name's letters. Case does not count; of names equally near the first is meant.
+/// The known name that `name` was most likely meant to be: the one with the fewest typing errors, if they are at most a
+/// third of the name's letters. Case does not matter; of equally near names the first is chosen.
 ///
-/// Names of more than 100 bytes are not compared, and not more than 1000.
+/// Names of more than 100 bytes are not compared, and at most 1000 names are.
 #[must_use]
 pub fn nearest<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) -> Option<&'k str> {
     if name.len() > LONGEST {
@@ -33,7 +34,7 @@ pub fn did_you_mean<'k>(name: &str, known: impl IntoIterator<Item = &'k str>) ->
     nearest(name, known).map(|nearest| format!("did you mean `{nearest}`?"))
 }
 
-/// `did you mean …?` for the [`nearest`] name, else the list of all `what`; of very many the first.
+/// `did you mean …?` for the [`nearest`] name, or else a list of the known names (`what`), cut off if it is long.
 #[must_use]
 pub fn nearest_or_all(name: &str, what: &str, known: &[&str]) -> String {
     did_you_mean(name, known.iter().copied()).unwrap_or_else(|| match known {
@@ -68,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_is_near_all_names_are_listed() {
+    fn without_a_near_name_all_names_are_listed() {
         assert_eq!(nearest_or_all("aa", "names", &["ab", "b"]), "did you mean `ab`?");
         assert_eq!(nearest_or_all("x", "names", &[]), "there are no names");
         assert_eq!(nearest_or_all("zzz", "names", &["a", "b"]), "names: a, b");

@@ -1,8 +1,8 @@
-//! How files are written: whole or not at all.
+//! Writing files: whole or not at all.
 //!
-//! What is written goes to a temporary name in the same folder and gets its own name when it is whole. A full disk, an
-//! error or a panic leaves what was there before, and nothing of the new. A program that is killed may leave the
-//! temporary behind, under a name that begins with `.steward-` and ends with `.part`.
+//! Data goes to a temporary name in the same folder; the file gets its own name when it is complete. After a full disk,
+//! an error or a panic, the previous file is unchanged and nothing of the new one remains. A killed program may leave
+//! the temporary file behind, under a name that begins with `.steward-` and ends with `.part`.
 
 use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
@@ -14,10 +14,10 @@ use crate::Error;
 /// How temporary names begin and end.
 const TEMPORARY: (&str, &str) = (".steward-", ".part");
 
-/// Writes a whole file, with the folders on the way.
+/// Writes a whole file and creates missing folders.
 ///
 /// # Errors
-/// [`Error::Write`]; what was there before then stays as it was.
+/// [`Error::Write`]; the previous file then stays unchanged.
 pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     let mut file = Unfinished::create(path)?;
     match file.write_all(contents.as_ref()) {
@@ -26,8 +26,8 @@ pub fn write_whole(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error>
     }
 }
 
-/// A file on its way: it appears under its name when it is [finished](Self::finish), in place of what was there before.
-/// If it never is, nothing remains of it.
+/// A file being written: it replaces the previous file when it is [finished](Self::finish). If it never is, nothing
+/// remains of it.
 ///
 /// A device or a pipe (`/dev/stdout`) is not replaced but written to.
 ///
@@ -49,19 +49,19 @@ pub struct Unfinished {
     /// The name that the caller gave.
     path: PathBuf,
     file: File,
-    /// The temporary name and the one that takes its place; none for a device.
+    /// The temporary name and the final one; `None` for a device.
     names: Option<(PathBuf, PathBuf)>,
 }
 
 impl Unfinished {
-    /// Begins a file, with the folders on the way.
+    /// Begins a file and creates missing folders.
     ///
     /// # Errors
     /// [`Error::Write`].
     pub fn create(path: &Path) -> Result<Self, Error> {
         let begun = match fs::metadata(path) {
             Ok(found) if !found.is_file() => File::create(path).map(|file| (file, None)),
-            // A link stays one: the file that it leads to is replaced.
+            // A link stays a link: its target is replaced.
             Ok(_) => fs::canonicalize(path).and_then(temporary),
             Err(_) => fs::create_dir_all(folder_of(path)).and_then(|()| temporary(path.to_owned())),
         };
@@ -69,7 +69,7 @@ impl Unfinished {
         Ok(Self { path: path.to_owned(), file, names })
     }
 
-    /// Gives the file its name.
+    /// Gives the file its final name.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -95,7 +95,7 @@ impl Write for Unfinished {
 impl Drop for Unfinished {
     fn drop(&mut self) {
         if let Some((temporary, _)) = &self.names {
-            // Nobody is left to be told.
+            // A failure can no longer be reported.
             let _ = fs::remove_file(temporary);
         }
     }
@@ -103,25 +103,25 @@ impl Drop for Unfinished {
 
 /// Files of a folder that appear in it together.
 ///
-/// Until they are [published](Self::publish) they lie in a hidden folder within it; if they never are, nothing remains
-/// of them. Several programs may write to one folder at once: the last to publish has it.
+/// Until they are [published](Self::publish), they are in a hidden folder inside it. If they never are, nothing remains
+/// of them. Several programs may write to one folder at once: the last to publish wins.
 #[derive(Debug)]
 pub struct Staging {
     folder: PathBuf,
     hidden: PathBuf,
-    /// Locked as long as this one lives, so that others can tell what a program that was killed has left behind.
+    /// Locked while this value lives, so that others can recognize the remains of a killed program.
     _lock: Option<File>,
 }
 
 impl Staging {
-    /// Begins files of a folder, which is made if it is not there. What killed programs have left in it goes.
+    /// Begins the files of a folder, which is created if it is missing. Removes what killed programs have left in it.
     ///
     /// # Errors
     /// [`Error::Write`].
     pub fn begin(folder: &Path) -> Result<Self, Error> {
         let begin = || {
             fs::create_dir_all(folder)?;
-            // A file system without locks only means that nothing is tidied up.
+            // A file system without locks only means that nothing is cleaned up.
             let turn = File::open(folder).ok().filter(|turn| turn.lock().is_ok());
             if turn.is_some() {
                 remove_abandoned(folder);
@@ -133,7 +133,7 @@ impl Staging {
         begin().map_err(|source| write_error(folder, source))
     }
 
-    /// Whether the folder has nothing else in it.
+    /// Whether the folder contains nothing else.
     ///
     /// # Errors
     /// [`Error::Write`] if it cannot be read.
@@ -143,7 +143,7 @@ impl Staging {
         Ok(!entries.into_iter().any(other))
     }
 
-    /// Writes one of the files, with the folders on the way; `name` is relative to the folder.
+    /// Writes one of the files and creates missing folders; `name` is relative to the folder.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -153,7 +153,7 @@ impl Staging {
         written.map_err(|source| write_error(&self.folder.join(name), source))
     }
 
-    /// What was written to one of the files.
+    /// The content written to one of the files.
     ///
     /// # Errors
     /// [`Error::Read`].
@@ -162,8 +162,8 @@ impl Staging {
         fs::read(path).map_err(|source| Error::Read { path: self.folder.join(name), source })
     }
 
-    /// Gives the files their names. Those of `last` speak of the others: of before they go first, and the new ones come
-    /// last, in that order; so what is there never speaks of files that are not.
+    /// Gives the files their final names. The files in `last` refer to the others: their old versions are removed
+    /// first, and their new versions appear last, in this order. So no file ever refers to files that do not exist.
     ///
     /// # Errors
     /// [`Error::Write`].
@@ -188,12 +188,12 @@ impl Staging {
 
 impl Drop for Staging {
     fn drop(&mut self) {
-        // Nobody is left to be told.
+        // A failure can no longer be reported.
         let _ = fs::remove_dir_all(&self.hidden);
     }
 }
 
-/// Removes hidden folders whose programs are no more, as far as that is possible.
+/// Removes the hidden folders of programs that no longer run, as far as possible.
 fn remove_abandoned(folder: &Path) {
     for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let is_abandoned = || path.is_dir() && File::open(&path).is_ok_and(|lock| lock.try_lock().is_ok());
@@ -208,14 +208,14 @@ fn is_temporary(path: &Path) -> bool {
     name.starts_with(TEMPORARY.0) && name.ends_with(TEMPORARY.1)
 }
 
-/// A file under a temporary name beside the one that it is to have.
+/// Creates a file under a temporary name beside its final one.
 fn temporary(name: PathBuf) -> io::Result<(File, Option<(PathBuf, PathBuf)>)> {
     let create = |path: &Path| OpenOptions::new().write(true).create_new(true).open(path);
     let (temporary, file) = first_free(folder_of(&name), create)?;
     Ok((file, Some((temporary, name))))
 }
 
-/// Makes something of a temporary name that nothing else has. The name is short, however long the one to come is.
+/// Creates something under an unused temporary name, which is short however long the final name is.
 fn first_free<T>(folder: &Path, make: impl Fn(&Path) -> io::Result<T>) -> io::Result<(PathBuf, T)> {
     let (begin, end) = TEMPORARY;
     let mut number = 0_u64;
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_has_its_name_when_it_is_whole() {
+    fn a_file_gets_its_name_when_it_is_complete() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("new/some.txt");
         write_whole(&path, "old").unwrap();
@@ -264,14 +264,14 @@ mod tests {
 
     /// The temporary name is no longer than the file's own.
     #[test]
-    fn the_longest_name_that_a_folder_takes_can_be_written() {
+    fn the_longest_possible_file_name_can_be_written() {
         let folder = tempfile::tempdir().unwrap();
         write_whole(&folder.path().join("n".repeat(255)), "").unwrap();
     }
 
     #[cfg(unix)]
     #[test]
-    fn links_and_devices_stay_what_they_are() {
+    fn links_and_devices_are_kept() {
         let folder = tempfile::tempdir().unwrap();
         let (file, link) = (folder.path().join("file"), folder.path().join("link"));
         fs::write(&file, "old").unwrap();
@@ -292,7 +292,7 @@ mod tests {
         staging.write("b.txt", "b").unwrap();
         staging.write("sub/a.txt", "a").unwrap();
         assert_eq!(names(folder.path()).len(), 1, "nothing but the hidden folder");
-        // Another one at the same time is in nobody's way.
+        // Another one at the same time does not interfere.
         begin().write("b.txt", "lost").unwrap();
         assert_eq!(staging.read("b.txt").unwrap(), b"b");
         staging.publish(&["b.txt", "not there"]).unwrap();
@@ -303,7 +303,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_a_killed_program_left_is_tidied_up() {
+    fn remains_of_a_killed_program_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let alive = Staging::begin(folder.path()).unwrap();
         fs::create_dir(folder.path().join(".steward-1-0.part")).unwrap();

@@ -1,4 +1,4 @@
-//! What is wrong with a text, each thing at its place.
+//! Problems of a text, each with its place.
 
 use std::fmt;
 use std::ops::Range;
@@ -9,8 +9,8 @@ use crate::{Source, Span};
 
 /// One thing that is wrong, or looks wrong, in a text.
 ///
-/// [`Span::problem`] makes one that knows its text. A parser, which has the text's bytes before it and not its name, makes
-/// a [`new`](Self::new) one: it renders with the text of the error that it becomes part of.
+/// [`Span::problem`] makes a problem that knows its text. A parser that has only the bytes of the text makes one with
+/// [`new`](Self::new): it is rendered with the text of the error that it becomes part of.
 #[derive(Clone, Debug)]
 pub struct Problem {
     message: String,
@@ -35,26 +35,26 @@ impl Problem {
         Self { message: message.into(), source: None, labels: Vec::new(), help: None, severity: Severity::Error }
     }
 
-    /// Says which text it is about.
+    /// Sets the text that it is about.
     #[must_use]
     pub fn of(self, source: &Source) -> Self {
         Self { source: Some(source.clone()), ..self }
     }
 
-    /// Marks a stretch of the text, in bytes, and says what it is. The first that is marked is the problem's place.
+    /// Marks a range of the text, in bytes, and labels it. The first marked range is the problem's place.
     #[must_use]
     pub fn at(mut self, stretch: impl Into<SourceSpan>, label: impl Into<String>) -> Self {
         self.labels.push(LabeledSpan::new_with_span(Some(label.into()), stretch));
         self
     }
 
-    /// Marks a stretch without a word.
+    /// Marks a range without a label.
     pub(crate) fn at_plainly(mut self, stretch: Range<usize>) -> Self {
         self.labels.push(LabeledSpan::new_with_span(None, stretch));
         self
     }
 
-    /// Says what the text that was marked first is.
+    /// Labels the range that was marked first.
     #[must_use]
     pub fn with_label(mut self, label: impl Into<String>) -> Self {
         if let Some(first) = self.labels.first_mut() {
@@ -63,7 +63,7 @@ impl Problem {
         self
     }
 
-    /// Says it otherwise.
+    /// Replaces the message.
     #[must_use]
     pub fn with_message(self, message: impl Into<String>) -> Self {
         Self { message: message.into(), ..self }
@@ -75,19 +75,19 @@ impl Problem {
         self.with_help_if(Some(help.into()))
     }
 
-    /// As [`with_help`](Self::with_help), where there is some.
+    /// Like [`with_help`](Self::with_help), if there is any.
     #[must_use]
     pub fn with_help_if(self, help: Option<String>) -> Self {
         Self { help, ..self }
     }
 
-    /// Makes it something that only looks wrong.
+    /// Makes it a warning: it only looks wrong.
     #[must_use]
     pub fn as_warning(self) -> Self {
         Self { severity: Severity::Warning, ..self }
     }
 
-    /// The problem with each of its places where `place` says: in a text of which its own is a part, or in a part of it.
+    /// The problem with each of its ranges mapped by `place`: into a text that contains its own, or into a part of it.
     #[must_use]
     pub fn moved(mut self, place: impl Fn(Range<usize>) -> Range<usize>) -> Self {
         for label in &mut self.labels {
@@ -103,7 +103,7 @@ impl Problem {
         &self.message
     }
 
-    /// What the text that was marked first is.
+    /// The label of the range that was marked first.
     #[must_use]
     pub fn label_text(&self) -> Option<&str> {
         self.labels.first().and_then(LabeledSpan::label)
@@ -115,26 +115,26 @@ impl Problem {
         self.help.as_deref()
     }
 
-    /// Whether a file with this problem is refused; a warning lets it pass.
+    /// Whether a file with this problem is refused; a warning is not an error.
     #[must_use]
     pub fn is_error(&self) -> bool {
         self.severity == Severity::Error
     }
 
-    /// Where it is wrong: the first byte of its first label, or the beginning of the text.
+    /// Where the problem is: the first byte of its first label, or the beginning of the text.
     #[must_use]
     pub fn offset(&self) -> usize {
         self.labels.first().map_or(0, LabeledSpan::offset)
     }
 
-    /// Where it is wrong, if it knows its text.
+    /// Where the problem is, if it knows its text.
     #[must_use]
     pub fn span(&self) -> Option<Span> {
         let length = self.labels.first().map_or(0, LabeledSpan::len);
         self.source.as_ref().map(|source| source.span(self.offset()..self.offset() + length))
     }
 
-    /// Whether it is about that text: the very same, not merely an equal one.
+    /// Whether it is about this very text, not merely an equal one.
     #[must_use]
     pub fn is_of(&self, source: &Source) -> bool {
         self.source.as_ref().is_some_and(|own| own.is(source))
@@ -175,19 +175,19 @@ impl Diagnostic for Problem {
     }
 }
 
-/// Everything that is wrong with a file, in the order of the places; never empty.
+/// All problems of a file, in order of their places; never empty.
 ///
-/// A file's problems may point into more than one text, for example into an override of the command line as well.
+/// A file's problems may point into more than one text, for example into an override on the command line as well.
 #[derive(Clone, Debug)]
 pub struct FileProblems {
     problems: Vec<Problem>,
 }
 
 impl FileProblems {
-    /// Nothing to complain about if `problems` is empty, else all of them as one error.
+    /// `Ok` if `problems` is empty, else all of them as one error.
     ///
     /// # Errors
-    /// The problems, by place within a text, and the texts in the order in which they first come up.
+    /// The problems, sorted by place within a text. The texts are in the order in which they first appear.
     pub fn none_of(mut problems: Vec<Problem>) -> Result<(), Self> {
         if problems.is_empty() {
             return Ok(());
@@ -208,14 +208,14 @@ impl FileProblems {
         &self.problems
     }
 
-    /// The problems of both, for a caller who reads several files before giving up.
+    /// The problems of both, for a caller that reads several files before it gives up.
     #[must_use]
     pub fn and(mut self, others: Self) -> Self {
         self.problems.extend(others.problems);
         self
     }
 
-    /// All problems, [one line](Problem::one_line) each.
+    /// All problems, as [one line](Problem::one_line) each.
     #[must_use]
     pub fn plain(&self) -> String {
         self.problems.iter().map(|problem| problem.one_line() + "\n").collect()

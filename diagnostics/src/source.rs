@@ -1,4 +1,4 @@
-//! Named texts, and stretches of them.
+//! Named texts, and ranges of them.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,13 +10,13 @@ use miette::{MietteError, NamedSource, SourceCode, SourceSpan, SpanContents};
 pub struct Source(Arc<NamedSource<String>>);
 
 impl Source {
-    /// A text under the name that diagnostics shall call it by.
+    /// A text with the name that it has in diagnostics.
     #[must_use]
     pub fn new(name: &str, text: impl Into<String>) -> Self {
         Self(Arc::new(NamedSource::new(name, text.into())))
     }
 
-    /// What the text is called.
+    /// The name of the text.
     #[must_use]
     pub fn name(&self) -> &str {
         self.0.name()
@@ -33,7 +33,7 @@ impl Source {
         Arc::ptr_eq(&self.0, &other.0)
     }
 
-    /// A stretch of the text, in bytes. What lies outside the text or cuts a character in two is moved to the nearest
+    /// A range of the text, in bytes. An end that is outside the text or inside a character moves to the nearest
     /// character boundary on the left.
     #[must_use]
     pub fn span(&self, range: Range<usize>) -> Span {
@@ -54,7 +54,8 @@ impl SourceCode for Source {
     }
 }
 
-/// A stretch of a named text. Cheap to clone; keep it beside a value to be able to complain about the value later.
+/// A range of a named text. Cheap to clone; keep it beside a value so that problems with the value can be reported
+/// later.
 #[derive(Clone, Debug)]
 pub struct Span {
     source: Source,
@@ -62,31 +63,31 @@ pub struct Span {
 }
 
 impl Span {
-    /// The text that the stretch belongs to.
+    /// The text that the range belongs to.
     #[must_use]
     pub fn source(&self) -> &Source {
         &self.source
     }
 
-    /// Where the stretch lies, in bytes from the beginning of its text.
+    /// The range, in bytes from the beginning of its text.
     #[must_use]
     pub fn range(&self) -> Range<usize> {
         self.range.clone()
     }
 
-    /// The characters that the stretch covers.
+    /// The characters in the range.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.source.text()[self.range()]
     }
 
-    /// The line on which the stretch begins, from 1.
+    /// The line on which the range begins, from 1.
     #[must_use]
     pub fn line(&self) -> usize {
         1 + self.before().matches('\n').count()
     }
 
-    /// The column at which the stretch begins, in characters from 1.
+    /// The column at which the range begins, in characters from 1.
     #[must_use]
     pub fn column(&self) -> usize {
         1 + self.before().chars().rev().take_while(|character| *character != '\n').count()
@@ -97,7 +98,7 @@ impl Span {
     }
 }
 
-/// A value with the place where a file says it.
+/// A value and its place in a file.
 #[derive(Clone, Debug)]
 pub struct Spanned<T> {
     /// The value.

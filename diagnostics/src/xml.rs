@@ -1,4 +1,4 @@
-//! What can be wrong with any XML file: that it is none, or one that would take too long to read.
+//! Problems of any XML file: it is not well-formed, or it would take too long to read.
 
 use std::ops::Range;
 
@@ -6,14 +6,14 @@ use roxmltree::{Error, Node, TextPos};
 
 use crate::{Problem, nearest};
 
-/// Refuses an element with more attributes than that: the XML parser compares each with all others. To be asked before
-/// it parses.
+/// Refuses an element with more than `limit` attributes: the XML parser compares each with all others. Call this before
+/// parsing.
 ///
 /// # Errors
-/// At the first attribute that is one too many.
+/// At the first attribute beyond the limit.
 pub fn check_attributes(text: &str, limit: usize) -> Result<(), Problem> {
     let Some(at) = crowded_element(text, limit) else { return Ok(()) };
-    let problem = Problem::new(format!("an element may have {limit} attributes at most"));
+    let problem = Problem::new(format!("an element may have at most {limit} attributes"));
     Err(problem.at(at..at + 1, "one too many"))
 }
 
@@ -44,26 +44,27 @@ fn crowded_element(text: &str, limit: usize) -> Option<usize> {
     None
 }
 
-/// The problem of a text that the XML parser refuses, where it gave up. `is_known` knows the names of elements.
+/// The problem of a text that the XML parser refuses, at the place where it gave up. `is_known` knows the names of
+/// elements.
 #[must_use]
 pub fn problem(text: &str, error: &Error, is_known: impl Fn(&str) -> bool) -> Problem {
     if matches!(error, Error::DtdDetected) {
         let start = text.find("<!DOCTYPE").unwrap_or(0);
         let problem = Problem::new("a document type declaration is not accepted");
         let problem = problem.at(start..text.len().min(start + "<!DOCTYPE".len()), "starts here");
-        return problem.with_help("remove it: there are no document types and no entities here");
+        return problem.with_help("remove it: document types and entities are not supported");
     }
     let not_xml = |message: &str| Problem::new(format!("this is not well-formed XML: {message}"));
     let before = text.len() - text.trim_start().len();
     if before > 0 && text[before..].starts_with("<?xml ") {
-        let problem = not_xml("`<?xml …?>` must be the very first thing in a file").at(0..before, "here");
+        let problem = not_xml("`<?xml …?>` must be at the very beginning of the file").at(0..before, "here");
         return problem.with_help("remove the blanks and lines before it");
     }
     let message = error.to_string();
     if matches!(error, Error::UnclosedRootNode | Error::UnexpectedEndOfStream | Error::NoRootNode) {
         return not_xml(&message).at(text.len()..text.len(), "here");
     }
-    // The parser appends the place to what it says; the label shows it better.
+    // The parser appends the place to its message; the label shows it better.
     let message = message.rsplit_once(" at ").map_or(message.as_str(), |(message, _)| message);
     let start = offset(text, error.pos());
     let end = text[start..].chars().next().map_or(start, |character| start + character.len_utf8());
@@ -73,14 +74,14 @@ pub fn problem(text: &str, error: &Error, is_known: impl Fn(&str) -> bool) -> Pr
     })
 }
 
-/// What was meant by an element that begins with one name and ends with one much like it.
+/// The probable name of an element that begins with one name and ends with a similar one.
 fn misspelt(opened: &str, closed: &str, is_known: impl Fn(&str) -> bool) -> Option<String> {
     nearest(opened, [closed])?;
     let meant = if is_known(closed) { closed } else { opened };
     Some(format!("<{opened}> ends as </{closed}>: did you mean <{meant}>?"))
 }
 
-/// The byte that a row and a column, both counted from 1, stand for.
+/// The byte at a row and a column, both counted from 1.
 fn offset(text: &str, place: TextPos) -> usize {
     let row = place.row.saturating_sub(1) as usize;
     let line_start = text.split_inclusive('\n').take(row).map(str::len).sum::<usize>();
@@ -88,7 +89,7 @@ fn offset(text: &str, place: TextPos) -> usize {
     text[line_start..].char_indices().nth(column).map_or(text.len(), |(offset, _)| line_start + offset)
 }
 
-/// Where an element's name stands in its start tag, with its prefix.
+/// The range of an element's name in its start tag, including its prefix.
 #[must_use]
 pub fn name_span(element: Node<'_, '_>) -> Range<usize> {
     let start = (element.range().start + 1).min(element.range().end);
@@ -111,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_xml_is_said_with_its_place() {
+    fn text_that_is_not_xml_is_refused_with_its_place() {
         let meant = "<stat> ends as </state>: did you mean <state>?";
         assert_eq!(
             said("<stat>\n</state>"),

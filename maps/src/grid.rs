@@ -2,7 +2,7 @@
 
 use crate::{Point, Pose};
 
-/// What is known of a cell.
+/// What is known about a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Cell {
     /// Seen to be empty.
@@ -14,7 +14,7 @@ pub enum Cell {
     Unknown,
 }
 
-/// A cell's place in its grid: column along the grid's x axis, row along its y axis, both from the origin's corner.
+/// A cell of a grid: column along the grid's x axis, row along its y axis, both counted from the origin's corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct CellIndex {
     /// Column, 0 at the origin.
@@ -23,10 +23,10 @@ pub struct CellIndex {
     pub row: usize,
 }
 
-/// A rectangular grid of cells with its place in the `map` frame.
+/// A rectangular grid of cells with its pose in the `map` frame.
 ///
-/// The origin is the pose of the lower left corner of cell (0, 0); its heading turns the whole grid.
-/// Cells are half open: cell (c, r) covers grid coordinates [c, c + 1) × [r, r + 1).
+/// The origin is the pose of the lower left corner of cell (0, 0); its heading rotates the whole grid. Cells are half
+/// open: cell (c, r) covers grid coordinates [c, c + 1) × [r, r + 1).
 ///
 /// ```
 /// use maps::{Cell, CellIndex, OccupancyGrid, Point, pose};
@@ -109,7 +109,7 @@ impl OccupancyGrid {
         self.cells[offset] = cell;
     }
 
-    /// Position of a cell in [`cells`](Self::cells), or `None` outside the grid.
+    /// Index of a cell in [`cells`](Self::cells), or `None` outside the grid.
     #[must_use]
     pub fn offset(&self, index: CellIndex) -> Option<usize> {
         (index.column < self.width && index.row < self.height).then(|| index.row * self.width + index.column)
@@ -127,7 +127,7 @@ impl OccupancyGrid {
         self.origin * (point * self.resolution_m)
     }
 
-    /// The cell that holds a point of the `map` frame, or `None` outside the grid.
+    /// The cell that contains a point of the `map` frame, or `None` outside the grid.
     #[must_use]
     pub fn index_of(&self, point: &Point) -> Option<CellIndex> {
         let grid = self.to_grid(point);
@@ -141,8 +141,8 @@ impl OccupancyGrid {
         self.from_grid(&Point::new(index.column as f64 + 0.5, index.row as f64 + 0.5))
     }
 
-    /// Whether a disc round a point of the `map` frame touches free cells only and lies within the grid: whether a
-    /// robot of that radius can stand there. Touching includes the edge.
+    /// Whether a disc around a point of the `map` frame lies within the grid and touches only free cells: whether a
+    /// robot of this radius fits there. Touching includes the edge.
     #[must_use]
     pub fn has_room(&self, center: &Point, radius_m: f64) -> bool {
         let center = self.to_grid(center);

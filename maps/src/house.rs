@@ -15,11 +15,11 @@
 //!  └───────────┴─────┴──────────────┴────────┘      −5 m
 //! ```
 //!
-//! The robot starts in the living room and is sent to the kitchen. It comes past the niche with the charging station,
-//! nearer than 2 m and never nearer than 1 m, so that passing by is not docking. The rooms differ in shape, size and
-//! furniture, so that a laser scan tells where it was taken.
+//! The robot starts in the living room and is sent to the kitchen. It passes the niche with the charging station at a
+//! distance between 1 m and 2 m, so passing by is not docking. The rooms differ in shape, size and furniture, so a
+//! laser scan identifies where it was taken.
 //!
-//! `cargo run -p steward-maps --example draw_house` draws the map's files; a test holds that they are up to date.
+//! `cargo run -p steward-maps --example draw_house` draws the map's files; a test checks that they are up to date.
 
 mod pen;
 mod plan;
@@ -35,7 +35,7 @@ use pen::{Pen, Rect};
 /// File name of the map.
 pub const YAML_NAME: &str = "house.yaml";
 
-/// The map's files: name and content of the YAML, its picture and its places.
+/// The map's files, name and content: the YAML, its picture and its places.
 pub const FILES: [(&str, &[u8]); 3] = [
     (YAML_NAME, include_bytes!("../house.yaml")),
     ("house.pgm", include_bytes!("../house.pgm")),
@@ -45,7 +45,7 @@ pub const FILES: [(&str, &[u8]); 3] = [
 /// Reads one of [`FILES`] by the last part of its path; a [`ReadFile`](diagnostics::ReadFile).
 ///
 /// # Errors
-/// [`io::ErrorKind::NotFound`] for another name.
+/// [`io::ErrorKind::NotFound`] for any other name.
 #[cfg(feature = "files")]
 pub fn read(path: &Path) -> io::Result<Vec<u8>> {
     let file = FILES.iter().find(|(name, _)| path.file_name().is_some_and(|last| last == *name));
@@ -60,7 +60,7 @@ pub fn places() -> Places {
     places.expect("the places of the house are tested to be right").into_places()
 }
 
-/// Draws the map. It is what loading [`FILES`] gives.
+/// Draws the map. The result equals the map loaded from [`FILES`].
 #[must_use]
 pub fn draw() -> OccupancyGrid {
     let mut pen = Pen::new(plan::SHEET, plan::RESOLUTION_M);

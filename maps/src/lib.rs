@@ -1,15 +1,16 @@
 //! Occupancy grids, places, frames and poses; loading and saving.
 //!
-//! A robot that finds its way needs to agree with its user on three things, and this crate is about them.
+//! A robot and its user must agree on three things, which this crate defines.
 //!
 //! **Where things are.** A [`Pose`] is a position and a heading in metres and radians; everything on a map is in the
-//! `map` frame (x right, y up as a picture shows it, angles counter-clockwise).
+//! `map` frame (in a picture: x to the right, y up, angles counter-clockwise).
 //!
-//! **What is there.** An [`OccupancyGrid`] cuts a floor into cells that are free, occupied or [unknown](Cell::Unknown).
-//! [`load_map`] reads what ROS's `map_server` reads, YAML with a PGM or PNG, and [`save_map`] writes it.
+//! **What is there.** An [`OccupancyGrid`] divides a floor into cells that are free, occupied or
+//! [unknown](Cell::Unknown). [`load_map`] reads what ROS's `map_server` reads, YAML with a PGM or PNG, and [`save_map`]
+//! writes it.
 //!
-//! **What places are called.** [`Places`] are named points ("RechargingStation") and areas ("Destination"), written
-//! down in a [`PlacesFile`] beside the map.
+//! **What places are called.** [`Places`] are named points ("RechargingStation") and areas ("Destination"), listed in a
+//! [`PlacesFile`] beside the map.
 //!
 //! ```
 //! use maps::{Place, house, pose};
@@ -21,13 +22,13 @@
 //! assert!(station.contains(&pose(-7.4, 9.1, 3.10)));
 //! ```
 //!
-//! People write these files by hand, and so a reader never stops at the first mistake: it collects
-//! [`diagnostics::FileProblems`], each at its place and with what would have been right.
+//! People write these files by hand, so a reader never stops at the first mistake: it collects
+//! [`diagnostics::FileProblems`], each with its place and with what is accepted there.
 //!
 //! [`house`] is the project's own map. Read [`load_map`] for what pixels mean.
 //!
-//! Files are read and written with the feature `files`, which is on by default. Without it the crate is geometry and
-//! cells, and depends on nalgebra alone.
+//! Files are read and written with the feature `files`, which is on by default. Without it the crate has geometry and
+//! cells only, and depends only on nalgebra.
 
 #[cfg(feature = "files")]
 mod error;

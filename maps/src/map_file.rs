@@ -13,12 +13,11 @@ pub use save::{ImageFormat, MapFiles, map_files, save_map};
 use crate::raster::{Raster, RasterError};
 use crate::{OccupancyGrid, Pose, pose};
 
-/// Coordinates beyond this many metres are a slip of the pen.
+/// Larger coordinates, in metres, are taken for mistakes.
 pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 
 /// Loads the map that the YAML file at `path` describes: a map of ROS `map_server`, as `nav2_map_server` reads them.
-/// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from wherever files are
-/// kept.
+/// `read` reads the YAML and the picture, from disk ([`from_disk`](diagnostics::from_disk)) or from elsewhere.
 ///
 /// ```yaml
 /// image: house.pgm            # PGM or PNG, relative to this file
@@ -33,26 +32,26 @@ pub(crate) const MAX_COORDINATE_M: f64 = 1e7;
 /// `mode` decides what a pixel means. Its *shade* is the mean of its colours, from 0 (black) to 1 (white), its
 /// *occupancy* is 1 − shade, or the shade itself if `negate` is set.
 ///
-/// - **trinary**: occupied above `occupied_thresh`, free below `free_thresh`, unknown between and on them. Alpha counts
-///   as one more colour.
-/// - **scale**: unknown where the picture is transparent. Else ROS publishes 100 % above `occupied_thresh`, 0 % below
-///   `free_thresh`, and stretches what lies between linearly over 0 to 100 %.
-/// - **raw**: ROS publishes the shade, from 0 to 255, as percents if it is at most 100, and else unknown. `negate` does
-///   not count.
+/// - **trinary**: occupied above `occupied_thresh`, free below `free_thresh`, unknown otherwise. Alpha counts as a
+///   colour.
+/// - **scale**: unknown where the picture is transparent. Elsewhere ROS publishes 100 % above `occupied_thresh`, 0 %
+///   below `free_thresh`, and scales values between them linearly from 0 to 100 %.
+/// - **raw**: ROS publishes the shade, from 0 to 255, as a percentage if it is at most 100, otherwise as unknown.
+///   `negate` has no effect.
 ///
-/// ROS hands percents on; this project knows three kinds of [`Cell`](crate::Cell). In scale and raw mode a cell is
-/// occupied if its percents are at least 100 × `occupied_thresh`, free if they are at most 100 × `free_thresh`, and
-/// unknown between.
+/// ROS passes percentages on; this project has three kinds of [`Cell`](crate::Cell). In scale and raw mode, a cell is
+/// occupied if its percentage is at least 100 × `occupied_thresh`, free if it is at most 100 × `free_thresh`, and
+/// unknown in between.
 ///
-/// All keys but `mode` are required. Keys that we don't know are left alone, since other programs add theirs, unless
-/// they look like a misspelt key that is missing.
+/// All keys but `mode` are required. Unknown keys are ignored, since other programs add their own, unless they look
+/// like a misspelling of a missing key.
 ///
-/// The yaw of the origin turns the whole map. Maps of more than [`MAX_CELLS`](crate::MAX_CELLS) cells are refused.
+/// The yaw of the origin rotates the whole map. Maps of more than [`MAX_CELLS`](crate::MAX_CELLS) cells are refused.
 ///
 /// # Errors
 /// [`Error::Read`](diagnostics::Error::Read) if the YAML file cannot be read;
-/// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with the YAML
-/// and its picture. A picture that cannot be used is a problem of the line that names it.
+/// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with the YAML and its picture. An
+/// unusable picture is reported at the line that names it.
 ///
 /// # Example
 /// A map in memory:
@@ -127,7 +126,7 @@ fn read_meaning(root: Table<'_>) -> Option<Meaning> {
     Some(Meaning { mode, negate: negate?, occupied_threshold: occupied?, free_threshold: free? })
 }
 
-/// A truth value as ROS's YAML reader takes it: also 0 and 1, and the words of YAML 1.1.
+/// A truth value as ROS's YAML reader accepts it: also 0 and 1, and the words of YAML 1.1.
 fn yes_or_no(item: &Item<'_>) -> Result<bool, Problem> {
     let word = match item.as_text() {
         Some("yes" | "on") => Some(true),
@@ -135,10 +134,10 @@ fn yes_or_no(item: &Item<'_>) -> Result<bool, Problem> {
         _ => None,
     };
     let number = item.as_integer().and_then(|number| [false, true].get(usize::try_from(number).ok()?).copied());
-    item.as_boolean().or(word).or(number).ok_or_else(|| item.wrong("0 or 1, or false or true"))
+    item.as_boolean().or(word).or(number).ok_or_else(|| item.wrong("0, 1, false or true"))
 }
 
-/// Turns the rows of a picture upside down.
+/// Flips the rows of a picture vertically.
 fn flip<T>(cells: &mut [T], width: usize) {
     let height = cells.len() / width;
     let (top, bottom) = cells.split_at_mut(height / 2 * width);

@@ -11,20 +11,20 @@ pub enum Place {
     Point {
         /// Position and heading in the `map` frame.
         pose: Pose,
-        /// How far from the position still counts as there, in metres.
+        /// Distance from the position that still counts as there, in metres.
         position_tolerance_m: f64,
-        /// How far from the heading still counts as there, in radians.
+        /// Deviation from the heading that still counts as there, in radians.
         heading_tolerance_rad: f64,
     },
-    /// An area: being anywhere inside counts as there, whatever the heading; as a goal it means its centroid.
+    /// An area: any pose inside it counts as there, at any heading. As a goal, it stands for its centroid.
     Area {
-        /// Corners in the `map` frame, in order, the last joined to the first; at least three.
+        /// Corners in the `map` frame, at least three; the last is joined to the first.
         corners: Vec<Point>,
     },
 }
 
 impl Place {
-    /// Where to drive to in order to reach the place.
+    /// The position to drive to in order to reach the place.
     #[must_use]
     pub fn goal_position(&self) -> Point {
         match self {
@@ -33,7 +33,7 @@ impl Place {
         }
     }
 
-    /// Which way to face at the goal, in radians, where the place says so.
+    /// The heading at the goal, in radians, if the place has one.
     #[must_use]
     pub fn goal_heading(&self) -> Option<f64> {
         match self {
@@ -100,12 +100,12 @@ pub struct Places {
 }
 
 impl Places {
-    /// Adds a place or replaces the one of that name.
+    /// Adds a place, or replaces the one with this name.
     pub fn insert(&mut self, name: impl Into<String>, place: Place) {
         self.by_name.insert(name.into(), place);
     }
 
-    /// The place of that name.
+    /// The place with this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Place> {
         self.by_name.get(name)
@@ -130,14 +130,14 @@ mod tests {
     }
 
     #[test]
-    fn an_area_contains_its_centroid_and_not_its_neighbourhood() {
+    fn an_area_contains_its_centroid_but_not_its_surroundings() {
         let goal = kitchen().goal_position();
         assert!(kitchen().contains(&pose(goal.x, goal.y, 1.0)));
         assert!(!kitchen().contains(&pose(-9.0, 14.0, 0.0)));
     }
 
     #[test]
-    fn a_point_holds_within_both_tolerances() {
+    fn a_point_contains_poses_within_both_tolerances() {
         let station =
             Place::Point { pose: pose(-7.5, 9.0, PI), position_tolerance_m: 0.5, heading_tolerance_rad: 0.17 };
         assert!(station.contains(&pose(-7.2, 9.0, -3.10)));

@@ -14,7 +14,7 @@ use place::{area, near_enough, near_enough_text};
 
 pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 
-/// The places of a file, each with where it is written.
+/// The places of a file, each with its location in the file.
 ///
 /// Each table is a place. One with `position_m` is a point, one with `corners_m` an area:
 ///
@@ -29,11 +29,11 @@ pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 /// corners_m = [[-13.2, 15.6], [-10.0, 15.4], [-10.2, 12.6], [-13.4, 13.0]]
 /// ```
 ///
-/// An area is the inside of the outline through its corners, in either direction. As a goal it means its centroid,
-/// which therefore has to lie inside.
+/// An area is the inside of the outline through its corners, in either direction. As a goal, it stands for its
+/// centroid, which must therefore lie inside.
 ///
-/// A file whose name ends in `.ini` is one of YARP's Map2D, where a line `name map x y degrees` is a point and
-/// `name map count x y x y …` an area; all its places have to be of one map.
+/// A file whose name ends in `.ini` is one of YARP's Map2D, where a line `name map x y degrees` is a point and `name
+/// map count x y x y …` an area; all its places must belong to one map.
 #[derive(Clone, Debug)]
 pub struct PlacesFile {
     places: Places,
@@ -85,20 +85,20 @@ impl PlacesFile {
         &self.places
     }
 
-    /// The places alone.
+    /// Only the places.
     #[must_use]
     pub fn into_places(self) -> Places {
         self.places
     }
 
-    /// Where a place's position or corners are written, to complain about them later.
+    /// Where a place's position or corners are written, so that problems with them can be reported later.
     #[must_use]
     pub fn span(&self, name: &str) -> Option<&Span> {
         self.spans.get(name)
     }
 }
 
-/// The place, and where its position or corners are.
+/// A place, and where its position or corners are written.
 fn read_place(root: Table<'_>, name: &str) -> Option<Spanned<Place>> {
     let table = root.table(name).required()?;
     if table.has("corners_m") { read_area(table) } else { read_point(table) }

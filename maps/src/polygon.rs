@@ -1,17 +1,17 @@
-//! Polygons that a user draws by their corners: what can be wrong with them.
+//! Checks of polygons that a user defines by their corners.
 
 use diagnostics::{Problem, Span, Spanned};
 
 use crate::Point;
 
-/// More corners than this are refused: edges are compared each with each.
+/// More corners are refused: each edge is compared with every other.
 const MAX_CORNERS: usize = 1000;
 
-/// Smaller areas, in square metres, count as nothing.
+/// Smaller areas, in square metres, count as empty.
 const MIN_AREA_M2: f64 = 1e-4;
 
-/// What is wrong with a polygon: too few corners, corners that coincide, edges that cross or touch, no area.
-/// `whole` is where all of it is written.
+/// The problems of a polygon: too few corners, coinciding corners, edges that cross or touch, no area. `whole` is where
+/// all of it is written.
 pub(crate) fn problems(corners: &[Spanned<Point>], whole: &Span) -> Vec<Problem> {
     if !(3..=MAX_CORNERS).contains(&corners.len()) {
         let problem = whole.problem(format!("an area must have from 3 to {MAX_CORNERS} corners"));
@@ -21,7 +21,7 @@ pub(crate) fn problems(corners: &[Spanned<Point>], whole: &Span) -> Vec<Problem>
     if !coinciding.is_empty() {
         return coinciding;
     }
-    let nothing = || vec![whole.problem("the area encloses nothing").with_label("this outline")];
+    let nothing = || vec![whole.problem("the area is empty").with_label("this outline")];
     if on_one_line(corners) {
         return nothing();
     }
@@ -37,7 +37,7 @@ fn on_one_line(corners: &[Spanned<Point>]) -> bool {
 
 /// The area, positive if the corners go counter-clockwise, in square metres.
 fn area(corners: &[Spanned<Point>]) -> f64 {
-    // Taken from a corner, so that an area far from the origin is not lost in rounding.
+    // Computed relative to a corner, so that rounding does not swallow an area far from the origin.
     let from = corners[0].value;
     let doubled: f64 = edges(corners).map(|(a, b)| (a.value - from).perp(&(b.value - from))).sum();
     doubled / 2.0
@@ -47,12 +47,12 @@ fn coinciding(corners: &[Spanned<Point>]) -> Vec<Problem> {
     let pairs = edges(corners).filter(|(a, b)| a.value == b.value);
     let problem = |(a, b): (&Spanned<_>, &Spanned<_>)| {
         let later = if a.span.range().start > b.span.range().start { a } else { b };
-        later.span.problem("two neighbouring corners are the same point").with_label("as its neighbour")
+        later.span.problem("two neighbouring corners are the same point").with_label("the same as its neighbour")
     };
     pairs.map(problem).collect()
 }
 
-/// One problem for each pair of edges that have a point in common other than a shared corner.
+/// One problem for each pair of edges that share a point other than a common corner.
 fn crossings(corners: &[Spanned<Point>]) -> Vec<Problem> {
     let edges: Vec<_> = edges(corners).collect();
     let mut problems = Vec::new();
@@ -69,20 +69,20 @@ fn crossings(corners: &[Spanned<Point>]) -> Vec<Problem> {
                 let problem = c.span.problem("the area's edges cross each other");
                 let edge = |from: usize| format!("corner {} to corner {}", from + 1, (from + 1) % edges.len() + 1);
                 let label = format!("the edge that begins here, {}, meets the one from {}", edge(j), edge(i));
-                problems.push(problem.with_label(label).with_help("give the corners in the order of the outline"));
+                problems.push(problem.with_label(label).with_help("list the corners in the order of the outline"));
             }
         }
     }
     problems
 }
 
-/// Whether the outline comes back on itself at a corner.
+/// Whether the outline reverses at a corner.
 fn turns_back(before: &Point, corner: &Point, after: &Point) -> bool {
     let (come, go) = (corner - before, after - corner);
     come.perp(&go) == 0.0 && come.dot(&go) < 0.0
 }
 
-/// Whether two line segments have a point in common.
+/// Whether two line segments share a point.
 fn touch([a, b]: [&Point; 2], [c, d]: [&Point; 2]) -> bool {
     let side = |a: &Point, b: &Point, p: &Point| (b - a).perp(&(p - a));
     let apart = |p: f64, q: f64| (p > 0.0 && q > 0.0) || (p < 0.0 && q < 0.0);
@@ -113,13 +113,13 @@ mod tests {
     }
 
     #[test]
-    fn simple_outlines_pass_either_way_round() {
+    fn simple_outlines_are_accepted_in_either_direction() {
         let outline = [(0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (2.0, 1.0), (0.0, 3.0)];
         assert_eq!(messages(&outline), [""; 0]);
         let mut reversed = outline;
         reversed.reverse();
         assert_eq!(messages(&reversed), [""; 0]);
-        // A corner on a straight edge is no harm.
+        // A corner on a straight edge is accepted.
         assert_eq!(messages(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (1.0, 1.0)]), [""; 0]);
     }
 

@@ -2,10 +2,10 @@
 
 use std::f64::consts::PI;
 
-/// A point in the plane, in metres, in the frame that its name or context says.
+/// A point in the plane, in metres, in the frame that its name or context indicates.
 pub type Point = nalgebra::Point2<f64>;
 
-/// A position and heading in the plane; as a transform it takes points of the body's frame to the outer frame.
+/// A position and heading in the plane; as a transform, it maps points of the body's frame to the outer frame.
 pub type Pose = nalgebra::Isometry2<f64>;
 
 /// The pose at (`x_m`, `y_m`) that faces `heading_rad`, counter-clockwise from the x axis.
@@ -20,7 +20,7 @@ pub fn heading(pose: &Pose) -> f64 {
     wrap_angle(pose.rotation.angle())
 }
 
-/// The same angle in (−π, π]. Angles that are not finite come back as NaN.
+/// The same angle in (−π, π]. The result is NaN if the angle is not finite.
 #[must_use]
 pub fn wrap_angle(angle_rad: f64) -> f64 {
     if angle_rad > -PI && angle_rad <= PI {

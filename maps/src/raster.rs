@@ -34,14 +34,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_no_greymap_is_named() {
+    fn files_that_are_not_greymaps_are_named() {
         assert_eq!(Raster::decode(b"P6 1 1 255 abc"), Err(RasterError::OtherNetpbm("a colour picture (PPM)")));
         assert_eq!(Raster::decode(b"\xff\xd8\xff\xe0"), Err(RasterError::Magic));
         assert_eq!(Raster::decode(b""), Err(RasterError::Magic));
     }
 
     #[test]
-    fn an_absurd_size_is_refused_before_memory_is_taken() {
+    fn an_absurd_size_is_refused_before_memory_is_allocated() {
         let error = RasterError::TooLarge { width: 4_000_000_000, height: 4_000_000_000 };
         assert_eq!(Raster::decode(b"P5 4000000000 4000000000 255 "), Err(error));
     }

@@ -1,4 +1,4 @@
-//! The project's own map keeps what scenarios rely on.
+//! The project's own map keeps the properties that scenarios rely on.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -6,10 +6,10 @@ use std::path::Path;
 
 use maps::{Cell, CellIndex, ImageFormat, OccupancyGrid, Place, Point, house, load_map, map_files};
 
-/// The robot is a disc of 0.30 m; with 0.1 m to spare it shall get everywhere.
+/// The robot is a disc of 0.30 m; with 0.1 m to spare it must fit everywhere.
 const CLEARANCE_M: f64 = 0.40;
 
-/// A planner that likes to keep off walls keeps that far off.
+/// A planner that prefers distance from walls keeps this far away from them.
 const COMFORT_M: f64 = 0.70;
 
 #[test]
@@ -26,7 +26,7 @@ fn the_committed_files_load_as_the_map() {
 }
 
 #[test]
-fn the_places_are_where_the_original_had_them() {
+fn the_places_are_where_the_original_has_them() {
     let places = house::places();
     let goal = |name: &str| places.get(name).unwrap().goal_position();
     assert_eq!((goal("start"), goal("RechargingStation")), (Point::new(0.0, 0.0), Point::new(-7.5, 9.0)));
@@ -72,7 +72,7 @@ fn the_station_is_on_the_way_but_not_in_the_way() {
     let (map, places) = (house::draw(), house::places());
     let goal = |name: &str| places.get(name).unwrap().goal_position();
     let (start, station, destination) = (goal("start"), goal("RechargingStation"), goal("Destination"));
-    // Whether a planner cuts corners or keeps off the walls, its route passes the station like this.
+    // The route passes the station like this whether a planner cuts corners or keeps away from walls.
     for shyness in [0, 1, 4] {
         let route = Distances::from(&map, &start, shyness).route_to(&map, &destination);
         let length_m: f64 = route.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
@@ -82,9 +82,9 @@ fn the_station_is_on_the_way_but_not_in_the_way() {
     }
 }
 
-/// The lengths of the shortest ways from one cell to all others, through cells with room for the robot.
+/// The lengths of the shortest paths from one cell to all others, through cells with room for the robot.
 struct Distances {
-    /// In millimetres, and weighted near walls; `None` where there is no way.
+    /// In millimetres, weighted near walls; `None` if there is no path.
     cost: Vec<Option<u64>>,
     before: Vec<Option<CellIndex>>,
 }
@@ -120,7 +120,7 @@ impl Distances {
     }
 }
 
-/// What a step into each cell costs for its length; `None` where the robot does not fit.
+/// What a step into each cell costs relative to its length; `None` where the robot does not fit.
 fn weights(map: &OccupancyGrid, shyness: u64) -> Vec<Option<u64>> {
     let indices = (0..map.height()).flat_map(|row| (0..map.width()).map(move |column| CellIndex { column, row }));
     let weight = |index: CellIndex| {

@@ -1,4 +1,4 @@
-//! Plays back what a robot has sensed: `cargo run --example play_back -- examples/hallway.log`, in the crate's folder.
+//! Plays back what a robot has sensed. In the crate's folder: `cargo run --example play_back -- examples/hallway.log`.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("{complaint}");
     }
 
-    // From here on it is a robot like any other: software that drives one can be tried on it.
+    // From here on it is a robot like any other, and software that drives robots can be tried on it.
     let exact = OdometryErrors::new(0.0, 0.0, Streams::new(1).stream("odometry"));
     let mut robot = RecordedRobot::new(recording, exact);
     let mut readings = Vec::new();

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use maps::{Point, Pose};
 
-/// A planar laser scanner and its place on the body.
+/// A planar laser scanner and its mount on the body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaserSpec {
     /// Name, unique on the robot, for example `front`.
@@ -13,7 +13,7 @@ pub struct LaserSpec {
     pub mount: Pose,
     /// Angle of the first beam in the scanner's frame, in radians.
     pub angle_min_rad: f64,
-    /// Angle between neighbouring beams, in radians, positive: beams go counter-clockwise.
+    /// Angle between neighbouring beams, in radians; positive, since beams are in counter-clockwise order.
     pub angle_increment_rad: f64,
     /// Number of beams.
     pub beams: usize,
@@ -35,8 +35,8 @@ impl LaserSpec {
 
 /// One sweep of a laser scanner.
 ///
-/// Ranges follow ROS REP-117: a distance in metres from the scanner, `+∞` where nothing was hit within range, `−∞`
-/// where something was nearer than the shortest range, NaN where the measurement failed.
+/// Ranges follow ROS REP-117: a distance in metres from the scanner, `+∞` if nothing was hit within range, `−∞` if
+/// something was nearer than the shortest range, NaN if the measurement failed.
 ///
 /// ```
 /// use std::time::Duration;
@@ -63,8 +63,8 @@ pub struct LaserScan {
 }
 
 impl LaserScan {
-    /// Where beams of `laser`, which took the scan, ended on something, in the frame in which `robot` is the pose of
-    /// the robot.
+    /// The points that the beams hit. `laser` is the scanner that took the scan, `robot` the pose of the robot; the
+    /// points are in the frame of that pose.
     pub fn hits<'a>(&'a self, laser: &'a LaserSpec, robot: &Pose) -> impl Iterator<Item = Point> + use<'a> {
         let at = robot * laser.mount;
         let ranges = self.ranges_m.iter().enumerate().filter(|(_, range)| range.is_finite());

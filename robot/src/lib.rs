@@ -1,9 +1,9 @@
 //! The interface between a robot's software and its hardware.
 //!
-//! What a robot senses comes as a stream of [`Reading`]s, what it is told to do goes as a [`VelocityCommand`]. The
-//! software above this line (localization, navigation, components) cannot tell a simulated robot from a recorded or
-//! a real one. Units are metres, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`,
-//! `base_link`) and axes those of REP-103. Times are since the start of the run.
+//! Sensor data arrives as a stream of [`Reading`]s; the software commands the base with a [`VelocityCommand`]. Software
+//! above this interface (localization, navigation, components) cannot tell a simulated robot from a recorded or a real
+//! one. Units are metres, seconds, radians and percent; frames are those of ROS REP-105 (`map`, `odom`, `base_link`)
+//! and axes those of REP-103. Times are since the start of the run.
 
 mod laser;
 mod motion;
@@ -81,12 +81,12 @@ impl Reading {
 /// assert!(matches!(readings[0], Reading::Odometry(odometry) if odometry.linear_mps == 0.4));
 /// ```
 pub trait Robot {
-    /// What the robot's software knows of the hardware.
+    /// What the robot's software knows about the hardware.
     fn model(&self) -> &RobotModel;
 
-    /// Appends the readings that have come in since the last call, oldest first.
+    /// Appends the readings received since the last call, oldest first.
     fn read(&mut self, readings: &mut Vec<Reading>);
 
-    /// Sets the velocity that the base is to drive at until the next command.
+    /// Sets the velocity of the base until the next command.
     fn drive(&mut self, command: VelocityCommand);
 }

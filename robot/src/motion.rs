@@ -6,20 +6,20 @@ use maps::{Pose, pose};
 
 use crate::LaserSpec;
 
-/// What the software knows of a differential-drive robot's hardware.
+/// What the software knows about a differential-drive robot's hardware.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
     /// Radius of the round body, in metres.
     pub radius_m: f64,
     /// Largest forward (and backward) speed, in m/s.
     pub max_linear_mps: f64,
-    /// Largest turning rate either way, in rad/s.
+    /// Largest turning rate in either direction, in rad/s.
     pub max_angular_radps: f64,
     /// Largest change of the forward speed, in m/s².
     pub max_linear_acceleration_mps2: f64,
     /// Largest change of the turning rate, in rad/s².
     pub max_angular_acceleration_radps2: f64,
-    /// The laser scanners; scans name them by their place in this list.
+    /// The laser scanners; scans refer to them by their index in this list.
     pub lasers: Vec<LaserSpec>,
 }
 
@@ -48,12 +48,12 @@ impl Default for RobotModel {
     }
 }
 
-/// What the wheels say of the robot's motion.
+/// The robot's motion as measured at the wheels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Odometry {
     /// When it was measured.
     pub time: Duration,
-    /// Pose of `base_link` in the `odom` frame: smooth, but drifting from the truth without bound.
+    /// Pose of `base_link` in the `odom` frame: smooth, but its error grows without bound.
     pub pose: Pose,
     /// Forward speed, in m/s.
     pub linear_mps: f64,
@@ -61,7 +61,7 @@ pub struct Odometry {
     pub angular_radps: f64,
 }
 
-/// The velocity that the base is asked to drive at.
+/// The commanded velocity of the base.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct VelocityCommand {
     /// Forward speed, in m/s.

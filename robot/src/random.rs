@@ -1,12 +1,12 @@
-//! Randomness: one root seed, one named stream for each consumer.
+//! Randomness: one root seed, and a named stream for each consumer.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Where all random numbers of a run come from.
+/// The source of all random numbers of a run.
 ///
-/// Each consumer asks once for a stream of its own by name (`"sim/laser_front"`), so that adding a consumer, or
-/// drawing more numbers in one place, shifts no other stream.
+/// Each consumer asks once for its own stream by name (`"sim/laser_front"`). So an additional consumer, or more draws
+/// in one place, do not affect other streams.
 ///
 /// ```
 /// use robot::{Streams, normal};
@@ -22,7 +22,7 @@ pub struct Streams {
 }
 
 impl Streams {
-    /// The streams of a run with that root seed.
+    /// The streams of a run with this root seed.
     #[must_use]
     pub fn new(seed: u64) -> Self {
         Self { seed }
@@ -34,7 +34,7 @@ impl Streams {
         self.seed
     }
 
-    /// The stream of that name, from its start. The same seed and name give the same numbers on every machine.
+    /// The stream with this name, from its beginning. The same seed and name give the same numbers on every machine.
     #[must_use]
     pub fn stream(&self, name: &str) -> ChaCha8Rng {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -48,7 +48,8 @@ fn fnv1a(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
-/// A number from the standard normal distribution (Box–Muller), with libm and so the same on every machine.
+/// A number from the standard normal distribution (Box–Muller), computed with libm and therefore the same on every
+/// machine.
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     let radius = (-2.0 * libm::log(1.0 - rng.random::<f64>())).sqrt();
     radius * libm::cos(std::f64::consts::TAU * rng.random::<f64>())
@@ -59,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn streams_of_different_names_or_seeds_differ_and_repeat() {
+    fn streams_depend_on_name_and_seed_only() {
         let first = |seed, name| Streams::new(seed).stream(name).random::<u64>();
         assert_eq!(first(1, "a"), first(1, "a"));
         assert_ne!(first(1, "a"), first(1, "b"));

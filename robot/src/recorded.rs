@@ -1,23 +1,23 @@
 //! Recorded robots: logs of real ones, played back.
 //!
-//! A [`Recording`] is read from a log in CARMEN's format, as most published logs are, plain or gzipped. A
-//! [`RecordedRobot`] plays it back as a [`Robot`], so that software can be tried on what a real robot once sensed;
-//! with [`OdometryErrors`] its odometry becomes as bad as one likes.
+//! A [`Recording`] is read from a log in CARMEN's format, which most published logs use, plain or gzipped. A
+//! [`RecordedRobot`] plays it back as a [`Robot`], so software can be tried on real sensor data; [`OdometryErrors`]
+//! make its odometry as bad as desired.
 //!
 //! Fields of a line are separated by spaces:
 //!
 //! - `FLASER n r1 … rn x y theta odom_x odom_y odom_theta time host logger_time`: a scan of the front laser, the pose
-//!   that a SLAM program has found for the laser, and the robot's odometry. `RLASER` is the same for the rear laser.
-//!   Fields after these are passed over.
+//!   of the laser according to a SLAM program, and the robot's odometry. `RLASER` is the same for the rear laser.
+//!   Further fields are ignored.
 //! - `ODOM x y theta tv rv accel time host logger_time`: odometry.
-//! - `PARAM name value …`: `robot_frontlaser_offset` and `robot_rearlaser_offset` are the lasers' places on the x axis,
-//!   `robot_front_laser_max` the range from which on nothing was hit.
-//! - Comments (`#`) and lines that begin with another word in capitals are passed over.
+//! - `PARAM name value …`: `robot_frontlaser_offset` and `robot_rearlaser_offset` are the lasers' positions on the x
+//!   axis, `robot_front_laser_max` is the range that stands for "no hit".
+//! - Comments (`#`) and lines that begin with another word in capitals are ignored.
 //!
-//! Beams go from −90° counter-clockwise over 180°: an odd number of them with one at either end, an even number with
-//! none at +90°.
+//! Beams go from −90° counter-clockwise over 180°: with an odd number there is one at either end, with an even number
+//! there is none at +90°.
 //!
-//! What is wrong with a log, and what is done about it, is in its [`Complaint`]s.
+//! The [`Complaint`]s about a log tell what is wrong with it and what was done about it.
 
 mod clock;
 mod complaint;
@@ -41,10 +41,10 @@ pub use complaint::{Complaint, Flaw, RecordingError};
 pub use odometry_errors::OdometryErrors;
 pub use writer::LogWriter;
 
-/// Most scans that may be unusable, as a share: a log of which less can be read is not what it seems to be.
+/// The largest share of unusable scans. A log with more of them is probably not what it seems to be.
 const MOST_UNUSABLE: f64 = 0.5;
 
-/// What a robot has sensed, from a log.
+/// The sensor data of a robot, from a log.
 ///
 /// ```
 /// use robot::recorded::Recording;
@@ -69,26 +69,26 @@ pub struct Recording {
 pub struct Record {
     /// Its number, from 1.
     pub line: usize,
-    /// Time since the first line with a clock. It never goes back.
+    /// Time since the first line with a clock. It never decreases.
     pub time: Duration,
     /// Pose of `base_link` in the `odom` frame.
     pub odometry: Pose,
-    /// Forward speed in m/s and turning rate in rad/s, zero where the line does not say.
+    /// Forward speed in m/s and turning rate in rad/s; zero if the line does not contain them.
     pub velocity: VelocityCommand,
-    /// The scan, unless the line is about odometry alone.
+    /// The scan, if the line has one.
     pub scan: Option<Arc<LaserScan>>,
-    /// Pose of `base_link` in the `map` frame that a SLAM program has found, for scans of the front laser.
+    /// Pose of `base_link` in the `map` frame according to a SLAM program, for scans of the front laser.
     pub corrected: Option<Pose>,
 }
 
 impl Recording {
     /// Reads a log, plain or gzipped.
     ///
-    /// Lines count in the order of the file, whatever their clocks say. What cannot be used is left out and
-    /// [complained](Self::complaints) about.
+    /// Lines count in the order of the file, whatever their clocks show. Unusable data is left out and listed as
+    /// [complaints](Self::complaints).
     ///
     /// # Errors
-    /// [`RecordingError`] if the file is no log, or if so much of it is unusable that the rest means nothing.
+    /// [`RecordingError`] if the file is not a log, or if so much of it is unusable that the rest means nothing.
     pub fn read(bytes: &[u8]) -> Result<Self, RecordingError> {
         let mut complaints = Complaints::default();
         let text = text::decompressed(bytes, &mut complaints)?;
@@ -105,7 +105,7 @@ impl Recording {
         Ok(Self { model, records, complaints: complaints.into_sorted() })
     }
 
-    /// What is known of the robot: its lasers. The rest is the default robot's.
+    /// What is known about the robot: its lasers. The rest is as in the default robot.
     #[must_use]
     pub fn model(&self) -> &RobotModel {
         &self.model
@@ -117,19 +117,19 @@ impl Recording {
         &self.records
     }
 
-    /// What is wrong with the log and what has been done about it, by line.
+    /// What is wrong with the log and what was done about it, by line.
     #[must_use]
     pub fn complaints(&self) -> &[Complaint] {
         &self.complaints
     }
 
-    /// Scans of the front laser with the poses that a SLAM program has found for them.
+    /// Scans of the front laser with their poses according to a SLAM program.
     pub fn corrected_scans(&self) -> impl Iterator<Item = (&Record, &Arc<LaserScan>, Pose)> {
         self.records.iter().filter_map(|record| Some((record, record.scan.as_ref()?, record.corrected?)))
     }
 }
 
-/// A line as a record. The log says where the laser was, which is where the robot was but for the laser's mount.
+/// A line as a record. The log gives the laser's pose; its mount on the robot gives the robot's pose.
 fn record(line: Line, time: Duration, front: &LaserSpec) -> Record {
     let range_max_m = front.range_max_m as f32;
     let scan = line.scan.map(|scan| {
@@ -147,7 +147,7 @@ fn model_of(lines: &Lines) -> RobotModel {
     let range_max_m = ranges::nothing_hit_from_m(lines);
     let laser = |index: usize, name: &str, mount| {
         let beams = lines.beams[index];
-        // With an odd number of beams, one looks to either side.
+        // With an odd number of beams, there is one at either end.
         let steps = if beams % 2 == 1 { beams - 1 } else { beams }.max(1);
         LaserSpec {
             name: name.to_owned(),
@@ -167,7 +167,7 @@ fn model_of(lines: &Lines) -> RobotModel {
     RobotModel { lasers, ..RobotModel::default() }
 }
 
-/// A recording, played back. What it is told to do has been decided long ago: commands change nothing.
+/// A recording, played back. Commands change nothing.
 #[derive(Clone, Debug)]
 pub struct RecordedRobot {
     recording: Arc<Recording>,
@@ -177,20 +177,20 @@ pub struct RecordedRobot {
 }
 
 impl RecordedRobot {
-    /// A robot about to sense what was recorded, its odometry made worse by these errors.
+    /// A robot that senses what was recorded, with these errors added to its odometry.
     #[must_use]
     pub fn new(recording: Arc<Recording>, errors: OdometryErrors) -> Self {
         Self { recording, errors, next: 0, unread: Vec::new() }
     }
 
-    /// The same robot, which wakes up at that line of the log.
+    /// The same robot, starting at this line of the log.
     #[must_use]
     pub fn from_line(mut self, line: usize) -> Self {
         self.next = self.recording.records.partition_point(|record| record.line < line);
         self
     }
 
-    /// Goes on by a line, whose readings can then be [read](Robot::read). `None` at the end.
+    /// Advances by one line, whose readings can then be [read](Robot::read). `None` at the end.
     pub fn advance(&mut self) -> Option<&Record> {
         let record = self.recording.records.get(self.next)?;
         self.next += 1;

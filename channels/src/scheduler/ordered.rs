@@ -1,10 +1,10 @@
-//! A policy that lets some messages wait for others.
+//! A policy that makes some messages wait for others.
 
 use std::fmt;
 
 use crate::{ChannelId, ChannelSystem, Concern, Enabled, EnabledKind, Scheduler};
 
-/// Messages on a channel of capacity 1, as an order speaks of them.
+/// The messages on a channel of capacity 1 that an order refers to.
 #[derive(Clone)]
 pub struct Delivery {
     /// The channel.
@@ -14,7 +14,7 @@ pub struct Delivery {
 }
 
 impl Delivery {
-    /// Whether taking the transition delivers such a message.
+    /// Whether the transition delivers such a message.
     fn happens(&self, system: &ChannelSystem, transition: &Enabled) -> bool {
         transition.kind == EnabledKind::Receive(self.channel)
             && system.content(self.channel).is_some_and(|envelope| (self.concerns)(&envelope.message))
@@ -27,13 +27,12 @@ impl fmt::Debug for Delivery {
     }
 }
 
-/// That a message is received only after another one.
+/// An order: a message is received only after another one.
 #[derive(Clone, Debug)]
 pub struct Precedence {
-    /// What comes first: any of these.
+    /// What comes first: any one of these.
     pub first: Vec<Delivery>,
-    /// What waits for it: all of these. Each such message waits for a `first` of its own: one that was received after
-    /// the `then` before.
+    /// What waits for it: all of these. Each message waits for its own `first`: one received since the previous `then`.
     pub then: Vec<Delivery>,
 }
 
@@ -47,15 +46,15 @@ impl Precedence {
     }
 }
 
-/// Keeps an order among messages, and leaves the choice among what the order allows to another policy.
+/// Keeps an order among messages and leaves every other choice to another policy.
 ///
-/// An order is kept as long as anything else can move: a message waits no longer when nothing else is left to do, so
-/// this is a schedule like any other, and a system that becomes quiet under every policy becomes quiet under this one.
+/// A message waits only while something else can move. So this is a schedule like any other, and a system that becomes
+/// quiet under every policy becomes quiet under this one.
 #[derive(Debug)]
 pub struct Ordered {
     rules: Vec<Rule>,
     others: Box<dyn Scheduler>,
-    /// The transitions that wait for nothing, and their places among all.
+    /// The transitions that do not wait, and their indices among all.
     rest: (Vec<Enabled>, Vec<usize>),
 }
 
@@ -67,7 +66,7 @@ struct Rule {
 }
 
 impl Ordered {
-    /// The policy that keeps these orders and leaves the rest to `others`.
+    /// The policy that keeps these orders and leaves the other choices to `others`.
     pub fn new(orders: impl IntoIterator<Item = Precedence>, others: Box<dyn Scheduler>) -> Self {
         let rules = orders.into_iter().map(|precedence| Rule { precedence, satisfied: false }).collect();
         Self { rules, others, rest: (Vec::new(), Vec::new()) }
@@ -121,8 +120,8 @@ mod tests {
         Capacity, Domain, EventKind, FieldKind, GraphProcess, Message, ProgramGraph, Random, Shape, Topology, Value,
     };
 
-    /// What R receives of A, B and so on, each of which has so many numbers for it, in an order among their messages;
-    /// by the senders' names.
+    /// The order in which R receives messages from A, B and so on, each of which has the given number of them; by the
+    /// senders' names.
     fn received<const N: usize>(
         seed: u64,
         counts: [i64; N],
@@ -173,11 +172,11 @@ mod tests {
     }
 
     #[test]
-    fn each_message_waits_for_one_of_its_own() {
+    fn each_message_waits_for_its_own_predecessor() {
         let orders: Vec<String> = (0..20).map(|seed| received(seed, [9, 3], b_after_a)).collect();
         for order in &orders {
             assert_eq!((order.matches('A').count(), order.matches('B').count()), (9, 3), "{order}");
-            // As long as there are messages of A to come, B's wait for them.
+            // As long as messages of A are still to come, those of B wait for them.
             let (while_a_lasts, _) = order.rsplit_once('A').expect("there are nine");
             assert!(!while_a_lasts.starts_with('B') && !while_a_lasts.contains("BB"), "{order}");
         }
@@ -185,13 +184,13 @@ mod tests {
     }
 
     #[test]
-    fn a_message_waits_no_longer_when_nothing_else_can_move() {
+    fn a_message_stops_waiting_when_nothing_else_can_move() {
         assert_eq!(received(1, [0, 2], b_after_a), "BB");
         assert_eq!(received(1, [1, 2], b_after_a), "ABB");
     }
 
     #[test]
-    fn any_of_several_messages_may_come_first_and_each_lets_one_through() {
+    fn any_of_several_messages_may_come_first_and_each_releases_one() {
         let orders: Vec<String> = (0..40)
             .map(|seed| received(seed, [3, 3, 3, 3], |[a, b, c, d]| Precedence { first: vec![a, b], then: vec![c, d] }))
             .collect();

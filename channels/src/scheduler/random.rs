@@ -1,4 +1,4 @@
-//! The default policy: every enabled transition is as likely as the others.
+//! The default policy: every enabled transition is equally likely.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// The policy that draws its choices from that stream, which nobody else should draw from.
+    /// The policy that draws its choices from this stream, which nothing else should draw from.
     #[must_use]
     pub fn new(stream: ChaCha8Rng) -> Self {
         Self { stream }

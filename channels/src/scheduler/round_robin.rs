@@ -1,9 +1,9 @@
-//! Every process in its turn.
+//! Each process in turn.
 
 use crate::{Enabled, ProcessId, Scheduler};
 
-/// Goes round the processes in the order they were declared; the first that can move after the one that moved last
-/// takes its first enabled transition.
+/// Cycles through the processes in the order of their declaration. After the process that moved last, the next one that
+/// can move takes its first enabled transition.
 #[derive(Clone, Debug, Default)]
 pub struct RoundRobin {
     last: Option<ProcessId>,

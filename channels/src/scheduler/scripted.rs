@@ -1,18 +1,18 @@
-//! A schedule written down in advance, for tests.
+//! A schedule written in advance, for tests.
 
 use std::collections::VecDeque;
 
 use crate::{Enabled, ProcessId, Scheduler};
 
-/// Follows a list of processes: the one at the head moves, with its first enabled transition, and is struck off. While
-/// it cannot move, and when the list has come to its end, the first enabled transition is taken.
+/// Follows a list of processes: the one at the head takes its first enabled transition and is removed from the list. If
+/// it cannot move, or the list is empty, the system's first enabled transition is taken.
 #[derive(Clone, Debug, Default)]
 pub struct Scripted {
     script: VecDeque<ProcessId>,
 }
 
 impl Scripted {
-    /// The policy that follows that list.
+    /// The policy that follows this list.
     pub fn new(script: impl IntoIterator<Item = ProcessId>) -> Self {
         Self { script: script.into_iter().collect() }
     }

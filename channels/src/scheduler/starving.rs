@@ -1,14 +1,14 @@
-//! An adversary that lets one process wait.
+//! An adversary that starves one process.
 
 use crate::{ChannelSystem, Enabled, ProcessId, Scheduler};
 
-/// Lets one process, or all the parts that it consists of, move only when no other can, not even as the receiver of a
-/// handshake; the others are chosen by another policy.
+/// Starves one process with all its members: it moves only when no other process can, even as the receiver of a
+/// handshake. Another policy chooses among the other processes.
 #[derive(Debug)]
 pub struct Starving {
     victim: ProcessId,
     others: Box<dyn Scheduler>,
-    /// The transitions in which the victim does not move, and their places among all.
+    /// The transitions in which the victim does not move, and their indices among all.
     rest: (Vec<Enabled>, Vec<usize>),
 }
 
@@ -19,7 +19,7 @@ impl Starving {
         Self { victim, others, rest: (Vec::new(), Vec::new()) }
     }
 
-    /// Leaves the choice to `choose`: among what the victim has no part in, if there is any.
+    /// Lets `choose` pick among the transitions without the victim, or among all if there are none.
     fn choose_by(
         &mut self,
         enabled: &[Enabled],

@@ -7,10 +7,10 @@ use super::{ChannelSystem, Enabled, EnabledKind};
 use crate::{ChannelId, Disturbance, Effect, Envelope, Message, RunError, Topology, TransitionId};
 
 impl ChannelSystem {
-    /// From now on, this may happen to messages that are sent.
+    /// Starts a disturbance: it may act on messages that are sent from now on.
     ///
     /// # Panics
-    /// If the disturbance cannot take hold in this system: [`Disturbance::check`] says so first.
+    /// If the disturbance is not possible in this system; [`Disturbance::check`] tells in advance.
     pub fn disturb(&mut self, disturbance: Disturbance) -> DisturbanceId {
         let checked = disturbance.check(&self.topology);
         assert!(checked.is_ok(), "a disturbance is checked before it begins: {checked:?}");
@@ -20,8 +20,9 @@ impl ChannelSystem {
         id
     }
 
-    /// The disturbance is over, if it is not yet: how many messages it has acted on. It spares a message that it has not
-    /// acted on yet; what it holds back already still comes when it is due, and what it is to repeat is repeated.
+    /// Ends the disturbance. Returns how many messages it has acted on, or `None` if it is over already. It spares
+    /// messages that it has not acted on yet. Messages that it delays still arrive when they are due, and messages that
+    /// it repeats are still repeated.
     pub fn calm(&mut self, id: DisturbanceId) -> Option<u64> {
         let position = self.disturbances.position(id)?;
         let over = self.disturbances.entries.remove(position);
@@ -33,7 +34,7 @@ impl ChannelSystem {
         Some(over.hits)
     }
 
-    /// How many messages the disturbance has acted on since it began, for reports; nothing once it is over.
+    /// How many messages the disturbance has acted on since it began, for reports; `None` once it is over.
     #[must_use]
     pub fn hits(&self, id: DisturbanceId) -> Option<u64> {
         self.disturbances.position(id).map(|position| self.disturbances.entries[position].hits)
@@ -55,7 +56,7 @@ impl ChannelSystem {
         }
     }
 
-    /// The channel's own transition: what disturbs the message in it acts on it.
+    /// The channel's own transition: the disturbance acts on the message in it.
     pub(super) fn take_disturbance(&mut self, channel: ChannelId) -> Result<(), RunError> {
         let armed = self.disturbances.passages[channel.0].armed.take();
         let (Some(Armed { by, sent }), Some(envelope)) = (armed, self.contents[channel.0].take()) else {
@@ -72,7 +73,7 @@ impl ChannelSystem {
         Ok(())
     }
 
-    /// What the disturbance at that position leaves of the message, if anything.
+    /// What the disturbance at this index makes of the message, if anything is left.
     fn affect(
         &mut self,
         channel: ChannelId,
@@ -107,7 +108,7 @@ impl ChannelSystem {
     }
 }
 
-/// The channel on which the answers to the requests on `channel` go.
+/// The channel that carries the answers to the requests on `channel`.
 fn opposite(topology: &Topology, channel: ChannelId) -> ChannelId {
-    topology.opposite(channel).expect("a disturbance that answers was checked to have a channel for it")
+    topology.opposite(channel).expect("a disturbance that answers was checked to have a channel for the answer")
 }

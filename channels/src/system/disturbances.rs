@@ -1,4 +1,4 @@
-//! The disturbances of a system, and what has come of them.
+//! The disturbances of a system and their effects.
 
 use std::hash::{Hash, Hasher};
 use std::time::Duration;
@@ -11,15 +11,14 @@ use crate::{Chance, ChannelId, Disturbance, Message};
 pub struct DisturbanceId(pub(super) usize);
 
 impl DisturbanceId {
-    /// Position among all disturbances that the system has had, in the order in which they began. No other takes it once
-    /// the disturbance is over.
+    /// Index among all disturbances that the system has had, in the order in which they began. It is never reused.
     #[must_use]
     pub fn index(self) -> usize {
         self.0
     }
 }
 
-/// A disturbance that is in force and what has come of it.
+/// An active disturbance and its effects so far.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
     pub(super) id: DisturbanceId,
@@ -27,28 +26,28 @@ pub(super) struct Entry {
     pub(super) hits: u64,
 }
 
-/// How the message in a channel gets on; of an empty channel, and wherever nothing disturbs, the default.
+/// What disturbances do to the message in a channel; the default for an empty channel and an undisturbed message.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Passage {
-    /// The disturbance that is to act on it next.
+    /// The disturbance that will act on it next.
     pub(super) armed: Option<Armed>,
-    /// Before this time it cannot be received.
+    /// The time before which it cannot be received.
     pub(super) held_until: Option<Duration>,
-    /// How many deliveries leave it in the channel.
+    /// The number of deliveries that leave it in the channel.
     pub(super) repeats: u32,
 }
 
-/// A disturbance that is to act on a message, and when the message was sent.
+/// A disturbance that will act on a message, and when the message was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Armed {
     pub(super) by: DisturbanceId,
     pub(super) sent: Duration,
 }
 
-/// The disturbances of a system and what they are at.
+/// The disturbances of a system and their work in progress.
 #[derive(Clone, Debug)]
 pub(super) struct Disturbances {
-    /// Those in force, in the order in which they began; so in the order of their ids.
+    /// The active ones in the order in which they began, which is the order of their ids.
     pub(super) entries: Vec<Entry>,
     /// How many have begun.
     pub(super) begun: usize,
@@ -57,33 +56,33 @@ pub(super) struct Disturbances {
 }
 
 impl Disturbances {
-    /// None, on that many channels.
+    /// No disturbances, on this number of channels.
     pub(super) fn none(channels: usize) -> Self {
         Self { entries: Vec::new(), begun: 0, passages: vec![Passage::default(); channels] }
     }
 
-    /// Whether the message in the channel may be received, as far as disturbances go.
+    /// Whether disturbances allow the message in the channel to be received.
     pub(super) fn let_pass(&self, channel: ChannelId) -> bool {
         let Passage { armed, held_until, .. } = self.passages[channel.0];
         armed.is_none() && held_until.is_none()
     }
 
-    /// The place of a disturbance among those in force; none if it is over.
+    /// The index of a disturbance among the active ones; `None` if it is over.
     pub(super) fn position(&self, id: DisturbanceId) -> Option<usize> {
         self.entries.binary_search_by_key(&id, |entry| entry.id).ok()
     }
 
-    /// The place of the disturbance that is to act on a message among those in force.
+    /// The index, among the active ones, of the disturbance that will act on a message.
     pub(super) fn armed(&self, by: DisturbanceId) -> usize {
-        self.position(by).expect("a message is armed only with what is in force")
+        self.position(by).expect("only an active disturbance arms a message")
     }
 
-    /// A message has been sent into the channel.
+    /// Notes that a message has been sent into the channel.
     pub(super) fn enter(&mut self, channel: ChannelId, message: &Message, now: Duration) {
         self.arm(channel, 0, message, now);
     }
 
-    /// The first of the disturbances from that position on that hits the message is to act on it.
+    /// Arms the message with the first disturbance, from this index on, that hits it.
     pub(super) fn arm(&mut self, channel: ChannelId, first: usize, message: &Message, sent: Duration) {
         let hit = self.entries[first..].iter_mut().find_map(|Entry { id, disturbance, .. }| {
             (disturbance.channel == channel && disturbance.hits(message)).then_some(*id)
@@ -91,14 +90,14 @@ impl Disturbances {
         self.passages[channel.0].armed = hit.map(|by| Armed { by, sent });
     }
 
-    /// A message has been received; whether it stays in the channel all the same.
+    /// Notes that a message has been received. Returns whether it stays in the channel nevertheless.
     pub(super) fn leave(&mut self, channel: ChannelId) -> bool {
         let repeats = std::mem::take(&mut self.passages[channel.0]).repeats;
         self.passages[channel.0].repeats = repeats.saturating_sub(1);
         repeats > 0
     }
 
-    /// Lets go what is held until `now` or earlier.
+    /// Releases what is held until `now` or earlier.
     pub(super) fn release(&mut self, now: Duration) {
         if self.begun > 0 {
             for passage in &mut self.passages {
@@ -107,7 +106,7 @@ impl Disturbances {
         }
     }
 
-    /// The parts that decide how the system goes on: what is under way, and what disturbs with which stream.
+    /// The parts that determine how the system continues: messages in transit, disturbances and their streams.
     pub(super) fn state(&self) -> (&[Passage], impl Iterator<Item = (DisturbanceId, &Option<Chance>)>) {
         (&self.passages, self.entries.iter().map(|entry| (entry.id, &entry.disturbance.probability)))
     }

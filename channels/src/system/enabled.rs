@@ -13,11 +13,11 @@ pub enum EnabledKind {
     Receive(ChannelId),
     /// The process sends while another receives.
     Handshake {
-        /// Over this channel.
+        /// The channel.
         channel: ChannelId,
         /// The process that receives.
         receiver: ProcessId,
-        /// With this transition.
+        /// The receiver's transition.
         receiving: TransitionId,
     },
     /// A disturbance acts on the message in the channel.
@@ -27,16 +27,16 @@ pub enum EnabledKind {
 /// A transition that the system can take now.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Enabled {
-    /// The process that moves; the sender, in a handshake; the channel's source, where a disturbance acts.
+    /// The process that moves: the sender in a handshake, the channel's source if a disturbance acts.
     pub process: ProcessId,
-    /// The process's own number for the transition; the disturbance's, where one acts.
+    /// The process's own number for the transition; the disturbance's number if one acts.
     pub transition: TransitionId,
     /// What the transition does.
     pub kind: EnabledKind,
 }
 
 impl Enabled {
-    /// The processes that move: one, both sides of a handshake, or none where a disturbance acts.
+    /// The processes that move: one, both sides of a handshake, or none if a disturbance acts.
     pub fn movers(&self) -> impl Iterator<Item = ProcessId> + use<> {
         let (first, second) = match self.kind {
             EnabledKind::Handshake { receiver, .. } => (Some(self.process), Some(receiver)),

@@ -1,9 +1,9 @@
-//! A system run until it is quiet.
+//! Runs a system until it is quiet.
 
 use super::{ChannelSystem, Enabled};
 use crate::{Event, ProcessId, RunError, Scheduler};
 
-/// The timed state sequence of one run to quietness; see [`ChannelSystem::run`].
+/// The timed state sequence of one run until the system is quiet; see [`ChannelSystem::run`].
 #[derive(Debug)]
 pub struct Run<'a> {
     system: &'a mut ChannelSystem,
@@ -11,7 +11,7 @@ pub struct Run<'a> {
     budget: u64,
     taken: u64,
     enabled: Vec<Enabled>,
-    /// Who moved in the last tenth of the budget.
+    /// The processes that moved in the last tenth of the budget.
     busy: Vec<ProcessId>,
     over: bool,
 }
@@ -23,7 +23,7 @@ impl<'a> Run<'a> {
 }
 
 impl ChannelSystem {
-    /// Runs the system until it is quiet: the events of the timed state sequence, as they happen.
+    /// Runs the system until it is quiet and yields the events of the timed state sequence as they happen.
     ///
     /// After `budget` transitions the last item is [`RunError::Livelock`].
     pub fn run<'a>(&'a mut self, scheduler: &'a mut dyn Scheduler, budget: u64) -> Run<'a> {

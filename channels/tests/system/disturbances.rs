@@ -1,4 +1,4 @@
-//! Faults on channels: what each effect does, whatever the system and whoever schedules it.
+//! Faults on channels: the effect of each, in any system and under any scheduler.
 
 use std::hash::{DefaultHasher, Hasher};
 use std::sync::Arc;
@@ -37,7 +37,8 @@ fn hash(system: &ChannelSystem) -> u64 {
     hasher.finish()
 }
 
-/// Lets the system come to rest twenty times, a tenth of a second apart: what was taken, and what came of it.
+/// Lets the system come to rest twenty times, a tenth of a second apart, and lists the transitions taken and their
+/// events.
 fn run(system: &mut ChannelSystem, scheduler: &mut dyn Scheduler) -> Vec<(Duration, Enabled, Option<Event>)> {
     let mut taken = Vec::new();
     for step in 0..20 {
@@ -55,7 +56,7 @@ fn run(system: &mut ChannelSystem, scheduler: &mut dyn Scheduler) -> Vec<(Durati
     taken
 }
 
-/// The plan's first channel of capacity 1, if it has any.
+/// The plan's first channel of capacity 1, if there is one.
 fn buffered(plan: &Plan, channels: &[ChannelId]) -> Option<ChannelId> {
     plan.channels.iter().position(|&(_, _, capacity)| capacity == Capacity::One).map(|index| channels[index])
 }
@@ -82,7 +83,7 @@ fn numbered(received: &[(Duration, i64)]) -> Vec<i64> {
 }
 
 proptest! {
-    /// A disturbance that concerns no message, one that never hits and one that is over change nothing at all.
+    /// A disturbance that applies to no message, one that never hits and one that is over change nothing.
     #[test]
     fn without_a_disturbance_everything_is_as_before(plan in plans(), seed: u64, victim in 0..4_usize) {
         let (plain, channels) = build(&plan);
@@ -101,7 +102,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_lost_never_arrives(plan in plans(), seed: u64, victim in 0..4_usize) {
+    fn lost_messages_never_arrive(plan in plans(), seed: u64, victim in 0..4_usize) {
         let (mut system, channels) = build(&plan);
         let Some(channel) = buffered(&plan, &channels) else { return Ok(()) };
         let id = system.disturb(Disturbance::all(channel, Effect::Lose));
@@ -115,7 +116,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_repeated_arrives_twice(plan in plans(), seed: u64, victim in 0..4_usize) {
+    fn repeated_messages_arrive_twice(plan in plans(), seed: u64, victim in 0..4_usize) {
         let (mut system, channels) = build(&plan);
         let Some(channel) = buffered(&plan, &channels) else { return Ok(()) };
         system.disturb(Disturbance::all(channel, Effect::Repeat));
@@ -129,7 +130,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_held_arrives_in_order_and_not_before_its_time(
+    fn held_messages_arrive_in_order_and_not_before_their_time(
         plan in plans(), seed: u64, victim in 0..4_usize, hold_ms in 0..400_u64
     ) {
         let (mut system, channels) = build(&plan);
@@ -148,7 +149,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_replaced_arrives_as_what_it_was_replaced_by(plan in plans(), seed: u64, victim in 0..4_usize) {
+    fn replaced_messages_arrive_as_their_replacement(plan in plans(), seed: u64, victim in 0..4_usize) {
         let (mut system, channels) = build(&plan);
         let Some(channel) = buffered(&plan, &channels) else { return Ok(()) };
         system.disturb(Disturbance::all(channel, plus(100)));
@@ -159,9 +160,9 @@ proptest! {
         }
     }
 
-    /// A copy of a system with everything under way runs on as the original does, draws included.
+    /// A copy of a system with messages in transit continues like the original, including its draws.
     #[test]
-    fn what_is_under_way_is_part_of_the_state(plan in plans(), seed: u64, steps in 0..30_u64) {
+    fn messages_in_transit_are_part_of_the_state(plan in plans(), seed: u64, steps in 0..30_u64) {
         let (mut system, channels) = build(&plan);
         let Some(channel) = buffered(&plan, &channels) else { return Ok(()) };
         for (index, effect) in [Effect::Lose, Effect::Repeat, Effect::Hold(STEP * 2), plus(100)].into_iter().enumerate() {
@@ -181,7 +182,7 @@ proptest! {
     }
 }
 
-/// P has sent 7 to Q, which waits for that and nothing else.
+/// P has sent 7 to Q, which waits only for that.
 fn sent_to_q(prepare: impl FnOnce(&mut ChannelSystem, ChannelId)) -> (ChannelSystem, ChannelId, ProcessId) {
     let (topology, [p, q], channel) = pair(Capacity::One);
     let processes = [(p, sender(channel, 7)), (q, receiver_of(channel, 7))];
@@ -198,7 +199,7 @@ fn kinds(system: &mut ChannelSystem) -> Vec<EnabledKind> {
 }
 
 #[test]
-fn a_message_cannot_be_received_until_the_channel_has_moved() {
+fn a_disturbed_message_cannot_be_received_until_the_channel_has_moved() {
     let (mut system, channel, _) = sent_to_q(|system, channel| {
         system.disturb(Disturbance::all(channel, Effect::Repeat));
     });
@@ -212,7 +213,7 @@ fn a_message_cannot_be_received_until_the_channel_has_moved() {
 }
 
 #[test]
-fn a_held_message_is_another_state_than_one_that_can_be_received() {
+fn a_held_message_and_a_receivable_one_are_different_states() {
     let (mut held, channel, q) = sent_to_q(|system, channel| {
         system.disturb(Disturbance::all(channel, Effect::Hold(STEP)));
     });
@@ -227,7 +228,7 @@ fn a_held_message_is_another_state_than_one_that_can_be_received() {
 }
 
 #[test]
-fn a_message_on_its_way_is_spared_and_so_is_one_not_acted_on_when_it_calms() {
+fn messages_in_transit_are_spared_when_a_disturbance_begins_or_ends() {
     let (mut system, channel, _) = sent_to_q(|_, _| {});
     system.disturb(Disturbance::all(channel, Effect::Lose));
     assert_eq!(kinds(&mut system), [EnabledKind::Receive(channel)]);
@@ -244,7 +245,7 @@ fn a_message_on_its_way_is_spared_and_so_is_one_not_acted_on_when_it_calms() {
 }
 
 #[test]
-fn disturbances_that_come_again_and_again_leave_nothing_behind() {
+fn disturbances_that_come_and_go_leave_nothing_behind() {
     let (mut system, channel, _) = sent_to_q(|_, _| {});
     let stays = system.disturb(Disturbance::all(channel, Effect::Repeat));
     let fresh = system.fork();
@@ -261,7 +262,7 @@ fn disturbances_that_come_again_and_again_leave_nothing_behind() {
 }
 
 #[test]
-fn what_is_held_is_let_go_though_nothing_disturbs_any_more() {
+fn held_messages_are_released_after_the_disturbance_has_ended() {
     let mut ids = Vec::new();
     let (mut system, _, q) = sent_to_q(|system, channel| {
         ids.push(system.disturb(Disturbance::all(channel, Effect::Hold(STEP))));
@@ -275,7 +276,7 @@ fn what_is_held_is_let_go_though_nothing_disturbs_any_more() {
 }
 
 #[test]
-fn disturbances_act_in_their_order_and_see_what_the_one_before_has_left() {
+fn disturbances_act_in_order_each_on_the_result_of_the_one_before() {
     for (concerned, arrives) in [(7, true), (8, false)] {
         let (mut system, ..) = sent_to_q(|system, channel| {
             system.disturb(Disturbance::all(channel, plus(1)));
@@ -288,7 +289,7 @@ fn disturbances_act_in_their_order_and_see_what_the_one_before_has_left() {
 }
 
 #[test]
-fn a_replaced_message_has_to_be_one_that_the_channel_can_carry() {
+fn a_replacement_that_the_channel_cannot_carry_ends_the_run() {
     let (mut system, ..) = sent_to_q(|system, channel| {
         let effect = Effect::Replace(Arc::new(|_| Message::symbols(["seven"])));
         system.disturb(Disturbance::all(channel, effect));
@@ -297,14 +298,14 @@ fn a_replaced_message_has_to_be_one_that_the_channel_can_carry() {
     assert!(matches!(last, Some(Err(RunError::Corrupted { channel, .. })) if channel == "P → Q"));
 }
 
-/// How many messages in a row are lost before the first that gets through.
+/// The number of messages lost in a row before the first that gets through.
 fn lost_in_a_row(seed: u64) -> u64 {
     let (topology, [p, q], channel) = pair(Capacity::One);
     let processes = [(p, sender(channel, 8)), (q, receiver_of(channel, 7))];
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
     let lose = Disturbance::all(channel, Effect::Lose);
     let id = system.disturb(Disturbance { probability: chance(0.5, seed), ..lose });
-    // Q does not want an 8, so one that is not lost stays where it is.
+    // Q does not take an 8, so one that is not lost stays in the channel.
     while system.content(channel).is_none() {
         system.replace(p, sender(channel, 8)).unwrap();
         assert_eq!(system.run(&mut RoundRobin::default(), 9).count(), 0);
@@ -320,7 +321,7 @@ fn chances_come_from_the_stream() {
     assert!((0.5..2.0).contains(&mean), "with a chance of one half it is 1 on average, not {mean}");
 }
 
-/// Asks with request number 42 and keeps what comes back.
+/// Asks with request number 42 and keeps the answer.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Asker {
     requests: ChannelId,
@@ -351,7 +352,7 @@ impl Process for Asker {
     }
 }
 
-/// P asks Q, which has an answer of its own ready and takes no request.
+/// P asks Q, which has its own answer ready and takes no request.
 fn asking() -> (Topology, [ProcessId; 2], [ChannelId; 2]) {
     let (mut topology, [p, q], requests) = pair(Capacity::One);
     let replies = topology.channel(q, p, Capacity::One, numbers()).unwrap();
@@ -359,13 +360,13 @@ fn asking() -> (Topology, [ProcessId; 2], [ChannelId; 2]) {
 }
 
 #[test]
-fn an_answer_that_is_pretended_bears_the_number_of_the_request() {
+fn a_forged_answer_carries_the_number_of_the_request() {
     let (topology, [p, q], [requests, replies]) = asking();
     let asker = Asker { requests, replies, asked: false, told: None };
     let processes = [(p, Box::new(asker) as Box<dyn Process>), (q, sender(replies, 5))];
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
     let id = system.disturb(Disturbance::all(requests, Effect::Answer(number(9))));
-    // Q speaks first: the pretended answer waits until its channel is empty.
+    // Q speaks first: the forged answer waits until its channel is empty.
     let reply = system.enabled().into_iter().find(|enabled| enabled.process == q).unwrap();
     system.take(&reply).unwrap();
     let ask = system.enabled().remove(0);
@@ -395,7 +396,7 @@ fn a_disturbance_is_checked_against_the_topology() {
 }
 
 #[test]
-fn a_tick_that_is_lost_is_followed_by_the_next() {
+fn a_lost_tick_is_followed_by_the_next() {
     let (mut system, generator) = hung_tree();
     let ticks = system.topology().find_channel("TickGenerator", "BT").unwrap();
     let id = system.disturb(Disturbance::all(ticks, Effect::Lose));

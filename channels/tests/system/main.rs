@@ -1,4 +1,4 @@
-//! What every channel system keeps to, whatever its processes do and whoever schedules them.
+//! Invariants of every channel system, whatever its processes and its scheduler.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -20,7 +20,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::plan::{build, number, numbers, plans, process, schedulers};
 
 proptest! {
-    /// Without faults no message is lost, duplicated or reordered, and a channel never holds two.
+    /// Without faults, messages are neither lost, duplicated nor reordered, and a channel never holds two.
     #[test]
     fn messages_arrive_once_and_in_order(plan in plans(), seed: u64, victim in 0..4_usize) {
         let (system, channels) = build(&plan);
@@ -53,7 +53,7 @@ proptest! {
         }
     }
 
-    /// A run with monitors is the run without them, event for event.
+    /// A run with monitors equals the run without them, event for event.
     #[test]
     fn monitors_never_change_a_run(plan in plans(), seed: u64) {
         let (mut plain, channels) = build(&plan);
@@ -73,7 +73,7 @@ proptest! {
         prop_assert!(plain.same_state(&watched));
     }
 
-    /// A copy of a system runs on as the original does.
+    /// A copy of a system continues like the original.
     #[test]
     fn a_state_is_a_value(plan in plans(), seed: u64, steps in 0..20_u64) {
         let (mut system, _) = build(&plan);
@@ -117,7 +117,7 @@ pub(crate) fn receiver_of(channel: ChannelId, expected: i64) -> Box<dyn Process>
 }
 
 #[test]
-fn a_given_message_is_taken_only_if_it_is_that_one() {
+fn a_pattern_with_a_message_takes_only_that_message() {
     for (sent, location) in [(7, "after"), (8, "before")] {
         let (topology, [p, q], channel) = pair(Capacity::One);
         let processes = [(p, sender(channel, sent)), (q, receiver_of(channel, 7))];
@@ -129,7 +129,7 @@ fn a_given_message_is_taken_only_if_it_is_that_one() {
 }
 
 #[test]
-fn a_handshake_moves_both_or_none() {
+fn a_handshake_moves_both_sides_or_neither() {
     for (sent, locations) in [(7, ["after", "after"]), (8, ["before", "before"])] {
         let (topology, [p, q], channel) = pair(Capacity::Zero);
         let processes = [(p, sender(channel, sent)), (q, receiver_of(channel, 7))];
@@ -140,7 +140,7 @@ fn a_handshake_moves_both_or_none() {
 }
 
 #[test]
-fn what_passes_between_members_of_one_process_is_no_event() {
+fn communication_between_members_of_one_process_is_not_an_event() {
     let mut topology = Topology::default();
     let tree = topology.process("BT").unwrap();
     let members = ["root", "leaf"].map(|name| topology.member(tree, name).unwrap());
@@ -185,7 +185,7 @@ fn a_foreign_channel_is_refused_at_wiring() {
 }
 
 #[test]
-fn a_process_without_behaviour_is_refused_at_wiring() {
+fn a_process_without_behavior_is_refused_at_wiring() {
     let (topology, [p, _], channel) = pair(Capacity::One);
     let wrong = ChannelSystem::new(Arc::new(topology), [(p, sender(channel, 1))]);
     assert!(matches!(wrong, Err(WiringError::MissingProcess { process }) if process == "Q"));
@@ -207,7 +207,7 @@ fn a_message_made_at_run_time_is_checked_when_it_is_sent() {
 }
 
 #[test]
-fn processes_that_keep_going_are_named() {
+fn a_livelock_names_the_processes_that_keep_moving() {
     let (topology, [p, q], channel) = pair(Capacity::One);
     let spin = graph(|graph| {
         let here = graph.location("here");
@@ -221,7 +221,7 @@ fn processes_that_keep_going_are_named() {
 }
 
 #[test]
-fn a_budget_may_be_as_large_as_a_number_can_be() {
+fn a_budget_may_be_the_largest_integer() {
     let (topology, [p, q], channel) = pair(Capacity::One);
     let processes = [(p, sender(channel, 7)), (q, receiver_of(channel, 7))];
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();
@@ -244,7 +244,7 @@ pub(crate) fn hung_tree() -> (ChannelSystem, ProcessId) {
 }
 
 #[test]
-fn a_tick_that_nobody_waits_for_is_an_overrun_and_still_an_event() {
+fn a_tick_that_nothing_waits_for_is_an_overrun_and_still_an_event() {
     let (mut system, generator) = hung_tree();
     for (tick, delivered) in [(0, true), (1, false), (2, false)] {
         let (event, taken) = system.generate_tick(generator);
@@ -284,7 +284,7 @@ fn busy() -> Box<dyn Process> {
     })
 }
 
-/// Who moves, or sends, until nothing can.
+/// Which processes move or send, until none can.
 fn movers(system: &mut ChannelSystem, scheduler: &mut dyn Scheduler) -> Vec<ProcessId> {
     let mut order = Vec::new();
     loop {
@@ -317,7 +317,7 @@ fn a_starved_process_does_not_even_receive_in_a_handshake() {
 }
 
 #[test]
-fn a_process_that_consists_of_others_is_starved_as_a_whole() {
+fn a_composed_process_is_starved_as_a_whole() {
     let mut topology = Topology::default();
     let [tree, other] = ["BT", "other"].map(|name| topology.process(name).unwrap());
     let [root, leaf] = ["root", "leaf"].map(|name| topology.member(tree, name).unwrap());

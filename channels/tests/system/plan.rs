@@ -1,4 +1,4 @@
-//! Random systems of scripted processes, and the schedulers they are run under.
+//! Random systems of scripted processes, and the schedulers that run them.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub(crate) fn number(n: i64) -> Message {
     Message::new([Value::Int(n)])
 }
 
-/// One line of a process's script: use that channel, as its sender or its receiver.
+/// One line of a process's script: use this channel, as its sender or its receiver.
 #[derive(Clone, Copy, Debug)]
 struct Line {
     channel: usize,

@@ -1,4 +1,4 @@
-//! Processes that stand still for a while, and processes that become others.
+//! Processes that are suspended for a while, and processes that are replaced.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -54,7 +54,7 @@ fn timers_of_a_suspended_process_fire_late() {
 }
 
 #[test]
-fn a_suspended_process_neither_sends_nor_receives_and_loses_nothing() {
+fn a_suspended_process_neither_communicates_nor_loses_messages() {
     for (capacity, suspended) in [(Capacity::One, 0), (Capacity::One, 1), (Capacity::Zero, 0), (Capacity::Zero, 1)] {
         let (topology, ends, channel) = pair(capacity);
         let processes = [(ends[0], sender(channel, 7)), (ends[1], receiver_of(channel, 7))];
@@ -70,7 +70,7 @@ fn a_suspended_process_neither_sends_nor_receives_and_loses_nothing() {
 }
 
 #[test]
-fn who_is_suspended_is_so_with_all_members() {
+fn suspending_a_process_suspends_all_its_members() {
     let mut topology = Topology::default();
     let tree = topology.process("BT").unwrap();
     let leaf = topology.member(tree, "leaf").unwrap();
@@ -97,7 +97,7 @@ fn a_suspended_generator_loses_its_ticks() {
 }
 
 #[test]
-fn a_process_becomes_another_and_is_itself_again() {
+fn a_process_can_be_replaced_and_restored() {
     let (topology, [p, q], channel) = pair(Capacity::One);
     let processes = [(p, sender(channel, 8)), (q, receiver_of(channel, 7))];
     let mut system = ChannelSystem::new(Arc::new(topology), processes).unwrap();

@@ -1,4 +1,4 @@
-//! The value of one key on its way to the reader: checked, then required or defaulted.
+//! The value of one key while it is read: checked, then required or given a default.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -6,8 +6,8 @@ use std::ops::RangeInclusive;
 use super::Table;
 use crate::{Problem, Span, Spanned};
 
-/// What a table says under one key. Checks leave a field alone whose value is missing or was refused already, so that
-/// one mistake is reported once.
+/// What a table has under one key. Checks skip a value that is missing or already refused, so one mistake is reported
+/// once.
 #[derive(Debug)]
 #[must_use = "ends in `required`, `optional` or `or`"]
 pub struct Field<'d, T> {
@@ -19,7 +19,7 @@ pub struct Field<'d, T> {
 #[derive(Debug)]
 enum State<T> {
     Given(T, Span),
-    /// The key is not there; what would be accepted.
+    /// The key is missing; this would be accepted.
     Missing(String),
     /// The problem has been recorded.
     Refused,
@@ -54,7 +54,7 @@ impl<'d, T> Field<'d, T> {
         self.step(|value, span| convert(value, span).map_err(|problem| table.report(problem)).ok())
     }
 
-    /// Reads on in the value, usually a table. `None` from `read` means that it has recorded a problem.
+    /// Continues reading inside the value, usually a table. `None` from `read` means that it has recorded a problem.
     pub fn and_then<U>(self, read: impl FnOnce(T) -> Option<U>) -> Field<'d, U> {
         self.step(|value, _| read(value))
     }
@@ -64,12 +64,12 @@ impl<'d, T> Field<'d, T> {
         self.try_map(|value, _| Ok(convert(value)))
     }
 
-    /// Keeps the value's place with it.
+    /// Keeps the value's place with the value.
     pub fn spanned(self) -> Field<'d, Spanned<T>> {
         self.try_map(|value, span| Ok(Spanned { value, span: span.clone() }))
     }
 
-    /// The value; a problem if the key is missing. `None` means that a problem has been recorded.
+    /// The value. A missing key is a problem. `None` means that a problem has been recorded.
     #[must_use]
     pub fn required(self) -> Option<T> {
         let help = match &self.state {
@@ -79,7 +79,7 @@ impl<'d, T> Field<'d, T> {
         self.required_or(&help)
     }
 
-    /// As [`required`](Self::required), with what to do if the key is missing.
+    /// Like [`required`](Self::required), with advice for the case that the key is missing.
     #[must_use]
     pub fn required_or(self, help: &str) -> Option<T> {
         match self.state {
@@ -93,19 +93,19 @@ impl<'d, T> Field<'d, T> {
         }
     }
 
-    /// The value if there is one that is right.
+    /// The value if it is there and valid.
     #[must_use]
     pub fn optional(self) -> Option<T> {
         if let State::Given(value, _) = self.state { Some(value) } else { None }
     }
 
-    /// The value, or `default` if the key is missing (or its value wrong, which has been recorded).
+    /// The value, or `default` if the key is missing or its value invalid (which has been recorded).
     #[must_use]
     pub fn or(self, default: T) -> T {
         self.optional().unwrap_or(default)
     }
 
-    /// Takes a given value one step further. `None` from `next` means that a problem has been recorded.
+    /// Processes a given value further. `None` from `next` means that a problem has been recorded.
     fn step<U>(self, next: impl FnOnce(T, &Span) -> Option<U>) -> Field<'d, U> {
         let state = match self.state {
             State::Given(value, span) => next(value, &span).map_or(State::Refused, |value| State::Given(value, span)),
@@ -117,9 +117,9 @@ impl<'d, T> Field<'d, T> {
 }
 
 impl<'d, T> Field<'d, Vec<T>> {
-    /// Reads on in every item, whatever becomes of the others. `None` from `read` means that it has recorded a problem.
+    /// Reads every item, even if others fail. `None` from `read` means that it has recorded a problem.
     pub fn each<U>(self, read: impl FnMut(T) -> Option<U>) -> Field<'d, Vec<U>> {
-        // Collecting into an Option would stop at the first item that is wrong.
+        // Collecting into an Option would stop at the first invalid item.
         self.and_then(|items| items.into_iter().map(read).collect::<Vec<_>>().into_iter().collect())
     }
 }

@@ -1,4 +1,4 @@
-//! A single value of a document, and the types that one can be turned into.
+//! A single value of a document, and the types that it can be converted to.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -11,7 +11,7 @@ use crate::{Problem, Span, Spanned};
 #[derive(Clone, Debug)]
 pub struct Item<'d> {
     node: &'d Node,
-    /// How problems call the value: "`origin`", "item 2 of `origin`".
+    /// The name of the value in problems: "`origin`", "item 2 of `origin`".
     name: String,
     log: &'d RefCell<Vec<Problem>>,
 }
@@ -21,7 +21,7 @@ impl<'d> Item<'d> {
         Self { node, name, log }
     }
 
-    /// Where the value is written; a table's header if it has one.
+    /// Where the value is written; the header for a table that has one.
     #[must_use]
     pub fn span(&self) -> &'d Span {
         &self.node.span
@@ -63,42 +63,42 @@ impl<'d> Item<'d> {
         Some(nodes.iter().enumerate().map(|(place, node)| Self::new(node, name(place), self.log)).collect())
     }
 
-    /// The table, if the value is one. Once a key of it has been asked for, all others have to be.
+    /// The table, if the value is one. Once one of its keys has been asked for, all others must be asked for too.
     #[must_use]
     pub fn as_table(&self) -> Option<Table<'d>> {
         let Kind::Table(entries) = &self.node.kind else { return None };
         Some(Table::open(entries, self.span(), self.log))
     }
 
-    /// A problem that says what the value must be (such as "a number") and what it is.
+    /// A problem that tells what the value must be (such as "a number") and what it is.
     #[must_use]
     pub fn wrong(&self, wanted: &str) -> Problem {
         let problem = self.span().problem(format!("{} must be {wanted}", self.name));
         problem.with_label(format!("this is {}", self.node.kind.name()))
     }
 
-    /// Turns the value into a `T`.
+    /// Converts the value to a `T`.
     ///
     /// # Errors
-    /// Why it is none.
+    /// The reasons why it is not a `T`.
     pub fn get<T: FromItem<'d>>(&self) -> Result<T, Vec<Problem>> {
         T::from_item(self)
     }
 }
 
-/// A type that a value of a document can be turned into.
+/// A type that a value of a document can be converted to.
 pub trait FromItem<'d>: Sized {
-    /// What is accepted, to be put after "must be": "a number".
+    /// What is accepted, as a phrase to follow "must be": "a number".
     fn wanted() -> String;
 
-    /// Turns `item` into a value.
+    /// Converts `item`.
     ///
     /// # Errors
     /// Everything that is wrong with it.
     fn from_item(item: &Item<'d>) -> Result<Self, Vec<Problem>>;
 }
 
-/// Implements [`FromItem`] for a type that an item either plainly is or is not.
+/// Implements [`FromItem`] for a type with a simple conversion.
 macro_rules! plain {
     ($type:ty, $wanted:literal, $convert:expr) => {
         impl<'d> FromItem<'d> for $type {

@@ -1,14 +1,14 @@
-//! The tree that a parsed file is, whatever its syntax, with the places of all keys and values.
+//! The tree of a parsed file in either syntax, with the places of all keys and values.
 
 use std::cell::{Cell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{MAX_HINTS, Problem, Span, nearest};
 
-/// Deeper nesting than this is refused: the walks over the tree are recursive.
+/// Deeper nesting is refused, because the walks over the tree are recursive.
 pub(super) const MAX_DEPTH: usize = 64;
 
-/// A value and its place. A table that has a header is placed at its header.
+/// A value and its place. The place of a table with a header is the header.
 #[derive(Debug)]
 pub(super) struct Node {
     pub(super) span: Span,
@@ -23,7 +23,7 @@ pub(super) enum Kind {
     /// May be infinite or NaN.
     Real(f64),
     Boolean(bool),
-    /// A date or a time of day: nothing in this project takes one.
+    /// A date or a time of day; no key takes one.
     Moment,
     /// A YAML key without a value.
     Nothing,
@@ -33,15 +33,15 @@ pub(super) enum Kind {
     Table(Entries),
 }
 
-/// The entries of a table, and what its reader asked for so far.
+/// The entries of a table, and the keys that its reader has asked for so far.
 #[derive(Debug, Default)]
 pub(super) struct Entries {
     pub(super) by_key: BTreeMap<String, Entry>,
-    /// Whether keys that nobody knows are allowed as long as they don't look like a slip of the pen.
+    /// Whether unknown keys are allowed unless they look like misspellings.
     pub(super) lenient: Cell<bool>,
-    /// The keys that are known. A table of which nobody asked anything is not judged.
+    /// The known keys. A table that was asked for no key is not checked.
     pub(super) asked: RefCell<BTreeSet<String>>,
-    /// Required keys that are not there, each with the complaint to make about it.
+    /// Required keys that are missing, each with the problem to report.
     pub(super) missing: RefCell<Vec<(String, Problem)>>,
 }
 
@@ -53,7 +53,7 @@ pub(super) struct Entry {
 }
 
 impl Node {
-    /// Takes over what only the other has, tables inside tables included.
+    /// Takes entries that only the other table has, recursively.
     pub(super) fn inherit(&mut self, base: Self) {
         let (Kind::Table(own), Kind::Table(base)) = (&mut self.kind, base.kind) else { return };
         for (key, entry) in base.by_key {
@@ -64,8 +64,8 @@ impl Node {
         }
     }
 
-    /// Collects the complaints that can only be made when reading is over: keys that nobody asked for, and required
-    /// keys that are missing and were not just misspelt.
+    /// Collects the problems that are known only when reading is over: unknown keys, and required keys that are missing
+    /// rather than misspelt.
     pub(super) fn left_over(&self, problems: &mut Vec<Problem>) {
         match &self.kind {
             Kind::Array(items) => items.iter().for_each(|item| item.left_over(problems)),
@@ -76,7 +76,7 @@ impl Node {
 }
 
 impl Kind {
-    /// What the value is, for a label.
+    /// The kind of value, for a label.
     pub(super) fn name(&self) -> &'static str {
         match self {
             Self::Text(_) => "a text",
@@ -110,7 +110,7 @@ impl Entries {
             let meant = if problems.len() < MAX_HINTS { nearest(key, absent) } else { None };
             misspelt.extend(meant);
             if meant.is_some() || !self.lenient.get() {
-                let problem = entry.key.problem(format!("unknown key `{key}`")).with_label("not known here");
+                let problem = entry.key.problem(format!("unknown key `{key}`")).with_label("unknown key");
                 let helped = problems.len() < MAX_HINTS;
                 problems.push(if helped { problem.with_help(known_keys(meant, &asked)) } else { problem });
             }

@@ -4,7 +4,7 @@ use super::node::{Entries, Entry, Kind, MAX_DEPTH, Node};
 use super::toml_text;
 use crate::{Problem, Source, Span};
 
-/// What diagnostics call an assignment.
+/// The name of an assignment in diagnostics.
 const NAME: &str = "--set";
 
 /// Applies one assignment to the document.
@@ -38,12 +38,12 @@ fn path(source: &Source, key: &str) -> Result<Vec<Span>, Problem> {
     Ok(path)
 }
 
-/// The value from byte `at` on: TOML, or else a bare text.
+/// The value from byte `at` on: TOML, or else plain text.
 fn value(source: &Source, at: usize) -> Result<Node, Problem> {
     let text = source.text()[at..].trim();
     let span = source.span(source.text().trim_end().len() - text.len()..source.text().trim_end().len());
     if text.is_empty() {
-        return Err(source.span(at..at).problem("no value after `=`").with_help("an empty text is written `\"\"`"));
+        return Err(source.span(at..at).problem("no value after `=`").with_help("write an empty text as `\"\"`"));
     }
     match toml_text::value(source, span.range().start) {
         Ok(node) => Ok(node),
@@ -52,7 +52,7 @@ fn value(source: &Source, at: usize) -> Result<Node, Problem> {
     }
 }
 
-/// Puts the value where the path leads, making tables on the way.
+/// Puts the value where the path leads and creates missing tables on the way.
 fn assign(root: &mut Node, path: &[Span], value: Node) -> Result<(), Problem> {
     let (last, way) = path.split_last().expect("splitting a key gives at least one part");
     let mut node = root;
@@ -66,7 +66,7 @@ fn assign(root: &mut Node, path: &[Span], value: Node) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The value under one part of a key; `new` makes the one that is not there.
+/// The value under one part of a key; `new` creates a missing one.
 fn step<'n>(node: &'n mut Node, part: &Span, new: impl FnOnce() -> Node) -> Result<&'n mut Node, Problem> {
     match &mut node.kind {
         Kind::Table(entries) => {
@@ -77,10 +77,10 @@ fn step<'n>(node: &'n mut Node, part: &Span, new: impl FnOnce() -> Node) -> Resu
             let count = items.len();
             let slot = part.text().parse().ok().and_then(|index: usize| items.get_mut(index));
             slot.ok_or_else(|| {
-                let problem = part.problem(format!("`{}` is no entry of this array", part.text()));
-                problem.with_label("an array is here").with_help(match count {
+                let problem = part.problem(format!("this array has no item `{}`", part.text()));
+                problem.with_label("this is an array").with_help(match count {
                     0 => "the array is empty".to_owned(),
-                    _ => format!("entries are counted from 0 to {}", count - 1),
+                    _ => format!("items are numbered from 0 to {}", count - 1),
                 })
             })
         }

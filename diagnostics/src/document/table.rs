@@ -1,4 +1,4 @@
-//! A table of a document: asking for keys.
+//! A table of a document, to be asked for keys.
 
 use std::cell::RefCell;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use super::node::Entries;
 use super::{Field, FromItem, Item};
 use crate::{Problem, Span, did_you_mean};
 
-/// A table of a document that is being read. Every key that has been asked for counts as known.
+/// A table of a document that is being read. Every key that was asked for counts as known.
 #[derive(Clone, Copy, Debug)]
 pub struct Table<'d> {
     entries: &'d Entries,
@@ -54,7 +54,7 @@ impl<'d> Table<'d> {
         self.get(key)
     }
 
-    /// The value of `key`, a number of seconds of at least 0, to the nanosecond.
+    /// The value of `key` as a number of seconds, at least 0, rounded to nanoseconds.
     pub fn seconds(&self, key: &str) -> Field<'d, Duration> {
         self.get(key)
     }
@@ -69,7 +69,7 @@ impl<'d> Table<'d> {
         self.get(key)
     }
 
-    /// The value that the text under `key` names. `choices` are all the names, each with its value.
+    /// The choice that the text under `key` names. `choices` lists every name with its value.
     pub fn one_of<T: Clone>(&self, key: &str, choices: &[(&str, T)]) -> Field<'d, T> {
         self.text(key).try_map(|text, span| {
             if let Some((_, value)) = choices.iter().find(|(name, _)| *name == text) {
@@ -84,12 +84,12 @@ impl<'d> Table<'d> {
         })
     }
 
-    /// The keys of the table, in alphabetical order, each with its place. They are not known yet: ask for each.
+    /// The keys of the table, in alphabetical order, each with its place. This does not make them known: ask for each.
     pub fn keys(&self) -> impl Iterator<Item = (&'d str, &'d Span)> + use<'d> {
         self.entries.by_key.iter().map(|(key, entry)| (key.as_str(), &entry.key))
     }
 
-    /// Whether the table has that key. Does not make the key known.
+    /// Whether the table has this key. This does not make the key known.
     #[must_use]
     pub fn has(&self, key: &str) -> bool {
         self.entries.by_key.contains_key(key)
@@ -100,24 +100,24 @@ impl<'d> Table<'d> {
         self.entries.asked.borrow_mut().insert(key.to_owned());
     }
 
-    /// Lets keys pass that nobody asks for, but for those that look like a misspelling of a key that is not there. For
-    /// formats that other programs extend.
+    /// Allows unknown keys, except those that look like a misspelling of a missing key. For formats that other programs
+    /// extend.
     pub fn allow_other_keys(&self) {
         self.entries.lenient.set(true);
     }
 
-    /// Where the table stands: its header, or all of an inline table.
+    /// The place of the table: its header, or all of an inline table.
     #[must_use]
     pub fn span(&self) -> &'d Span {
         self.span
     }
 
-    /// Records a problem; reading can go on.
+    /// Records a problem; reading can continue.
     pub fn report(&self, problem: Problem) {
         self.log.borrow_mut().push(problem);
     }
 
-    /// Records that a required key is not there, unless it turns out to be merely misspelt.
+    /// Records that a required key is missing, unless it turns out to be misspelt.
     pub(super) fn report_missing(&self, key: String, problem: Problem) {
         self.entries.missing.borrow_mut().push((key, problem));
     }

@@ -8,7 +8,7 @@ use toml::de::{DeInteger, DeTable, DeValue};
 use super::node::{Entries, Entry, Kind, Node};
 use crate::{FileProblems, Problem, Source, Span};
 
-/// More syntax errors than this say no more: the file is something else.
+/// Further syntax errors tell nothing new: the file is something else.
 const MAX_SYNTAX_ERRORS: usize = 20;
 
 /// Parses a whole file.
@@ -18,7 +18,7 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     node(source, root, errors, 0)
 }
 
-/// Parses a value that stands in `source` from byte `at` to the end.
+/// Parses the value that extends in `source` from byte `at` to the end.
 pub(super) fn value(source: &Source, at: usize) -> Result<Node, FileProblems> {
     let (value, errors) = DeValue::parse_recoverable(&source.text()[at..]);
     node(source, value, errors, at)
@@ -31,11 +31,11 @@ fn node(
     at: usize,
 ) -> Result<Node, FileProblems> {
     FileProblems::none_of(syntax_problems(source, errors, at))?;
-    // The parser limits how deep values nest, so that recursion is safe.
+    // The parser limits nesting, so recursion is safe.
     Ok(convert(root, &|range| source.span(range.start + at..range.end + at)))
 }
 
-/// The syntax errors, at most one a line: what follows the first is mostly its echo.
+/// The syntax errors, at most one per line: later ones mostly follow from the first.
 fn syntax_problems(source: &Source, errors: Vec<toml::de::Error>, at: usize) -> Vec<Problem> {
     let mut problems: Vec<Problem> = Vec::new();
     for error in errors {
@@ -72,7 +72,7 @@ fn convert(value: Spanned<DeValue>, place: &dyn Fn(Range<usize>) -> Span) -> Nod
     Node { span, kind }
 }
 
-/// An integer too large for 128 bits is a number still.
+/// An integer too large for 128 bits is still a number.
 fn integer(number: &DeInteger) -> Kind {
     match i128::from_str_radix(number.as_str(), number.radix()) {
         Ok(number) => Kind::Integer(number),

@@ -5,10 +5,10 @@ use saphyr::{LoadableYamlNode, MarkedYaml, Marker, Scalar, YamlData};
 use super::node::{Entries, Entry, Kind, MAX_DEPTH, Node};
 use crate::{FileProblems, Problem, Source, Span};
 
-/// Bounds, together with [`too_deep`], how deep a text can nest: the parser recurses without a limit of its own.
+/// Limits, together with [`too_deep`], how deep a text can nest: the parser itself recurses without a limit.
 const MAX_BYTES: usize = 16 * 1024;
 
-/// Parses a whole file, whose top level has to be a mapping; an empty file is an empty one.
+/// Parses a whole file. Its top level must be a mapping; an empty file is an empty mapping.
 pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     if source.text().len() > MAX_BYTES {
         let problem = source.span(0..0).problem(format!("the file is longer than {} KiB", MAX_BYTES / 1024));
@@ -38,8 +38,8 @@ pub(super) fn document(source: &Source) -> Result<Node, FileProblems> {
     }
 }
 
-/// A line that may nest too deep, told by its marks of the form `- - ? -`. Brackets the parser limits itself, and over
-/// several lines a short text gets nowhere, since every level is further in.
+/// A line that may nest too deep, judged by markers such as `- - ? -`. The parser itself limits brackets, and a short
+/// text cannot nest deep over several lines, because each level is indented further.
 fn too_deep(source: &Source) -> Option<Span> {
     let marks = |line: &str| {
         let blank = |byte: Option<&u8>| byte.is_none_or(u8::is_ascii_whitespace);
@@ -93,7 +93,7 @@ fn convert_scalar(scalar: &Scalar) -> Kind {
     }
 }
 
-/// Turns the parser's places, which count characters, into spans.
+/// Converts the parser's places, which count characters, to spans.
 struct Places<'s> {
     source: &'s Source,
     byte_of_character: Vec<usize>,
@@ -108,7 +108,7 @@ impl<'s> Places<'s> {
         self.byte_of_character.get(marker.index()).copied().unwrap_or(self.source.text().len())
     }
 
-    /// The place of a node, without the blank lines and comments that a block's end takes in.
+    /// The place of a node, without the blank lines and comments at the end of a block.
     fn span(&self, yaml: &MarkedYaml) -> Span {
         let (start, end) = (self.byte(&yaml.span.start), self.byte(&yaml.span.end));
         let text = self.source.text().get(start..end).unwrap_or_default();

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::{Cell, CellIndex, OccupancyGrid, Point, pose};
 
-/// A rectangle along the axes, from (`x_m.0`, `y_m.0`) to (`x_m.1`, `y_m.1`).
+/// An axis-aligned rectangle from (`x_m.0`, `y_m.0`) to (`x_m.1`, `y_m.1`).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rect {
     pub(super) x_m: (f64, f64),
@@ -18,7 +18,7 @@ pub(super) struct Pen {
 }
 
 impl Pen {
-    /// A grid of unknown cells that covers `sheet`, from whose lower left corner cells are counted.
+    /// A grid of unknown cells that covers `sheet`. Cells are counted from its lower left corner.
     pub(super) fn new(sheet: Rect, resolution_m: f64) -> Self {
         let cells = |(from, to): (f64, f64)| ((to - from) / resolution_m).round() as usize;
         let origin = pose(sheet.x_m.0, sheet.y_m.0, 0.0);
@@ -47,7 +47,7 @@ impl Pen {
         });
     }
 
-    /// Everything on the left of the line from `from` to `to`.
+    /// Everything to the left of the line from `from` to `to`.
     pub(super) fn beyond(&mut self, from: (f64, f64), to: (f64, f64), cell: Cell) {
         let (from, to) = (Point::new(from.0, from.1), Point::new(to.0, to.1));
         self.fill(cell, |point| (to - from).perp(&(point - from)) > 0.0);

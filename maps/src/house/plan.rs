@@ -5,10 +5,10 @@ use super::pen::Rect;
 /// Side of a cell.
 pub(super) const RESOLUTION_M: f64 = 0.05;
 
-/// Thickness of a wall. Rooms that share one are that far apart; rooms that touch are one room.
+/// Thickness of a wall. Rooms that share a wall are this far apart; rooms that touch are one room.
 pub(super) const WALL_M: f64 = 0.15;
 
-/// What the map covers: the floor and a metre of the unknown around it.
+/// What the map covers: the floor and a metre of unknown space around it.
 pub(super) const SHEET: Rect = rect((-16.0, 14.0), (-6.0, 18.0));
 
 /// A point: x, y.

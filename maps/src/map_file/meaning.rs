@@ -1,8 +1,8 @@
-//! What the pixels of a map's picture mean.
+//! The meaning of the pixels in a map's picture.
 
 use crate::Cell;
 
-/// How a map file's `mode` says to read shades.
+/// How shades are read, according to the map file's `mode`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {
     Trinary,
@@ -10,7 +10,7 @@ pub(super) enum Mode {
     Raw,
 }
 
-/// Everything that decides what a pixel means.
+/// Everything that determines the meaning of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Meaning {
     pub(super) mode: Mode,
@@ -22,7 +22,7 @@ pub(super) struct Meaning {
 }
 
 impl Meaning {
-    /// The kind of cell that a pixel stands for: one to four samples of at most `white`, as in a
+    /// The kind of cell that a pixel represents. The pixel has one to four samples of at most `white`, as in a
     /// [`Raster`](crate::raster::Raster).
     pub(super) fn cell(&self, pixel: &[u16], white: u16) -> Cell {
         let (colours, alpha) = match pixel {
@@ -51,13 +51,13 @@ impl Meaning {
         }
     }
 
-    /// The percents that ROS publishes in scale mode.
+    /// The percentage that ROS publishes in scale mode.
     fn scaled(&self, occupancy: f64) -> f64 {
         let (free, occupied) = (self.free_threshold, self.occupied_threshold);
         ((occupancy - free) / (occupied - free)).clamp(0.0, 1.0) * 100.0
     }
 
-    /// Percents as one of three kinds of cell.
+    /// A percentage as one of three kinds of cell.
     fn percents(&self, percents: f64) -> Cell {
         let occupancy = percents.round_ties_even() / 100.0;
         if occupancy > 1.0 {
@@ -72,7 +72,7 @@ impl Meaning {
     }
 }
 
-/// The mean of some samples, from 0 (black) to 1 (white).
+/// The mean of the samples, from 0 (black) to 1 (white).
 fn shade(samples: &[u16], white: u16) -> f64 {
     let sum: u32 = samples.iter().map(|sample| u32::from(*sample)).sum();
     f64::from(sum) / (samples.len() as f64 * f64::from(white))
@@ -95,13 +95,13 @@ mod tests {
     }
 
     #[test]
-    fn trinary_keeps_what_lies_on_a_threshold_unknown() {
+    fn trinary_values_on_a_threshold_are_unknown() {
         let exact = Meaning { occupied_threshold: 0.75, free_threshold: 0.25, ..meaning(Mode::Trinary, false) };
         assert_eq!([64, 63, 192, 193].map(|grey| exact.cell(&[grey], 256)), [Unknown, Occupied, Unknown, Free]);
     }
 
     #[test]
-    fn trinary_counts_alpha_as_a_colour_and_scale_as_a_veil() {
+    fn trinary_counts_alpha_as_a_colour_and_scale_as_transparency() {
         let glass = [255, 0];
         assert_eq!(meaning(Mode::Trinary, false).cell(&glass, 255), Unknown);
         assert_eq!(meaning(Mode::Scale, false).cell(&glass, 255), Unknown);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn raw_takes_shades_as_percents_whatever_negate_says() {
+    fn raw_takes_shades_as_percentages_and_ignores_negate() {
         for negate in [false, true] {
             let cell = |grey| meaning(Mode::Raw, negate).cell(&[grey], 255);
             assert_eq!(

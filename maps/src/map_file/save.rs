@@ -11,7 +11,7 @@ use crate::{Cell, Error, OccupancyGrid, heading};
 /// The kind of picture that a map is saved as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum ImageFormat {
-    /// A raw greymap: as large as the map has cells, and the same bytes whoever writes it.
+    /// A raw greymap: large, but the same bytes from any encoder.
     #[default]
     Pgm,
     /// A grey PNG: small.
@@ -27,13 +27,13 @@ pub struct MapFiles {
     pub image: Vec<u8>,
 }
 
-/// A map as files, the picture to be put beside the YAML under `image_name`.
+/// A map as files; the picture belongs beside the YAML under `image_name`.
 ///
-/// Mode trinary: occupied cells are black (0), free ones almost white (254), unknown ones light grey (205), as ROS's
-/// map saver writes them. Loading the files gives an equal grid, but for the last bits of an origin that is turned.
+/// Mode trinary: occupied cells are black (0), free ones almost white (254), unknown ones light grey (205), like those
+/// of ROS's map saver. Loading the files gives an equal grid, except for rounding in a rotated origin.
 ///
 /// # Errors
-/// [`Error::UnsavableSize`] for a grid without cells, or with more than [`MAX_CELLS`].
+/// [`Error::UnsavableSize`] for a grid without cells or with more than [`MAX_CELLS`].
 pub fn map_files(grid: &OccupancyGrid, image_name: &str, format: ImageFormat) -> Result<MapFiles, Error> {
     let (width, height) = (grid.width(), grid.height());
     if !(1..=MAX_CELLS).contains(&grid.cells().len()) {
@@ -47,11 +47,11 @@ pub fn map_files(grid: &OccupancyGrid, image_name: &str, format: ImageFormat) ->
     Ok(MapFiles { yaml: yaml(grid, image_name), image })
 }
 
-/// Saves a map as the YAML file at `path` and a picture of the same name beside it, in place of what is there; see
+/// Saves a map as the YAML file at `path` and a picture with the same name beside it. Existing files are replaced; see
 /// [`map_files`].
 ///
 /// # Errors
-/// [`Error::UnsavableSize`] as [`map_files`] has it; [`Error::File`] if a file cannot be written.
+/// [`Error::UnsavableSize`] as for [`map_files`]; [`Error::File`] if a file cannot be written.
 pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Result<(), Error> {
     let extension = match format {
         ImageFormat::Pgm => "pgm",
@@ -65,7 +65,7 @@ pub fn save_map(grid: &OccupancyGrid, path: &Path, format: ImageFormat) -> Resul
         Staging::begin(path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))?;
     staging.write(&*image_name, &files.image)?;
     staging.write(yaml_name, &files.yaml)?;
-    // Where the YAML is, the picture is.
+    // Where there is a YAML, there is its picture.
     Ok(staging.publish(&[yaml_name])?)
 }
 
@@ -81,14 +81,14 @@ fn yaml(grid: &OccupancyGrid, image_name: &str) -> String {
     let origin = grid.origin();
     let (x_m, y_m, yaw_rad) = (origin.translation.x, origin.translation.y, heading(&origin));
     let (image, resolution_m) = (quoted(image_name), grid.resolution_m());
-    // {:?} writes every digit that the number needs, and a decimal point.
+    // {:?} writes all significant digits and a decimal point.
     format!(
         "image: {image}\nmode: trinary\nresolution: {resolution_m:?}\norigin: [{x_m:?}, {y_m:?}, {yaw_rad:?}]\n\
          negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
     )
 }
 
-/// A name as a YAML scalar: bare where that is plainly a text, else in double quotes.
+/// A name as a YAML scalar: bare if that is unambiguously a text, otherwise in double quotes.
 fn quoted(name: &str) -> String {
     let plain = |character: char| character.is_ascii_alphanumeric() || "_-.".contains(character);
     if name.starts_with(|first: char| first.is_ascii_alphabetic()) && name.contains('.') && name.chars().all(plain) {

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::{Cell, MAX_CELLS, Point};
 
-/// A map that is right, for tests to spoil.
+/// A valid map, for tests to break.
 const YAML: &str = "\
 image: floor.pgm
 resolution: 0.05
@@ -41,7 +41,7 @@ fn problems(loaded: Result<OccupancyGrid, Error>) -> FileProblems {
     }
 }
 
-/// The diagnostics as somebody without a terminal reads them.
+/// The diagnostics as they appear without a terminal.
 fn rendered(problems: &FileProblems) -> String {
     let mut text = String::new();
     miette::NarratableReportHandler::new().render_report(&mut text, problems).unwrap();
@@ -49,7 +49,7 @@ fn rendered(problems: &FileProblems) -> String {
 }
 
 #[test]
-fn a_grid_begins_with_the_pictures_bottom_row() {
+fn a_grid_begins_with_the_bottom_row_of_the_picture() {
     use Cell::{Free, Occupied, Unknown};
     let map = load_yaml(YAML).unwrap();
     assert_eq!(map.cells(), [Unknown, Free, Free, Occupied, Occupied, Free]);
@@ -58,7 +58,7 @@ fn a_grid_begins_with_the_pictures_bottom_row() {
 }
 
 #[test]
-fn yaw_turns_the_whole_map() {
+fn yaw_rotates_the_whole_map() {
     let map = load_yaml(&YAML.replace("2.0, 0.0", "2.0, 1.5707963267948966")).unwrap();
     // The picture's x axis now points up: column 2 of row 1 lies 2.5 cells above and 1.5 cells left of the origin.
     let centre = map.center(crate::CellIndex { column: 2, row: 1 });
@@ -66,7 +66,7 @@ fn yaw_turns_the_whole_map() {
 }
 
 #[test]
-fn keys_of_other_programs_and_yaml_spellings_pass() {
+fn keys_of_other_programs_and_yaml_spellings_are_accepted() {
     let yaml = "# from a SLAM program\n%YAML 1.2\n---\n".replace("%YAML 1.2\n", "")
         + &YAML.replace("negate: 0", "negate: no\nmap_id: 7\nlayers: {a: [1, 2]}");
     assert!(load_yaml(&yaml).is_ok());
@@ -91,7 +91,7 @@ free_thresh: 0.65
 }
 
 #[test]
-fn what_is_missing_or_of_the_wrong_type_is_named() {
+fn missing_values_and_wrong_types_are_named() {
     insta::assert_snapshot!(problems(load_yaml("")).plain());
     let yaml =
         "image: [floor.pgm]\nresolution: fine\norigin: [0, 0]\nnegate:\noccupied_thresh: '0.65'\nfree_thresh: -1\n";
@@ -100,7 +100,7 @@ fn what_is_missing_or_of_the_wrong_type_is_named() {
 }
 
 #[test]
-fn a_useless_picture_is_a_problem_of_the_line_that_names_it() {
+fn an_unusable_picture_is_a_problem_of_the_line_that_names_it() {
     let report = |image: &[u8]| problems(load(&[("map.yaml", YAML.as_bytes()), ("floor.pgm", image)])).plain();
     let huge = format!("P5 {} 2 255\n", MAX_CELLS);
     let reports =
@@ -110,7 +110,7 @@ fn a_useless_picture_is_a_problem_of_the_line_that_names_it() {
 }
 
 #[test]
-fn resolutions_that_make_no_map_are_refused() {
+fn unusable_resolutions_are_refused() {
     let report = |resolution: &str| {
         problems(load_yaml(&YAML.replace("resolution: 0.05", &format!("resolution: {resolution}")))).plain()
     };
@@ -118,7 +118,7 @@ fn resolutions_that_make_no_map_are_refused() {
 }
 
 #[test]
-fn what_is_no_mapping_or_no_yaml_is_said_to_be_so() {
+fn text_that_is_not_a_yaml_mapping_is_refused() {
     let report = |yaml: &str| problems(load_yaml(yaml)).plain();
     let twice = YAML.to_owned() + "negate: 1\n";
     let deep = "[".repeat(300);
@@ -129,7 +129,7 @@ fn what_is_no_mapping_or_no_yaml_is_said_to_be_so() {
 }
 
 #[test]
-fn deep_nesting_is_refused_politely() {
+fn deep_nesting_is_refused_without_a_crash() {
     for nest in ["- ", "? ", "- ? ", "? - ", "-\t", "[", "{", "{a: [", "&a - ", "a:\n "] {
         let yaml = nest.repeat(16 * 1024 / nest.len());
         assert!(!problems(load_yaml(&yaml)).problems().is_empty(), "{nest}");
@@ -141,9 +141,9 @@ fn deep_nesting_is_refused_politely() {
 }
 
 #[test]
-fn a_file_that_is_not_text_says_where() {
+fn a_file_that_is_not_text_is_refused_with_the_place() {
     let report = problems(load(&[("map.yaml", b"image: fl\xffoor.pgm\n")])).plain();
-    assert_eq!(report, "maps/map.yaml:1:10: the file is not text in UTF-8\n");
+    assert_eq!(report, "maps/map.yaml:1:10: the file is not UTF-8 text\n");
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn a_missing_yaml_file_is_a_read_error() {
 }
 
 #[test]
-fn saved_maps_lie_on_disk_as_a_pair() {
+fn saved_maps_are_pairs_of_files() {
     let folder = tempfile::tempdir().unwrap();
     let map = load_yaml(YAML).unwrap();
     for (name, format) in [("a.yaml", ImageFormat::Pgm), ("my \"map\".v2.yaml", ImageFormat::Png)] {
@@ -198,7 +198,7 @@ proptest! {
     }
 
     #[test]
-    fn no_change_of_bytes_makes_loading_panic(
+    fn no_changed_byte_makes_loading_panic(
         png in any::<bool>(),
         changes in proptest::collection::vec((any::<bool>(), any::<prop::sample::Index>(), any::<u8>()), 1..8),
         cut in any::<prop::sample::Index>(),

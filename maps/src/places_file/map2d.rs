@@ -9,8 +9,8 @@
 //! kitchen office 4 -13.2 15.6 -10.0 15.4 -10.2 12.6 -13.4 13.0
 //! ```
 //!
-//! A location has its name, its map, x and y in metres and a heading in degrees; an area its name, its map, how many
-//! corners it has, and the corners.
+//! A location has a name, a map, x and y in metres and a heading in degrees. An area has a name, a map, the number of
+//! its corners, and the corners.
 
 use std::collections::BTreeMap;
 
@@ -56,30 +56,31 @@ pub(super) fn parse(name: &str, text: &str) -> Result<(Places, BTreeMap<String, 
             (None, Some(Section::Locations)) => reader.place(&line, Reader::location),
             (None, Some(Section::Areas)) => reader.place(&line, Reader::area),
             (None, None) => {
-                let problem = whole(&line).problem("a locations file begins with `Version:`");
-                let help = "YARP's Map2D writes such files; others are TOML, and end in .toml";
-                return Err(problem.with_label("this line comes before it").with_help(help).into());
+                let problem = whole(&line).problem("a locations file must begin with `Version:`");
+                let help =
+                    "YARP's Map2D writes such files; a file with places in TOML must have a name that ends in `.toml`";
+                return Err(problem.with_label("this line comes first").with_help(help).into());
             }
         }
     }
     if section.is_none() {
         return Err(source
             .span(0..0)
-            .problem("a locations file begins with `Version:`")
-            .with_label("nothing is here")
+            .problem("a locations file must begin with `Version:`")
+            .with_label("the file is empty")
             .into());
     }
     FileProblems::none_of(reader.problems)?;
     Ok((reader.places, reader.spans))
 }
 
-/// The words of each line that has some.
+/// The words of each line that is not blank.
 fn lines(source: &Source) -> Vec<Vec<Word>> {
     let mut at = 0;
     let mut lines = Vec::new();
     for line in source.text().split_inclusive('\n') {
         let words = line.split_ascii_whitespace().map(|word| {
-            // A word is a part of its line: how far in is how far apart they begin.
+            // A word is a part of its line: the difference of their addresses is its offset.
             let start = at + (word.as_ptr().addr() - line.as_ptr().addr());
             Spanned { value: word.to_owned(), span: source.span(start..start + word.len()) }
         });
@@ -108,26 +109,27 @@ struct Reader {
 impl Reader {
     fn version(&mut self, line: &[Word]) {
         if !matches!(line, [version] if version.value == VERSION) {
-            let problem = whole(line).problem("the version of the format is not known");
-            self.problems.push(problem.with_label("this version").with_help(format!("version {VERSION} can be read")));
+            let problem = whole(line).problem("unknown version of the format");
+            self.problems
+                .push(problem.with_label("this version").with_help(format!("only version {VERSION} is supported")));
         }
     }
 
     /// A line that begins with the names of a place and of its map.
     fn place(&mut self, line: &[Word], read: impl FnOnce(&mut Self, &[Word], &Span) -> Option<Place>) {
         let [name, map, rest @ ..] = line else {
-            let problem = whole(line).problem("a place has a name, a map and numbers");
+            let problem = whole(line).problem("a place needs a name, a map and numbers");
             self.problems.push(problem.with_label("this line"));
             return;
         };
         let first_map = self.map.get_or_insert_with(|| map.value.clone());
         if *first_map != map.value {
             let problem = map.span.problem(format!("`{}` belongs to another map", name.value));
-            let help = format!("the places before are of `{first_map}`: a scenario has one map");
+            let help = format!("the places above belong to `{first_map}`, and a scenario has only one map");
             self.problems.push(problem.with_label("this map").with_help(help));
         }
         if self.spans.contains_key(&name.value) {
-            let problem = name.span.problem(format!("there is a place `{}` already", name.value));
+            let problem = name.span.problem(format!("there is already a place `{}`", name.value));
             self.problems.push(problem.with_label("this name").with_help("give each place a name of its own"));
         }
         let span = if rest.is_empty() { whole(line) } else { whole(rest) };
@@ -139,8 +141,8 @@ impl Reader {
 
     fn location(&mut self, numbers: &[Word], span: &Span) -> Option<Place> {
         let [x_m, y_m, heading_deg] = numbers else {
-            let problem = span.problem("a location has x and y in metres and a heading in degrees");
-            self.problems.push(problem.with_label(format!("three numbers, and there are {}", numbers.len())));
+            let problem = span.problem("a location needs x and y in metres and a heading in degrees");
+            self.problems.push(problem.with_label(format!("expected three numbers, found {}", numbers.len())));
             return None;
         };
         let [x_m, y_m, heading_deg] = [x_m, y_m, heading_deg].map(|word| self.number(word));
@@ -152,7 +154,7 @@ impl Reader {
         let (count, corners) = numbers.split_first()?;
         let wanted = count.value.parse::<usize>().ok();
         if wanted.and_then(|wanted| wanted.checked_mul(2)) != Some(corners.len()) {
-            let problem = count.span.problem("an area has a number of corners, and as many pairs of x and y");
+            let problem = count.span.problem("an area needs its number of corners, followed by x and y of each");
             self.problems.push(problem.with_label(format!("{} numbers follow", corners.len())));
             return None;
         }
@@ -169,7 +171,7 @@ impl Reader {
     fn number(&mut self, word: &Word) -> Option<f64> {
         let number = word.value.parse().ok().filter(|number: &f64| number.is_finite());
         if number.is_none() {
-            self.problems.push(word.span.problem("a number is needed here").with_label("this is none"));
+            self.problems.push(word.span.problem("expected a number").with_label("this is not a number"));
         }
         number
     }
@@ -209,24 +211,24 @@ mod tests {
     }
 
     #[test]
-    fn every_mistake_is_told_at_its_place() {
+    fn every_mistake_is_reported_at_its_place() {
         for (from, to, words) in [
-            ("\n1\n", "\n7\n", "locations.ini:2:1: the version of the format is not known"),
-            ("9.0 180.0", "9.0", "locations.ini:4:13: a location has x and y in metres"),
-            ("9.0 180.0", "nine 180.0", "locations.ini:4:18: a number is needed here"),
-            ("office 4", "office 5", "locations.ini:6:16: an area has a number of corners"),
+            ("\n1\n", "\n7\n", "locations.ini:2:1: unknown version of the format"),
+            ("9.0 180.0", "9.0", "locations.ini:4:13: a location needs x and y in metres"),
+            ("9.0 180.0", "nine 180.0", "locations.ini:4:18: expected a number"),
+            ("office 4", "office 5", "locations.ini:6:16: an area needs its number of corners"),
             ("kitchen office", "kitchen garden", "`kitchen` belongs to another map"),
-            ("kitchen office", "dock office", "there is a place `dock` already"),
+            ("kitchen office", "dock office", "there is already a place `dock`"),
             ("-13.4 13.0", "-13.2 15.6", "the same point"),
             ("-7.5", "-7.5e9", "a position must lie within"),
-            ("Version:\n", "", "a locations file begins with `Version:`"),
-            ("dock office -7.5 9.0 180.0", "dock", "a place has a name, a map and numbers"),
+            ("Version:\n", "", "a locations file must begin with `Version:`"),
+            ("dock office -7.5 9.0 180.0", "dock", "a place needs a name, a map and numbers"),
         ] {
             let said = said(&HOUSE.replace(from, to));
             assert!(said.contains(words), "{words} is not in\n{said}");
         }
         let both = said(&HOUSE.replace("9.0", "nine").replace("12.6", "twelve"));
         assert_eq!(both.lines().count(), 2, "all problems at once: {both}");
-        assert!(said("").contains("begins with `Version:`"));
+        assert!(said("").contains("must begin with `Version:`"));
     }
 }

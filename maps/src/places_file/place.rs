@@ -1,19 +1,19 @@
-//! What a place must be like, whatever the format.
+//! Rules for places in either format.
 
 use diagnostics::{Problem, Span, Spanned};
 
 use crate::map_file::MAX_COORDINATE_M;
 use crate::{Place, Point, polygon, pose};
 
-/// How far from a point still counts as there unless the file says otherwise, in metres. Less than the 0.5 m within
-/// which the robot docks, so that a robot that believes to be at its station can charge.
+/// Default distance from a point that still counts as there, in metres. It is less than the 0.5 m within which the
+/// robot docks, so a robot that believes it is at its station can charge.
 pub const DEFAULT_POSITION_TOLERANCE_M: f64 = 0.3;
 
-/// How far from a heading still counts as there unless the file says otherwise, in degrees. Less than the 10° within
-/// which the robot docks.
+/// Default deviation from a heading that still counts as there, in degrees. It is less than the 10° within which the
+/// robot docks.
 pub const DEFAULT_HEADING_TOLERANCE_DEG: f64 = 6.0;
 
-/// The area with these corners, which stand at `span` all together.
+/// The area with these corners, which together are written at `span`.
 pub(super) fn area(corners: Vec<Spanned<Point>>, span: &Span) -> Result<Place, Vec<Problem>> {
     let problems = polygon::problems(&corners, span);
     if !problems.is_empty() {
@@ -24,11 +24,11 @@ pub(super) fn area(corners: Vec<Spanned<Point>>, span: &Span) -> Result<Place, V
     if area.contains(&pose(goal.x, goal.y, 0.0)) {
         return Ok(area);
     }
-    let problem = span.problem("the area's centroid lies outside it, so that nobody sent there would arrive");
+    let problem = span.problem("the area's centroid lies outside it, so a robot sent there would never arrive");
     Err(vec![problem.with_label(format!("the centroid is ({:.2}, {:.2})", goal.x, goal.y))])
 }
 
-/// The point at a position that faces so, with the tolerances of a file that says nothing of them.
+/// A point with this position and heading, with the default tolerances.
 pub(super) fn point_at([x_m, y_m]: [f64; 2], heading_deg: f64) -> Place {
     Place::Point {
         pose: pose(x_m, y_m, heading_deg.to_radians()),

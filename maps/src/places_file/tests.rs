@@ -41,7 +41,7 @@ corners_m = [[0, 0], [2, 0], [2, 2], [0, 2]]
 }
 
 #[test]
-fn a_places_position_can_be_complained_about_later() {
+fn problems_with_a_places_position_can_be_reported_later() {
     let file = PlacesFile::parse("p.toml", "[start]\nheading_deg = 0\nposition_m = [1, 2]\n").unwrap();
     let span = file.span("start").unwrap();
     assert_eq!((span.line(), span.text()), (3, "[1, 2]"));
@@ -84,7 +84,7 @@ fn syntax_errors_are_reported_at_once() {
 }
 
 #[test]
-fn keys_of_a_hundred_thousand_dots_are_refused_politely() {
+fn keys_with_a_hundred_thousand_dots_are_refused_without_a_crash() {
     let dots = "a.".repeat(100_000) + "b";
     let table = "{ a = ".repeat(100_000);
     for text in
@@ -95,14 +95,14 @@ fn keys_of_a_hundred_thousand_dots_are_refused_politely() {
 }
 
 #[test]
-fn an_area_of_too_many_corners_is_refused_quickly() {
+fn an_area_with_too_many_corners_is_refused_quickly() {
     let text = format!("[a]\ncorners_m = [{}]", "[1, 2],".repeat(20_000));
     assert_eq!(problems(&text).problems().len(), 1);
 }
 
 proptest! {
     #[test]
-    fn no_change_of_bytes_makes_parsing_panic(
+    fn no_changed_byte_makes_parsing_panic(
         changes in proptest::collection::vec((any::<prop::sample::Index>(), "[\\PC\n\\[\\].='\"{}#,]"), 1..12),
     ) {
         let mut text: Vec<char> = include_str!("../../house.places.toml").chars().collect();

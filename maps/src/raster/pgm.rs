@@ -4,19 +4,19 @@
 
 use super::samples::{Raster, RasterError, cell_count};
 
-/// What stands before the pixels.
+/// The header, which precedes the pixels.
 struct Header {
     width: usize,
     height: usize,
     white: u16,
 }
 
-/// Decodes a plain greymap: decimal numbers between blanks. Comments may stand anywhere.
+/// Decodes a plain greymap: decimal numbers separated by blanks. Comments may be anywhere.
 pub(super) fn decode_plain(bytes: &[u8]) -> Result<Raster, RasterError> {
     let mut reader = Reader::new(bytes);
     let Header { width, height, white } = reader.header()?;
     let wanted = width * height;
-    // A pixel takes at least a digit and a blank: a short file cannot claim much memory.
+    // A pixel takes at least a digit and a blank, so a short file cannot claim much memory.
     let mut samples = Vec::with_capacity(wanted.min(bytes.len() / 2 + 1));
     while samples.len() < wanted {
         let (column, row) = (samples.len() % width, samples.len() / width);
@@ -29,8 +29,8 @@ pub(super) fn decode_plain(bytes: &[u8]) -> Result<Raster, RasterError> {
     Ok(Raster { width, height, channels: 1, white, samples })
 }
 
-/// Decodes a raw greymap: one byte a pixel, or two, the higher first, if white is above 255. What follows the pixels
-/// is ignored, as the format has it.
+/// Decodes a raw greymap: one byte per pixel, or two, the higher first, if white is above 255. Data after the pixels is
+/// ignored, as the format demands.
 pub(super) fn decode_raw(bytes: &[u8]) -> Result<Raster, RasterError> {
     let mut reader = Reader::new(bytes);
     let Header { width, height, white } = reader.header()?;
@@ -63,14 +63,14 @@ fn sample(value: u64, white: u16, column: usize, row: usize) -> Result<u16, Rast
     sample.ok_or(RasterError::TooBright { column, row, value, white })
 }
 
-/// Reads numbers between blanks and comments.
+/// Reads numbers separated by blanks and comments.
 struct Reader<'b> {
     bytes: &'b [u8],
     at: usize,
 }
 
 impl<'b> Reader<'b> {
-    /// Begins behind the two bytes of the magic number.
+    /// Begins after the two bytes of the magic number.
     fn new(bytes: &'b [u8]) -> Self {
         Self { bytes, at: 2 }
     }
@@ -89,7 +89,7 @@ impl<'b> Reader<'b> {
         if (1..=max).contains(&value) { Ok(value) } else { Err(RasterError::OutOfRange { what, value, max }) }
     }
 
-    /// The next number; `None` if something else comes. Too large a number is the largest.
+    /// The next number; `None` if something else comes next. Numbers that are too large saturate.
     fn number(&mut self) -> Option<u64> {
         self.skip_blanks();
         let digits = self.bytes[self.at..].iter().take_while(|byte| byte.is_ascii_digit()).count();
@@ -106,7 +106,7 @@ impl<'b> Reader<'b> {
         self.at == self.bytes.len()
     }
 
-    /// Skips blanks and comments, which reach from `#` to the end of the line.
+    /// Skips blanks and comments; a comment extends from `#` to the end of the line.
     fn skip_blanks(&mut self) {
         let mut in_comment = false;
         while let Some(byte) = self.bytes.get(self.at) {
@@ -120,7 +120,7 @@ impl<'b> Reader<'b> {
         }
     }
 
-    /// The bytes behind the single blank that ends the header. A comment that begins right there belongs to the header.
+    /// The bytes after the single blank that ends the header. A comment that begins right there belongs to the header.
     fn rest(&mut self) -> &'b [u8] {
         if self.bytes.get(self.at) == Some(&b'#') {
             let comment = self.bytes[self.at..].iter().take_while(|byte| **byte != b'\n').count();
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn plain_and_raw_say_the_same() {
+    fn plain_and_raw_give_the_same() {
         let wanted = Ok(grey(3, 2, 9, &[0, 1, 2, 7, 8, 9]));
         assert_eq!(decode_plain(b"P2\n# drawn by hand\n3 2\n9\n0 1 2 # first row\n7 8 9"), wanted);
         assert_eq!(decode_raw(b"P5 3 # width\n2\n9\n\x00\x01\x02\x07\x08\x09 and more"), wanted);
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_say_what_and_where() {
+    fn errors_tell_what_and_where() {
         assert_eq!(decode_raw(b"P5 2 2 255\nabc"), Err(RasterError::Truncated { found: 3, wanted: 4 }));
         assert_eq!(decode_raw(b"P5 2 2 300\nabc"), Err(RasterError::Truncated { found: 1, wanted: 4 }));
         assert_eq!(decode_raw(b"P5 2"), Err(RasterError::Header("height")));

@@ -1,4 +1,4 @@
-//! PNG: grey, RGB and palette, with and without alpha, 8 or 16 bits a sample.
+//! PNG: grey, RGB and palette, with and without alpha, 8 or 16 bits per sample.
 
 use std::io::Cursor;
 
@@ -6,11 +6,11 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, Limits, Transfor
 
 use super::samples::{Raster, RasterError, cell_count};
 
-/// The decoder keeps no more than this beside the samples: the largest map takes 100 MB.
+/// The decoder holds at most this many bytes besides the samples: the largest map takes 100 MB.
 const MAX_DECODER_BYTES: usize = 512 << 20;
 
-/// Decodes a PNG. A palette becomes RGB, transparency of any kind an alpha channel; samples are taken as they are,
-/// without regard to gamma.
+/// Decodes a PNG. A palette becomes RGB, any transparency an alpha channel. Samples are taken unchanged, without regard
+/// to gamma.
 pub(super) fn decode(bytes: &[u8]) -> Result<Raster, RasterError> {
     let broken = |error: DecodingError| RasterError::Png(error.to_string());
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), Limits { bytes: MAX_DECODER_BYTES });
@@ -32,7 +32,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster, RasterError> {
     Ok(Raster { width: width as usize, height: height as usize, channels, white, samples })
 }
 
-/// A grey PNG of one byte a pixel, white at 255.
+/// A grey PNG with one byte per pixel, white at 255.
 ///
 /// # Panics
 /// If there are not `width` × `height` pixels, or not from 1 to [`MAX_CELLS`](super::MAX_CELLS).
@@ -78,7 +78,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_png_is_an_error() {
+    fn a_truncated_png_is_an_error() {
         let whole = encode(2, 1, &[1, 2]);
         assert!(decode(&whole).is_ok());
         for length in 8..whole.len() - 12 {

@@ -1,9 +1,9 @@
-//! The samples of a picture, as many as are allowed.
+//! The samples of a picture, within limits.
 
 /// A decoded picture, row by row from the top.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Raster {
-    /// Pixels a row.
+    /// Pixels per row.
     pub(crate) width: usize,
     /// Rows.
     pub(crate) height: usize,
@@ -15,7 +15,7 @@ pub(crate) struct Raster {
     pub(crate) samples: Vec<u16>,
 }
 
-/// Why bytes are no picture that a map can be made of.
+/// Why bytes are not a picture that can serve as a map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum RasterError {
     #[error("it is neither PGM nor PNG")]
@@ -38,7 +38,7 @@ pub(crate) enum RasterError {
     Png(String),
 }
 
-/// The number of cells of a picture of that size, if it is one that is allowed.
+/// The number of cells of a picture of this size, if it is allowed.
 pub(super) fn cell_count(width: u64, height: u64) -> Result<usize, RasterError> {
     let count = width.checked_mul(height).and_then(|count| usize::try_from(count).ok());
     count.filter(|count| *count <= MAX_CELLS).ok_or(RasterError::TooLarge { width, height })

@@ -1,24 +1,25 @@
 //! The clocks of a log's lines, which are not always in order.
 //!
-//! Lines of real logs come from several programs, so that clocks go back and forth by a second, and what other programs
-//! have added may have no clock at all. What happened first stands first in the file; so lines count in their order.
+//! The lines of real logs come from several programs, so clocks jump back and forth by a second, and lines added by
+//! other programs may have no clock at all. The file lists events in the order in which they happened, so lines count
+//! in the order of the file.
 
 use std::time::Duration;
 
 use super::complaint::{Complaints, Flaw};
 use super::lines::{Line, Lines};
 
-/// Up to so many seconds, clocks that go back come from lines that were written out of order.
+/// If clocks go back by at most this many seconds, lines were written out of order.
 const JITTER_S: f64 = 2.0;
 
-/// So many lines are looked ahead at, to tell a wrong clock from one that was set.
+/// The number of lines ahead that help to tell a wrong clock from one that was set.
 const AHEAD: usize = 6;
 
-/// A clock that leaps so far ahead, in seconds, was set: no log has a break of a day.
+/// A clock that jumps ahead by this much, in seconds, was set: no log has a gap of a day.
 const DAY_S: f64 = 86_400.0;
 
-/// The time of each line since the first, never earlier than that of the line before; `None` for odometry whose clock
-/// is so far off that it may belong elsewhere.
+/// The time of each line since the first, never earlier than that of the previous line; `None` for odometry whose clock
+/// is so far off that the line may belong elsewhere.
 pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option<Duration>> {
     let start_s = lines.first().map_or(0.0, |line| line.clock_s);
     let mut latest_s = start_s;
@@ -53,7 +54,7 @@ pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option
         if clock_s < latest_s {
             complaints.add(line.number, Flaw::ClockBack { by_s: latest_s - clock_s });
         }
-        // A clock that is ahead of those that follow it is ahead of its time.
+        // A clock that is ahead of those that follow is wrong.
         let soon_s = following.iter().map(|line| line.clock_s + set_back_s).filter(|soon_s| *soon_s > latest_s);
         latest_s = soon_s.fold(clock_s, f64::min).max(latest_s);
         times.push(Some(Duration::from_secs_f64(latest_s - start_s)));
@@ -61,7 +62,7 @@ pub(super) fn settled(lines: &[Line], complaints: &mut Complaints) -> Vec<Option
     times
 }
 
-/// The time between a laser's scans, as a rule.
+/// The usual time between a laser's scans.
 pub(super) fn period(lines: &Lines, laser: usize) -> Duration {
     let is_scan = |line: &&Line| line.scan.as_ref().is_some_and(|scan| scan.laser == laser);
     let clocks_s: Vec<f64> = lines.lines.iter().filter(is_scan).map(|line| line.clock_s).collect();

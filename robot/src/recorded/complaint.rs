@@ -3,16 +3,16 @@
 use std::fmt;
 use std::sync::Arc;
 
-/// What is wrong with a line of a log, and with how many more: part of what [`Recording`](super::Recording) tells.
+/// A flaw of a line in a log, and the number of further lines that have it; part of a [`Recording`](super::Recording).
 ///
-/// As text it says what has been done about it.
+/// As text it also tells what was done about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Complaint {
     /// The first line that has the flaw, from 1.
     pub line: usize,
-    /// The flaw as it is on that line.
+    /// The flaw on this line.
     pub flaw: Flaw,
-    /// How many more lines have the like.
+    /// The number of further lines with this kind of flaw.
     pub more: usize,
 }
 
@@ -20,81 +20,81 @@ pub struct Complaint {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Flaw {
-    /// The gzipped file ends before its time.
+    /// The gzipped file is truncated.
     CompressionBreaksOff,
-    /// The file ends within the line.
+    /// The last line is truncated.
     LineBreaksOff,
-    /// It begins with no word in capitals.
+    /// It does not begin with a word in capitals.
     NoKeyword {
         /// How it begins.
         start: String,
     },
-    /// It has more or fewer fields than it should have.
+    /// It has the wrong number of fields.
     Fields {
         /// Its first word.
         keyword: &'static str,
-        /// As many as it should have.
+        /// The number of fields that it should have.
         expected: usize,
-        /// As many as it has.
+        /// The number of fields that it has.
         found: usize,
     },
-    /// A field should be a finite number and is none.
+    /// A field should be a finite number but is not.
     Number {
-        /// What the field stands for.
+        /// The meaning of the field.
         field: &'static str,
-        /// What it says.
+        /// The content of the field.
         text: String,
     },
-    /// The scan has another number of beams than most.
+    /// The scan has a different number of beams than most.
     Beams {
-        /// As many as most have.
+        /// The number that most scans have.
         expected: usize,
-        /// As many as it has.
+        /// The number that this scan has.
         found: usize,
     },
-    /// Ranges of the scan are negative or no numbers.
+    /// Ranges of the scan are negative or not numbers.
     Ranges {
         /// How many.
         count: usize,
     },
-    /// The clock is earlier than on a line before.
+    /// The clock is earlier than on a previous line.
     ClockBack {
-        /// By so many seconds.
+        /// The difference in seconds.
         by_s: f64,
     },
-    /// The clock of odometry is so much earlier than on the lines around it that the line may be from elsewhere.
+    /// The clock of an odometry line is so much earlier than on the lines around it that the line may belong elsewhere.
     ClockElsewhere {
-        /// By so many seconds.
+        /// The difference in seconds.
         by_s: f64,
     },
-    /// Odometry of its own is, as a rule, elsewhere than that of the scans.
+    /// Odometry lines usually differ from the odometry of the scans.
     OtherFrame {
-        /// By so many metres.
+        /// The difference in metres.
         by_m: f64,
     },
-    /// The clock was set back, and goes on from there.
+    /// The clock was set back and continues from there.
     ClockSetBack {
-        /// By so many seconds.
+        /// The difference in seconds.
         by_s: f64,
     },
-    /// The clock was set forward by a day or more, and goes on from there.
+    /// The clock was set forward by a day or more and continues from there.
     ClockSetForward {
-        /// By so many seconds.
+        /// The difference in seconds.
         by_s: f64,
     },
-    /// The clock is ahead of that of most lines that follow.
+    /// The clock is ahead of most lines that follow.
     ClockAhead {
-        /// By so many seconds.
+        /// The difference in seconds.
         by_s: f64,
     },
-    /// Odometry is farther from that of the line before than a robot can have driven.
+    /// Odometry is farther from the previous line's than a robot can have driven.
     OdometryJumps {
-        /// By so many metres.
+        /// The distance in metres.
         by_m: f64,
     },
     /// The corrected pose is far from those of the scans before and after it.
     StrayPose {
-        /// By so many metres.
+        /// The distance in metres.
         by_m: f64,
     },
 }
@@ -102,49 +102,49 @@ pub enum Flaw {
 impl fmt::Display for Flaw {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::CompressionBreaksOff => write!(f, "the compressed file breaks off here"),
-            Self::LineBreaksOff => write!(f, "the log breaks off within this line"),
-            Self::NoKeyword { start } => write!(f, "`{start}` is not how a line of a log begins"),
+            Self::CompressionBreaksOff => write!(f, "the compressed file is truncated here"),
+            Self::LineBreaksOff => write!(f, "the log is truncated within this line"),
+            Self::NoKeyword { start } => write!(f, "no line of a log begins with `{start}`"),
             Self::Fields { keyword, expected, found } => {
                 write!(f, "this {keyword} should have {expected} fields, but has {found}")
             }
             Self::Number { field, text } => write!(f, "{field} should be a number, but is `{text}`"),
-            Self::Beams { expected, found } => write!(f, "a scan of {found} beams, where most have {expected}"),
-            Self::Ranges { count: 1 } => write!(f, "a range is negative or no number"),
-            Self::Ranges { count } => write!(f, "{count} ranges are negative or no numbers"),
+            Self::Beams { expected, found } => write!(f, "this scan has {found} beams, but most have {expected}"),
+            Self::Ranges { count: 1 } => write!(f, "a range is negative or not a number"),
+            Self::Ranges { count } => write!(f, "{count} ranges are negative or not numbers"),
             Self::ClockBack { by_s } => write!(f, "the clock goes back by {by_s:.3} s"),
             Self::ClockElsewhere { by_s } => {
-                write!(f, "the clock of this odometry is {by_s:.3} s behind that of the lines around it")
+                write!(f, "the clock of this odometry is {by_s:.3} s behind the lines around it")
             }
             Self::OtherFrame { by_m } => {
-                write!(f, "ODOM lines are in another frame than the odometry of scans, {by_m:.1} m away as here")
+                write!(f, "ODOM lines use another frame than the odometry of scans (here {by_m:.1} m away)")
             }
-            Self::ClockSetBack { by_s } => write!(f, "the clock is set back by {by_s:.3} s"),
-            Self::ClockSetForward { by_s } => write!(f, "the clock is set forward by {by_s:.3} s"),
-            Self::ClockAhead { by_s } => write!(f, "the clock is {by_s:.3} s ahead of that of the lines that follow"),
+            Self::ClockSetBack { by_s } => write!(f, "the clock was set back by {by_s:.3} s"),
+            Self::ClockSetForward { by_s } => write!(f, "the clock was set forward by {by_s:.3} s"),
+            Self::ClockAhead { by_s } => write!(f, "the clock is {by_s:.3} s ahead of the lines that follow"),
             Self::OdometryJumps { by_m } => write!(f, "odometry jumps by {by_m:.1} m"),
             Self::StrayPose { by_m } => {
-                write!(f, "the corrected pose is {by_m:.1} m away from those of the scans around it")
+                write!(f, "the corrected pose is {by_m:.1} m away from those of neighbouring scans")
             }
         }
     }
 }
 
 impl Flaw {
-    /// What is done about it.
+    /// What was done about it.
     fn remedy(&self) -> &'static str {
         match self {
-            Self::CompressionBreaksOff | Self::LineBreaksOff => "the lines before are used",
+            Self::CompressionBreaksOff | Self::LineBreaksOff => "only the lines before it are used",
             Self::NoKeyword { .. } | Self::Fields { .. } | Self::Number { .. } => "left out",
-            Self::Beams { .. } => "left out, since its beams may point elsewhere",
+            Self::Beams { .. } => "left out, since its beams may have other angles",
             Self::Ranges { .. } => "these beams are not used",
-            Self::ClockBack { .. } => "lines are taken in the order of the file",
-            Self::ClockElsewhere { .. } => "left out; scans carry odometry of their own",
+            Self::ClockBack { .. } => "lines are used in the order of the file",
+            Self::ClockElsewhere { .. } => "left out; scans have their own odometry",
             Self::OtherFrame { .. } => "all of them are left out",
-            Self::ClockSetBack { .. } | Self::ClockSetForward { .. } => "time goes on from where it was",
-            Self::ClockAhead { .. } => "time goes on as before",
-            Self::OdometryJumps { .. } => "the robot is taken to have stood still",
-            Self::StrayPose { .. } => "it is not used",
+            Self::ClockSetBack { .. } | Self::ClockSetForward { .. } => "time continues from the previous line",
+            Self::ClockAhead { .. } => "time continues as before",
+            Self::OdometryJumps { .. } => "the robot is assumed to have stood still",
+            Self::StrayPose { .. } => "not used",
         }
     }
 }
@@ -154,8 +154,8 @@ impl fmt::Display for Complaint {
         write!(f, "line {}: {}", self.line, self.flaw)?;
         match self.more {
             0 => {}
-            1 => write!(f, ", and another line has the like")?,
-            more => write!(f, ", and {more} more lines have the like")?,
+            1 => write!(f, ", and on another line")?,
+            more => write!(f, ", and on {more} more lines")?,
         }
         write!(f, "; {}", self.flaw.remedy())
     }
@@ -165,18 +165,18 @@ impl fmt::Display for Complaint {
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RecordingError {
-    /// The compressed data contradict themselves, so that nothing of them can be trusted.
-    #[error("the compressed log is damaged, at line {line} at the latest: {source}")]
+    /// The compressed data is inconsistent, so none of it can be trusted.
+    #[error("the compressed log is damaged at or before line {line}: {source}")]
     Damaged {
-        /// As far as it could be decompressed.
+        /// The last line that could be decompressed.
         line: usize,
-        /// What the decompressor says.
+        /// The decompressor's error.
         source: Arc<std::io::Error>,
     },
     /// It is longer than a gibibyte.
     #[error("the log is longer than 1 GiB")]
     TooLong,
-    /// It has scans in the format of later loggers alone.
+    /// All its scans are in the format of later loggers.
     #[error(
         "line {line}: the scans of this log are in ROBOTLASER lines, the format of later CARMEN loggers, which is not read: \
          only FLASER lines have room for both a corrected pose and odometry"
@@ -185,20 +185,20 @@ pub enum RecordingError {
         /// The first such line.
         line: usize,
     },
-    /// It has no scans, or hardly anything in it is a line of a log.
-    #[error("this is no CARMEN log: it has no line that begins with FLASER{}", first(.complaints))]
+    /// It has no scans, or almost no line of a log.
+    #[error("not a CARMEN log: no line begins with FLASER{}", first(.complaints))]
     NoScans {
-        /// What is wrong with its lines.
+        /// The problems of its lines.
         complaints: Vec<Complaint>,
     },
-    /// Most of it cannot be used, so that the rest means nothing.
+    /// Most of it is unusable, so the rest means nothing.
     #[error("{unusable} of {scans} scans cannot be used, so the others are not used either{}", first(.complaints))]
     Unusable {
-        /// Scans that cannot be used.
+        /// The number of unusable scans.
         unusable: usize,
-        /// Scans that there are.
+        /// The number of all scans.
         scans: usize,
-        /// What is wrong with its lines.
+        /// The problems of its lines.
         complaints: Vec<Complaint>,
     },
 }

@@ -1,18 +1,18 @@
-//! Poses that no robot can have come to since the line before: slips of a program's pen.
+//! Poses that no robot can have reached since the previous line: errors in the log.
 
 use maps::{Pose, pose};
 
 use super::complaint::{Complaints, Flaw};
 use super::lines::Line;
 
-/// A jump is at least so long, in metres, and so many times as long as most motions between two lines.
+/// The shortest jump, in metres. It is also this many times as long as most motions between two lines.
 const LEAST_M: f64 = 2.0;
 const TIMES: f64 = 5.0;
 
-/// Most: so many of a hundred.
+/// The percentage that counts as most.
 const MOST: usize = 80;
 
-/// Makes odometry go on from where it was when it jumps: the motion between two such lines is not known.
+/// Continues odometry from its last position when it jumps: the motion between two such lines is unknown.
 pub(super) fn bridge_odometry(lines: &mut [Line], complaints: &mut Complaints) {
     let jump_m = jump_m(lines.iter().map(|line| line.odometry));
     let mut bridge = pose(0.0, 0.0, 0.0);
@@ -31,7 +31,7 @@ pub(super) fn bridge_odometry(lines: &mut [Line], complaints: &mut Complaints) {
     }
 }
 
-/// Leaves out corrected poses that lie far from both the one before and the one after, which lie near each other.
+/// Leaves out corrected poses that are far from both the previous and the next one while those are near each other.
 pub(super) fn leave_out_stray_poses(lines: &mut [Line], complaints: &mut Complaints) {
     let jump_m = jump_m(lines.iter().filter_map(|line| line.corrected));
     let known: Vec<usize> = (0..lines.len()).filter(|index| lines[*index].corrected.is_some()).collect();
@@ -51,7 +51,7 @@ pub(super) fn leave_out_stray_poses(lines: &mut [Line], complaints: &mut Complai
     }
 }
 
-/// From how far on a motion between two poses is a jump, in metres.
+/// The distance, in metres, from which a motion between two poses counts as a jump.
 fn jump_m(poses: impl Iterator<Item = Pose>) -> f64 {
     let poses: Vec<Pose> = poses.collect();
     let mut ways_m: Vec<f64> = poses.windows(2).map(|pair| distance_m(&pair[0], &pair[1])).collect();

@@ -5,13 +5,13 @@ use maps::{Pose, pose};
 use super::complaint::{Complaints, Flaw, RecordingError};
 use crate::VelocityCommand;
 
-/// Coordinates beyond this many metres are a slip of the pen.
+/// Larger coordinates, in metres, are taken for mistakes.
 const FARTHEST_M: f64 = 1e6;
 
-/// More beams than this are a slip of the pen.
+/// More beams are taken for a mistake.
 const MOST_BEAMS: usize = 100_000;
 
-/// Odometry just before a scan is, as a rule, no farther from the scan's own than this, in metres.
+/// Odometry just before a scan is usually at most this far from the scan's own, in metres.
 const SAME_FRAME_M: f64 = 1.0;
 
 /// A line with odometry.
@@ -30,7 +30,7 @@ pub(super) struct Line {
 pub(super) struct Scan {
     /// 0 at the front, 1 at the rear.
     pub(super) laser: usize,
-    /// NaN where the line says what cannot be.
+    /// NaN for impossible ranges.
     pub(super) ranges_m: Vec<f32>,
 }
 
@@ -44,9 +44,9 @@ pub(super) struct Lines {
     unusable: usize,
     pub(super) front_offset_m: f64,
     pub(super) rear_offset_m: f64,
-    /// The range that the log says nothing is hit beyond.
+    /// The range that stands for "no hit" according to the log.
     pub(super) range_max_m: Option<f64>,
-    /// As many beams as the front and the rear laser have; none without one.
+    /// The number of beams of the front and the rear laser; zero for a missing laser.
     pub(super) beams: [usize; 2],
 }
 
@@ -54,7 +54,7 @@ impl Lines {
     /// Reads all lines.
     pub(super) fn parse(text: &[u8], complaints: &mut Complaints) -> Result<Self, RecordingError> {
         let mut lines = Self::default();
-        // What some editors put before a text.
+        // Some editors write this at the beginning of a text.
         let text = text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text);
         let is_whole = text.is_empty() || text.ends_with(b"\n");
         let count = text.split(|byte| *byte == b'\n').count();
@@ -62,7 +62,7 @@ impl Lines {
             let breaks_off = index + 1 == count && !is_whole;
             let line = String::from_utf8_lossy(line);
             let taken = match lines.take(index + 1, &line) {
-                // Part of a keyword looks like another.
+                // A truncated keyword looks like another one.
                 Ok(()) if breaks_off && line.split_ascii_whitespace().count() == 1 => Err(Flaw::LineBreaksOff),
                 taken => taken,
             };
@@ -98,7 +98,7 @@ impl Lines {
         Ok(())
     }
 
-    /// Parameters that are not understood are of no interest.
+    /// Unknown parameters are ignored.
     fn param(&mut self, fields: &[&str]) {
         let (Some(name), Some(value)) = (fields.get(1), fields.get(2)) else { return };
         let Some(value) = value.parse::<f64>().ok().filter(|value| value.abs() < FARTHEST_M) else { return };
@@ -110,7 +110,7 @@ impl Lines {
         }
     }
 
-    /// The same without scans that have another number of beams than most of their laser.
+    /// The same, without scans whose number of beams differs from most scans of their laser.
     pub(super) fn with_usual_beams(mut self, complaints: &mut Complaints) -> Self {
         self.beams = [0, 1].map(|laser| usual(self.scans(laser).map(|scan| scan.ranges_m.len())));
         let (beams, mut unusable) = (self.beams, 0);
@@ -134,8 +134,8 @@ impl Lines {
         self
     }
 
-    /// The same without lines of odometry alone, if these are in another frame than the odometry of scans: some
-    /// programs that correct logs correct one of the two.
+    /// The same, without pure odometry lines if these use another frame than the odometry of scans: some programs that
+    /// correct logs correct only one of the two.
     pub(super) fn in_one_frame(mut self, complaints: &mut Complaints) -> Self {
         let mut apart_m = Vec::new();
         let mut latest: Option<&Line> = None;
@@ -156,7 +156,7 @@ impl Lines {
     }
 
     /// # Errors
-    /// [`RecordingError::Unusable`] if more than this share of the front laser's scans cannot be used.
+    /// [`RecordingError::Unusable`] if more than this share of the front laser's scans is unusable.
     pub(super) fn check(&self, most_unusable: f64, complaints: &Complaints) -> Result<(), RecordingError> {
         let (unusable, scans) = (self.unusable, self.unusable + self.front_scans());
         if (unusable as f64) < most_unusable * scans as f64 {
@@ -174,7 +174,7 @@ impl Lines {
     }
 }
 
-/// The beginning of a text that may be anything, for a message.
+/// The beginning of an arbitrary text, for a message.
 fn shown(text: &str) -> String {
     text.chars().take(24).map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
@@ -223,8 +223,8 @@ fn laser(number: usize, keyword: &'static str, laser: usize, fields: &[&str]) ->
     })
 }
 
-/// Some programs add fields of their own. Where the host's name stands it can be told that these come last, and that
-/// none is too many before.
+/// Some programs add their own fields. The position of the host's name shows that these come last and that no field is
+/// missing before it.
 fn has_fields(keyword: &'static str, fields: &[&str], expected: usize) -> Result<(), Flaw> {
     let found = fields.len();
     let is_in_place = || fields[expected - 2].parse::<f64>().is_err();
@@ -235,7 +235,7 @@ fn has_fields(keyword: &'static str, fields: &[&str], expected: usize) -> Result
     }
 }
 
-/// A range, NaN if it cannot be one. A word is not a range at all.
+/// A range; NaN if it is impossible. A word is not a range at all.
 fn range(field: &str) -> Result<f32, Flaw> {
     let range_m = field.parse::<f32>().map_err(|_| Flaw::Number { field: "a range", text: shown(field) })?;
     Ok(if range_m >= 0.0 { range_m } else { f32::NAN })

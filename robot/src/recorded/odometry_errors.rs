@@ -1,31 +1,31 @@
-//! Odometry made worse on purpose.
+//! Odometry with artificial errors.
 
 use maps::{Pose, heading, pose, wrap_angle};
 use rand_chacha::ChaCha8Rng;
 
 use crate::random::normal;
 
-/// What odometry gets wrong: each motion between two readings is made longer by `drift` (0.05: by 5 %) and by a random
-/// share of standard deviation `noise`, and each turn likewise by another random share.
+/// The errors of odometry: each motion between two readings is lengthened by `drift` (0.05: by 5 %) and by a random
+/// share with standard deviation `noise`, and each turn by another random share.
 ///
-/// Published logs often carry odometry that has been corrected already, which is no test of localization.
+/// Published logs often contain corrected odometry, which is too easy for localization.
 #[derive(Clone, Debug)]
 pub struct OdometryErrors {
     drift: f64,
     noise: f64,
     rng: ChaCha8Rng,
-    /// The last reading, and what was made of it.
+    /// The last reading, and the result for it.
     last: Option<(Pose, Pose)>,
 }
 
 impl OdometryErrors {
-    /// Errors of that size, with their stream of random numbers.
+    /// Errors of this size, with their stream of random numbers.
     #[must_use]
     pub fn new(drift: f64, noise: f64, rng: ChaCha8Rng) -> Self {
         Self { drift, noise, rng, last: None }
     }
 
-    /// What becomes of the next reading. The first stays as it is.
+    /// The erroneous version of the next reading. The first reading is unchanged.
     pub fn apply(&mut self, reading: &Pose) -> Pose {
         let wrong = match self.last {
             Some((before, wrong_before)) => wrong_before * self.wrong(&before.inv_mul(reading)),

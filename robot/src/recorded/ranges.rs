@@ -1,20 +1,19 @@
-//! From which range on a laser has hit nothing.
+//! The range from which a laser has hit nothing.
 
 use super::lines::Lines;
 
-/// A reading nearer than this, in metres, is none.
+/// A reading below this, in metres, is not a distance.
 pub(super) const LEAST_M: f64 = 0.02;
 
-/// The range from which on nothing was hit, unless the log says better: that of the lasers that most logs were made
-/// with.
+/// The range that stands for "no hit" unless the log shows another: that of the lasers that recorded most logs.
 const USUAL_M: f64 = 80.0;
 
-/// The greatest range read is what the laser says when it hits nothing, if it is read at least so often, and in so many
-/// of all beams: no two walls are equally far.
+/// The greatest range in a log stands for "no hit" if it occurs at least this often, and in this share of all beams: no
+/// two walls are exactly equally far.
 const FEWEST: usize = 20;
 const LEAST_SHARE: f64 = 0.002;
 
-/// The range from which on nothing was hit, in metres.
+/// The range that stands for "no hit", in metres.
 pub(super) fn nothing_hit_from_m(lines: &Lines) -> f64 {
     let most_m = lines.range_max_m.unwrap_or(USUAL_M);
     let ranges_m = || [0, 1].into_iter().flat_map(|laser| lines.scans(laser)).flat_map(|scan| &scan.ranges_m);

@@ -10,7 +10,7 @@ use crate::Streams;
 
 const BEAMS: usize = 6;
 
-/// A drive along x, a scan a second with odometry between, from epoch time on.
+/// A drive along x, one scan per second with odometry in between, from epoch time on.
 fn log() -> Vec<String> {
     let mut log = LogWriter::new("host");
     log.param("robot_frontlaser_offset", -0.04);
@@ -40,7 +40,7 @@ fn gzipped(bytes: &[u8]) -> Vec<u8> {
     encoder.finish().unwrap()
 }
 
-/// What is said of the log after a line was changed; the number of usable records.
+/// The complaints after a line was changed, and the number of usable records.
 fn complaints_after(line: usize, change: impl Fn(&str) -> String) -> (Vec<String>, usize) {
     let mut lines = log();
     lines[line - 1] = change(&lines[line - 1]);
@@ -80,7 +80,7 @@ fn an_odd_number_of_beams_has_one_at_either_end() {
 }
 
 #[test]
-fn what_the_laser_says_when_it_hits_nothing_is_found_out() {
+fn the_range_that_stands_for_no_hit_is_detected() {
     let mut log = LogWriter::new("host");
     for second in 0..30 {
         let ranges_m = vec![2.0 + 0.01 * second as f32, 8.191, 3.0];
@@ -93,7 +93,7 @@ fn what_the_laser_says_when_it_hits_nothing_is_found_out() {
 }
 
 #[test]
-fn a_recorded_robot_senses_what_was_recorded_and_obeys_nobody() {
+fn a_recorded_robot_senses_what_was_recorded_and_ignores_commands() {
     let recording = Arc::new(read(&log()));
     let errors = || OdometryErrors::new(0.1, 0.0, Streams::new(1).stream("odometry"));
     let mut robot = RecordedRobot::new(Arc::clone(&recording), errors());
@@ -112,7 +112,7 @@ fn a_recorded_robot_senses_what_was_recorded_and_obeys_nobody() {
 }
 
 #[test]
-fn gzipped_logs_are_the_same_and_what_breaks_off_is_used_to_there() {
+fn gzipped_logs_are_the_same_and_truncated_ones_are_used_up_to_their_end() {
     let plain = text(&log());
     let packed = gzipped(&plain);
     assert_eq!(Recording::read(&packed).unwrap(), Recording::read(&plain).unwrap());
@@ -126,14 +126,14 @@ fn gzipped_logs_are_the_same_and_what_breaks_off_is_used_to_there() {
 }
 
 #[test]
-fn a_log_that_breaks_off_is_used_up_to_there() {
+fn a_truncated_log_is_used_up_to_its_end() {
     let mut bytes = text(&log());
     bytes.truncate(bytes.len() - 30);
     let recording = Recording::read(&bytes).unwrap();
     assert_eq!(recording.records().len(), 19);
     assert_eq!(
         recording.complaints()[0].to_string(),
-        "line 22: the log breaks off within this line; the lines before are used"
+        "line 22: the log is truncated within this line; only the lines before it are used"
     );
 }
 
@@ -143,26 +143,26 @@ fn wrong_lines_are_left_out_and_named() {
     assert_eq!(said, ["line 5: this FLASER should have 18 fields, but has 17; left out"]);
     assert_eq!(left, 19);
     let (said, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7 1.0"));
-    assert_eq!(said, ["line 5: a scan of 7 beams, where most have 6; left out, since its beams may point elsewhere"]);
+    assert_eq!(said, ["line 5: this scan has 7 beams, but most have 6; left out, since its beams may have other angles"]);
     assert_eq!(left, 19);
     let (said, _) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER many"));
     assert_eq!(said, ["line 5: the number of beams should be a number, but is `many`; left out"]);
     let (said, _) = complaints_after(6, |line| line.replace("ODOM 1.5", "ODOM NaN"));
     assert_eq!(said, ["line 6: x should be a number, but is `NaN`; left out"]);
     let (said, _) = complaints_after(6, |_| "\u{1b}[2J".to_owned());
-    assert_eq!(said, ["line 6: `\u{fffd}[2J` is not how a line of a log begins; left out"], "no control characters");
+    assert_eq!(said, ["line 6: no line of a log begins with `\u{fffd}[2J`; left out"], "no control characters");
     let (said, _) = complaints_after(6, |_| "what is this".to_owned());
-    assert_eq!(said, ["line 6: `what` is not how a line of a log begins; left out"]);
+    assert_eq!(said, ["line 6: no line of a log begins with `what`; left out"]);
 }
 
 #[test]
-fn ranges_that_cannot_be_are_not_used() {
+fn impossible_ranges_are_not_used() {
     let mut lines = log();
     lines[4] = lines[4].replace(" 2.1 ", " NaN ").replace(" 3.1 ", " -3.1 ").replace(" 4.1 ", " 40.0 ");
     let recording = read(&lines);
     assert_eq!(
         recording.complaints()[0].to_string(),
-        "line 5: 2 ranges are negative or no numbers; these beams are not used"
+        "line 5: 2 ranges are negative or not numbers; these beams are not used"
     );
     let ranges_m = &recording.records()[2].scan.as_ref().unwrap().ranges_m;
     assert!(ranges_m[1].is_nan() && ranges_m[2].is_nan() && ranges_m[3] == f32::INFINITY);
@@ -176,13 +176,13 @@ fn clocks_that_go_back_do_not_turn_time_back() {
         fields[..time].iter().chain(&[clock, "host", clock]).copied().collect::<Vec<_>>().join(" ")
     };
     let (said, left) = complaints_after(7, |line| reset(line, "1000000000.2"));
-    assert_eq!(said, ["line 7: the clock goes back by 1.300 s; lines are taken in the order of the file"]);
+    assert_eq!(said, ["line 7: the clock goes back by 1.300 s; lines are used in the order of the file"]);
     assert_eq!(left, 20);
-    // Odometry without a clock, as correcting programs insert it.
+    // Odometry without a clock, as programs that correct logs insert it.
     let (said, left) = complaints_after(8, |line| reset(line, "0"));
     assert!(said[0].starts_with("line 8: the clock of this odometry is 1000000002"), "{said:?}");
     assert_eq!(left, 19);
-    // A clock ahead of its time must not drag the others along.
+    // A clock that is ahead must not pull the others along.
     let (said, left) = complaints_after(8, |line| reset(line, "1000000900.0"));
     assert!(said.len() == 1 && said[0].contains("ahead of that of the lines that follow"), "{said:?}");
     assert_eq!(left, 20);
@@ -198,7 +198,7 @@ fn clocks_that_go_back_do_not_turn_time_back() {
 }
 
 #[test]
-fn the_same_log_written_otherwise_is_the_same() {
+fn the_same_log_in_another_form_is_the_same() {
     let lines = log();
     let expected = read(&lines);
     let exponent = |field: &str| match field.parse::<f64>() {
@@ -220,7 +220,7 @@ fn the_same_log_written_otherwise_is_the_same() {
 }
 
 #[test]
-fn lines_of_other_kinds_are_passed_over_and_the_later_format_alone_is_refused_with_its_line() {
+fn other_kinds_of_lines_are_ignored_and_later_formats_are_refused() {
     let robotlaser =
         "ROBOTLASER1 0 -1.570796 3.141593 1.570796 30.0 0.01 0 3 1.0 2.0 3.0 0 1 2 0.1 1 2 0.1 0 0 1 1 1 5.0 h 5.0";
     let others = ["# a comment", "", "SYNC tag", "TRUEPOS 0 0 0 0 0 0 1 h 1", "NEFF 3.0", robotlaser];
@@ -245,7 +245,7 @@ fn odometry_of_another_frame_is_left_out() {
 }
 
 #[test]
-fn what_is_no_log_is_refused() {
+fn a_file_that_is_not_a_log_is_refused() {
     for bytes in [&b""[..], b"\n\n", b"# nothing\nPARAM a b\n", b"hello\nworld\n", &[0x1f, 0x8b, 0, 0], &[0xff; 500]] {
         assert!(Recording::read(bytes).is_err(), "{bytes:?}");
     }
@@ -264,9 +264,9 @@ fn what_is_no_log_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 300, ..ProptestConfig::default() })]
 
-    /// Whatever happens to a log's bytes: no panic, time never goes back, and every record is finite.
+    /// Whatever happens to a log's bytes: no panic, time never decreases, and every record is finite.
     #[test]
-    fn spoilt_logs_are_read_or_refused(
+    fn damaged_logs_are_read_or_refused(
         spoilt in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(b"0 -.nNaeEF\n\x00\xff9".to_vec())), 0..40),
         cut in any::<prop::sample::Index>(),
         packed in any::<bool>(),
@@ -293,7 +293,7 @@ proptest! {
 }
 
 #[test]
-fn the_log_says_where_the_laser_was_and_the_record_where_the_robot_was() {
+fn the_log_has_the_laser_pose_and_the_record_the_robot_pose() {
     let line = "FLASER 2 1.0 1.0 3.0 4.0 1.5707963267948966 0 0 0 1.0 host 1.0\n";
     let log = format!("PARAM robot_frontlaser_offset 0.5 host 0\n{line}");
     let recording = Recording::read(log.as_bytes()).unwrap();
@@ -304,14 +304,14 @@ fn the_log_says_where_the_laser_was_and_the_record_where_the_robot_was() {
     assert_eq!(record.odometry.translation.vector, nalgebra::vector![0.0, 0.0]);
 }
 
-/// How far the first record's odometry is from the last one's, in metres.
+/// The distance between the odometry of the first record and the last one, in metres.
 fn driven_m(recording: &Recording) -> f64 {
     let [first, .., last] = recording.records() else { panic!("two records at least") };
     (last.odometry.translation.vector - first.odometry.translation.vector).norm()
 }
 
 #[test]
-fn odometry_that_jumps_goes_on_from_where_it_was() {
+fn odometry_that_jumps_continues_from_its_last_position() {
     let usual_m = driven_m(&read(&log()));
     // One line that is elsewhere, and all lines from one on.
     let elsewhere = |line: &mut String| *line = line.replacen("ODOM ", "ODOM 900", 1);
@@ -329,7 +329,7 @@ fn odometry_that_jumps_goes_on_from_where_it_was() {
 }
 
 #[test]
-fn a_corrected_pose_far_from_all_others_is_left_out_and_a_robot_that_was_carried_is_not() {
+fn a_stray_corrected_pose_is_left_out_but_a_carried_robot_is_not() {
     let moved = |lines: &mut [String], by_m: f64| {
         for line in lines.iter_mut().filter(|line| line.starts_with("FLASER")) {
             let mut fields: Vec<String> = line.split(' ').map(str::to_owned).collect();
@@ -344,7 +344,7 @@ fn a_corrected_pose_far_from_all_others_is_left_out_and_a_robot_that_was_carried
     assert_eq!(recording.corrected_scans().count(), 9);
     let complaint = recording.complaints()[0].to_string();
     assert!(
-        complaint.starts_with("line 9: the corrected pose is 9000") && complaint.ends_with("it is not used"),
+        complaint.starts_with("line 9: the corrected pose is 9000") && complaint.ends_with("not used"),
         "{complaint}"
     );
     let mut carried = log();
@@ -361,21 +361,21 @@ fn with_clock(lines: &mut [String], line: usize, clock_s: &str) {
 }
 
 #[test]
-fn a_clock_that_is_ahead_of_all_others_does_not_put_them_behind() {
+fn a_clock_ahead_of_all_others_does_not_affect_them() {
     let mut lines = log();
     with_clock(&mut lines, 8, "1000000600.0");
     let recording = read(&lines);
     assert_eq!(recording.records().len(), 20, "none is left out");
     let complaint = recording.complaints()[0].to_string();
     assert!(
-        complaint.starts_with("line 8: the clock is") && complaint.ends_with("time goes on as before"),
+        complaint.starts_with("line 8: the clock is") && complaint.ends_with("time continues as before"),
         "{complaint}"
     );
     assert!(recording.records()[19].time < Duration::from_secs(11));
 }
 
 #[test]
-fn a_clock_that_is_set_forward_by_years_goes_on_from_where_it_was() {
+fn a_clock_set_forward_by_years_continues_from_its_last_time() {
     let mut lines = log();
     for line in 10..=22 {
         let clock = 4_000_000_000.0 + line as f64;
@@ -383,12 +383,12 @@ fn a_clock_that_is_set_forward_by_years_goes_on_from_where_it_was() {
     }
     let recording = read(&lines);
     assert_eq!(recording.complaints().len(), 1, "{:?}", recording.complaints());
-    assert!(recording.complaints()[0].to_string().contains("the clock is set forward by"));
+    assert!(recording.complaints()[0].to_string().contains("the clock was set forward by"));
     assert!(recording.records()[19].time < Duration::from_secs(30));
 }
 
 #[test]
-fn fields_after_the_last_are_passed_over_and_too_many_before_it_are_not() {
+fn extra_fields_are_ignored_at_the_end_and_refused_before_it() {
     let (complaints, records) = complaints_after(3, |line| format!("{line} 0 0"));
     assert_eq!((complaints.len(), records), (0, 20));
     let (complaints, records) =

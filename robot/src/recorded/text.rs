@@ -1,4 +1,4 @@
-//! The text of a log that may be compressed.
+//! The text of a log, which may be compressed.
 
 use std::io::{self, Read as _};
 
@@ -6,11 +6,11 @@ use flate2::read::MultiGzDecoder;
 
 use super::complaint::{Complaints, Flaw, RecordingError};
 
-/// Logs that are longer are refused, in bytes.
+/// Longer logs, in bytes, are refused.
 const LONGEST: u64 = 1 << 30;
 
-/// The log's text. Of a compressed log that breaks off, what came before is used: it could be decoded up to there.
-/// Where the compressed data contradict themselves, nothing of them can be trusted.
+/// The log's text. A truncated compressed log is used up to its end, because it could be decoded so far. If the
+/// compressed data is inconsistent, none of it can be trusted.
 pub(super) fn decompressed(bytes: &[u8], complaints: &mut Complaints) -> Result<Vec<u8>, RecordingError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(bytes.to_vec());

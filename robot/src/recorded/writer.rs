@@ -6,7 +6,7 @@ use maps::{Pose, heading, pose};
 
 use crate::{LaserScan, Odometry};
 
-/// What a scan says where nothing was hit, in metres: as the lasers do that most logs were made with.
+/// The range that a scan contains for "no hit", in metres: that of the lasers that recorded most logs.
 const NOTHING_HIT_M: f32 = 81.83;
 
 /// Writes a log in CARMEN's format, line by line.
@@ -31,18 +31,18 @@ const NOTHING_HIT_M: f32 = 81.83;
 pub struct LogWriter {
     host: String,
     text: String,
-    /// Where the front laser and the rear one are on the x axis, in metres.
+    /// The positions of the front and the rear laser on the x axis, in metres.
     offsets_m: [f64; 2],
 }
 
 impl LogWriter {
-    /// An empty log of a computer of that name.
+    /// An empty log of a computer with this name.
     #[must_use]
     pub fn new(host: &str) -> Self {
         Self { host: host.to_owned(), text: String::new(), offsets_m: [0.0; 2] }
     }
 
-    /// A parameter. The lasers' places come before their scans.
+    /// Writes a parameter. The lasers' positions must precede their scans.
     pub fn param(&mut self, name: &str, value: f64) {
         match name {
             "robot_frontlaser_offset" => self.offsets_m[0] = value,
@@ -53,7 +53,7 @@ impl LogWriter {
         self.write(format_args!("PARAM {name} {value} {host} 0\n"));
     }
 
-    /// Odometry.
+    /// Writes odometry.
     pub fn odometry(&mut self, odometry: &Odometry) {
         let (at, tv, rv) = (fields(&odometry.pose), odometry.linear_mps, odometry.angular_radps);
         let time_s = odometry.time.as_secs_f64();
@@ -61,7 +61,8 @@ impl LogWriter {
         self.write(format_args!("ODOM {at} {tv} {rv} 0 {time_s:.6} {host} {time_s:.6}\n"));
     }
 
-    /// A scan of the front laser (0) or the rear one, with the robot's odometry and its pose in the `map` frame.
+    /// Writes a scan of the front laser (0) or the rear one (1), with the robot's odometry and its pose in the `map`
+    /// frame.
     pub fn scan(&mut self, scan: &LaserScan, odometry: &Pose, corrected: &Pose) {
         let (keyword, mount) = match scan.laser {
             0 => ("FLASER", pose(self.offsets_m[0], 0.0, 0.0)),

@@ -348,7 +348,7 @@ fn a_blank_line_before_the_xml_declaration_is_called_that() {
         "\n<?xml version='1.0'?><scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
     );
     assert!(
-        said.contains("`<?xml …?>` must be the very first thing in a file\n    remove the blanks and lines"),
+        said.contains("`<?xml …?>` must be at the very beginning of the file\n    remove the blanks and lines"),
         "{said}"
     );
 }
