@@ -197,7 +197,7 @@ fn a_recurrence_is_open_when_the_run_ends_and_a_contradiction_names_both_halves(
     };
     for text in [format!("always ({q} implies time_until {q} > 0)"), "always next true".to_owned()] {
         let (status, said) = judged(&text);
-        assert!(status == Some(0) && said.contains("r inconclusive still owed"), "{status:?}: {said}");
+        assert!(status == Some(0) && said.contains("r inconclusive still pending"), "{status:?}: {said}");
     }
     let (status, said) = judged(&format!("always ({q} implies time_until {there} < 3) and always (not {there})"));
     assert!(status == Some(1) && said.contains(&format!("and not {there} seen:")), "{status:?}: {said}");

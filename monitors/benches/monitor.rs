@@ -1,7 +1,7 @@
-//! How fast monitors are, in events: φ1, φ2 and the classic timed patterns, on letters and on messages.
+//! Throughput of monitors, in events: φ1, φ2 and the classic timed patterns, on letters and on messages.
 //!
-//! Sequences have a million events. One event in two is a tick; every property holds to the end of its sequence, so
-//! that all of it is looked at.
+//! Sequences have a million events. Every second event is a tick. Every property holds until the end of its sequence,
+//! so the whole sequence is processed.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -44,14 +44,14 @@ fn topology() -> Arc<Topology> {
     Arc::new(topology)
 }
 
-/// Tells which messages come after a tick.
+/// Generates the message that follows a tick.
 type Script = fn(u64, u64) -> (&'static str, Message);
 
 fn boolean(truth: bool) -> Message {
     Message::new([Value::Bool(truth)])
 }
 
-/// The patterns by name: the formula with its bound, and what is sent after each tick.
+/// The patterns by name: the formula with its bound, and the message after each tick.
 const PATTERNS: [(&str, &str, Script); 12] = [
     ("phi1", "always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 20)", |tick, _| level(20.0 + (tick % 80) as f64)),
     (
@@ -220,7 +220,7 @@ fn phi2_messages(bencher: Bencher<'_, '_>, bound: u64) {
     on_messages(bencher, "phi2", bound);
 }
 
-/// How long it takes to make a monitor from text: the most of it is the automaton.
+/// The time to make a monitor from text: mostly the automaton.
 #[divan::bench(sample_count = 10, args = [10, 100, 1000])]
 fn synthesis_of_response_between(bencher: Bencher<'_, '_>, bound: u64) {
     let topology = topology();
@@ -230,7 +230,7 @@ fn synthesis_of_response_between(bencher: Bencher<'_, '_>, bound: u64) {
     bencher.bench_local(|| monitors::load("bench.scope", &text, &topology, Duration::from_secs(1)));
 }
 
-/// What the same events take by progression.
+/// The same events by progression.
 #[divan::bench(sample_count = 10, args = [10, 100, 1000])]
 fn progression_letters(bencher: Bencher<'_, '_>, bound: u64) {
     let (monitor, events) = prepare("absence between", bound);

@@ -1,7 +1,7 @@
-//! Holds the monitors of random formulas against the oracle:
-//! `cargo run --release -p steward-monitors --example agree -- 1000000`.
+//! Checks the monitors of random formulas against the oracle: `cargo run --release -p steward-monitors --example agree
+//! -- 1000000`.
 //!
-//! A second argument is the first seed.
+//! An optional second argument is the first seed.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,9 +1,8 @@
-//! Holds verdicts against endless words: `cargo run --release -p steward-monitors --example anticipation -- 100000`.
+//! Checks verdicts against endless words: `cargo run --release -p steward-monitors --example anticipation -- 100000`.
 //!
-//! For each random formula and each prefix of a random sequence: a verdict that has fallen holds on hundreds of random
-//! endless words; where none has fallen, the automaton names an endless word for either outcome, and the oracle
-//! confirms both. So no verdict is wrong, too early or late, but for those that are counted. A second argument is the
-//! first seed.
+//! For each random formula and each prefix of a random sequence, a verdict is checked on hundreds of random endless
+//! words. If there is no verdict, the automaton names an endless word for either outcome, and the oracle confirms both.
+//! So no verdict is wrong or too early, and late ones are counted. An optional second argument is the first seed.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

@@ -1,8 +1,9 @@
 //! Feeds the parser broken property files: `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`.
 //!
-//! Inputs are the shipped files and others, cut up, mixed, repeated and sprinkled with signs and bytes. The parser must
-//! come to an end on each, its problems must lie inside the text, and what it accepts must print and read back as the
-//! same tree. A second argument is the first seed. Needs no nightly compiler; it exits with 1 at the first failure.
+//! Inputs are the shipped files and others, cut, mixed, repeated and interspersed with signs and bytes. The parser must
+//! terminate on each, its problems must lie inside the text, and accepted text must print and read back as the same
+//! tree. An optional second argument is the first seed. This needs no nightly compiler; it exits with 1 at the first
+//! failure.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -10,7 +11,7 @@ use std::time::Instant;
 use monitors::SHIPPED;
 use monitors::syntax::parse_file;
 
-/// What a file may be made of.
+/// The material of the files.
 const WORDS: [&str; 56] = [
     "const",
     "property",
@@ -70,7 +71,7 @@ const WORDS: [&str; 56] = [
     "\u{0}",
 ];
 
-/// Numbers that look random and are the same everywhere (SplitMix64).
+/// Pseudo-random numbers that are the same everywhere (SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -82,7 +83,7 @@ impl Dice {
     }
 }
 
-/// A place in a text where a character begins.
+/// A place in a text at which a character begins.
 fn place(dice: &mut Dice, text: &str) -> usize {
     let mut at = dice.roll(text.len() + 1);
     while !text.is_char_boundary(at) {

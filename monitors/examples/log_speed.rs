@@ -1,8 +1,8 @@
-//! How fast a log is read, and verified:
-//! `cargo run --release -p steward-monitors --example log_speed -- 10000000 /tmp/log.jsonl`.
+//! The time to read a log and to verify it: `cargo run --release -p steward-monitors --example log_speed -- 10000000
+//! /tmp/log.jsonl`.
 //!
-//! Writes a log of that many events of a made-up run to the file if it is not there, reads it without monitors and then
-//! with φ1, φ2 and its variant, and prints times and (on Linux) the most memory that was used.
+//! Writes a log of an artificial run with this many events to the file if it does not exist, reads it without monitors
+//! and then with φ1, φ2 and its variant, and prints the times and (on Linux) the peak memory.
 
 use std::fs::File;
 use std::io::{self, BufReader, BufWriter, Write};

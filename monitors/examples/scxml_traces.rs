@@ -1,5 +1,5 @@
-//! Writes exported SCXML monitors with random runs and the verdicts to expect, for an ECMAScript SCXML engine to
-//! confirm: `cargo run --release -p steward-monitors --example scxml_traces -- 300 > traces.jsonl`, then, with the
+//! Writes exported SCXML monitors with random runs and the expected verdicts, so that an ECMAScript SCXML engine can
+//! confirm them: `cargo run --release -p steward-monitors --example scxml_traces -- 300 > traces.jsonl`, then, with the
 //! package `@scion-scxml/scxml` of npm beside it, `node monitors/examples/scxml_traces.mjs traces.jsonl`.
 
 #[path = "../tests/support/mod.rs"]
@@ -24,7 +24,7 @@ fn quoted(text: &str) -> String {
     quoted + "\""
 }
 
-/// An event as the machine is to get it: its name and its data.
+/// An event as it is sent to the machine: its name and its data.
 fn delivered(event: &Event, topology: &Topology) -> String {
     match &event.kind {
         EventKind::Tick => format!("[\"tick\", {}]", event.tick),
@@ -50,7 +50,7 @@ fn main() {
         let mut dice = Dice(seed);
         let formula = random_formula(&mut dice, &topology, 3);
         let Ok(monitor) = ScopeMonitor::new("p", formula, &topology) else { continue };
-        // Every other machine is an automaton, and none of them large.
+        // Every other machine is an automaton, and none is large.
         let is_automaton = matches!(monitor.method(), Method::Automaton { .. });
         if matches!(monitor.method(), Method::Automaton { states } if states > 60) || is_automaton != (written % 2 == 1)
         {

@@ -1,7 +1,7 @@
-//! Watches an event log of your own: which properties held, which were violated, and by what.
+//! Checks properties on your own event log: which held, which were violated, and by which messages.
 //!
 //! `cargo run --example watch_log -- examples/lift.jsonl examples/lift.scope`, in the crate's folder. The log is that
-//! of a lift; nothing in it knows of robots. `EventLog` says what a line has to say.
+//! of a lift, without a robot. `EventLog` describes the lines.
 
 use std::fs::{File, read_to_string};
 use std::io::BufReader;
@@ -20,15 +20,15 @@ fn main() -> Result<()> {
     let [log, properties] = arguments.as_slice() else { return Err(miette!("usage: watch_log LOG.jsonl FILE.scope")) };
     let open = || Ok::<_, miette::Report>(BufReader::new(File::open(log).into_diagnostic()?));
 
-    // Which processes there are and who talks to whom. A system that you know yourself you would declare in a
-    // `Topology`, with the messages of each channel; then conditions are checked against those, too.
+    // The processes and channels. For a system that you know, declare them in a `Topology` with the messages of each
+    // channel: then conditions are checked against these, too.
     let topology = topology_of_log(open()?).into_diagnostic()?;
 
-    // The properties, each with its monitor. All mistakes of the file are reported at once, each at its place.
+    // The properties, each with its monitor. All mistakes in the file are reported at once, each with its place.
     let text = read_to_string(properties).into_diagnostic()?;
     let mut file = load(properties, &text, &topology, TICK)?;
 
-    // One pass over the log, in constant memory. For events that come live, call `observe` of each monitor yourself.
+    // One pass over the log, in constant memory. For live events, call `observe` of each monitor yourself.
     let mut events = EventLog::new(open()?, &topology, Channels::All);
     let monitors = file.properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
     let end = verify(&mut events, monitors).into_diagnostic()?;

@@ -1,9 +1,9 @@
-//! The clause form of a formula: its operators with the parts that each of them asks.
+//! The clause form of a formula: its operators, each with the parts that it checks.
 //!
 //! `not` is pushed to the atoms. The operand of `always` and the left of `until` become a set of clauses (each an `or`
-//! of literals, all of which must hold); the operand of `eventually` and the right of `until` a set of products (each
-//! an `and` of literals, one of which must hold). A part that another part contains is subsumed and dropped. Formulas
-//! that differ by the laws of a distributive lattice and by De Morgan's have the same form.
+//! of literals; all clauses must hold). The operand of `eventually` and the right of `until` become a set of products
+//! (each an `and` of literals; one product must hold). A part that contains another part is subsumed and dropped.
+//! Formulas that are equal by the laws of a distributive lattice and by De Morgan's laws have the same form.
 
 use std::collections::{BTreeSet, HashSet};
 
@@ -15,7 +15,7 @@ use crate::formula::{EventAtom, Formula};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct EventId(pub(crate) u32);
 
-/// The different events that a formula speaks of, those of one channel beside each other.
+/// The different events that a formula mentions; those of one channel are adjacent.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Vocabulary {
     events: Vec<EventAtom>,
@@ -70,13 +70,13 @@ impl Vocabulary {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Window {
     pub(crate) first: u64,
-    /// `u64::MAX` where there is no end.
+    /// `u64::MAX` if there is no end.
     pub(crate) last: u64,
 }
 
 /// The bound of a `time_until`, as the formula has it: `⋈ ticks`.
 ///
-/// A bound that no number of ticks can meet, `< 0`, is one like any other: what it stands in is asked all the same.
+/// A bound that no number of ticks can meet, `< 0`, is not special: the part that contains it is checked all the same.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Bound {
     pub(crate) relation: Relation,
@@ -84,7 +84,7 @@ pub(crate) struct Bound {
 }
 
 impl Bound {
-    /// The windows an event in one of which makes it true, in order: none, one, or two for `!=`.
+    /// The windows in which an event makes it true, in order: none, one, or two for `!=`.
     pub(crate) fn windows(self) -> impl DoubleEndedIterator<Item = Window> {
         let Self { relation, ticks } = self;
         let before = ticks.checked_sub(1).map(|last| Window { first: 0, last });
@@ -100,7 +100,7 @@ impl Bound {
         windows.into_iter().flatten()
     }
 
-    /// The last tick from now at which an event makes it true; `u64::MAX` where there is no end.
+    /// The last tick from now at which an event makes it true; `u64::MAX` if there is no end.
     pub(crate) fn end(self) -> Option<u64> {
         self.windows().next_back().map(|window| window.last)
     }
@@ -113,28 +113,29 @@ pub(crate) enum Literal {
     Event { event: EventId, holds: bool },
     /// The event passes in time (or does not).
     Time { event: EventId, bound: Bound, holds: bool },
-    /// At the next state at which one of its own channels speaks, the clauses hold; `strong` says that there is one.
+    /// At the next state with a message on one of its own channels, the clauses hold. `strong` requires that there is
+    /// such a state.
     Next { clauses: Form, strong: bool },
-    /// A product of `goal` holds some time, and all clauses of `hold` whenever they are asked before.
+    /// A product of `goal` holds at some state, and all clauses of `hold` hold whenever they are checked before it.
     Until { hold: Form, goal: Form },
-    /// All clauses of `hold` hold whenever they are asked, until a product of `escape` has held before.
+    /// All clauses of `hold` hold whenever they are checked, until a product of `escape` has held.
     Release { escape: Form, hold: Form },
 }
 
 /// A set of literals: a clause, or a product.
 pub(crate) type Part = BTreeSet<Literal>;
 
-/// A set of parts: clauses, all of which hold, or products, one of which holds.
+/// A set of parts: clauses, all of which must hold, or products, one of which must hold.
 pub(crate) type Form = BTreeSet<Part>;
 
-/// How the parts of a form go together.
+/// How the parts of a form are combined.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Shape {
     Clauses,
     Products,
 }
 
-/// A formula with more parts than this somewhere in its clause form is refused.
+/// A formula is refused if a set in its clause form has more parts than this.
 const MAX_PARTS: usize = 2_000;
 
 /// The clause form of a formula is too large to work with.
@@ -180,7 +181,7 @@ fn form(formula: &Formula, holds: bool, shape: Shape, words: &Vocabulary) -> Res
     }
 }
 
-/// True is no clause at all, or the empty product; false the empty clause, or no product at all.
+/// True is no clause, or the empty product; false is the empty clause, or no product.
 fn constant(truth: bool, shape: Shape) -> Form {
     if truth == (shape == Shape::Clauses) { Form::new() } else { Form::from([Part::new()]) }
 }
@@ -216,7 +217,7 @@ fn combine(
     Ok(parts.into_iter().collect())
 }
 
-/// Adds a part, so that no part contains another.
+/// Adds a part and keeps the set free of parts that contain another.
 fn add(parts: &mut Vec<Part>, part: Part) {
     if parts.iter().any(|smaller| smaller.is_subset(&part)) {
         return;
@@ -225,7 +226,8 @@ fn add(parts: &mut Vec<Part>, part: Part) {
     parts.push(part);
 }
 
-/// The channels of a part's own atoms: at a message on one of them the part is asked. None: at every tick.
+/// The channels of a part's own atoms: the part is checked at each message on one of them. If there are none, it is
+/// checked at every tick.
 pub(crate) fn own_channels(part: &Part, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
     let own = part.iter().filter_map(|literal| match literal {
         Literal::Event { event, .. } => Some(vocabulary.get(*event).channel),
@@ -234,12 +236,12 @@ pub(crate) fn own_channels(part: &Part, vocabulary: &Vocabulary) -> BTreeSet<Cha
     own.collect()
 }
 
-/// The channels of the own atoms of all parts together, which say when the operand of a `next` is asked.
+/// The channels of the own atoms of all parts together: they determine when the operand of a `next` is checked.
 pub(crate) fn own_channels_of_all(form: &Form, vocabulary: &Vocabulary) -> BTreeSet<ChannelId> {
     form.iter().flat_map(|part| own_channels(part, vocabulary)).collect()
 }
 
-/// The bounds with which the `time_until`s of a form wait for an event.
+/// The bounds of all `time_until`s of a form that wait for the event.
 pub(crate) fn bounds(form: &Form, of: EventId) -> BTreeSet<Bound> {
     let mut bounds = BTreeSet::new();
     for literal in form.iter().flatten() {
@@ -273,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clause_form_drops_what_is_subsumed() {
+    fn a_clause_form_drops_subsumed_parts() {
         let [a, b, c] = [event(0, 1), event(1, 1), event(2, 1)];
         let formula = Formula::And(vec![
             Formula::Or(vec![a.clone(), b.clone()]),
@@ -287,7 +289,7 @@ mod tests {
     }
 
     #[test]
-    fn windows_are_what_relations_say() {
+    fn windows_match_their_relations() {
         let of = |relation, ticks| -> Vec<(u64, u64)> {
             Bound { relation, ticks }.windows().map(|window| (window.first, window.last)).collect()
         };
@@ -302,7 +304,7 @@ mod tests {
     }
 
     #[test]
-    fn events_of_one_channel_stand_beside_each_other() {
+    fn events_of_one_channel_are_adjacent() {
         let formula = Formula::Or(vec![event(2, 1), event(0, 1), event(2, 2), event(0, 2), event(2, 1)]);
         let words = Vocabulary::of(&formula);
         let channels: Vec<usize> = words.ids().map(|id| words.get(id).channel.index()).collect();
@@ -311,12 +313,12 @@ mod tests {
     }
 
     #[test]
-    fn a_form_that_grows_without_bounds_is_refused() {
+    fn a_form_that_grows_without_bound_is_refused() {
         let pair = |n| Formula::And(vec![event(0, n), event(1, n)]);
         let grown = |n| Formula::Or((1..=n).map(pair).collect());
         assert_eq!(clauses(&grown(8), &Vocabulary::of(&grown(8))).unwrap().len(), 256);
         assert_eq!(clauses(&grown(11), &Vocabulary::of(&grown(11))), Err(TooManyParts));
-        // 2 · 2 · 2 · 2 · 5 · 5 · 5 clauses are as many as there may be.
+        // 2 · 2 · 2 · 2 · 5 · 5 · 5 clauses are the maximum.
         let all = |(first, last)| Formula::And((first..=last).map(|field| event(0, field)).collect());
         let largest = [(1, 2), (3, 4), (5, 6), (7, 8), (9, 13), (14, 18), (19, 23)];
         let largest = Formula::Or(largest.into_iter().map(all).collect());

@@ -1,4 +1,4 @@
-//! Clauses as formulas and in the words of the language, and conditions in few words.
+//! Clauses as formulas and in the SCOPE language, and conditions in short form.
 
 use channels::{ChannelId, Relation, Topology, Value};
 
@@ -15,12 +15,12 @@ pub(crate) fn form(form: &Form, words: &Vocabulary, topology: &Topology) -> Stri
     clauses(form, true, words).text(topology)
 }
 
-/// An operator with its operands.
+/// An operator and its operands.
 pub(crate) fn operator(operator: &Literal, words: &Vocabulary) -> Formula {
     literal(operator, true, words)
 }
 
-/// That an event passes in a window of ticks from now: as the formula asks for it, if it does so in one way only.
+/// A timed event in a window of ticks from now, written as in the formula if the formula has exactly one such event.
 pub(crate) fn awaited(event: EventId, window: Window, form: &Form, words: &Vocabulary) -> Formula {
     let bounds: Vec<Bound> = bounds(form, event).into_iter().collect();
     let event = words.get(event).clone();
@@ -34,17 +34,17 @@ pub(crate) fn awaited(event: EventId, window: Window, form: &Form, words: &Vocab
     }
 }
 
-/// A clause as the language writes it: an implication where it denies something and wants something.
+/// A clause in the SCOPE language: an implication if it has both negative and positive literals.
 pub(crate) fn clause(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
     any(clause, true, words).text(topology)
 }
 
-/// The antecedent of a clause: what it denies, all of which must hold before it asks for anything.
+/// The antecedent of a clause: the negations of its negative literals, which must hold before it demands anything.
 pub(crate) fn antecedent(clause: &Part, words: &Vocabulary, topology: &Topology) -> String {
     and(denied(clause).map(|id| Formula::Event(words.get(id).clone())).collect()).text(topology)
 }
 
-/// The events that a clause denies.
+/// The events that a clause negates.
 pub(crate) fn denied(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
     clause.iter().filter_map(|literal| match literal {
         Literal::Event { event, holds: false } => Some(*event),
@@ -52,7 +52,7 @@ pub(crate) fn denied(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
     })
 }
 
-/// The events that an answer to the clause would be.
+/// The events that would answer the clause.
 pub(crate) fn answers(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
     clause.iter().filter_map(|literal| match literal {
         Literal::Event { event, holds: true } | Literal::Time { event, holds: true, .. } => Some(*event),
@@ -60,7 +60,7 @@ pub(crate) fn answers(clause: &Part) -> impl Iterator<Item = EventId> + '_ {
     })
 }
 
-/// Clauses, or not those clauses.
+/// Clauses, or their negation.
 fn clauses(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
     match holds {
         true => and(form.iter().map(|clause| any(clause, true, words)).collect()),
@@ -68,7 +68,7 @@ fn clauses(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
     }
 }
 
-/// Products, or not those products.
+/// Products, or their negation.
 fn products(form: &Form, holds: bool, words: &Vocabulary) -> Formula {
     match holds {
         true => or(form.iter().map(|product| all(product, true, words)).collect()),
@@ -81,7 +81,7 @@ fn all(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
     and(part.iter().map(|part| literal(part, holds, words)).collect())
 }
 
-/// One literal of a part, or one of their negations: an implication from the events that it denies to the rest.
+/// One literal of a part, or one of their negations: an implication from the negated events to the rest.
 fn any(part: &Part, holds: bool, words: &Vocabulary) -> Formula {
     let is_denied = |literal: &&Literal| matches!(literal, Literal::Event { holds: said, .. } if *said != holds);
     let (denied, wanted): (Vec<&Literal>, Vec<&Literal>) = part.iter().partition(is_denied);
@@ -104,7 +104,7 @@ fn literal(literal: &Literal, holds: bool, words: &Vocabulary) -> Formula {
             let event = words.get(*event).clone();
             unless(*said != holds, Formula::TimeUntil { event, relation: *relation, ticks: *ticks })
         }
-        // A `next` that may also never come is the negation of one that must.
+        // A `next` that may never come is the negation of one that must.
         Literal::Next { clauses: inside, strong } => {
             unless(*strong != holds, Formula::Next(boxed(clauses(inside, *strong, words))))
         }
@@ -143,8 +143,8 @@ fn or(mut parts: Vec<Formula>) -> Formula {
     }
 }
 
-/// A condition in as few words as a picture has room for: `running`, `≤ 30`. That a message is `<ok>` goes without
-/// saying where something else is said of it.
+/// A condition in as few words as a picture has room for: `running`, `≤ 30`. `<ok>` is omitted if there is more to say
+/// about the message.
 pub(crate) fn brief(condition: &MessageCondition) -> String {
     let list = |parts: &[MessageCondition], word: &str| {
         let telling: Vec<&MessageCondition> = parts.iter().filter(|part| !is_ok(part)).collect();
@@ -166,7 +166,7 @@ pub(crate) fn brief(condition: &MessageCondition) -> String {
     }
 }
 
-/// Not a condition, in few words.
+/// The negation of a condition, in short form.
 pub(crate) fn brief_not(condition: &MessageCondition) -> String {
     match condition {
         MessageCondition::Implies(a, b) if is_ok(a) => brief_not(b),
@@ -194,7 +194,8 @@ fn is_ok(condition: &MessageCondition) -> bool {
     matches!(condition, MessageCondition::Compare { field: 1, relation: Relation::Equal, value } if value.is_symbol("ok"))
 }
 
-/// What makes a clause ask for something, in few words: what it denies holds, and what it wants now does not.
+/// The condition under which a clause demands something, in short form: its negated events hold, and its other present
+/// events do not.
 pub(crate) fn brief_antecedent(clause: &Part, vocabulary: &Vocabulary) -> String {
     let parts = clause.iter().filter_map(|literal| match literal {
         Literal::Event { event, holds: false } => Some(brief(&vocabulary.get(*event).condition)),
@@ -205,7 +206,7 @@ pub(crate) fn brief_antecedent(clause: &Part, vocabulary: &Vocabulary) -> String
     if parts.is_empty() { "true".to_owned() } else { parts.join(" and ") }
 }
 
-/// That a clause of the present holds, in few words.
+/// The condition that a clause without a deadline holds, in short form.
 pub(crate) fn brief_clause(part: &Part, vocabulary: &Vocabulary) -> String {
     match part.iter().collect::<Vec<_>>()[..] {
         [Literal::Event { event, holds: true }] => brief(&vocabulary.get(*event).condition),
@@ -279,7 +280,7 @@ mod tests {
         read.unwrap_or_else(|error| panic!("{text}: {:?}", error.problems())).remove(0).1
     }
 
-    /// All operators of a form, the inner ones too.
+    /// All operators of a form, including nested ones.
     fn operators<'a>(form: &'a Form, found: &mut Vec<&'a Literal>) {
         for literal in form.iter().flatten() {
             match literal {
@@ -295,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn clauses_and_what_is_owed_read_back_as_what_they_are() {
+    fn clauses_and_obligations_read_back_as_themselves() {
         let topology = topology();
         let mut seen = 0;
         for start in 0..3_000 {
@@ -319,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_printed_has_the_words_of_the_one_who_wrote_it() {
+    fn formulas_are_printed_as_they_were_written() {
         let topology = topology();
         let [p, q, r] = ["(P, T, m[1] = true)", "(Q, T, m[1] = true)", "(R, T, m[1] = true)"];
         for text in [

@@ -1,10 +1,10 @@
-//! Monitors at work on letters: what is left of a formula after each state, and the machines that keep track of it.
+//! Monitors on letters: what remains of a formula after each state, and the machines that track it.
 //!
-//! - [`Alphabet`] turns messages into letters: which of the formula's events a message satisfies.
-//! - [`Obligations`] say what the rest of a run owes; [`Operators`] carry them from one state to the next.
-//! - [`Anticipation`] says what endless words can still make of obligations.
-//! - [`Progression`] keeps the obligations themselves; [`Automaton`] has worked out all that can become of them before
-//!   the run; [`Compact`] needs no obligations at all, for the paper's safety and response formulas.
+//! - [`Alphabet`] turns messages into letters: the events of the formula that a message satisfies.
+//! - [`Obligations`] are what the rest of a run must do; [`Operators`] carry them from one state to the next.
+//! - [`Anticipation`] determines what endless words can still do with obligations.
+//! - [`Progression`] keeps the obligations themselves. An [`Automaton`] has computed all their possible states before
+//!   the run. [`Compact`] needs no obligations, for the paper's safety and response formulas.
 
 mod alphabet;
 mod anticipation;

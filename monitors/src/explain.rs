@@ -1,13 +1,12 @@
 //! Formulas in plain, patterned English.
 //!
-//! No two formulas of different meaning read alike: what stands inside something else, and could be read as reaching
-//! further or less far than it does, stands in parentheses.
+//! No two formulas with different meanings read alike: a nested part whose extent could be misread is in parentheses.
 
 use channels::{ChannelId, Relation, Topology, Value};
 
 use crate::formula::{EventAtom, Formula, MessageCondition};
 
-/// What a formula asks for, in a sentence; one for each part of an outermost `and`.
+/// What a formula requires, as a sentence; one sentence for each part of an outermost `and`.
 #[must_use]
 pub fn explain(formula: &Formula, topology: &Topology) -> String {
     match formula {
@@ -64,7 +63,7 @@ impl Explainer<'_> {
     /// A formula as the clause of a sentence.
     fn clause(&self, formula: &Formula) -> String {
         match formula {
-            Formula::True => "nothing is asked".to_owned(),
+            Formula::True => "nothing is required".to_owned(),
             Formula::False => "this is impossible".to_owned(),
             Formula::Event(event) => self.event(event),
             Formula::TimeUntil { event, relation, ticks } => {
@@ -72,32 +71,33 @@ impl Explainer<'_> {
             }
             Formula::Not(inside) => match &**inside {
                 Formula::TimeUntil { event, relation, ticks } => {
-                    format!("it does not happen {} that {}", time(*relation, *ticks), self.event(event))
+                    let time = time(*relation, *ticks);
+                    format!("it does not happen {} that {}", time.trim_start_matches("eventually, "), self.event(event))
                 }
-                inside => format!("it is not so that {}", self.rest(inside)),
+                inside => format!("it is not the case that {}", self.rest(inside)),
             },
             Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
             Formula::Or(parts) => self.list(parts, " or ", |part| matches!(part, Formula::Or(_))),
             Formula::Implies(a, b) => format!("if {}, then {}", self.limb(a), self.limb(b)),
             Formula::Next(inside) => format!("the next time, {}", self.rest(inside)),
             Formula::Always(inside) => format!("from then on always {}", self.rest(inside)),
-            Formula::Eventually(inside) => format!("at some time {}", self.rest(inside)),
+            Formula::Eventually(inside) => format!("at some point, {}", self.rest(inside)),
             Formula::Until(a, b) => format!("{} until {}", self.inside(a), self.rest(b)),
         }
     }
 
-    /// Parts joined by a word, those of the same kind without parentheses.
+    /// Parts joined by a word; nested lists of the same kind have no parentheses.
     fn list(&self, parts: &[Formula], word: &str, is_alike: impl Fn(&Formula) -> bool) -> String {
         let part = |part: &Formula| if is_alike(part) { self.clause(part) } else { self.inside(part) };
         parts.iter().map(part).collect::<Vec<_>>().join(word)
     }
 
-    /// A side of `if …, then …`, which commas keep apart.
+    /// A side of `if …, then …`, which commas separate.
     fn limb(&self, formula: &Formula) -> String {
         if matches!(formula, Formula::Implies(..)) { self.inside(formula) } else { self.clause(formula) }
     }
 
-    /// A formula that another one ends with.
+    /// A formula at the end of another one.
     fn rest(&self, formula: &Formula) -> String {
         match formula {
             Formula::Not(_) | Formula::Next(_) | Formula::Always(_) | Formula::Eventually(_) => self.clause(formula),
@@ -135,8 +135,8 @@ impl Explainer<'_> {
             parts.iter().map(part).collect::<Vec<_>>().join(word)
         };
         match condition {
-            MessageCondition::True => "anything at all".to_owned(),
-            MessageCondition::False => "the impossible is so".to_owned(),
+            MessageCondition::True => "anything holds".to_owned(),
+            MessageCondition::False => "a contradiction holds".to_owned(),
             MessageCondition::Compare { field, relation, value } => {
                 format!("{} {} {}", self.field(*field, value, channel), verb(*relation), plain(value))
             }
@@ -144,7 +144,7 @@ impl Explainer<'_> {
                 MessageCondition::Compare { field, relation, value } => {
                     format!("{} {} {}", self.field(*field, value, channel), negated_verb(*relation), plain(value))
                 }
-                inside => format!("it is not so that {}", self.condition_inside(inside, channel)),
+                inside => format!("it is not the case that {}", self.condition_inside(inside, channel)),
             },
             MessageCondition::And(parts) => join(parts, " and ", |part| matches!(part, MessageCondition::And(_))),
             MessageCondition::Or(parts) => join(parts, " or ", |part| matches!(part, MessageCondition::Or(_))),
@@ -172,7 +172,7 @@ impl Explainer<'_> {
         if is_one { text } else { format!("({text})") }
     }
 
-    /// A field by its name in the shapes whose field could have that value, or by its number.
+    /// A field by its name in the shapes whose field can hold this value, or by its number.
     fn field(&self, field: usize, value: &Value, channel: ChannelId) -> String {
         let shapes = self.topology.get(channel).domain.shapes().iter();
         let fields =
@@ -200,7 +200,7 @@ fn verb(relation: Relation) -> &'static str {
 fn negated_verb(relation: Relation) -> &'static str {
     match relation {
         Relation::Equal => "is not",
-        Relation::NotEqual => "is nothing but",
+        Relation::NotEqual => "is nothing other than",
         Relation::Less => "is not less than",
         Relation::LessOrEqual => "is not at most",
         Relation::Greater => "is not more than",
@@ -215,15 +215,15 @@ fn plain(value: &Value) -> String {
     }
 }
 
-/// When a timed event is due.
+/// When a timed event is due. `< 5` excludes the fifth tick from now, `<= 5` includes it.
 fn time(relation: Relation, ticks: u64) -> String {
     let count = if ticks == 1 { "1 tick".to_owned() } else { format!("{ticks} ticks") };
     match relation {
-        Relation::Less => format!("in less than {count}"),
-        Relation::LessOrEqual => format!("in at most {count}"),
-        Relation::Equal => format!("in exactly {count}"),
-        Relation::NotEqual => format!("in more or less than {count}"),
-        Relation::Greater => format!("eventually, in more than {count}"),
-        Relation::GreaterOrEqual => format!("eventually, in at least {count}"),
+        Relation::Less => format!("in fewer than {count}"),
+        Relation::LessOrEqual => format!("within {count}"),
+        Relation::Equal => format!("after exactly {count}"),
+        Relation::NotEqual => format!("after more or fewer than {count}"),
+        Relation::Greater => format!("eventually, after more than {count}"),
+        Relation::GreaterOrEqual => format!("eventually, after at least {count}"),
     }
 }

@@ -1,4 +1,4 @@
-//! Monitors as program graphs, and those as text, Graphviz and SCXML.
+//! Monitors as program graphs, and program graphs as text, Graphviz and SCXML.
 
 mod automaton_graph;
 mod dot;
@@ -12,7 +12,7 @@ pub(crate) use picture::Picture;
 
 use crate::monitor::ScopeMonitor;
 
-/// How a monitor can be written out.
+/// A format for exported monitors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
     /// The program graph as text.
@@ -25,10 +25,10 @@ pub enum Format {
 }
 
 impl ScopeMonitor {
-    /// The monitor's program graph in a format; `None` where it has none: it is monitored by progression.
+    /// The monitor's program graph in the given format; `None` for a monitor by progression, which has no graph.
     ///
     /// An automaton as a graph takes a tick with number 0 for the first of the run, and any other for one that follows
-    /// another tick: it is right on runs whose ticks are numbered from 0 without gaps.
+    /// another tick. It is correct on runs whose ticks are numbered from 0 without gaps.
     #[must_use]
     pub fn export(&self, format: Format) -> Option<String> {
         let picture = self.picture_of_any_size()?;

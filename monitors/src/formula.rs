@@ -1,4 +1,4 @@
-//! Formulas whose names have been looked up: what the semantics speaks of.
+//! Formulas with resolved names, as the semantics uses them.
 
 use channels::{ChannelId, Message, Relation, Value};
 use serde::{Deserialize, Serialize};
@@ -14,7 +14,7 @@ pub enum Formula {
     Event(EventAtom),
     /// `time_until (event) ⋈ ticks`: a message that satisfies the event passes at some j ≥ i with τj − τi ⋈ ticks.
     TimeUntil {
-        /// What passes.
+        /// The event.
         event: EventAtom,
         /// ⋈
         relation: Relation,
@@ -29,13 +29,13 @@ pub enum Formula {
     Or(Vec<Formula>),
     /// If the first holds, the second does.
     Implies(Box<Formula>, Box<Formula>),
-    /// The operand holds at the next state at which it is asked.
+    /// The operand holds at the next state at which it is checked.
     Next(Box<Formula>),
-    /// The operand holds whenever it is asked.
+    /// The operand holds whenever it is checked.
     Always(Box<Formula>),
-    /// The operand holds at some state at which it is asked.
+    /// The operand holds at some state at which it is checked.
     Eventually(Box<Formula>),
-    /// The second holds at some state, and the first whenever it is asked before.
+    /// The second operand holds at some state, and the first whenever it is checked before that.
     Until(Box<Formula>, Box<Formula>),
 }
 
@@ -55,14 +55,14 @@ pub enum MessageCondition {
     True,
     /// No message.
     False,
-    /// `m[field] ⋈ value`. A field that is absent or of another type makes every relation false but `!=`, which means
+    /// `m[field] ⋈ value`. If the field is missing or of another type, every relation is false except `!=`, which means
     /// `not (m[field] = value)`.
     Compare {
-        /// Which field, counted from 1.
+        /// The field, counted from 1.
         field: usize,
         /// ⋈
         relation: Relation,
-        /// What it is compared with.
+        /// The value that it is compared with.
         value: Value,
     },
     /// The operand does not hold.
@@ -110,13 +110,13 @@ impl MessageCondition {
 }
 
 impl Formula {
-    /// Not this formula.
+    /// The negation of this formula.
     #[must_use]
     pub fn negated(self) -> Self {
         Self::Not(Box::new(self))
     }
 
-    /// This formula implies the other.
+    /// The formula that this one implies the other.
     #[must_use]
     pub fn implies(self, other: Self) -> Self {
         Self::Implies(Box::new(self), Box::new(other))
@@ -128,7 +128,7 @@ impl Formula {
         Self::Always(Box::new(self))
     }
 
-    /// Calls `visit` with each event, those inside `time_until` included.
+    /// Calls `visit` with each event, including those inside `time_until`.
     pub(crate) fn events<'a>(&'a self, visit: &mut impl FnMut(&'a EventAtom)) {
         match self {
             Self::True | Self::False => {}

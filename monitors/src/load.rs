@@ -13,28 +13,29 @@ use crate::problem::{ScopeError, Warnings};
 use crate::resolve::{Definition, resolve};
 use crate::syntax::{ByteRange, Constraint, ConstraintKind, parse_file};
 
-/// A requirement on what passes over the channels, with its monitor.
+/// A property of the messages on the channels, with its monitor.
 #[derive(Debug)]
 pub struct Property {
     /// Its name, for example `phi1`.
     pub name: String,
     /// The formula, in the SCOPE language.
     pub formula: String,
-    /// What it asks for, in a few words: the first sentence of the comment right above it, else its formula in English.
+    /// What it requires, in a few words: the first sentence of the comment directly above it, or else its formula in
+    /// English.
     pub summary: String,
     /// The monitor.
     pub monitor: Box<dyn Monitor>,
 }
 
 impl Property {
-    /// The property's monitor with all that it can tell; `None` if it was built by hand.
+    /// The property's monitor as a [`ScopeMonitor`], which can explain its verdicts; `None` if it was built by hand.
     #[must_use]
     pub fn scope_monitor(&self) -> Option<&ScopeMonitor> {
         scope_monitor(self.monitor.as_ref())
     }
 }
 
-/// A monitor as one that was made from a SCOPE formula; `None` if it was built by hand.
+/// The monitor as a [`ScopeMonitor`], if it was made from a SCOPE formula; `None` if it was built by hand.
 #[must_use]
 pub fn scope_monitor(monitor: &dyn Monitor) -> Option<&ScopeMonitor> {
     (monitor as &dyn std::any::Any).downcast_ref()
@@ -45,13 +46,13 @@ pub fn scope_monitor(monitor: &dyn Monitor) -> Option<&ScopeMonitor> {
 pub struct PropertyFile {
     /// The properties in the order of the file, each with its monitor.
     pub properties: Vec<Property>,
-    /// What looks wrong.
+    /// Warnings.
     pub warnings: Warnings,
 }
 
 /// Reads a property file and makes its monitors.
 ///
-/// `name` is the file's name for diagnostics; durations are turned into ticks of `tick_period`.
+/// `name` is the file's name in diagnostics; durations are converted to ticks of `tick_period`.
 ///
 /// ```
 /// use std::{sync::Arc, time::Duration};
@@ -103,7 +104,7 @@ pub fn load(
     Ok(PropertyFile { properties, warnings: Warnings::new(Source::new(name, text), problems) })
 }
 
-/// The first sentence of the comment that ends on the line above the one with that byte, without its full stop.
+/// The first sentence, without its full stop, of the comment that ends on the line above this byte.
 fn summary_above(text: &str, at: usize) -> Option<String> {
     let line_start = text[..at].rfind('\n').map_or(0, |end| end + 1);
     let above: Vec<&str> = text[..line_start].lines().rev().map_while(|line| line.trim().strip_prefix("//")).collect();
@@ -113,7 +114,7 @@ fn summary_above(text: &str, at: usize) -> Option<String> {
     (!sentence.is_empty()).then(|| sentence.to_owned())
 }
 
-/// Notes what is strange about a property: that it says nothing, asks for what cannot be, or costs much.
+/// Adds warnings about a property: it is trivial or contradictory, or it needs too many states.
 fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<Problem>) {
     let name = &definition.name;
     let mut warn = |message: String, span: ByteRange, label: &str, help: &str| {
@@ -124,16 +125,16 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
     let mut impossible = Vec::new();
     definition.formula.events(&mut |event| impossible.push(!monitor.can_hold(event)));
     for (span, _) in spans.into_iter().zip(impossible).filter(|(_, impossible)| *impossible) {
-        let help = "the conditions contradict each other, or the channel's messages";
+        let help = "the conditions contradict each other or the channel's messages";
         warn("no message can be this event".to_owned(), span, "never true", help);
     }
     match (monitor.verdict(), monitor.is_violated_by_a_tick()) {
         (Verdict::True, _) => {
-            let help = "whatever happens, it holds: is a condition missing?";
+            let help = "it holds on every run: is a condition missing?";
             warn(format!("`{}` can never be violated", name.text), name.span, "always satisfied", help);
         }
         (Verdict::False, _) | (_, true) => {
-            let help = "whatever happens, it fails: do two conditions contradict each other?";
+            let help = "it fails on every run: do two conditions contradict each other?";
             warn(format!("`{}` can never be satisfied", name.text), name.span, "always violated", help);
         }
         _ => {}
@@ -141,11 +142,11 @@ fn look_at(definition: &Definition, monitor: &ScopeMonitor, problems: &mut Vec<P
     if !monitor.method().anticipates() {
         let message = format!("`{}` needs more than {MAX_AUTOMATON_STATES} states", name.text);
         let help = "it is monitored without an automaton: its verdicts are never wrong, but may come late";
-        warn(message, name.span, "too large to be worked out beforehand", help);
+        warn(message, name.span, "too large for an automaton", help);
     }
 }
 
-/// Where the events of a constraint stand, in the order in which [`Formula::events`] visits them.
+/// The places of the events of a constraint, in the order in which [`Formula::events`] visits them.
 fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
     match &constraint.kind {
         ConstraintKind::True | ConstraintKind::False | ConstraintKind::Unreadable => {}
@@ -164,7 +165,7 @@ fn events(constraint: &Constraint, spans: &mut Vec<ByteRange>) {
     }
 }
 
-/// Reads a file and looks up its names, without making monitors: the formulas by name.
+/// Reads a file and resolves its names, without making monitors. Returns the formulas by name.
 ///
 /// # Errors
 /// [`ScopeError`] with everything that is wrong with the file.
@@ -190,7 +191,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_comment_right_above_a_property_sums_it_up() {
+    fn the_comment_directly_above_a_property_is_its_summary() {
         let text = "// Not this.\n\n// The level read is\n// never below 20 %. More about it.\nproperty p := true";
         let at = text.find("p :=").expect("the property is there");
         assert_eq!(summary_above(text, at).as_deref(), Some("The level read is never below 20 %"));

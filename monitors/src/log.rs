@@ -1,9 +1,9 @@
-//! Recorded event logs: JSON Lines, one communication or tick a line, read as a stream.
+//! Recorded event logs: JSON Lines with one message or tick per line, read as a stream.
 //!
-//! The first line describes the run, the others follow in the order in which things happened.
+//! The first line describes the run. The events follow in the order in which they happened.
 //! `{"step":812,"tick":67,"time_s":67.02,"from":"BatteryReader","to":"BatteryLevel", "message":[{"sym":"ok"},83.2]}` is
-//! a message that was received, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` a tick. Lines of other kinds,
-//! which have neither `from`, `to` or `message` nor `generated`, are skipped.
+//! a received message, `{"step":9,"tick":67,"time_s":67.0,"generated": "tick"}` is a tick. Lines with neither `from`,
+//! `to` or `message` nor `generated` are of other kinds and are skipped.
 
 mod scan;
 
@@ -16,14 +16,14 @@ use channels::{ChannelId, Event, EventKind, Message, Monitor, Symbol, Topology, 
 use crate::monitor::EventTime;
 use scan::{Scanner, Token, Unreadable};
 
-/// Why an event log cannot be read any further.
+/// Why an event log cannot be read further.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum LogError {
-    /// The system could not read on.
+    /// The operating system could not read it.
     #[error("the log cannot be read: {0}")]
     Read(#[from] std::io::Error),
-    /// A line is not what a log has.
+    /// A line is not a valid line of a log.
     #[error("line {line} of the log, byte {column}: {problem}")]
     Line {
         /// The number of the line, counted from 1.
@@ -33,7 +33,7 @@ pub enum LogError {
         /// What is wrong with it.
         problem: String,
     },
-    /// A message between processes that have no such channel.
+    /// A message between processes that are not connected by a channel.
     #[error("line {line} of the log: there is no channel from {from} to {to}")]
     UnknownChannel {
         /// The number of the line, counted from 1.
@@ -43,24 +43,24 @@ pub enum LogError {
         /// The process that received it.
         to: String,
     },
-    /// Lines are not in the order in which things happened.
-    #[error("line {line} of the log goes back: step {step}, tick {tick}, {} s", time.as_secs_f64())]
+    /// Lines are not in chronological order.
+    #[error("line {line} of the log goes back in time: step {step}, tick {tick}, {} s", time.as_secs_f64())]
     Backwards {
         /// The number of the line, counted from 1.
         line: u64,
-        /// The line's step, less than that of a line before, or
+        /// The line's step is less than that of a previous line, or
         step: u64,
-        /// its tick is less, or
+        /// its tick is, or
         tick: u64,
-        /// its time.
+        /// its time is.
         time: Duration,
     },
 }
 
-/// What of a log is read.
+/// Which messages of a log are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Channels {
-    /// A message on a channel that the topology does not have is an error.
+    /// Messages on channels that the topology does not have are an error.
     #[default]
     All,
     /// Messages on channels that the topology does not have are skipped.
@@ -96,15 +96,15 @@ pub struct EventLog<R> {
     which: Channels,
     /// Step, tick and time of the last event.
     last: (u64, u64, Duration),
-    /// How many messages were skipped, since their channels are not known.
+    /// The number of messages skipped because their channels are unknown.
     skipped: u64,
-    /// The channel that the last message came on: the next one often does too.
+    /// The channel of the last message: the next one often has the same.
     recent: usize,
     symbols: Vec<Symbol>,
     fields: Vec<Value>,
 }
 
-/// No line of a log is longer.
+/// The longest line allowed.
 const MAX_LINE: usize = 1 << 20;
 
 impl<R: BufRead> EventLog<R> {
@@ -132,7 +132,7 @@ impl<R: BufRead> EventLog<R> {
     /// The next event; `None` at the end of the log.
     ///
     /// # Errors
-    /// [`LogError`] where the log cannot be read, or a line is none.
+    /// [`LogError`] if the log cannot be read, or a line is invalid.
     pub fn next_event(&mut self) -> Result<Option<Event>, LogError> {
         loop {
             self.line.clear();
@@ -142,7 +142,7 @@ impl<R: BufRead> EventLog<R> {
             }
             self.number += 1;
             if self.line.len() >= MAX_LINE {
-                return Err(self.complaint(MAX_LINE, "this line is longer than a megabyte"));
+                return Err(self.complaint(MAX_LINE, "this line is longer than 1 MiB"));
             }
             let line = std::mem::take(&mut self.line);
             let event = self.event(&line);
@@ -153,7 +153,7 @@ impl<R: BufRead> EventLog<R> {
         }
     }
 
-    /// How many messages have been skipped because the topology does not have their channels.
+    /// The number of messages skipped because the topology does not have their channels.
     #[must_use]
     pub fn skipped(&self) -> u64 {
         self.skipped
@@ -163,7 +163,7 @@ impl<R: BufRead> EventLog<R> {
         LogError::Line { line: self.number, column: at + 1, problem: problem.to_owned() }
     }
 
-    /// The event of a line, if it is one.
+    /// The event of a line, if it has one.
     fn event(&mut self, line: &[u8]) -> Result<Option<Event>, LogError> {
         let number = self.number;
         let unreadable =
@@ -257,18 +257,18 @@ impl<R: BufRead> EventLog<R> {
             Token::Text(text) => Value::Text(text.into()),
             Token::Open => {
                 if scanner.string()? != b"sym" {
-                    return Err(scanner.unreadable("a value is a number, a text, true, false or {\"sym\": …}"));
+                    return Err(scanner.unreadable("a value must be a number, a text, true, false or {\"sym\": …}"));
                 }
                 scanner.expect(b':')?;
                 let name = scanner.string()?;
-                let symbol = self.symbol(name).ok_or_else(|| scanner.unreadable("this is no UTF-8"))?;
+                let symbol = self.symbol(name).ok_or_else(|| scanner.unreadable("this is not UTF-8"))?;
                 scanner.expect(b'}')?;
                 Value::Symbol(symbol)
             }
         })
     }
 
-    /// The symbol of that name: one allocation for all its occurrences, as long as there are not too many.
+    /// The symbol with this name, allocated once for all its occurrences unless there are too many different ones.
     fn symbol(&mut self, name: &[u8]) -> Option<Symbol> {
         if let Some(known) = self.symbols.iter().find(|symbol| symbol.name().as_bytes() == name) {
             return Some(known.clone());
@@ -290,7 +290,7 @@ impl<R: BufRead> EventLog<R> {
     }
 }
 
-/// What a line says.
+/// The contents of a line.
 #[derive(Default)]
 struct Found<'a> {
     step: Option<u64>,
@@ -302,12 +302,12 @@ struct Found<'a> {
     message: Option<Message>,
 }
 
-/// The processes and channels that a log speaks of, with any messages: for logs whose system is not at hand.
+/// The processes and channels that occur in a log, with unrestricted messages: for logs whose system is not available.
 ///
 /// Reads the whole log once.
 ///
 /// # Errors
-/// [`LogError`] where the log cannot be read.
+/// [`LogError`] if the log cannot be read.
 pub fn topology_of_log<R: BufRead>(input: R) -> Result<Arc<Topology>, LogError> {
     let mut log = EventLog::new(input, &Topology::default(), Channels::All);
     let mut topology = Topology::default();
@@ -333,21 +333,21 @@ pub fn topology_of_log<R: BufRead>(input: R) -> Result<Arc<Topology>, LogError> 
     }
 }
 
-/// How far a log went.
+/// The extent of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub struct LogEnd {
-    /// How many messages were read.
+    /// The number of messages read.
     pub messages: u64,
-    /// How many ticks were generated.
+    /// The number of ticks generated.
     pub ticks: u64,
-    /// When the last event happened.
+    /// The time of the last event.
     pub last: Option<EventTime>,
 }
 
-/// Shows a log to monitors, event by event, to its end.
+/// Feeds a log to monitors, event by event, to its end.
 ///
 /// # Errors
-/// [`LogError`] where the log cannot be read.
+/// [`LogError`] if the log cannot be read.
 pub fn verify<'a, R: BufRead>(
     log: &mut EventLog<R>,
     monitors: impl IntoIterator<Item = &'a mut dyn Monitor>,

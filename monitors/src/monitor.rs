@@ -1,4 +1,4 @@
-//! A property at work: the machine with all that it takes to explain what it says.
+//! A running property: the machine, and everything needed to explain its verdicts.
 
 mod record;
 mod vacuity;
@@ -24,8 +24,8 @@ pub use witness::{EventTime, OpenObligation, Sighting, Witness};
 
 /// The monitor of a SCOPE property.
 ///
-/// Its verdicts never change once they are true or false. What one event costs in time, and the monitor in memory, is
-/// bounded by the formula and its bounds, never by the length of the run.
+/// Its verdict never changes once it is true or false. The time per event and the memory depend on the formula and its
+/// bounds, never on the length of the run.
 ///
 /// ```
 /// use std::{sync::Arc, time::Duration};
@@ -55,7 +55,7 @@ pub struct ScopeMonitor {
     synthesis: Arc<Synthesis>,
     picture: Option<Arc<Picture>>,
     run: RunningMonitor,
-    /// Beside a machine without rules: the clauses, where they have that form, to tell which of them is to blame.
+    /// For a machine without rules: the clauses as rules, if they have that form, to tell which one was violated.
     rules: Option<CompactRun>,
     /// τ at the first state; `None` before it.
     start: Option<u64>,
@@ -65,15 +65,15 @@ pub struct ScopeMonitor {
     watches: Vec<Watch>,
 }
 
-/// An automaton may have this many states; a formula that needs more is monitored without one.
+/// The largest number of states of an automaton; a formula that needs more is monitored without one.
 pub const MAX_AUTOMATON_STATES: usize = crate::engine::MAX_AUTOMATON_STATES;
 
-/// How a run could go on for ever.
+/// An endless continuation of a run.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Continuation {
-    /// What comes first, each state with its distance in ticks from the one before.
+    /// The states that come first, each with its distance in ticks from the previous one.
     pub stem: Vec<(u64, EventKind)>,
-    /// What then comes over and over, τ growing by one at each tick; silence, if that is nothing.
+    /// The states that then repeat, with τ growing by one at each tick; if empty, there is silence.
     pub cycle: Vec<EventKind>,
 }
 
@@ -81,13 +81,13 @@ impl ScopeMonitor {
     /// The monitor of a formula over the channels of a topology.
     ///
     /// # Errors
-    /// [`FormulaTooLarge`] if the formula speaks of more than 64 different events, or its clause form has more than two
-    /// thousand parts.
+    /// [`FormulaTooLarge`] if the formula has more than 64 different events, or its clause form more than two thousand
+    /// parts.
     pub fn new(name: &str, formula: Formula, topology: &Arc<Topology>) -> Result<Self, FormulaTooLarge> {
         Self::with(name, formula, topology, Choice::Best)
     }
 
-    /// The monitor with a machine of that choice.
+    /// The monitor with a given choice of machine.
     ///
     /// # Errors
     /// As [`ScopeMonitor::new`].
@@ -117,32 +117,32 @@ impl ScopeMonitor {
         })
     }
 
-    /// The formula that is monitored.
+    /// The monitored formula.
     #[must_use]
     pub fn formula(&self) -> &Formula {
         &self.formula
     }
 
-    /// The topology that the formula speaks of.
+    /// The topology of the formula.
     #[must_use]
     pub fn topology(&self) -> &Arc<Topology> {
         &self.topology
     }
 
-    /// Which kind of machine does the work.
+    /// The kind of machine in use.
     #[must_use]
     pub fn method(&self) -> Method {
         self.synthesis.method()
     }
 
-    /// Whether the formula holds on the run as it stands: `until`, `eventually`, `next` and `time_until` that are still
-    /// open count as false, and their negations as true.
+    /// Whether the formula holds on the run so far: open `until`, `eventually`, `next` and `time_until` count as false,
+    /// and their negations as true.
     #[must_use]
     pub fn holds_so_far(&self) -> bool {
         self.run.holds()
     }
 
-    /// What a run that ends now says of the property.
+    /// The outcome if the run ends now.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         Outcome::of(self)
@@ -154,7 +154,8 @@ impl ScopeMonitor {
         self.record.witness()
     }
 
-    /// What is owed if the run ends now, since when and until when; empty unless the outcome is inconclusive.
+    /// The pending obligations if the run ends now, each with its beginning and deadline; empty unless the outcome is
+    /// inconclusive.
     #[must_use]
     pub fn open_obligations(&self) -> Vec<OpenObligation> {
         if self.outcome() != Outcome::Inconclusive {
@@ -204,13 +205,13 @@ impl ScopeMonitor {
         open.collect()
     }
 
-    /// The clauses whose antecedent has never held at a state where it was asked.
+    /// The clauses whose antecedent never held in a state in which it was checked.
     #[must_use]
     pub fn vacuous(&self) -> Vec<Vacuity> {
         self.watches.iter().filter_map(|watch| watch.vacuity(&self.synthesis.vocabulary, &self.topology)).collect()
     }
 
-    /// Whether some message within its channel's domain is that event.
+    /// Whether some message within its channel's domain is this event.
     pub(crate) fn can_hold(&self, event: &crate::formula::EventAtom) -> bool {
         self.synthesis
             .alphabet
@@ -218,15 +219,15 @@ impl ScopeMonitor {
             .any(|(_, channel, message)| channel == event.channel && event.condition.holds(message))
     }
 
-    /// Whether the very first tick would violate the formula: then no run satisfies it.
+    /// Whether the very first tick violates the formula: then no run satisfies it.
     pub(crate) fn is_violated_by_a_tick(&self) -> bool {
         let mut run = self.synthesis.start();
         run.read(Letter::TICK, &self.synthesis.alphabet);
         run.verdict() == Verdict::False
     }
 
-    /// The letter of a message, or of a tick that τ has grown by one with; `None` if the formula does not mention the
-    /// channel, or its letters are too many for tables.
+    /// The letter of a message, or of a tick after τ has grown by one; `None` if the formula does not mention the
+    /// channel, or there are too many letters for tables.
     #[must_use]
     pub fn symbol(&self, kind: &EventKind) -> Option<Symbol> {
         self.synthesis.alphabet.symbols()?;
@@ -239,16 +240,16 @@ impl ScopeMonitor {
         }
     }
 
-    /// One message for each letter that a message within the domains can be.
+    /// One message for each letter that messages within the domains can have.
     pub fn samples(&self) -> impl Iterator<Item = EventKind> + '_ {
         let received = |channel, message: &channels::Message| EventKind::Received { channel, message: message.clone() };
         self.synthesis.alphabet.letters().map(move |(_, channel, message)| received(channel, message))
     }
 
-    /// Takes letters that have been read before: the fast way for conditions that are ready-made.
+    /// Processes letters that were read before: the fast way.
     ///
-    /// The verdict afterwards is the one that [`Monitor::observe`] would give, of messages within the domains of their
-    /// channels; witnesses are not kept.
+    /// The verdict afterwards is the same as with [`Monitor::observe`] for messages within the domains of their
+    /// channels. Witnesses are not recorded.
     pub fn run_symbols(&mut self, symbols: &[Symbol]) {
         if self.verdict != Verdict::Inconclusive {
             return;
@@ -263,8 +264,8 @@ impl ScopeMonitor {
         self.verdict = self.run.verdict();
     }
 
-    /// How the run could go on for ever so that the formula holds (or does not), if it can. `None` also without an
-    /// automaton.
+    /// An endless continuation of the run on which the formula holds (or does not), if there is one. Always `None`
+    /// without an automaton.
     #[must_use]
     pub fn continuation(&self, holds: bool) -> Option<Continuation> {
         let RunningMonitor::Automaton(run) = &self.run else { return None };
@@ -283,13 +284,13 @@ impl ScopeMonitor {
         Some(Continuation { stem: stem.iter().map(next).collect::<Option<_>>()?, cycle: cycle.collect::<Option<_>>()? })
     }
 
-    /// The monitor as a program graph, where it has that form and is small enough to be looked at.
+    /// The monitor as a program graph, if it has one that is small enough to be drawn.
     #[must_use]
     pub fn program_graph(&self) -> Option<&ProgramGraph> {
         self.picture.as_ref().map(|picture| &*picture.graph)
     }
 
-    /// The program graph run as any other, for what runs program graphs; it gives the same verdicts, but knows no
+    /// The program graph as a [`GraphMonitor`], for code that runs program graphs. It gives the same verdicts, but no
     /// reasons, and is slower.
     #[must_use]
     pub fn to_graph_monitor(&self) -> Option<GraphMonitor> {
@@ -312,7 +313,7 @@ impl ScopeMonitor {
             if let Some(rules) = &mut self.rules {
                 rules.advance(now);
             }
-            // What else time decides, its tick does.
+            // Everything else that time decides is decided at the tick itself.
             if self.run.is_too_late() {
                 self.verdict = Verdict::False;
             }

@@ -1,4 +1,4 @@
-//! Events by themselves, outside of any property: what a fault or a picture waits for.
+//! Events outside of any property: what a fault or a picture waits for.
 
 use std::time::Duration;
 
@@ -9,8 +9,7 @@ use crate::formula::{EventAtom, Formula};
 use crate::load::formulas;
 use crate::problem::ScopeError;
 
-/// Reads events in the SCOPE language, several of them joined by `or`: a message is one that is waited for if it
-/// satisfies one of them.
+/// Reads one or more events in the SCOPE language, joined by `or`. A message matches if it satisfies one of them.
 ///
 /// ```
 /// use channels::{Capacity, Domain, FieldKind, Shape, Topology};
@@ -26,7 +25,7 @@ use crate::problem::ScopeError;
 /// ```
 ///
 /// # Errors
-/// Everything that is wrong with the text, which is shown as a file of that name.
+/// Everything that is wrong with the text, which is shown as a file with this name.
 pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<EventAtom>, ScopeError> {
     let before = "property event := eventually (";
     let read = formulas(name, &format!("{before}{text})"), topology, Duration::from_secs(1));
@@ -40,13 +39,13 @@ pub fn occurrences(name: &str, text: &str, topology: &Topology) -> Result<Vec<Ev
         _ => None,
     };
     events.ok_or_else(|| {
-        let problem = Problem::new("this is no event").at(0..text.len(), "here");
-        let problem = problem.with_help("`(sender, receiver, condition)`, or several of them joined by `or`");
+        let problem = Problem::new("this is not an event").at(0..text.len(), "here");
+        let problem = problem.with_help("write `(sender, receiver, condition)`, or several such events joined by `or`");
         ScopeError::new(Source::new(name, text), vec![problem])
     })
 }
 
-/// The error of a text as that of a part of it, which begins at byte `start`.
+/// The error of a text, moved to the part of it that begins at byte `start`.
 fn of_part(error: &ScopeError, name: &str, part: &str, start: usize) -> ScopeError {
     let inside = |offset: usize| offset.saturating_sub(start).min(part.len());
     let moved = |problem: &Problem| problem.clone().moved(|place| inside(place.start)..inside(place.end));
@@ -82,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_event_is_refused() {
+    fn text_that_is_not_an_event_is_refused() {
         for text in ["not (BatteryReader, BatteryLevel, true)", "true", "always (BatteryReader, BatteryLevel, true)"] {
             let error = occurrences("when", text, &topology()).expect_err(text);
             assert_eq!(error.problems().len(), 1, "{text}: {error}");

@@ -1,5 +1,5 @@
-//! The meaning of a formula on finite and on endless sequences, written out: the slow and plain definition that
-//! everything else is held against.
+//! The meaning of a formula on finite and endless sequences, implemented literally: the slow and simple definition that
+//! everything else is checked against.
 
 use std::collections::BTreeSet;
 
@@ -8,9 +8,9 @@ use channels::{ChannelId, Event, EventKind};
 use crate::clause::{Bound, Form, Literal, Part, TooManyParts, Vocabulary, clauses, own_channels, own_channels_of_all};
 use crate::formula::{self, Formula};
 
-/// Whether a formula holds on a recorded sequence as it stands, by the definition in the [crate documentation](crate).
+/// Whether a formula holds on a finished sequence, by the definition in the [crate documentation](crate).
 ///
-/// Takes time in the square of the sequence's length, and more with nested operators: it is there to be right.
+/// The time is quadratic in the length of the sequence, and more with nested operators: the aim is to be correct.
 ///
 /// # Errors
 /// [`FormulaTooLarge`] if the formula's clause form has more than two thousand parts.
@@ -18,10 +18,10 @@ pub fn holds(formula: &Formula, sequence: &[Event]) -> Result<bool, FormulaTooLa
     holds_endlessly(formula, sequence, &[])
 }
 
-/// Whether a formula holds on the endless sequence that begins with `stem` and goes on with `cycle` over and over.
+/// Whether a formula holds on the endless sequence that begins with `stem` and then repeats `cycle` forever.
 ///
-/// Each tick of the cycle raises τ by one. A cycle without ticks and without messages that the formula can see is
-/// silence: from the end of the stem on, nothing comes any more.
+/// Each tick of the cycle raises τ by one. A cycle without ticks and without messages visible to the formula is
+/// silence: nothing follows the stem.
 ///
 /// # Errors
 /// [`FormulaTooLarge`] if the formula's clause form has more than two thousand parts.
@@ -43,7 +43,7 @@ pub fn holds_endlessly(formula: &Formula, stem: &[Event], cycle: &[EventKind]) -
         });
         turn.collect::<Vec<_>>()
     };
-    // From its second turn on the cycle is the same at every turn: the last messages are its own, too.
+    // From its second turn on, the cycle is always the same: the last messages are its own.
     states.extend(turn());
     let repeated = turn();
     let lap = Lap { start: states.len(), ticks: cycle.iter().filter(|kind| **kind == EventKind::Tick).count() as u64 };
@@ -71,12 +71,12 @@ struct State<'a> {
     tick: u64,
 }
 
-/// What comes over and over at the end of a sequence; nothing if the sequence is finite.
+/// The part that repeats at the end of a sequence; `None` if the sequence is finite.
 #[derive(Clone, Copy)]
 struct Lap {
-    /// Its first state; behind its last one it begins again.
+    /// Its first state; after its last one it begins again.
     start: usize,
-    /// By how many ticks τ has grown from one turn to the next.
+    /// The number of ticks by which τ grows in one turn.
     ticks: u64,
 }
 
@@ -95,12 +95,12 @@ impl Oracle<'_> {
         product.iter().all(|literal| self.literal(literal, i))
     }
 
-    /// The states from i on, in order, until all that is to come has been seen from each of its places.
+    /// The states from i on, in order, until every later situation has been seen from each of them.
     fn onwards(&self, i: usize) -> impl Iterator<Item = usize> + Clone {
         (i..self.states.len()).chain(self.lap.start..self.states.len())
     }
 
-    /// Whether a literal holds at state i, which need not be there: then nothing comes any more.
+    /// Whether a literal holds at state i, which may lie past the end: then nothing follows.
     fn literal(&self, literal: &Literal, i: usize) -> bool {
         match literal {
             Literal::Event { event, holds } => self.last_satisfies(self.words.get(*event), i) == *holds,
@@ -146,7 +146,8 @@ impl Oracle<'_> {
         products.iter().any(|product| self.asked(product, k) && self.product(product, k))
     }
 
-    /// Whether a part is asked at state j: one of its own channels speaks, or it has none and there is a tick.
+    /// Whether a part is checked at state j: one of its own channels carries a message, or it has none and there is a
+    /// tick.
     fn asked(&self, part: &Part, j: usize) -> bool {
         self.speaks(&own_channels(part, &self.words), j)
     }
@@ -173,14 +174,14 @@ impl Oracle<'_> {
         states.rev().find(on_channel).is_some_and(|j| self.passes(event, j))
     }
 
-    /// Whether state j, at one of the turns at which it comes from state i on, is as many ticks away as the bound says.
+    /// Whether, in one of its turns after state i, state j is as many ticks away as the bound demands.
     fn in_time(&self, bound: Bound, i: usize, j: usize) -> bool {
         let Some(here) = self.states.get(i) else { return false };
         let Lap { start, ticks } = self.lap;
         if j < i && j < start {
             return false;
         }
-        // Before i, j has its first turn after i when the cycle has begun again.
+        // If j is before i, its first turn after i is in the next cycle.
         let first = self.states[j].tick + if j < i { ticks } else { 0 } - here.tick;
         bound.windows().any(|window| {
             let turns = if j < start || ticks == 0 { 0 } else { window.first.saturating_sub(first).div_ceil(ticks) };

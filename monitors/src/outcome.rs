@@ -1,27 +1,27 @@
-//! What a run that has ended says of a property.
+//! The outcome of a property at the end of a run.
 
 use std::fmt;
 
 use channels::{Monitor, Verdict};
 use serde::{Deserialize, Serialize};
 
-/// What a run that has ended says of a property.
+/// The outcome of a property at the end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The property holds on the run as it stands.
+    /// The property holds on the run.
     Satisfied,
     /// The property was violated.
     Violated,
-    /// Something was still owed when the run ended.
+    /// An obligation was still pending when the run ended.
     Inconclusive,
 }
 
 impl Outcome {
-    /// All outcomes, as a user writes them.
+    /// All outcomes, in the order in which they are listed.
     pub const ALL: [Self; 3] = [Self::Satisfied, Self::Violated, Self::Inconclusive];
 
-    /// The outcome of a run that ends with the monitor in its present state.
+    /// The outcome of a run that ends with the monitor in its current state.
     #[must_use]
     pub fn of(monitor: &dyn Monitor) -> Self {
         match monitor.verdict() {

@@ -35,9 +35,9 @@ pub fn phi1(topology: &Topology, safe_pct: i64) -> Result<Property, WiringError>
 /// The thresholds of [`phi2`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PhiTwo {
-    /// At this level or below the robot owes a trip to the charging station, in percent.
+    /// At or below this level, in percent, the robot must start a trip to the charging station.
     pub low_pct: i64,
-    /// θ: within this many ticks.
+    /// θ: the deadline, in ticks.
     pub deadline_ticks: i64,
 }
 
@@ -49,14 +49,13 @@ impl Default for PhiTwo {
 }
 
 /// φ2: when the level read is at most `low_pct` on the way to the destination, the command to go to the charging
-/// station follows within `deadline_ticks` ticks.
+/// station follows in fewer than `deadline_ticks` ticks.
 ///
 /// As in the paper's figure, the timer starts at θ and the monitor fails on the tick that finds it at 0: one tick later
-/// than `< θ` says. It counts the ticks that the tree takes, and it remembers a `<running>` until the next answer to
-/// it.
+/// than `< θ` demands. It counts the ticks that the tree takes, and it remembers a `<running>` until the next answer.
 ///
 /// # Errors
-/// [`WiringError::MissingChannel`] if the topology lacks one of the channels that φ2 speaks of.
+/// [`WiringError::MissingChannel`] if the topology lacks one of the channels that φ2 mentions.
 pub fn phi2(topology: &Topology, PhiTwo { low_pct, deadline_ticks }: PhiTwo) -> Result<Property, WiringError> {
     let channel = |source, target| channel(topology, "phi2", source, target);
     let running = channel("Navigation", "GoToDestination")?;
@@ -92,7 +91,9 @@ pub fn phi2(topology: &Topology, PhiTwo { low_pct, deadline_ticks }: PhiTwo) -> 
              time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation> and \
              m[2] = <RechargingStation>) < {deadline_ticks})"
         ),
-        summary: format!("at {low_pct} % or less on the way, it starts for the station within {deadline_ticks} ticks"),
+        summary: format!(
+            "at {low_pct} % or less on the way, it starts for the station in fewer than {deadline_ticks} ticks"
+        ),
         monitor: Box::new(GraphMonitor::new(graph, [err]).with_open([c2])),
     })
 }
@@ -118,7 +119,7 @@ mod tests {
     use super::*;
     use crate::Outcome;
 
-    /// The channels that the properties speak of; monitors look at messages only, so the domains stay empty.
+    /// The channels that the properties mention; monitors look at messages only, so the domains stay empty.
     fn topology() -> Topology {
         let mut topology = Topology::default();
         for (source, target) in [
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn phi1_fails_at_the_first_level_below_twenty_and_for_good() {
+    fn phi1_fails_for_good_at_the_first_level_below_twenty() {
         let mut watch = Watch::new(|topology| phi1(topology, 20));
         assert_eq!(watch.level(20.0), "idle");
         assert_eq!(watch.level(19.999), "failure");
@@ -177,14 +178,14 @@ mod tests {
     }
 
     #[test]
-    fn phi1_takes_no_offence_at_an_error() {
+    fn phi1_ignores_errors() {
         let mut watch = Watch::new(|topology| phi1(topology, 20));
         let error = Message::new([channels::Value::symbol("error"), "no sensor".into()]);
         assert_eq!(watch.see("BatteryReader", "BatteryLevel", error), "idle");
     }
 
     #[test]
-    fn phi2_waits_for_the_way_then_for_a_low_level() {
+    fn phi2_waits_for_a_low_level_on_the_way() {
         let mut watch = Watch::new(|topology| phi2(topology, PhiTwo::default()));
         assert_eq!(watch.level(12.0), "I");
         assert_eq!(watch.see("Navigation", "GoToDestination", Message::symbols(["ok", "stopped"])), "I");

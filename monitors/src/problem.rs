@@ -1,9 +1,9 @@
-//! What is wrong with a property file, each thing at its place.
+//! Problems of a property file, each with its place.
 
 use diagnostics::{Problem, Source};
 use miette::Diagnostic;
 
-/// A property file that is refused: everything that is wrong with it, in the order of the text.
+/// A refused property file: all its problems, in the order of the text.
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
 #[error("{} has {}", text.name(), mistakes(problems))]
 pub struct ScopeError {
@@ -18,7 +18,7 @@ impl ScopeError {
         Self { text, problems }
     }
 
-    /// Everything that is wrong, and what looked wrong beside it, in the order of the text.
+    /// All problems, including warnings, in the order of the text.
     #[must_use]
     pub fn problems(&self) -> &[Problem] {
         &self.problems
@@ -32,9 +32,9 @@ fn mistakes(problems: &[Problem]) -> String {
     }
 }
 
-/// What looks wrong in a property file that was accepted, in the order of the text.
+/// The warnings about an accepted property file, in the order of the text.
 #[derive(Clone, Debug, thiserror::Error, Diagnostic)]
-#[error("{} is accepted, but look at this", text.name())]
+#[error("{} is accepted, with warnings", text.name())]
 #[diagnostic(severity(Warning))]
 pub struct Warnings {
     #[source_code]
@@ -48,13 +48,13 @@ impl Warnings {
         Self { text, problems }
     }
 
-    /// What looks wrong, in the order of the text.
+    /// The warnings, in the order of the text.
     #[must_use]
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
 
-    /// Whether nothing looks wrong.
+    /// Whether there are no warnings.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.problems.is_empty()

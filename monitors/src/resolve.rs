@@ -1,4 +1,4 @@
-//! From the tree of a file to formulas: names are looked up, types checked, durations turned into ticks.
+//! From the tree of a file to formulas: resolves names, checks types, converts durations to ticks.
 
 mod channel;
 mod condition;
@@ -13,7 +13,7 @@ use diagnostics::{Problem, nearest_or_all};
 use crate::formula::Formula;
 use crate::syntax::{ByteRange, Constraint, ConstraintKind, File, Item, Literal, Name, PropertyItem};
 
-/// A property of a file whose names have been looked up.
+/// A property of a file with resolved names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Definition {
     pub(crate) name: Name,
@@ -38,13 +38,13 @@ struct Resolver<'a> {
     topology: &'a Topology,
     tick_period: Duration,
     constants: BTreeMap<&'a str, &'a Literal>,
-    /// Whether the property at hand has a part that could not be read.
+    /// Whether the current property has a part that could not be read.
     unreadable: bool,
     problems: Vec<Problem>,
 }
 
 impl<'a> Resolver<'a> {
-    /// Notes the file's constants, and names that are given twice.
+    /// Collects the file's constants, and reports names that are defined twice.
     fn declare(&mut self, file: &'a File) {
         let mut known: BTreeMap<&str, ByteRange> = BTreeMap::new();
         for item in &file.items {
@@ -72,7 +72,7 @@ impl<'a> Resolver<'a> {
         formula.filter(|_| sound).map(definition)
     }
 
-    /// The formula of a constraint; nothing after noting what is wrong with it. All of its parts are looked at.
+    /// The formula of a constraint; `None` after its problems have been reported. All of its parts are checked.
     fn formula(&mut self, constraint: &Constraint, inside_temporal: bool) -> Option<Formula> {
         let mut temporal = |part: &Constraint| self.formula(part, true).map(Box::new);
         Some(match &constraint.kind {
@@ -98,8 +98,8 @@ impl<'a> Resolver<'a> {
             }
             ConstraintKind::Event(event) => {
                 if !inside_temporal {
-                    let problem = Problem::new("an event stands outside every temporal operator");
-                    let problem = problem.at(event.span, "asked at the first state only, before anything was sent");
+                    let problem = Problem::new("this event is outside every temporal operator");
+                    let problem = problem.at(event.span, "checked only in the first state, before any message");
                     self.problems.push(problem.with_help("did you mean `always`?"));
                 }
                 Formula::Event(self.event(event)?)
@@ -117,12 +117,12 @@ impl<'a> Resolver<'a> {
         formulas.into_iter().collect()
     }
 
-    /// The value of a constant; nothing after noting that there is none of that name.
+    /// The value of a constant; `None` after reporting that it is unknown.
     fn constant(&mut self, name: &Name) -> Option<&'a Literal> {
         let found = self.constants.get(name.text.as_str()).copied();
         if found.is_none() {
             let known: Vec<&str> = self.constants.keys().copied().collect();
-            let problem = Problem::new(format!("there is no constant `{}`", name.text)).at(name.span, "not defined");
+            let problem = Problem::new(format!("unknown constant `{}`", name.text)).at(name.span, "not defined");
             self.problems.push(problem.with_help(nearest_or_all(&name.text, "constants", &known)));
         }
         found

@@ -1,7 +1,7 @@
 //! The property files that come with the program.
 
-/// The shipped files, by name: phi1 and phi2 as the paper prints them, a variant of phi2 in which already being at
-/// the charging station also answers, and phi3, which asks for the arrival that phi2 leaves open.
+/// The shipped files, by name: phi1 and phi2 as the paper prints them, a variant of phi2 that also accepts being at the
+/// charging station as an answer, and phi3, which requires the arrival that phi2 does not.
 pub const SHIPPED: [(&str, &str); 4] = [
     ("phi1", include_str!("../properties/phi1.scope")),
     ("phi2", include_str!("../properties/phi2.scope")),

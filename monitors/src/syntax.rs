@@ -1,4 +1,4 @@
-//! The text of property files: its tokens, its tree, and back to text.
+//! The syntax of property files: tokens, tree, and back to text.
 
 mod ast;
 mod parse;

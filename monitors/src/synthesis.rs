@@ -1,4 +1,4 @@
-//! From a formula to the machine that monitors it.
+//! From a formula to its monitor.
 
 use std::sync::Arc;
 
@@ -12,45 +12,45 @@ use crate::engine::{
 use crate::formula::Formula;
 use crate::oracle::FormulaTooLarge;
 
-/// Which kind of machine monitors a formula.
+/// The kind of machine that monitors a formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// A program graph with a number or none for each clause: safety and bounded response. Time and memory do not
-    /// depend on θ, and verdicts come as early as they can.
+    /// A program graph with at most one number per clause: safety and bounded response. Time and memory do not depend
+    /// on θ, and verdicts come as early as possible.
     Graph,
-    /// As [`Method::Graph`] for several clauses with deadlines whose automaton would be too large: late where two of
+    /// Like [`Method::Graph`], for several clauses with deadlines whose automaton would be too large: late when two of
     /// them contradict each other.
     Graphs,
-    /// An explicit automaton: verdicts come as early as they can.
+    /// An explicit automaton: verdicts come as early as possible.
     Automaton {
-        /// How many states it has.
+        /// The number of its states.
         states: usize,
     },
-    /// Progression of the formula: never wrong, late where two obligations contradict each other.
+    /// Progression of the formula: never wrong, but late when two obligations contradict each other.
     Progression,
 }
 
-/// Which machines may be chosen from. They agree, but for how early they are; that can be tried out with this.
+/// The machines to choose from. They differ only in how early their verdicts come; this choice lets tests compare them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum Choice {
-    /// The one that suits the formula.
+    /// The best one for the formula.
     #[default]
     Best,
-    /// An automaton, or progression where it would be too large.
+    /// An automaton, or progression if it would be too large.
     Automaton,
     /// Progression.
     Progression,
 }
 
 impl Method {
-    /// Whether each verdict comes at the first state at which no continuation can change it.
+    /// Whether each verdict comes in the first state in which no continuation can change it.
     #[must_use]
     pub fn anticipates(self) -> bool {
         matches!(self, Self::Graph | Self::Automaton { .. })
     }
 }
 
-/// Everything that is worked out about a formula before a run.
+/// Everything that is computed about a formula before a run.
 #[derive(Clone, Debug)]
 pub(crate) struct Synthesis {
     pub(crate) form: Form,
@@ -58,7 +58,7 @@ pub(crate) struct Synthesis {
     pub(crate) alphabet: Alphabet,
     pub(crate) operators: Arc<Operators>,
     machine: Machine,
-    /// The clauses as rules with a deadline each, where they have that form: the words for what the machine says.
+    /// The clauses as rules with a deadline each, if they have that form; they provide the words for explanations.
     rules: Option<Arc<Compact>>,
 }
 
@@ -70,7 +70,7 @@ enum Machine {
 }
 
 impl Synthesis {
-    /// A machine of that choice for a formula.
+    /// A machine for a formula, with the given choice.
     pub(crate) fn new(formula: &Formula, topology: &Topology, choice: Choice) -> Result<Self, FormulaTooLarge> {
         let vocabulary = Vocabulary::of(formula);
         if vocabulary.len() > MAX_EVENTS {
@@ -100,7 +100,7 @@ impl Synthesis {
         }
     }
 
-    /// The clauses as rules, whichever machine does the work.
+    /// The clauses as rules, whichever machine is in use.
     pub(crate) fn rules(&self) -> Option<&Arc<Compact>> {
         self.rules.as_ref()
     }
@@ -141,7 +141,7 @@ impl Choice {
     }
 }
 
-/// A machine at work.
+/// A running machine.
 #[derive(Clone, Debug)]
 pub(crate) enum RunningMonitor {
     Compact(CompactRun),
@@ -150,7 +150,7 @@ pub(crate) enum RunningMonitor {
 }
 
 impl RunningMonitor {
-    /// τ, counted from the first state, has become `now`.
+    /// Sets τ, counted from the first state, to `now`.
     pub(crate) fn advance(&mut self, now: u64) {
         match self {
             Self::Compact(run) => run.advance(now),
@@ -159,7 +159,7 @@ impl RunningMonitor {
         }
     }
 
-    /// A state with that letter.
+    /// Processes a state with this letter.
     pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
         match self {
             Self::Compact(run) => run.read(alphabet.symbol(letter)),
@@ -168,7 +168,7 @@ impl RunningMonitor {
         }
     }
 
-    /// Whether time has gone on past a deadline that was to be met.
+    /// Whether a deadline has passed unmet.
     pub(crate) fn is_too_late(&self) -> bool {
         match self {
             Self::Compact(run) => run.broken().is_some(),
@@ -185,8 +185,7 @@ impl RunningMonitor {
         }
     }
 
-    /// The clause that was not met in its time, if that is what has settled the verdict: ticks count from the first
-    /// state.
+    /// The clause that was not met in time, if that settled the verdict; ticks count from the first state.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         match self {
             Self::Compact(_) => None,
@@ -195,7 +194,7 @@ impl RunningMonitor {
         }
     }
 
-    /// Whether the formula holds on the run as it stands.
+    /// Whether the formula holds on the run so far.
     pub(crate) fn holds(&self) -> bool {
         match self {
             Self::Compact(run) => run.holds(),

@@ -1,4 +1,4 @@
-//! Formulas in the words of the language: text that reads back as the same formula.
+//! Formulas in the SCOPE language: text that reads back as the same formula.
 
 use channels::{Topology, Value};
 
@@ -10,10 +10,10 @@ use crate::syntax::{
 const NOWHERE: ByteRange = ByteRange { start: 0, end: 0 };
 
 impl Formula {
-    /// The formula in the SCOPE language, over the topology that it speaks of. Bounds are counted in ticks.
+    /// The formula in the SCOPE language, over its topology. Bounds are in ticks.
     ///
-    /// Reading the text again gives the same formula, but for an `and` or `or` of less than two parts, which the
-    /// language does not have.
+    /// Reading the text gives the same formula, except for an `and` or `or` of fewer than two parts, which the language
+    /// does not have.
     #[must_use]
     pub fn text(&self, topology: &Topology) -> String {
         constraint(self, topology).to_string()

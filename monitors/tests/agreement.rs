@@ -27,7 +27,7 @@ fn monitors_agree_with_the_oracle_on_ten_thousand_random_pairs() {
     assert!(enough.iter().all(|(count, part)| count * part > pairs), "{tally:?}");
 }
 
-/// The sequence with ticks missing now and then: time goes on all the same.
+/// The sequence with some ticks missing; time passes nevertheless.
 fn with_gaps(dice: &mut Dice, sequence: &[Event]) -> Vec<Event> {
     let mut missing = 0;
     let events = sequence.iter().map(|known| {
@@ -37,9 +37,9 @@ fn with_gaps(dice: &mut Dice, sequence: &[Event]) -> Vec<Event> {
     events.collect()
 }
 
-/// Time that goes on without ticks is no run, but a log may have lost some: what has been seen is judged all the same.
+/// No run passes time without ticks, but a log may have lost some: its events are judged nevertheless.
 #[test]
-fn ticks_that_are_missing_are_followed_too() {
+fn logs_with_missing_ticks_are_judged_too() {
     let topology = topology();
     for seed in 0..cases(2_000) {
         let mut dice = Dice(seed + 9_000_000);
@@ -54,10 +54,9 @@ fn ticks_that_are_missing_are_followed_too() {
     }
 }
 
-/// A message that its channel's domain does not have leaves the automaton, and the rest of the run is judged all the
-/// same.
+/// A message outside its channel's domain leaves the automaton, but the rest of the run is judged nevertheless.
 #[test]
-fn messages_outside_the_domains_are_followed_too() {
+fn messages_outside_the_domains_are_judged_too() {
     let topology = topology();
     let channel = topology.channels().nth(2).expect("C → D");
     let on = |value: bool| MessageCondition::Compare { field: 1, relation: Relation::Equal, value: value.into() };
@@ -89,7 +88,7 @@ fn messages_outside_the_domains_are_followed_too() {
                 let truth = holds(&formula, prefix).expect("small");
                 assert_eq!(says, truth, "{choice:?}, seed {seed}, after {length}\n{formula:#?}\n{sequence:#?}");
                 if monitor.verdict() != Verdict::Inconclusive {
-                    // A verdict is about messages within the domains.
+                    // A verdict assumes messages within the domains.
                     break;
                 }
             }
@@ -99,10 +98,10 @@ fn messages_outside_the_domains_are_followed_too() {
     assert!(automata > cases(2_000) && left > cases(500), "{automata} automata, {left} left");
 }
 
-/// Answers to one question with one deadline make a graph. With deadlines of their own, or a ban beside an answer, one
-/// number is not enough.
+/// Several answers with one deadline make a graph. With separate deadlines, or a ban beside an answer, one number is
+/// not enough.
 #[test]
-fn answers_with_deadlines_of_their_own_are_kept_apart() {
+fn answers_with_separate_deadlines_are_distinguished() {
     let topology = topology();
     let on = |channel, value: Value| monitors::EventAtom {
         channel: topology.channels().nth(channel).expect("four channels"),
@@ -132,8 +131,7 @@ fn answers_with_deadlines_of_their_own_are_kept_apart() {
     assert!(tally.settled > 30, "{tally:?}");
 }
 
-/// A clause that looks at very many last messages would need a large table: an automaton over the messages that can
-/// come does with less.
+/// A clause with very many last messages would need a large table: an automaton over the possible messages needs less.
 #[test]
 fn a_graph_with_too_many_states_is_left_to_an_automaton() {
     let topology = topology();
@@ -155,9 +153,9 @@ fn a_graph_with_too_many_states_is_left_to_an_automaton() {
     assert!(matches!(method(5, 4), Method::Automaton { states } if states < 500), "{:?}", method(5, 4));
 }
 
-/// Two clauses of the present that look at the same last message: it must be remembered for both.
+/// Two clauses of the present that check the same last message: it must be remembered for both.
 #[test]
-fn what_two_clauses_look_at_is_remembered_for_both() {
+fn a_message_that_two_clauses_check_is_remembered_for_both() {
     let topology = topology();
     let level = |relation, value: f64| MessageCondition::Compare { field: 2, relation, value: value.into() };
     let high = monitors::EventAtom {
@@ -234,10 +232,10 @@ fn answers(pairs: &[[monitors::EventAtom; 2]], theta: u64) -> Formula {
     Formula::And(pairs.iter().map(rule).collect())
 }
 
-/// Two deadlines a long way off would need an automaton of more than ten thousand states: the two graphs side by side
-/// do without, are never wrong, and do not promise to be early.
+/// Two distant deadlines would need an automaton of more than ten thousand states. The two graphs side by side do not;
+/// they are never wrong, but not always early.
 #[test]
-fn what_is_too_large_for_an_automaton_is_watched_without_one() {
+fn a_formula_too_large_for_an_automaton_is_monitored_without_one() {
     let topology = topology();
     let mut dice = Dice(7);
     let mut on = |channel| loop {
@@ -257,9 +255,9 @@ fn what_is_too_large_for_an_automaton_is_watched_without_one() {
     assert!(exactly.method() == Method::Progression && !exactly.method().anticipates());
 }
 
-/// Deadlines a long way off cost no more memory than near ones, and are met or missed to the tick.
+/// Distant deadlines cost no more memory than near ones, and are exact to the tick.
 #[test]
-fn a_deadline_far_away_is_kept_to_the_tick() {
+fn a_distant_deadline_is_exact_to_the_tick() {
     let topology = topology();
     let mut dice = Dice(1);
     let event = random_event(&mut dice, &topology);

@@ -1,7 +1,7 @@
-//! How much is tried.
+//! The number of random cases.
 
-/// How many random cases to try where `usual` are: with `FEWER_CASES=n` in the environment, an n-th of them. Mutation
-/// testing takes fewer.
+/// The number of random cases to try: `usual`, or an n-th of them with `FEWER_CASES=n` in the environment, for mutation
+/// testing.
 pub(crate) fn cases(usual: u64) -> u64 {
     let part = std::env::var("FEWER_CASES").ok().and_then(|part| part.parse().ok()).filter(|part| *part > 0);
     usual / part.unwrap_or(1)

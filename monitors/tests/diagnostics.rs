@@ -1,4 +1,4 @@
-//! What is said of wrong files: snapshots of the rendered text.
+//! The messages about wrong files: snapshots of the rendered text.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ fn render(diagnostic: &dyn Diagnostic) -> String {
     text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }
 
-/// What is said of a file, be it refused or only warned of.
+/// The problems or warnings of a file.
 fn said_of(text: &str) -> (usize, String) {
     match monitors::load("wrong.scope", text, &topology(), Duration::from_secs(1)) {
         Ok(file) => (0, if file.warnings.is_empty() { String::new() } else { render(&file.warnings) }),
@@ -42,7 +42,7 @@ property p10 := time_until (BatteryReader, BatteryLevel, m[2] >= 20) = 2.5 s
 }
 
 #[test]
-fn what_cannot_be_read_is_named_with_what_was_expected() {
+fn unreadable_text_is_reported_with_what_was_expected() {
     let text = r#"const a := 5 parsecs
 const b := "without an end
 const a = 3
@@ -61,7 +61,7 @@ property x := time_until (BatteryReader, BatteryLevel, m[1] = <ok>)
 }
 
 #[test]
-fn a_file_in_another_language_is_one_mistake_that_says_which() {
+fn a_file_in_another_language_is_one_mistake_that_names_the_language() {
     let files = [
         ("{\n  \"jani-version\": 1, \"name\": \"m\", \"properties\": [{\"name\": \"p\"}]\n}\n", "a JANI model"),
         ("[1, 2]", "JSON"),
@@ -77,21 +77,19 @@ fn a_file_in_another_language_is_one_mistake_that_says_which() {
 }
 
 #[test]
-fn words_of_other_logics_are_refused_with_those_of_this_one() {
+fn operators_of_other_logics_are_refused_with_a_suggestion() {
     let q = "(BatteryReader, BatteryLevel, true)";
     let said = |formula: &str| said_of(&format!("property p := {formula}")).1;
     assert!(said(&format!("once {q}")).contains("not, next, always, eventually, true, false, time_until"));
     assert!(said(&format!("always (once {q})")).contains("not, next, always, eventually, true, false, time_until"));
-    assert!(
-        said(&format!("always {q} since {q}")).contains("the operators between two operands: and, or, implies, until")
-    );
+    assert!(said(&format!("always {q} since {q}")).contains("the binary operators: and, or, implies, until"));
     assert!(said(&format!("always ({q} implise {q})")).contains("did you mean `implies`?"));
     assert!(said(&format!("alwys {q}")).contains("did you mean `always`?"));
 }
 
-/// What is wrong five thousand times is noted five thousand times, and no more.
+/// Five thousand mistakes give five thousand problems, and no more.
 #[test]
-fn many_mistakes_are_noted_once_each() {
+fn many_mistakes_are_reported_once_each() {
     let wrong = |n: u32| format!("property p{n} := once (BatteryReader, BatteryLevel, true) and (a, b");
     let text: String = (0..5_000).map(|n| wrong(n) + "\n").collect();
     let error = monitors::load("wrong.scope", &text, &topology(), Duration::from_secs(1)).expect_err("it is wrong");
@@ -120,7 +118,7 @@ property j := always (GoToDestination, Navigation, always = <start>)
 }
 
 #[test]
-fn what_can_never_fail_or_never_hold_is_warned_of() {
+fn properties_that_can_never_fail_or_never_hold_are_warned_of() {
     let text = r#"property valid := always ((BatteryReader, BatteryLevel, m[2] < 20) or not (BatteryReader, BatteryLevel, m[2] < 20))
 property never := eventually false
 property always_false := always false

@@ -1,4 +1,4 @@
-//! While a run goes on, only endless continuations count, and time goes on with ticks alone.
+//! While a run continues, only endless continuations count, and only ticks advance time.
 
 use std::time::Duration;
 
@@ -38,7 +38,7 @@ fn verdicts(formula: &str, run: &str) -> (Vec<Verdict>, ScopeMonitor) {
 }
 
 #[test]
-fn what_recurs_is_open_as_long_as_the_run_goes_on() {
+fn a_recurrence_is_open_while_the_run_continues() {
     for formula in [
         format!("always ({Q} implies time_until {Q} > 0)"),
         format!("always ({Q} implies next {Q})"),
@@ -62,9 +62,9 @@ fn what_recurs_is_open_as_long_as_the_run_goes_on() {
 }
 
 #[test]
-fn what_no_endless_run_can_satisfy_is_violated_at_once() {
+fn a_property_that_no_endless_run_satisfies_is_violated_at_once() {
     for (formula, run) in [
-        // A recurrence that is forbidden: for ever, from the first tick on, or after the first Q.
+        // A forbidden recurrence: always, from the first tick on, or after the first Q.
         (format!("always eventually {Q} and eventually always not {Q}"), ""),
         (format!("always time_until {Q} >= 2 and always not {Q}"), "t"),
         (format!("always ({Q} implies next {Q}) and always ({Q} implies not next {Q})"), "q"),
@@ -75,7 +75,7 @@ fn what_no_endless_run_can_satisfy_is_violated_at_once() {
             ),
             "t",
         ),
-        // Time goes on with ticks alone: without another one, nothing comes later.
+        // Only ticks advance time: without another one, nothing comes later.
         (format!("time_until {Q} > 0 and not next true"), ""),
     ] {
         let (said, _) = verdicts(&formula, run);

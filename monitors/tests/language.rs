@@ -1,4 +1,4 @@
-//! The language: what is printed reads back as the same tree, and the paper's formulas read as printed there.
+//! The language: printed text reads back as the same tree, and the paper's formulas read as printed there.
 
 use std::time::Duration;
 
@@ -118,7 +118,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn what_is_printed_reads_back_as_the_same_tree(file in file()) {
+    fn printed_text_reads_back_as_the_same_tree(file in file()) {
         let text = file.to_string();
         let parsed = parse_file(&text);
         prop_assert!(parsed.problems.is_empty(), "{text}\n{:?}", parsed.problems);
@@ -126,12 +126,12 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_read_to_its_end(text in "[ -~θ≤∧\n]{0,200}") {
+    fn parsing_any_text_terminates(text in "[ -~θ≤∧\n]{0,200}") {
         let _ = parse_file(&text);
     }
 
     #[test]
-    fn any_words_of_the_language_are_read_to_their_end(words in proptest::collection::vec(proptest::sample::select(vec![
+    fn parsing_any_keywords_terminates(words in proptest::collection::vec(proptest::sample::select(vec![
         "property", "const", ":=", "always", "(", ")", "[", "]", ",", "m", "1", "and", "or", "not", "until", "=", "<",
         "<ok>", "a", "B", "time_until", "implies", "next", "5 s", "\"x\"", "true", ";", ".",
     ]), 0..60)) {
@@ -152,7 +152,7 @@ fn same(a: &str, b: &str) {
 const E: &str = "(Navigation, GoToDestination, m[1] = <ok>)";
 
 #[test]
-fn phi1_reads_as_the_paper_prints_it() {
+fn phi1_is_read_as_the_paper_prints_it() {
     let phi1 = formula("always (BatteryReader, BatteryLevel, m[1] = <ok> implies m[2] >= 20)");
     let Formula::Always(body) = phi1 else { panic!("{phi1:?}") };
     let Formula::Event(event) = *body else { panic!("{body:?}") };
@@ -162,7 +162,7 @@ fn phi1_reads_as_the_paper_prints_it() {
 }
 
 #[test]
-fn phi2_reads_as_the_paper_prints_it_even_without_its_last_parenthesis() {
+fn phi2_is_read_as_the_paper_prints_it_even_without_its_last_parenthesis() {
     let printed = "always ( (Navigation, GoToDestination,
           m[1] = <ok> and m[2] = <running>) and
         (BatteryReader, BatteryLevel,
@@ -181,11 +181,11 @@ fn phi2_reads_as_the_paper_prints_it_even_without_its_last_parenthesis() {
 }
 
 #[test]
-fn a_formula_that_is_printed_reads_back_as_the_same_formula() {
+fn printed_formulas_read_back_as_the_same_formula() {
     let topology = support::topology();
     for seed in 0..cases(4_000) {
         let mut dice = Dice(seed + 5_000_000);
-        // Events stand inside temporal operators only.
+        // Events are allowed only inside temporal operators.
         let formula = random_formula(&mut dice, &topology, 1 + seed as u32 % 4).always();
         let text = format!("property p := {}", formula.text(&topology));
         let read = monitors::formulas("p", &text, &topology, Duration::from_secs(1));
@@ -195,7 +195,7 @@ fn a_formula_that_is_printed_reads_back_as_the_same_formula() {
 }
 
 #[test]
-fn operators_bind_as_the_design_says() {
+fn operators_bind_as_documented() {
     let [a, b, c] = ["<x>", "<y>", "<z>"].map(|_| format!("always {E}"));
     same(&format!("{a} and {b} or {c}"), &format!("({a} and {b}) or {c}"));
     same(&format!("{a} or {b} implies {c} implies {a}"), &format!("({a} or {b}) implies ({c} implies {a})"));
@@ -205,7 +205,7 @@ fn operators_bind_as_the_design_says() {
 }
 
 #[test]
-fn signs_and_words_are_the_same() {
+fn signs_and_words_are_equivalent() {
     same(&format!("□ (¬ {E} ∨ {E} ∧ {E} → ◇ {E})"), &format!("always (not {E} or {E} and {E} implies eventually {E})"));
     same(
         &format!("○ {E} ⇒ always (Navigation, GoToDestination, m[1] ≠ <ok>)"),
@@ -232,7 +232,7 @@ fn fields_have_names_and_numbers() {
 }
 
 #[test]
-fn both_ways_to_write_time_until_are_the_same() {
+fn both_ways_to_write_time_until_are_equivalent() {
     let e = "Navigation, GoToDestination, m[1] = <ok>";
     same(&format!("time_until(({e})) < 10"), &format!("time_until({e}) < θ"));
     same(&format!("time_until ({e}) < 10 ticks"), &format!("time_until ({e}) < 10"));

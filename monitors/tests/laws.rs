@@ -60,7 +60,7 @@ fn implies(a: &Formula, b: &Formula) -> Formula {
     a.clone().implies(b.clone())
 }
 
-/// Pairs of formulas that a Boolean rewriting makes of each other.
+/// Pairs of formulas that are equal by a Boolean law.
 fn rewritings([a, b, c]: &[Formula; 3]) -> Vec<(&'static str, Formula, Formula)> {
     vec![
         ("double negation", not(&not(a)), a.clone()),
@@ -117,12 +117,12 @@ fn boolean_rewritings_change_nothing_under_any_operator() {
 }
 
 #[test]
-fn temporal_operators_have_their_duals() {
+fn temporal_operators_have_duals() {
     for_random(4_000, |[a, b, _], sequence, _| {
         equal("dual always", &not(&always(a)), &eventually(&not(a)), sequence)?;
         equal("dual eventually", &not(&eventually(a)), &always(&not(a)), sequence)?;
         equal("eventually is until", &eventually(a), &until(&Formula::True, a), sequence)?;
-        // The connectives outside of all operators are those of the verdicts.
+        // Connectives outside all operators combine verdicts.
         let [left, right] = [a, b].map(|formula| holds(&always(formula), sequence).expect("small"));
         let [both, either] =
             [and(&always(a), &always(b)), or(&always(a), &always(b))].map(|f| holds(&f, sequence).expect("small"));
@@ -130,11 +130,11 @@ fn temporal_operators_have_their_duals() {
     });
 }
 
-/// A clause that another subsumes is dropped: `always ((a or b) and a)` is `always a`. So the law holds wherever no
-/// clause of one operand subsumes a clause of the other, as where they speak of different channels; and one half of it
-/// holds always.
+/// A clause that another subsumes is dropped: `always ((a or b) and a)` is `always a`. So the law holds if no clause of
+/// one operand subsumes a clause of the other, for instance if they are over different channels. One half of it always
+/// holds.
 #[test]
-fn always_distributes_over_and_and_so_do_the_others() {
+fn always_distributes_over_and_with_its_dual() {
     let topology = topology();
     for seed in 0..cases(4_000) {
         let mut dice = Dice(seed + 99_000_000);
@@ -163,16 +163,16 @@ fn always_distributes_over_and_and_so_do_the_others() {
 }
 
 #[test]
-fn always_and_eventually_are_idempotent_where_they_are_asked() {
+fn always_and_eventually_are_idempotent_where_they_are_checked() {
     for_random(4_000, |[a, ..], sequence, _| {
-        // `always always a` asks its inner `always` at ticks; from the first tick on that is the whole run.
+        // `always always a` checks its inner `always` at ticks; from the first tick on, that is the whole run.
         equal("always always", &always(&always(a)), &always(a), sequence)?;
         equal("eventually eventually", &eventually(&eventually(a)), &eventually(a), sequence)
     });
 }
 
 #[test]
-fn leaving_out_a_channel_that_is_not_mentioned_changes_nothing() {
+fn removing_an_unmentioned_channel_changes_nothing() {
     for_random(4_000, |[a, ..], sequence, topology| {
         let text = format!("{a:?}");
         let mentioned = |event: &Event| match &event.kind {

@@ -17,7 +17,7 @@ const LOG: &str = r#"{"scenario":"battery_fault","seed":1,"channels":[["a","b"],
 "#;
 
 #[test]
-fn a_log_is_verified_as_a_run_would_be() {
+fn a_log_is_verified_like_a_run() {
     let topology = topology();
     let text: String = SHIPPED.into_iter().take(2).map(|(_, text)| text).collect();
     let mut properties =
@@ -45,7 +45,7 @@ fn events_are_read_to_the_nanosecond_and_texts_without_escapes() {
 }
 
 #[test]
-fn channels_that_are_not_known_are_errors_or_skipped() {
+fn unknown_channels_are_errors_or_skipped() {
     let mut empty = channels::Topology::default();
     let error = EventLog::new(LOG.as_bytes(), &empty, Channels::All).next_event();
     assert!(matches!(error, Ok(Some(_))), "a tick needs no channel");
@@ -63,7 +63,7 @@ fn channels_that_are_not_known_are_errors_or_skipped() {
 }
 
 #[test]
-fn a_line_that_is_none_is_named_with_its_place() {
+fn an_invalid_line_is_reported_with_its_place() {
     let read = |line: &str| {
         let mut log = EventLog::new(line.as_bytes(), &topology(), Channels::All);
         match log.next_event() {
@@ -82,16 +82,16 @@ fn a_line_that_is_none_is_named_with_its_place() {
     assert_eq!(event(",\"from\":\"a\",\"to\":\"b\""), "1:1 this message has no `message`");
     assert_eq!(read("{\"step\":1,\"time_s\":0,\"generated\":\"tick\"}"), "1:1 this event has no `tick`");
     assert_eq!(event(",\"tree\":[]"), "Ok(None)");
-    assert_eq!(read("{\"message\":[{\"symbol\":1}]}"), "1:22 a value is a number, a text, true, false or {\"sym\": …}");
     assert_eq!(
-        read(&format!("{{\"a\":\"{}\"}}", "x".repeat(1 << 20))),
-        "1:1048577 this line is longer than a megabyte"
+        read("{\"message\":[{\"symbol\":1}]}"),
+        "1:22 a value must be a number, a text, true, false or {\"sym\": …}"
     );
+    assert_eq!(read(&format!("{{\"a\":\"{}\"}}", "x".repeat(1 << 20))), "1:1048577 this line is longer than 1 MiB");
 }
 
-/// Monitors take messages that their channels' domains do not have as what they are.
+/// Monitors also process messages outside their channels' domains.
 #[test]
-fn a_message_outside_its_domain_is_monitored_all_the_same() {
+fn a_message_outside_its_domain_is_monitored_nevertheless() {
     let topology = topology();
     let text = "property p := always (BatteryReader, BatteryLevel, m[2] > 3)
         or always (BatteryReader, BatteryLevel, m[1] = <error>)";
@@ -109,7 +109,7 @@ fn a_message_outside_its_domain_is_monitored_all_the_same() {
 }
 
 #[test]
-fn a_log_whose_lines_are_not_in_order_is_refused_at_the_line() {
+fn a_log_with_lines_out_of_order_is_refused_at_the_line() {
     let tick = |step: u64, tick: u64, time_s: f64| {
         format!(r#"{{"step":{step},"tick":{tick},"time_s":{time_s},"generated":"tick"}}"#)
     };

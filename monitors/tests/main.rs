@@ -1,4 +1,4 @@
-//! The language, its semantics and its monitors, from outside.
+//! Tests of the language, its semantics and its monitors.
 
 mod agreement;
 mod cases;

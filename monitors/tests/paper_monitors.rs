@@ -1,5 +1,5 @@
-//! The two hand-built monitors of the paper and the synthesised ones on the same random sequences: equal, or different
-//! in a class that has a name.
+//! The two hand-built monitors of the paper and the synthesised ones on the same random sequences: they agree, or their
+//! difference is a named class.
 
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ fn shipped(name: &str, topology: &std::sync::Arc<Topology>, theta: u64) -> Prope
     monitors::load(name, &text, topology, Duration::from_secs(1)).expect("it loads").properties.remove(0)
 }
 
-/// A run of the robot, more or less: ticks that BT takes at once, or not at all now and then, and messages.
+/// A run of the robot, roughly: ticks that BT takes at once, or sometimes not at all, and messages.
 fn run(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     let channel = |from, to| topology.find_channel(from, to).expect("a channel of the robot");
     let mut events: Vec<Event> = Vec::new();
@@ -45,12 +45,12 @@ fn run(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     events
 }
 
-/// At which tick something happened: a tick is generated, and taken a step later.
+/// The tick at which something happened: a tick is generated, and taken a step later.
 fn tick_of(events: &[Event], index: Option<usize>) -> Option<u64> {
     index.map(|index| events[index].tick)
 }
 
-/// At which event the monitor said that the property is violated.
+/// The event at which the monitor reported a violation.
 fn violation(monitor: &mut dyn Monitor, events: &[Event]) -> Option<usize> {
     events.iter().position(|event| {
         monitor.observe(event);
@@ -59,7 +59,7 @@ fn violation(monitor: &mut dyn Monitor, events: &[Event]) -> Option<usize> {
 }
 
 #[test]
-fn the_monitors_of_phi1_are_the_same() {
+fn the_monitors_of_phi1_agree() {
     let topology = topology();
     let mut violated: u64 = 0;
     for seed in 0..cases(10_000) {
@@ -84,14 +84,14 @@ enum Difference {
     None,
     /// The figure's timer starts at θ and fails on the tick that finds it at 0: one tick late.
     OneTickLate,
-    /// The figure counts the ticks that BT takes, the formula those that are generated.
+    /// The figure counts the ticks that BT takes, the formula those generated.
     TicksNotTaken,
-    /// The figure remembers a `<running>` after a `<stopped>`, and blames a robot that has long stopped.
+    /// The figure remembers a `<running>` after a `<stopped>`, and blames a robot that stopped long ago.
     RunningRemembered,
-    /// The figure looks at levels only after a `<running>`: a low level just before it counts for the formula, whose
-    /// atoms speak of the last message.
+    /// The figure checks levels only after a `<running>`. A low level just before it counts for the formula, whose
+    /// atoms refer to the last message.
     LevelBeforeRunning,
-    /// The figure forgets the `<running>` once it was answered, and waits for another.
+    /// The figure forgets the `<running>` once it is answered, and waits for another.
     RunningForgotten,
 }
 
@@ -157,7 +157,7 @@ impl Figure {
 }
 
 #[test]
-fn the_monitors_of_phi2_differ_in_classes_that_have_names() {
+fn the_monitors_of_phi2_differ_only_in_named_classes() {
     let topology = topology();
     let theta = 4;
     let mut counts = std::collections::BTreeMap::<Difference, u64>::new();
@@ -221,7 +221,7 @@ fn the_monitors_of_phi2_differ_in_classes_that_have_names() {
 }
 
 #[test]
-fn the_synthesised_monitor_of_phi2_says_what_the_oracle_says() {
+fn the_synthesised_monitor_of_phi2_agrees_with_the_oracle() {
     let topology = topology();
     for seed in 0..cases(1_000) {
         let events = run(&mut Dice(seed + 8_000_000), &topology, 30);
@@ -229,7 +229,7 @@ fn the_synthesised_monitor_of_phi2_says_what_the_oracle_says() {
         let fails = violation(phi2.monitor.as_mut(), &events);
         let formula = scope_monitor(phi2.monitor.as_ref()).expect("made from text").formula().clone();
         let first = (0..=events.len()).find(|length| {
-            // A prefix that fails and still fails if nothing but an answer comes has failed for good.
+            // If a prefix fails, and still fails when only an answer follows, it has failed for good.
             let mut answered = events[..*length].to_vec();
             let channel = topology.find_channel("GotoRechargingStation", "Navigation").expect("a channel");
             let message = Message::symbols(["start_navigation", "RechargingStation"]);
@@ -242,7 +242,7 @@ fn the_synthesised_monitor_of_phi2_says_what_the_oracle_says() {
 }
 
 #[test]
-fn the_locations_are_those_of_the_paper_s_figure() {
+fn the_locations_are_those_of_the_papers_figure() {
     let topology = topology();
     let phi1 = shipped_phi1(&topology);
     let (graph, _) = phi1.monitor.graph().expect("a program graph");
@@ -252,9 +252,9 @@ fn the_locations_are_those_of_the_paper_s_figure() {
     assert_eq!(graph.locations(), ["I", "C1", "S", "C2", "A", "T", "Err"]);
 }
 
-/// Time that goes on between two letters without a tick of its own changes nothing of what was said before.
+/// Time that passes between two letters without its own tick does not change earlier verdicts.
 #[test]
-fn what_was_said_outlasts_time_that_goes_on_unasked() {
+fn verdicts_outlast_time_that_passes_without_ticks() {
     let topology = topology();
     let property = shipped("phi2", &topology, 10);
     let fresh = property.scope_monitor().expect("a synthesised monitor");

@@ -1,4 +1,4 @@
-//! What monitors tell: witnesses, open obligations, vacuity, plain English, and graphs written out.
+//! The explanations of monitors: witnesses, open obligations, vacuity, plain English, and exported graphs.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use monitors::{Format, Formula, Method, Outcome, Property, SHIPPED, ScopeMonitor
 
 use crate::robot::topology;
 
-/// A property over the robot's channels, and what it has been shown.
+/// A property over the robot's channels, with its monitor.
 struct Watch {
     topology: Arc<Topology>,
     property: Property,
@@ -102,12 +102,12 @@ fn a_missed_deadline_names_the_antecedent_and_what_was_missing() {
     let witness = watch.monitor().witness().unwrap();
     assert_eq!((witness.settled.tick, witness.deadline_tick, witness.messages.len()), (11, Some(10), 2));
     insta::assert_snapshot!(witness);
-    // Nothing changes a verdict.
+    // Nothing changes a final verdict.
     assert_eq!(watch.start(), Verdict::False);
 }
 
 #[test]
-fn an_answer_in_time_ends_what_was_owed() {
+fn an_answer_in_time_ends_the_obligation() {
     let mut watch = Watch::shipped("phi2");
     watch.tick();
     watch.running();
@@ -121,7 +121,7 @@ fn an_answer_in_time_ends_what_was_owed() {
     for _ in 0..30 {
         assert_eq!(watch.tick(), Verdict::Inconclusive);
     }
-    // A message on a channel of the antecedent asks again: the last messages still stand.
+    // A message on a channel of the antecedent checks again: the last messages still count.
     watch.level(11.0);
     assert_eq!(watch.monitor().outcome(), Outcome::Inconclusive);
 }
@@ -137,7 +137,7 @@ fn being_at_the_station_answers_the_variant() {
 }
 
 #[test]
-fn a_ban_is_violated_by_what_it_bans() {
+fn a_ban_is_violated_by_the_banned_message() {
     let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
     let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
     let mut watch = Watch::new(&format!("always ({low} implies not time_until {start} < 3)"));
@@ -153,7 +153,7 @@ fn a_ban_is_violated_by_what_it_bans() {
 }
 
 #[test]
-fn formulas_of_other_kinds_have_witnesses_too() {
+fn other_kinds_of_formulas_have_witnesses_too() {
     let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
     let running = "(Navigation, GoToDestination, m[2] = <running>)";
     let mut watch = Watch::new(&format!("always ({low} implies not {running} until {low} and eventually {running})"));
@@ -168,7 +168,7 @@ fn formulas_of_other_kinds_have_witnesses_too() {
     insta::assert_snapshot!(watch.monitor().witness().unwrap());
 }
 
-/// Two clauses with deadlines, which an automaton watches together.
+/// Two clauses with deadlines, monitored together by one automaton.
 const TWO_ANSWERS: &str = "
     always ((BatteryReader, BatteryLevel, m[2] < 20)
         implies time_until (GotoRechargingStation, Navigation, m[1] = <start_navigation>) < 3)
@@ -176,7 +176,7 @@ const TWO_ANSWERS: &str = "
         implies time_until (BatteryReader, BatteryLevel, m[2] > 50) < 5)";
 
 #[test]
-fn of_several_clauses_the_one_that_was_violated_is_named() {
+fn the_violated_one_of_several_clauses_is_named() {
     let mut watch = Watch::new(TWO_ANSWERS);
     assert!(matches!(watch.monitor().method(), Method::Automaton { .. }));
     watch.tick();
@@ -195,7 +195,7 @@ fn of_several_clauses_the_one_that_was_violated_is_named() {
 }
 
 #[test]
-fn obligations_that_contradict_each_other_are_named_together() {
+fn contradicting_obligations_are_named_together() {
     let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
     let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
     let there = "(Localization, AtRechargingStation, m[2] = true)";
@@ -205,7 +205,7 @@ fn obligations_that_contradict_each_other_are_named_together() {
     watch.tick();
     watch.level(10.0);
     watch.tick();
-    // Before the deadline: whatever comes now, one of the two is violated.
+    // Before the deadline: whatever comes now, one of the two clauses is violated.
     let at = Message::new([Value::symbol("ok"), true.into()]);
     assert_eq!(watch.see("Localization", "AtRechargingStation", at), Verdict::False);
     let witness = watch.monitor().witness().unwrap();
@@ -213,9 +213,9 @@ fn obligations_that_contradict_each_other_are_named_together() {
     insta::assert_snapshot!(witness);
 }
 
-/// The other half of the reason is a clause that asks for nothing now. What has nothing to do with it is not named.
+/// The other half of the reason is a clause that demands nothing now. Unrelated clauses are not named.
 #[test]
-fn a_ban_that_stands_all_the_time_is_named_beside_what_it_forbids() {
+fn a_permanent_ban_is_named_with_the_obligation_that_it_blocks() {
     let low = "(BatteryReader, BatteryLevel, m[2] < 20)";
     let start = "(GotoRechargingStation, Navigation, m[1] = <start_navigation>)";
     let there = "(Localization, AtRechargingStation, m[2] = true)";
@@ -230,7 +230,7 @@ fn a_ban_that_stands_all_the_time_is_named_beside_what_it_forbids() {
 }
 
 #[test]
-fn what_no_run_can_satisfy_is_violated_at_the_first_state_and_says_so() {
+fn a_formula_that_no_run_satisfies_is_violated_in_the_first_state() {
     for formula in ["eventually false", "always (Navigation, GoToDestination, true) until false", "always false"] {
         let mut watch = Watch::new(formula);
         assert_eq!(watch.tick(), Verdict::False, "{formula}");
@@ -240,7 +240,7 @@ fn what_no_run_can_satisfy_is_violated_at_the_first_state_and_says_so() {
 }
 
 #[test]
-fn what_is_owed_after_some_time_is_owed_eventually() {
+fn an_obligation_due_after_some_time_is_due_eventually() {
     let level = "(BatteryReader, BatteryLevel, m[2] < 20)";
     let running = "(Navigation, GoToDestination, m[2] = <running>)";
     let mut watch = Watch::new(&format!("always ({running} implies time_until {level} >= 2)"));
@@ -260,7 +260,7 @@ fn what_is_owed_after_some_time_is_owed_eventually() {
 }
 
 #[test]
-fn a_missed_moment_is_named_whatever_the_monitor() {
+fn a_missed_moment_is_named_by_every_monitor() {
     let answer = "time_until (BatteryReader, BatteryLevel, m[2] > 50) =";
     for (ticks, anticipates) in [(3, true), (40, false)] {
         let mut watch =
@@ -300,7 +300,7 @@ fn an_antecedent_that_never_held_is_reported_clause_by_clause() {
 }
 
 #[test]
-fn what_only_forbids_is_put_to_the_test_by_not_happening() {
+fn a_clause_that_only_forbids_is_never_vacuous() {
     for ban in [
         "always not (Navigation, GoToDestination, state = <failure>)",
         "always not ((Navigation, GoToDestination, state = <failure>) and (BatteryReader, BatteryLevel, level < 5))",
@@ -313,7 +313,7 @@ fn what_only_forbids_is_put_to_the_test_by_not_happening() {
 }
 
 #[test]
-fn properties_of_different_meaning_read_differently() {
+fn properties_with_different_meanings_read_differently() {
     let level = |condition: &str| format!("(BatteryReader, BatteryLevel, {condition})");
     let (a, b, c) = ("(Navigation, GoToDestination, true)", level("level < 30"), level("level > 90"));
     let pairs = [
@@ -367,7 +367,7 @@ fn properties_read_as_english() {
 }
 
 #[test]
-fn graphs_are_written_out() {
+fn graphs_are_exported() {
     for (name, _) in SHIPPED.into_iter().take(2) {
         let watch = Watch::shipped(name);
         for (format, ending) in [(Format::Text, "txt"), (Format::Dot, "dot"), (Format::Scxml, "scxml")] {
@@ -377,7 +377,7 @@ fn graphs_are_written_out() {
 }
 
 #[test]
-fn each_location_of_an_exported_graph_has_a_name_of_its_own() {
+fn each_location_of_an_exported_graph_has_a_unique_name() {
     let formulas = [
         "always (not (Navigation, GoToDestination, m[2] = <failure>)
              and not (Navigation, GotoRechargingStation, m[2] = <failure>))",

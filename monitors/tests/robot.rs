@@ -1,4 +1,4 @@
-//! The channels of the robot that the paper's properties speak of, with their domains.
+//! The robot's channels that the paper's properties mention, with their domains.
 
 use std::sync::Arc;
 

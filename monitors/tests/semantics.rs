@@ -1,7 +1,7 @@
-//! The definition itself, by examples: what each operator says of runs that can be followed by eye.
+//! The definition by examples: the result of each operator on short runs.
 //!
-//! A run is written in words: `tick` is a tick that is generated, `a+` a message on channel A that satisfies the event
-//! a, `a-` one that does not. The first tick is number 0.
+//! A run is written in words: `tick` is a generated tick, `a+` a message on channel A that satisfies the event a, `a-`
+//! one that does not. The first tick is number 0.
 
 use std::sync::Arc;
 
@@ -89,13 +89,13 @@ fn says(formula: &Formula, yes: &[&str], no: &[&str]) {
 }
 
 #[test]
-fn always_is_asked_when_its_channel_speaks() {
+fn always_is_checked_at_messages_on_its_channel() {
     says(&is("a").always(), &["", "t", "t b- t", "a+ t a+"], &["a-", "t a+ t a-", "a- a+"]);
     says(&is("a").negated().always(), &["", "t b+", "a- t"], &["a+", "a- b- a+"]);
 }
 
 #[test]
-fn a_clause_of_two_channels_is_asked_when_either_speaks_and_looks_at_the_last_messages() {
+fn a_clause_of_two_channels_is_checked_at_messages_on_either() {
     let both = or(is("a"), is("b")).always();
     says(&both, &["a+", "a+ b-", "b+ a-", "t t"], &["a-", "b+ a- b-", "a+ b- a-"]);
     let implied = is("a").implies(is("b")).always();
@@ -104,7 +104,7 @@ fn a_clause_of_two_channels_is_asked_when_either_speaks_and_looks_at_the_last_me
 }
 
 #[test]
-fn what_has_no_atoms_of_its_own_is_asked_at_ticks() {
+fn a_part_without_own_atoms_is_checked_at_ticks() {
     says(&Formula::False.always(), &["", "a+ a- b+"], &["t", "a+ t"]);
     says(&eventually(Formula::True), &["t", "a- t"], &["", "a+ b+"]);
     says(&eventually(is("a").always()), &["t", "a- t a+", "t a- t"], &["a+", "", "t a-"]);
@@ -112,11 +112,11 @@ fn what_has_no_atoms_of_its_own_is_asked_at_ticks() {
 }
 
 #[test]
-fn clauses_are_asked_apart() {
-    // `always (a and b)` asks a when A speaks and b when B does, not both at once.
+fn clauses_are_checked_separately() {
+    // `always (a and b)` checks a at messages on A and b at messages on B, not both at once.
     says(&and(is("a"), is("b")).always(), &["a+", "b+", "a+ b+ a+"], &["a-", "a+ b-", "b+ a-"]);
     says(&eventually(or(is("a"), is("b"))), &["a+", "b+", "a- b+"], &["", "a- b-", "t"]);
-    // One product: asked when either channel speaks.
+    // One product: checked at messages on either channel.
     says(&eventually(and(is("a"), is("b"))), &["a+ b+", "b+ a+", "a+ b- b+"], &["a+", "b+", "a+ b-", "a+ a- b+"]);
 }
 
@@ -133,10 +133,10 @@ fn next_is_the_next_message_on_its_own_channels() {
 }
 
 #[test]
-fn until_needs_its_goal_and_its_way() {
+fn until_needs_its_goal_and_its_condition() {
     let way = until(is("a"), is("b"));
     says(&way, &["b+", "a+ b+", "a+ a+ t b+ a-", "t b+"], &["", "a+", "a- b+", "a+ b-", "a+ a- b+"]);
-    // The goal counts only when it is asked, the way only before it.
+    // The goal counts only when it is checked, the condition only before it.
     says(&until(is("a"), is("a").negated()), &["a-", "a+ a-"], &["", "a+", "t"]);
     says(&until(Formula::False, is("b")), &["b+", "a- b+"], &["t b+", "t", ""]);
     says(&way.negated(), &["", "a- b+", "a+ b-"], &["b+", "a+ b+"]);
@@ -145,27 +145,27 @@ fn until_needs_its_goal_and_its_way() {
 }
 
 #[test]
-fn time_until_is_about_some_message_that_passes() {
+fn time_until_is_about_any_message_that_passes() {
     let at_first = |relation, ticks| soon("a", relation, ticks);
     // j = i counts.
     says(&at_first(Relation::Less, 1), &["a+", "t a+", "a- a+"], &["", "t", "t t a+", "a-"]);
     says(&at_first(Relation::Less, 0), &[], &["a+", "t a+"]);
     says(&at_first(Relation::LessOrEqual, 0), &["a+", "t a- a+"], &["t t a+"]);
     says(&at_first(Relation::LessOrEqual, 1), &["t t a+"], &["t t t a+"]);
-    // Some message, not the first one.
+    // Any message, not the first one.
     says(&at_first(Relation::Equal, 1), &["t t a+", "t a+ t a+"], &["t a+", "t a+ t t a+", "t t a-"]);
     says(&at_first(Relation::NotEqual, 1), &["t a+", "t t t a+", "t t a+ t a+"], &["t t a+", "t"]);
     says(&at_first(Relation::NotEqual, 1).negated(), &["t t a+", "t", ""], &["t a+", "t t t a+"]);
     says(&at_first(Relation::GreaterOrEqual, 2), &["t t t a+", "t a+ t t t a+"], &["t t a+", "t"]);
     says(&at_first(Relation::Greater, 1), &["t t t a+"], &["t t a+", "a+"]);
-    // The last message is not one that passes.
+    // The last message is not a passing one.
     says(&is("b").implies(at_first(Relation::Less, 1)).always(), &["b+ a+", "b-"], &["a+ b+", "b+ t t a+"]);
     says(&at_first(Relation::Less, 1).negated(), &["", "t", "t t a+"], &["a+", "t a+"]);
 }
 
-/// What a bound stands in is asked at the same states whatever the bound: `< 0` never comes true, and is no constant.
+/// The part that contains a bound is checked in the same states for any bound: `< 0` is never true, but not a constant.
 #[test]
-fn a_bound_that_nothing_can_meet_is_a_bound_like_any_other() {
+fn a_bound_that_nothing_can_meet_is_not_special() {
     let never = soon("a", Relation::Less, 0).implies(is("a"));
     says(&next(never), &["t a+", "t a-"], &["t", "t t"]);
     says(&soon("a", Relation::Less, 0).negated().always(), &["", "t", "t a+"], &[]);
@@ -175,7 +175,7 @@ fn a_bound_that_nothing_can_meet_is_a_bound_like_any_other() {
     says(&other.always(), &["", "t a+", "t a+ b- a+", "t b+ a+"], &["t a+ b-"]);
 }
 
-/// What a formula says of endless runs: first a stem, then a cycle over and over.
+/// The verdict of a formula on endless runs: a stem, then a repeated cycle.
 #[track_caller]
 fn says_endlessly(formula: &Formula, yes: &[[&str; 2]], no: &[[&str; 2]]) {
     let judged = |[stem, cycle]: &[&str; 2]| {
@@ -187,7 +187,7 @@ fn says_endlessly(formula: &Formula, yes: &[[&str; 2]], no: &[[&str; 2]]) {
 }
 
 #[test]
-fn endless_runs_are_judged_by_all_that_comes() {
+fn endless_runs_are_judged_by_everything_that_follows() {
     let again = eventually(is("a")).always();
     says_endlessly(&again, &[["t", "t a+"], ["a-", "a- a+"], ["t a+", ""]], &[["t a+", "t"], ["t", ""], ["", "t a-"]]);
     says_endlessly(&is("a").implies(next(is("a"))).always(), &[["t", "a+"], ["a+", "t b- a+"]], &[["t a+", "t"]]);
@@ -198,7 +198,7 @@ fn endless_runs_are_judged_by_all_that_comes() {
 }
 
 #[test]
-fn in_endless_runs_time_goes_on_with_each_turn() {
+fn in_endless_runs_each_turn_advances_time() {
     let later = |relation, ticks| soon("a", relation, ticks);
     says_endlessly(
         &later(Relation::GreaterOrEqual, 7),
@@ -216,12 +216,12 @@ fn in_endless_runs_time_goes_on_with_each_turn() {
     says_endlessly(&asked(Relation::LessOrEqual, 2), &[third], &[]);
     says_endlessly(&asked(Relation::LessOrEqual, 1), &[], &[third]);
     says_endlessly(&later(Relation::Greater, 0).always(), &[["t", "t a+"]], &[["t", "a+"], ["t a+", "t"]]);
-    // A run that ends in silence is judged as it stands.
+    // A run that ends in silence is judged like a finished one.
     says_endlessly(&next(Formula::True).always(), &[["", "t"]], &[["t", ""], ["t", "a+"]]);
 }
 
 #[test]
-fn conditions_are_read_as_logic_has_them() {
+fn conditions_follow_boolean_logic() {
     let compare = |field, relation, value: bool| MessageCondition::Compare { field, relation, value: value.into() };
     let (yes, no) = (compare(1, Relation::Equal, true), compare(1, Relation::Equal, false));
     let (plus, minus) = (Message::new([Value::Bool(true)]), Message::new([Value::Bool(false)]));
@@ -231,7 +231,7 @@ fn conditions_are_read_as_logic_has_them() {
     };
     let both = MessageCondition::And(vec![yes.clone(), no.clone()]);
     let either = MessageCondition::Or(vec![yes.clone(), no.clone()]);
-    // Each with what it says of `[true]` and of `[false]`.
+    // Each with its value on `[true]` and on `[false]`.
     let said = [
         (&yes, [true, false]),
         (&not(&yes), [false, true]),
@@ -258,7 +258,7 @@ fn conditions_are_read_as_logic_has_them() {
 }
 
 #[test]
-fn channels_that_are_not_mentioned_are_not_there() {
-    // The first state is the first that the property can see: `b` is not mentioned.
+fn unmentioned_channels_do_not_exist() {
+    // The first state is the first one visible to the property: `b` is not mentioned.
     says(&next(is("a")), &["b+ a- a+"], &["b+ a+"]);
 }

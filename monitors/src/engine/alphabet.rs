@@ -1,4 +1,4 @@
-//! Letters: what a formula can see of a message.
+//! Letters: what a formula can distinguish in a message.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -7,12 +7,12 @@ use channels::{ChannelId, Domain, FieldKind, Message, Topology, Value};
 use crate::clause::{EventId, Vocabulary};
 use crate::formula::MessageCondition;
 
-/// What happened at a state, as a formula sees it: a tick, or a message on a channel that satisfies some of its events.
+/// A state as a formula sees it: a tick, or a message on a channel that satisfies some of the formula's events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Letter {
     /// The events whose channel carries the message; none at a tick.
     pub(crate) channel: u64,
-    /// Those of them that the message satisfies.
+    /// The subset of these events that the message satisfies.
     pub(crate) satisfied: u64,
 }
 
@@ -24,38 +24,38 @@ impl Letter {
         self.channel == 0
     }
 
-    /// The events that the last messages satisfy, if it was those of `last` before this letter.
+    /// The events that the last messages satisfy after this letter, if they satisfied `last` before it.
     pub(crate) fn after(self, last: u64) -> u64 {
         last & !self.channel | self.satisfied
     }
 }
 
-/// A formula speaks of at most this many different events.
+/// A formula has at most this many different events.
 pub(crate) const MAX_EVENTS: usize = 64;
 
-/// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events it
+/// A letter as a column of a table: a tick, the passing of time, or a message on a channel with the events that it
 /// satisfies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Symbol(pub(crate) u16);
 
 impl Symbol {
-    /// A tick is generated, and τ stays: the first tick of a run.
+    /// A tick is generated and τ is unchanged: the first tick of a run.
     pub const TICK: Self = Self(0);
-    /// τ grows by one, and nothing happens yet.
+    /// τ grows by one, before the tick's state.
     pub const ADVANCE: Self = Self(1);
-    /// τ grows by one, and that tick is generated.
+    /// τ grows by one, and this tick is generated.
     pub const NEXT_TICK: Self = Self(2);
     /// The first symbol of a message.
     pub(crate) const MESSAGES: u16 = 3;
 }
 
-/// The letters of a formula, and how messages are read as letters.
+/// The letters of a formula, and the mapping of messages to letters.
 #[derive(Clone, Debug)]
 pub(crate) struct Alphabet {
-    /// For each channel of the topology, by index, its place in `readers`; `DEAF` where the formula is deaf.
+    /// For each channel of the topology, by index, its index in `readers`; `DEAF` if the formula does not mention it.
     by_channel: Vec<u16>,
     readers: Vec<Reader>,
-    /// How many symbols there are; `None` if they are too many for tables.
+    /// The number of symbols; `None` if there are too many for tables.
     symbols: Option<u16>,
 }
 
@@ -64,10 +64,10 @@ pub(crate) struct Alphabet {
 struct Reader {
     channel: ChannelId,
     mask: u64,
-    /// How far the channel's events are shifted among all events.
+    /// The position of the channel's events among all events.
     shift: u32,
     conditions: Vec<MessageCondition>,
-    /// The letters that messages of the channel's domain can be, each with such a message.
+    /// The possible letters of messages in the channel's domain, each with such a message.
     letters: Vec<(Letter, Message)>,
     /// The symbol of a message that satisfies nothing.
     base: u16,
@@ -97,7 +97,7 @@ impl Alphabet {
         Self { by_channel, readers, symbols }
     }
 
-    /// The letter of a message; none if the formula does not mention its channel.
+    /// The letter of a message; `None` if the formula does not mention its channel.
     pub(crate) fn read(&self, channel: ChannelId, message: &Message) -> Option<Letter> {
         self.reader(channel).map(|reader| reader.read(message))
     }
@@ -107,7 +107,7 @@ impl Alphabet {
         self.readers.get(usize::from(place))
     }
 
-    /// The symbol of a letter of this alphabet, ticks as [`Symbol::TICK`]. Only where there are symbols.
+    /// The symbol of a letter of this alphabet; ticks become [`Symbol::TICK`]. Only if there are symbols.
     pub(crate) fn symbol(&self, letter: Letter) -> Symbol {
         let reader = self.readers.iter().find(|reader| reader.mask == letter.channel);
         reader.map_or(Symbol::TICK, |reader| Symbol(reader.base + (letter.satisfied >> reader.shift) as u16))
@@ -122,12 +122,12 @@ impl Alphabet {
         })
     }
 
-    /// How many symbols there are; `None` if they are too many for tables.
+    /// The number of symbols; `None` if there are too many for tables.
     pub(crate) fn symbols(&self) -> Option<u16> {
         self.symbols
     }
 
-    /// Every letter that a message within the domains can be, each with such a message, in a fixed order.
+    /// Every possible letter of messages within the domains, each with such a message, in a fixed order.
     pub(crate) fn letters(&self) -> impl Iterator<Item = (Letter, ChannelId, &Message)> + '_ {
         let of = |reader: &'_ Reader| reader.letters.len();
         self.readers.iter().flat_map(move |reader| {
@@ -169,13 +169,13 @@ impl Reader {
     }
 }
 
-/// More sample messages than this are not tried: what only others could do is then learnt when it happens.
+/// At most this many sample messages are tried. Letters that only other messages have are learnt when they occur.
 const MAX_SAMPLES: usize = 100_000;
 
-/// Messages of a domain such that every message of it satisfies the same conditions as one of them.
+/// Messages of a domain such that every message of the domain satisfies the same conditions as one of them.
 ///
-/// Each field takes a value for each thing that a comparison could tell apart: every constant it is compared with, and
-/// the values between, below and above them. A domain without shapes has all messages.
+/// Each field takes one value for each class of values that the comparisons distinguish: every constant it is compared
+/// with, and values between, below and above them. A domain without shapes contains all messages.
 pub(crate) fn samples<'a>(domain: &Domain, conditions: impl Iterator<Item = &'a MessageCondition>) -> Vec<Message> {
     let mut constants: Vec<(usize, &Value)> = Vec::new();
     for condition in conditions {
@@ -195,13 +195,13 @@ pub(crate) fn samples<'a>(domain: &Domain, conditions: impl Iterator<Item = &'a 
     shapes.flatten().collect()
 }
 
-/// Messages of any shape: every field is absent or holds a value of any type that a comparison could tell apart.
+/// Messages of any shape: every field is absent or holds one value for each class that the comparisons distinguish.
 fn untyped_samples(constants: &[(usize, &Value)]) -> Vec<Message> {
     let longest = constants.iter().map(|(field, _)| *field).max().unwrap_or(0);
     let choices = |field: usize| {
         let values: Vec<&Value> =
             constants.iter().filter(|(compared, _)| *compared == field).map(|(_, value)| *value).collect();
-        // `Unmentioned` stands for every value of another type.
+        // `Unmentioned` represents every value of another type.
         let mut choices = vec![Value::symbol("Unmentioned")];
         choices.extend(field_samples(&FieldKind::Real, &values));
         choices.extend(values.into_iter().filter(|value| value.as_number().is_none()).cloned());
@@ -221,7 +221,7 @@ fn product(choices: &[Vec<Value>]) -> Vec<Message> {
     messages.into_iter().map(Message::new).collect()
 }
 
-/// Values of a kind, one for each thing that comparisons with the constants can tell apart.
+/// Values of a kind, one for each class that comparisons with the constants distinguish.
 fn field_samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
     let mut numbers: Vec<f64> = constants.iter().filter_map(|value| value.as_number()).collect();
     numbers.sort_by(f64::total_cmp);
@@ -255,7 +255,7 @@ fn field_samples(kind: &FieldKind, constants: &[&Value]) -> Vec<Value> {
     }
 }
 
-/// The numbers, and one between each two neighbours, below and above them.
+/// The numbers, and one value between each two neighbours, below and above them.
 fn reals(numbers: &[f64]) -> Vec<f64> {
     let (Some(least), Some(greatest)) = (numbers.first(), numbers.last()) else { return vec![0.0] };
     let beyond = |number: f64, way: f64| number + way * (number.abs() + 1.0);
@@ -274,7 +274,7 @@ mod tests {
         MessageCondition::Compare { field, relation, value: value.into() }
     }
 
-    /// How many different letters messages of the domain can be, seen through these conditions.
+    /// The number of different letters of the domain's messages under these conditions.
     fn letters(domain: Domain, conditions: &[MessageCondition]) -> Vec<u64> {
         let mut topology = Topology::default();
         let [a, b] = ["a", "b"].map(|name| topology.process(name).unwrap());
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn conditions_on_a_number_are_told_apart_between_their_constants() {
+    fn numeric_conditions_are_distinguished_between_their_constants() {
         let conditions =
             [compare(1, Relation::Less, 20), compare(1, Relation::Greater, 30), compare(1, Relation::Equal, 25)];
         assert_eq!(letters(of(FieldKind::Real), &conditions), [0, 1, 2, 4]);
@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_the_domain_has_is_a_letter() {
+    fn only_messages_of_the_domain_are_letters() {
         let symbols = [
             compare(1, Relation::Equal, channels::Symbol::new("x")),
             compare(1, Relation::Equal, channels::Symbol::new("y")),
@@ -329,13 +329,13 @@ mod tests {
         assert_eq!(letters(of(FieldKind::Bool), &[compare(2, Relation::NotEqual, true)]), [1]);
         let texts = [compare(1, Relation::Equal, "a"), compare(1, Relation::Equal, "b")];
         assert_eq!(letters(of(FieldKind::Text), &texts), [0, 1, 2]);
-        // Without shapes anything may come.
+        // Without shapes, any message may come.
         assert_eq!(letters(Domain::new([]), &symbols), [0, 1, 2]);
         assert_eq!(letters(Domain::new([]), &[compare(2, Relation::Less, 3)]), [0, 1]);
     }
 
     #[test]
-    fn fields_of_one_message_go_together() {
+    fn fields_of_one_message_vary_together() {
         let ok = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
         let error = Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
         let conditions = [compare(1, Relation::Equal, channels::Symbol::new("ok")), compare(2, Relation::Less, 20)];

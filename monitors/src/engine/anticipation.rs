@@ -1,14 +1,14 @@
 //! What endless words can still do with obligations: meet them, or break them.
 //!
-//! Obligations are clauses. Whoever meets them meets one obligation of each clause, a product; whoever breaks them
-//! breaks all obligations of one clause. So a word is guessed along with what it decides to meet (or to break): a node
-//! is a set of obligations with the remembered messages, an edge a letter and what the set becomes.
+//! Obligations are clauses. To meet them is to meet one obligation of each clause, a product. To break them is to break
+//! all obligations of one clause. So the search guesses a word together with the obligations it will meet (or break): a
+//! node is a set of obligations with the remembered messages, an edge is a letter with the set that results from it.
 //!
-//! An endless path meets its obligations unless it puts one of them off for ever. An obligation that silence does not
-//! meet is one that can be put off: an `until` that goes on, a `next` that waits, a window in which no message passes.
-//! Each kind of them has to be *served* again and again, or to be gone. That is a generalised Büchi condition on the
-//! edges (as Gastin and Oddoux have it, CAV 2001): a node can win if a path leads to a strongly connected component
-//! whose edges serve everything, or to a node where nothing can be put off, so that silence will do.
+//! An endless path meets its obligations unless it postpones one of them forever. An obligation can be postponed if
+//! silence does not meet it: an `until` that continues, a `next` that waits, a window in which no message passes. Each
+//! kind must be *served* again and again, or be gone. This is a generalized Büchi condition on the edges (Gastin and
+//! Oddoux, CAV 2001): a node can win if a path leads to a strongly connected component whose edges serve everything, or
+//! to a node where nothing can be postponed, so that silence is enough.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -17,27 +17,27 @@ use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligation, Obligations};
 use crate::engine::operators::{Operators, State};
 
-/// There are too many ways to go on to look at them all.
+/// There are too many possible continuations to explore them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooManyWays;
 
-/// More nodes, edges and products than these are not looked at.
+/// The limit for nodes, edges and products.
 const MAX_NODES: usize = 20_000;
 const MAX_EDGES: usize = 400_000;
 const MAX_PRODUCTS: usize = 200;
 
-/// What can be put off for ever.
+/// What can be postponed forever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum Delay {
-    /// An operator of that number goes on, or waits.
+    /// The operator with this number continues, or waits.
     Operator(u32),
-    /// The event does not pass, in a window without an end.
+    /// The event does not occur in a window without an end.
     Event(EventId),
-    /// Time does not go on, and with it a window of the event that has not begun, or has not ended.
+    /// Time stands still, and with it a window of the event that has not begun or not ended.
     Time(EventId),
 }
 
-/// A set of obligations that is to be met, or broken; sorted, none of them needless beside another.
+/// A set of obligations to be met, or broken; sorted, without redundant ones.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Node {
     owed: Clause,
@@ -49,15 +49,15 @@ struct Node {
 struct Edge {
     symbol: Symbol,
     to: usize,
-    /// The delays that go on along this edge: a bit for each.
+    /// The delays that continue along this edge: one bit each.
     delays: u128,
 }
 
-/// The graph of all that words can do with obligations.
+/// The graph of everything that words can do with obligations.
 pub(crate) struct Anticipation<'a> {
     operators: &'a Operators,
     letters: Vec<(Symbol, Letter)>,
-    /// Whether obligations are to be met, or to be broken.
+    /// Whether obligations are to be met or to be broken.
     meet: bool,
     known: HashMap<Node, usize>,
     nodes: Vec<Node>,
@@ -65,7 +65,7 @@ pub(crate) struct Anticipation<'a> {
     delays: HashMap<Delay, u32>,
 }
 
-/// An endless word: symbols, and what comes over and over behind them; nothing if that is silence.
+/// An endless word: symbols, and the cycle that repeats after them; an empty cycle is silence.
 pub(crate) type Lasso = (Vec<Symbol>, Vec<Symbol>);
 
 impl<'a> Anticipation<'a> {
@@ -76,7 +76,7 @@ impl<'a> Anticipation<'a> {
         Self { operators, letters, meet, known, nodes: Vec::new(), edges: Vec::new(), delays }
     }
 
-    /// Whether some endless word meets the obligations (or breaks them), each of these in turn.
+    /// Whether some endless word meets (or breaks) the obligations, for each of these in turn.
     pub(crate) fn possible(&mut self, owed: &[(&Obligations, u64)]) -> Result<Vec<bool>, TooManyWays> {
         let roots = owed.iter().map(|(owed, last)| self.roots(owed, *last)).collect::<Result<Vec<_>, _>>()?;
         self.explore()?;
@@ -84,7 +84,7 @@ impl<'a> Anticipation<'a> {
         Ok(roots.iter().map(|roots| roots.iter().any(|root| wins[*root])).collect())
     }
 
-    /// An endless word that meets the obligations (or breaks them), if there is one.
+    /// An endless word that meets (or breaks) the obligations, if there is one.
     pub(crate) fn lasso(&mut self, owed: &Obligations, last: u64) -> Result<Option<Lasso>, TooManyWays> {
         let roots = self.roots(owed, last)?;
         self.explore()?;
@@ -97,7 +97,7 @@ impl<'a> Anticipation<'a> {
         let (mut here, mut cycle) = (node, Vec::new());
         let inside = |edge: &Edge| components[edge.to] == components[node];
         for delay in 0..self.delays.len() {
-            // To where an edge leaves on which this delay ends, and along that edge.
+            // The target of an edge on which this delay ends, and that edge.
             let ends = |edge: &&Edge| inside(edge) && edge.delays >> delay & 1 == 0;
             let leaves = |node: usize| self.edges[node].iter().any(|edge| ends(&edge));
             let Some((from, way)) = self.path(&[here], inside, leaves) else { return Ok(None) };
@@ -111,7 +111,7 @@ impl<'a> Anticipation<'a> {
         Ok(Some((stem, cycle)))
     }
 
-    /// A shortest path from one of the nodes to one that is looked for, along edges that may be taken.
+    /// A shortest path from one of the nodes to a goal, along allowed edges.
     fn path(
         &self,
         from: &[usize],
@@ -143,7 +143,7 @@ impl<'a> Anticipation<'a> {
         ways.into_iter().map(|owed| self.number(Node { owed, last })).collect()
     }
 
-    /// The sets of obligations one of which has to be met: products; or one of which has to be broken: clauses.
+    /// The alternatives: products, one of which must be met, or clauses, one of which must be broken.
     fn ways(&self, owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
         if self.meet { products(owed) } else { Ok(owed.clauses().to_vec()) }
     }
@@ -165,7 +165,7 @@ impl<'a> Anticipation<'a> {
         while self.edges.len() < self.nodes.len() {
             let node = self.nodes[self.edges.len()].clone();
             let mut edges = Vec::new();
-            // Where silence will do, it need not be known what else would.
+            // If silence is enough, other continuations need not be known.
             let letters = if self.can_delay(&node.owed) { self.letters.clone() } else { Vec::new() };
             for (symbol, letter) in letters {
                 let last = letter.after(node.last);
@@ -188,12 +188,12 @@ impl<'a> Anticipation<'a> {
         Ok(())
     }
 
-    /// The obligations once time has gone on, if the letter is a tick.
+    /// The obligations after time has passed, if the letter is a tick.
     fn passed(&self, owed: Obligations, letter: Letter) -> Obligations {
         if letter.is_tick() { self.operators.advance(owed, 1).shifted() } else { owed }
     }
 
-    /// Whether a set has an obligation that can be put off.
+    /// Whether a set has an obligation that can be postponed.
     fn can_delay(&self, owed: &Clause) -> bool {
         owed.iter().any(|obligation| self.operators.met_by_silence(obligation) != self.meet)
     }
@@ -202,10 +202,10 @@ impl<'a> Anticipation<'a> {
         !self.can_delay(&self.nodes[node].owed)
     }
 
-    /// What is put off at a letter: what of its outcome can be, and is not served there.
+    /// The delays that a letter leaves unserved, restricted to possible ones.
     ///
-    /// An operator that goes on is served where it is gone. It can always go where it is met: whoever asks for it anew
-    /// at that state asks the same.
+    /// An operator that continues is served when it is gone. It can always go when it is met: an operator that is
+    /// started again in this state demands the same.
     fn put_off(&mut self, owed: &Clause, letter: Letter) -> Result<u128, TooManyWays> {
         let mut bits = 0;
         for obligation in owed.iter().filter(|obligation| self.operators.met_by_silence(obligation) != self.meet) {
@@ -226,7 +226,7 @@ impl<'a> Anticipation<'a> {
         Ok(bits)
     }
 
-    /// From which nodes a winning word goes on.
+    /// The nodes from which a winning word continues.
     fn winning(&self) -> Vec<bool> {
         let (components, is_good) = self.components();
         let mut before: Vec<Vec<usize>> = vec![Vec::new(); self.nodes.len()];
@@ -246,11 +246,11 @@ impl<'a> Anticipation<'a> {
         wins
     }
 
-    /// The strongly connected component of each node, and which components have edges that serve everything.
+    /// The strongly connected component of each node, and the components whose edges serve everything.
     fn components(&self) -> (Vec<usize>, Vec<bool>) {
         let components = strongly_connected(&self.edges);
         let count = components.iter().max().map_or(0, |last| last + 1);
-        // What is put off on all edges inside; without any edge, everything.
+        // The delays common to all inner edges; without an edge, all of them.
         let mut delays = vec![u128::MAX; count];
         for (from, edges) in self.edges.iter().enumerate() {
             for edge in edges.iter().filter(|edge| components[edge.to] == components[from]) {
@@ -261,7 +261,7 @@ impl<'a> Anticipation<'a> {
     }
 }
 
-/// How an obligation that silence does not settle can be put off.
+/// The ways to postpone an obligation that silence does not settle.
 fn delays_of(obligation: &Obligation) -> impl Iterator<Item = Delay> {
     let delays = match *obligation {
         Obligation::Goes(operator) | Obligation::Waits(operator) => [Some(Delay::Operator(operator)), None],
@@ -273,7 +273,7 @@ fn delays_of(obligation: &Obligation) -> impl Iterator<Item = Delay> {
     delays.into_iter().flatten()
 }
 
-/// The products of clauses: all ways to meet one obligation of each, none of which asks for more than another.
+/// The products of clauses: all minimal ways to meet one obligation of each.
 fn products(owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
     let mut products: Vec<Clause> = vec![Clause::new()];
     for clause in owed.clauses() {
@@ -296,7 +296,7 @@ fn products(owed: &Obligations) -> Result<Vec<Clause>, TooManyWays> {
     Ok(products)
 }
 
-/// A product and one obligation more, without what that makes needless.
+/// A product with one more obligation, without the ones that it makes redundant.
 fn with(product: &Clause, obligation: Obligation) -> Clause {
     if product.iter().any(|known| known.implies(&obligation)) {
         return product.clone();
@@ -307,7 +307,7 @@ fn with(product: &Clause, obligation: Obligation) -> Clause {
     longer
 }
 
-/// The number of each node's strongly connected component (Tarjan's algorithm, with a stack of its own).
+/// The number of each node's strongly connected component (Tarjan's algorithm with an explicit stack).
 fn strongly_connected(edges: &[Vec<Edge>]) -> Vec<usize> {
     const NONE: usize = usize::MAX;
     let (mut order, mut low) = (vec![NONE; edges.len()], vec![NONE; edges.len()]);

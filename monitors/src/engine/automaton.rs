@@ -1,4 +1,4 @@
-//! The explicit automaton of a formula: everything that can become of its obligations, worked out before the run.
+//! The explicit automaton of a formula: all states of its obligations, computed before the run.
 
 use std::collections::{HashMap, VecDeque};
 use std::sync::Arc;
@@ -15,16 +15,16 @@ use crate::engine::table::Table;
 /// The number of a state of an automaton.
 pub(crate) type StateNumber = u16;
 
-/// No message within the domains of its channel leads anywhere from here.
+/// No message within the domain of its channel leads anywhere from here.
 const NOWHERE: StateNumber = StateNumber::MAX;
 
-/// An automaton may have this many states.
+/// The largest number of states of an automaton.
 pub(crate) const MAX_STATES: usize = 10_000;
 
-/// Obligations of more clauses are not worked out: there would be many of them.
+/// Obligations with more clauses are not expanded: there would be too many states.
 const MAX_CLAUSES: usize = 500;
 
-/// The automaton of a formula would have more than ten thousand states, or too many ways to go on from them.
+/// The automaton of a formula would have more than ten thousand states, or too many continuations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TooManyStates;
 
@@ -36,25 +36,25 @@ impl From<TooManyWays> for TooManyStates {
 
 /// All states that a formula's obligations can reach, with the verdict in each.
 ///
-/// A state is settled as soon as all endless words lead to one outcome: anticipation is exact. In a word τ grows by one
-/// at each tick, and nowhere else; the first tick may leave it where it is. (A state that messages alone lead to may
-/// come again behind ticks. There one more tick is thought to leave τ where it is, which no run has: a verdict that
-/// this matters to comes late.)
+/// A state is settled as soon as all endless words lead to the same outcome: anticipation is exact. In a word, τ grows
+/// by one at each tick and nowhere else; only the first tick may leave it unchanged. (A state that is reachable by
+/// messages alone may recur after ticks. There, one more tick is assumed that may leave τ unchanged, which no run has.
+/// A verdict that depends on this comes late.)
 #[derive(Clone, Debug)]
 pub(crate) struct Automaton {
     /// Where each symbol leads from each state.
     table: Table<StateNumber>,
-    /// What a state stands for: obligations (none yet at the start) and remembered events.
+    /// The meaning of each state: obligations (none yet at the start) and remembered events.
     meanings: Vec<(Option<Obligations>, u64)>,
     verdicts: Vec<Verdict>,
     holds: Vec<bool>,
-    /// Which states messages alone lead to.
+    /// Which states are reachable by messages alone.
     before_ticks: Vec<bool>,
     symbols: u16,
 }
 
 impl Automaton {
-    /// The automaton, if it has no more than `limit` states.
+    /// The automaton, if it has at most `limit` states.
     pub(crate) fn new(operators: &Operators, alphabet: &Alphabet, limit: usize) -> Result<Self, TooManyStates> {
         let symbols = alphabet.symbols().ok_or(TooManyStates)?;
         let explorer = Explorer { operators, alphabet, known: HashMap::new(), meanings: Vec::new(), limit };
@@ -71,7 +71,7 @@ impl Automaton {
         Ok(automaton)
     }
 
-    /// The verdict in each state, from what can be reached from it.
+    /// The verdict in each state, from the states reachable from it.
     fn anticipate(&self, operators: &Operators, alphabet: &Alphabet) -> Result<Vec<Verdict>, TooManyWays> {
         let satisfiable = self.possible(true, operators, alphabet)?;
         let violable = self.possible(false, operators, alphabet)?;
@@ -83,10 +83,10 @@ impl Automaton {
         Ok(satisfiable.into_iter().zip(violable).map(verdict).collect())
     }
 
-    /// From which states an endless word goes on on which the formula holds, or does not.
+    /// The states from which some endless word satisfies (or violates) the formula.
     ///
-    /// Silence is such a word: where the formula holds as the run stands, or can come to, the question is settled. What
-    /// is left is mostly little.
+    /// Silence is such a word: if the formula holds now, or at a state that can be reached, the question is settled.
+    /// Little usually remains.
     fn possible(&self, outcome: bool, operators: &Operators, alphabet: &Alphabet) -> Result<Vec<bool>, TooManyWays> {
         let mut possible: Vec<bool> = self.holds.iter().map(|holds| *holds == outcome).collect();
         self.spread(&mut possible);
@@ -101,7 +101,7 @@ impl Automaton {
         Ok(possible)
     }
 
-    /// What is possible in a state is possible in those before it.
+    /// If an outcome is possible in a state, it is possible in its predecessors.
     fn spread(&self, possible: &mut [bool]) {
         let mut before: Vec<Vec<StateNumber>> = vec![Vec::new(); self.len()];
         for (from, to) in (0..self.len()).flat_map(|from| self.moves(from).map(move |(_, to)| (from, to))) {
@@ -117,7 +117,7 @@ impl Automaton {
         }
     }
 
-    /// Which states messages alone lead to, so that the first tick can come there.
+    /// Which states are reachable by messages alone, so that the first tick can occur there.
     fn before_ticks(&self) -> Vec<bool> {
         let mut reached = vec![false; self.len()];
         let mut open = vec![0];
@@ -130,7 +130,7 @@ impl Automaton {
         reached
     }
 
-    /// Where words can go on to from a state.
+    /// The transitions of a state.
     fn moves(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
         self.successors(state).filter(move |(symbol, _)| match *symbol {
             Symbol::ADVANCE => false,
@@ -151,29 +151,29 @@ impl Automaton {
         self.verdicts[state]
     }
 
-    /// Whether the formula holds on a run that ends in the state.
+    /// Whether the formula holds on a run that ends in this state.
     pub(crate) fn holds(&self, state: usize) -> bool {
         self.holds[state]
     }
 
-    /// Where the symbols lead from a state that lead anywhere.
+    /// The successors of a state, with their symbols.
     pub(crate) fn successors(&self, state: usize) -> impl Iterator<Item = (Symbol, usize)> {
         (0..self.symbols).map(Symbol).filter_map(move |symbol| Some((symbol, self.successor(state, symbol)?)))
     }
 
-    /// Where a symbol leads from a state; `None` for messages outside the domains.
+    /// The successor of a state for a symbol; `None` for messages outside the domains.
     pub(crate) fn successor(&self, state: usize, symbol: Symbol) -> Option<usize> {
         let next = self.table.get(state as StateNumber, symbol);
         (next != NOWHERE).then_some(usize::from(next))
     }
 
-    /// An endless word behind a state on which the formula holds, or does not.
+    /// An endless word from a state on which the formula holds, or does not.
     fn lasso(&self, state: usize, outcome: bool, operators: &Operators, alphabet: &Alphabet) -> Option<Lasso> {
         let (owed, last) = &self.meanings[state];
         Anticipation::new(operators, alphabet, outcome).lasso(owed.as_ref()?, *last).ok()?
     }
 
-    /// The first thing that is found in a state that symbols can lead to from there, and a shortest way to it.
+    /// A shortest path from a state to the first state in which something is found, and what was found.
     fn path<T>(
         &self,
         start: usize,
@@ -267,12 +267,12 @@ impl Explorer<'_> {
     }
 }
 
-/// How often τ grows.
+/// By how much τ grows.
 fn ticks(symbols: &[Symbol]) -> u64 {
     symbols.iter().filter(|symbol| matches!(**symbol, Symbol::ADVANCE | Symbol::NEXT_TICK)).count() as u64
 }
 
-/// An automaton at work.
+/// A running automaton.
 #[derive(Clone, Debug)]
 pub(crate) struct AutomatonRun {
     automaton: Arc<Automaton>,
@@ -281,9 +281,9 @@ pub(crate) struct AutomatonRun {
     now: u64,
     /// Whether there was a tick.
     has_ticked: bool,
-    /// After a message that its channel's domain does not have: the automaton knows no way, progression goes on.
+    /// Used after a message outside its channel's domain: the automaton has no transition, progression takes over.
     detour: Option<Progression>,
-    /// The clause whose time was up before it was met.
+    /// The clause whose deadline passed before it was met.
     missed: Option<Clause>,
 }
 
@@ -296,7 +296,7 @@ impl AutomatonRun {
         self.detour.is_none().then_some(usize::from(self.state))
     }
 
-    /// An endless word that goes on from here and on which the formula holds, or does not.
+    /// An endless word that continues from here and on which the formula holds, or does not.
     pub(crate) fn lasso(&self, outcome: bool, alphabet: &Alphabet) -> Option<Lasso> {
         let word = |state: usize| self.automaton.lasso(state, outcome, &self.operators, alphabet);
         let may = |symbol: Symbol| symbol != Symbol::TICK || !self.has_ticked;
@@ -308,7 +308,7 @@ impl AutomatonRun {
         Some((stem, end.1))
     }
 
-    /// τ has become `now`.
+    /// Sets τ to `now`.
     pub(crate) fn advance(&mut self, now: u64) {
         if let Some(detour) = &mut self.detour {
             return detour.advance(now);
@@ -323,7 +323,7 @@ impl AutomatonRun {
         }
     }
 
-    /// Whether what was owed cannot be met any more, whatever comes.
+    /// Whether an obligation can no longer be met in any continuation.
     pub(crate) fn is_broken(&self) -> bool {
         match &self.detour {
             Some(detour) => detour.verdict() == Verdict::False,
@@ -331,7 +331,7 @@ impl AutomatonRun {
         }
     }
 
-    /// A state with that letter.
+    /// Processes a state with this letter.
     pub(crate) fn read(&mut self, letter: Letter, alphabet: &Alphabet) {
         if let Some(detour) = &mut self.detour {
             return detour.read(letter);
@@ -354,13 +354,13 @@ impl AutomatonRun {
         self.detour = Some(detour);
     }
 
-    /// The obligations here, in ticks of the run.
+    /// The obligations in this state, in ticks of the run.
     fn meaning(&self) -> Meaning {
         let (owed, last) = &self.automaton.meanings[usize::from(self.state)];
         (owed.as_ref().map(|owed| owed.at(self.now)), *last)
     }
 
-    /// The clause whose time was up before it was met, if that is why the formula is false.
+    /// The clause whose deadline passed before it was met, if that is why the formula is false.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         match &self.detour {
             Some(detour) => detour.missed(),
@@ -375,7 +375,7 @@ impl AutomatonRun {
         }
     }
 
-    /// Takes a sequence of symbols, as far as the verdict is open; ticks are [`Symbol::NEXT_TICK`].
+    /// Processes symbols until the verdict is settled; ticks are [`Symbol::NEXT_TICK`].
     pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
         if let Some(detour) = &mut self.detour {
             return detour.run(symbols, alphabet);

@@ -1,8 +1,8 @@
-//! Monitors without obligations: `always` of clauses that speak of the present and of at most one deadline each.
+//! Monitors without obligations: `always` of clauses over the present with at most one deadline each.
 //!
-//! Of a clause `antecedent implies time_until (answer) < θ` only the oldest open obligation matters: whatever answers
-//! it answers the later ones. Of `antecedent implies not time_until (ban) < θ` only the youngest does. So a number a
-//! clause is enough, and an event takes the same time whatever θ.
+//! For a clause `antecedent implies time_until (answer) < θ`, only the oldest open obligation matters: an event that
+//! answers it also answers the later ones. For `antecedent implies not time_until (ban) < θ`, only the youngest does.
+//! So one number per clause is enough, and an event takes the same time for any θ.
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
@@ -14,13 +14,13 @@ use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Obligation, Obligations};
 use crate::engine::table::Table;
 
-/// A clause `always` of which is watched: whenever one of its own channels speaks (at every tick, if it has none) and
-/// none of its literals holds, the deadline is set; or, without one, the formula is violated.
+/// A clause under `always`. It is checked whenever one of its own channels carries a message (at every tick, if it has
+/// none). If none of its literals holds, its deadline starts; without a deadline, the formula is violated.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Rule {
     /// The clause itself.
     pub(crate) clause: Part,
-    /// The events that strike it: those of its own channels.
+    /// The events that trigger the check: those of its own channels.
     clock: u64,
     /// The events one of which must hold, and those one of which must not.
     hold: u64,
@@ -29,18 +29,18 @@ pub(crate) struct Rule {
     pub(crate) timing: Timing,
 }
 
-/// What a rule demands once its literals have failed.
+/// What a rule demands after its literals have failed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Timing {
     /// They must never fail.
     Never,
-    /// One of these events passes within so many ticks.
+    /// One of these events must pass within this many ticks.
     Within { answers: u64, ticks: u64 },
-    /// None of these events passes within so many ticks.
+    /// None of these events may pass within this many ticks.
     Without { bans: u64, ticks: u64 },
 }
 
-/// What a letter does to the rules in a state: a bit for each.
+/// The effect of a letter on the rules in a state: one bit each.
 #[derive(Clone, Copy, Debug, Default)]
 struct Step {
     next: u16,
@@ -55,20 +55,20 @@ struct Step {
 pub(crate) struct Compact {
     rules: Vec<Rule>,
     table: Table<Step>,
-    /// From which states a violation can still come.
+    /// The states from which a violation is still possible.
     live: Vec<bool>,
     /// The rules that an event answers.
     answered: u16,
 }
 
-/// More rules than this are left to other machines.
+/// Formulas with more rules are left to other machines.
 const MAX_RULES: usize = 16;
 
-/// More states than this are left to other machines.
+/// Formulas with more states are left to other machines.
 const MAX_STATES: usize = 4_096;
 
 impl Compact {
-    /// The rules of a formula that is `always` of clauses of this kind, or several such formulas joined by `and`.
+    /// The rules of a formula that is `always` of such clauses, or several such formulas joined by `and`.
     pub(crate) fn new(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Self> {
         let rules = rules(form, vocabulary, alphabet)?;
         let table = Table::new(alphabet.symbols()?);
@@ -83,14 +83,14 @@ impl Compact {
         &self.rules
     }
 
-    /// Whether verdicts come as early as possible: with one rule, or without deadlines.
+    /// Whether verdicts come as early as possible: with a single rule, or without deadlines.
     pub(crate) fn is_exact(&self) -> bool {
         self.rules.len() <= 1 || self.rules.iter().all(|rule| rule.timing == Timing::Never)
     }
 
-    /// Makes the table of all states. A state is what the rules may still ask about: of the events that the last message of
-    /// each channel satisfied, those that some rule remembers. Two histories with the same bits strike the same rules from
-    /// then on, so each set of bits is explored once.
+    /// Builds the table of all states. A state is what the rules may still check: of the events that the last message
+    /// of each channel satisfied, those that some rule remembers. Two histories with the same bits trigger the same
+    /// rules from then on, so each set of bits is explored once.
     fn explore(&mut self, alphabet: &Alphabet) -> Option<()> {
         let remembered = self.rules.iter().map(|rule| rule.remembered(alphabet)).fold(0, |bits, rule| bits | rule);
         let possible: BTreeSet<Letter> = alphabet.letters().map(|(letter, ..)| letter).collect();
@@ -109,8 +109,8 @@ impl Compact {
                 });
                 let step = self.step(letter, last, next);
                 self.table.set(at as u16, symbol, step);
-                // A message outside the domains is followed, but not expected. A deadline that the same message sets and
-                // meets is not owed.
+                // A message outside the domains is processed, but not expected. A deadline that the same message sets
+                // and meets is not pending.
                 if possible.contains(&letter) {
                     edges.push((at, usize::from(next), step.strikes & !(step.passes & self.answered)));
                 }
@@ -132,8 +132,8 @@ impl Compact {
     fn step(&self, letter: Letter, last: u64, next: u16) -> Step {
         let mut step = Step { next, ..Step::default() };
         for (index, rule) in self.rules.iter().enumerate() {
-            // A clause is a disjunction: it fails where no event that it names is there and all that it denies are. It is
-            // asked only at its own channels' messages, or at ticks if it has none.
+            // A clause is a disjunction: it fails if none of its positive events holds and all of its negated events
+            // hold. It is checked only at messages on its own channels, or at ticks if it has none.
             let struck = if letter.is_tick() { rule.clock == 0 } else { rule.clock & letter.channel != 0 };
             let failed = last & rule.hold == 0 && !last & rule.hold_not == 0;
             step.strikes |= u16::from(struck && failed) << index;
@@ -165,8 +165,8 @@ impl Rule {
                     let mut windows = bound.windows();
                     let is_possible = alphabet.possible() & (1 << event) != 0;
                     match (windows.next().filter(|_| is_possible), windows.next()) {
-                        // What no message satisfies, or none at any time, passes never: the clause is true if not to
-                        // pass is enough.
+                        // An event that no message satisfies, or with an empty window, never passes: the clause is true
+                        // if it demands that.
                         (None, _) if *holds => {}
                         (Some(Window { first: 0, last }), None) => {
                             rule.timing = rule.timing.with(1 << event, last.checked_add(1)?, *holds)?;
@@ -216,7 +216,7 @@ fn rules(form: &Form, vocabulary: &Vocabulary, alphabet: &Alphabet) -> Option<Ve
     (rules.len() <= MAX_RULES).then_some(rules)
 }
 
-/// The states from which an edge that strikes a rule can be reached.
+/// The states from which an edge that triggers a rule is reachable.
 fn live(states: usize, edges: &[(usize, usize, u16)]) -> Vec<bool> {
     let mut live = vec![false; states];
     let mut changed = true;
@@ -231,14 +231,14 @@ fn live(states: usize, edges: &[(usize, usize, u16)]) -> Vec<bool> {
     live
 }
 
-/// Rules at work: a state, and a tick for each rule.
+/// Running rules: a state, and a tick for each rule.
 #[derive(Clone, Debug)]
 pub(crate) struct CompactRun {
     compact: Arc<Compact>,
     state: u16,
     now: u64,
-    /// For each rule: the tick at which it is too late ([`Timing::Within`]; `u64::MAX`: nothing is owed), or the first
-    /// at which everything is allowed again ([`Timing::Without`]; 0: now).
+    /// For each rule: the tick at which it is too late ([`Timing::Within`]; `u64::MAX`: nothing is pending), or the
+    /// first at which everything is allowed again ([`Timing::Without`]; 0: now).
     ticks: Vec<u64>,
     broken: Option<usize>,
 }
@@ -258,7 +258,7 @@ impl CompactRun {
         self.broken
     }
 
-    /// The rules with an answer owed, with the tick at which it is too late.
+    /// The rules with a pending answer, with the tick at which it is too late.
     pub(crate) fn owed(&self) -> impl Iterator<Item = (usize, u64)> {
         let rules = self.compact.rules.iter().zip(&self.ticks).enumerate();
         rules.filter_map(|(index, (rule, ticks))| match rule.timing {
@@ -267,7 +267,7 @@ impl CompactRun {
         })
     }
 
-    /// What these rules owe and ban, in ticks from now: what has begun, beside the rules themselves.
+    /// The pending obligations and bans of these rules, in ticks from now, without the rules themselves.
     pub(crate) fn begun(&self, rules: &[usize]) -> Obligations {
         let armed = rules.iter().filter(|rule| self.is_armed(**rule)).map(|rule| {
             let (events, holds) = match self.compact.rules[*rule].timing {
@@ -285,7 +285,7 @@ impl CompactRun {
         armed.fold(Obligations::met(), Obligations::and)
     }
 
-    /// For each rule whether something is owed or banned now.
+    /// Whether an obligation or a ban of the rule is active.
     pub(crate) fn is_armed(&self, rule: usize) -> bool {
         match self.compact.rules[rule].timing {
             Timing::Never => false,
@@ -294,7 +294,7 @@ impl CompactRun {
         }
     }
 
-    /// τ has become `now`.
+    /// Sets τ to `now`.
     pub(crate) fn advance(&mut self, now: u64) {
         self.now = now;
         for (index, rule) in self.compact.rules.iter().enumerate() {
@@ -305,7 +305,7 @@ impl CompactRun {
         }
     }
 
-    /// A state with that symbol.
+    /// Processes a state with this symbol.
     pub(crate) fn read(&mut self, symbol: Symbol) {
         let step = self.compact.table.get(self.state, symbol);
         self.state = step.next;
@@ -325,7 +325,7 @@ impl CompactRun {
         }
     }
 
-    /// Takes a sequence of symbols, as far as the verdict is open; ticks are [`Symbol::NEXT_TICK`].
+    /// Processes symbols until the verdict is settled; ticks are [`Symbol::NEXT_TICK`].
     pub(crate) fn run(&mut self, symbols: &[Symbol]) {
         match (self.compact.rules.len(), self.compact.rules.first().map(|rule| rule.timing.clone())) {
             (1, Some(Timing::Within { ticks, .. })) => self.run_response(symbols, ticks),
@@ -388,14 +388,14 @@ impl CompactRun {
         }
     }
 
-    /// Whether the formula holds on the run as it stands.
+    /// Whether the formula holds on the run so far.
     pub(crate) fn holds(&self) -> bool {
         self.broken.is_none() && self.owed().next().is_none()
     }
 }
 
 impl Timing {
-    /// The tick of a rule that demands nothing at present.
+    /// The tick of a rule that currently demands nothing.
     fn at_rest(&self) -> u64 {
         match self {
             Self::Within { .. } => u64::MAX,

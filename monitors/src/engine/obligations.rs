@@ -1,23 +1,23 @@
-//! What the rest of a run owes.
+//! Obligations: what the rest of a run must do.
 
 use crate::clause::EventId;
 
-/// Something that the states to come decide. Negations are obligations of their own.
+/// Something that later states decide. Negations are separate obligations.
 ///
 /// Ticks are absolute: those of the run's clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Obligation {
-    /// An `until` or a release goes on: its number among the operators.
+    /// An `until` or a release continues: its number among the operators.
     Goes(u32),
-    /// A `next` waits for its own channels to speak: its number among the operators.
+    /// A `next` waits for a message on its own channels: its number among the operators.
     Waits(u32),
     /// A message that satisfies the event passes at a tick from `first` to `last` (or, unless `holds`, none does).
     ///
-    /// `first` is 0 once it is not in the future any more; `last` is `u64::MAX` where there is no end.
+    /// `first` is 0 once it is no longer in the future; `last` is `u64::MAX` if there is no end.
     Passes {
-        /// What passes.
+        /// The event that passes.
         event: EventId,
-        /// Whether it must pass, or must not.
+        /// Whether it must or must not pass.
         holds: bool,
         /// The first tick of the window.
         first: u64,
@@ -27,7 +27,7 @@ pub(crate) enum Obligation {
 }
 
 impl Obligation {
-    /// Whether whoever meets this one meets the other, as the windows alone tell.
+    /// Whether meeting this one also meets the other, judging by the windows alone.
     pub(crate) fn implies(&self, other: &Self) -> bool {
         match (self, other) {
             (
@@ -45,13 +45,13 @@ impl Obligation {
     }
 }
 
-/// A clause: one of its obligations must be met. Sorted; none of them implies another.
+/// A clause: one of its obligations must be met. Sorted; none implies another.
 pub(crate) type Clause = Vec<Obligation>;
 
-/// Clauses, all of which must be met; none of them implies another.
+/// Clauses, all of which must be met; none implies another.
 ///
-/// No clause: nothing is owed, whatever comes. The empty clause: whatever comes, it is too late.
-/// Without windows a form is unique for its meaning, so that only finitely many can arise from one formula.
+/// Without a clause, nothing is pending, whatever happens. With the empty clause, it is too late, whatever happens.
+/// Without windows, the form is unique for its meaning, so one formula can lead to only finitely many of them.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Obligations {
     clauses: Vec<Clause>,
@@ -74,13 +74,13 @@ impl Obligations {
         Self { clauses: vec![vec![obligation]] }
     }
 
-    /// All of these, none of which implies another.
+    /// All of these obligations, without those implied by another.
     pub(crate) fn all(mut obligations: Clause) -> Self {
         obligations.sort_unstable();
         Self { clauses: obligations.into_iter().map(|obligation| vec![obligation]).collect() }
     }
 
-    /// One of these, none of which implies another.
+    /// One of these obligations, without those that imply another.
     pub(crate) fn any(clause: Clause) -> Self {
         Self { clauses: vec![clause] }
     }
@@ -97,7 +97,7 @@ impl Obligations {
         &self.clauses
     }
 
-    /// The clause that only messages until `last` could have met, if there is one: it is missed when τ goes on.
+    /// The clause that could only be met by messages until `last`, if there is one: it is missed when τ passes `last`.
     pub(crate) fn ending_by(&self, last: u64) -> Option<&Clause> {
         let ends = |obligation: &Obligation| match *obligation {
             Obligation::Passes { holds: true, last: end, .. } => end <= last,
@@ -146,7 +146,7 @@ impl Obligations {
         both
     }
 
-    /// The obligations after each was replaced by what `change` makes of it (`None`: itself).
+    /// The obligations after `change` has replaced each one (`None`: unchanged).
     pub(crate) fn replace(self, mut change: impl FnMut(&Obligation) -> Option<Self>) -> Self {
         let mut kept = Self::met();
         let mut changed = Vec::new();
@@ -165,7 +165,7 @@ impl Obligations {
         kept
     }
 
-    /// The obligations with every tick counted from τ = `now` on instead of 0.
+    /// The obligations with every tick counted from τ = `now` instead of from 0.
     pub(crate) fn at(&self, now: u64) -> Self {
         self.clone().replace(|obligation| match *obligation {
             Obligation::Passes { event, holds, first, last } => {
@@ -176,7 +176,7 @@ impl Obligations {
         })
     }
 
-    /// The obligations with every tick moved towards 0 by one that has passed: what an automaton calls the same.
+    /// The obligations with every tick reduced by one that has passed: an automaton treats them as the same state.
     pub(crate) fn shifted(self) -> Self {
         self.replace(|obligation| match *obligation {
             Obligation::Passes { event, holds, first, last } => {
@@ -188,7 +188,7 @@ impl Obligations {
     }
 }
 
-/// The clause that one of the two clauses is met, without what implies another part of it.
+/// The clause that one of the two clauses is met, without redundant parts.
 fn union(a: &Clause, b: &Clause) -> Clause {
     let mut all: Clause = Vec::with_capacity(a.len() + b.len());
     for obligation in a.iter().chain(b) {

@@ -7,15 +7,15 @@ use crate::engine::obligations::{Obligation, Obligations};
 /// A state of the run, as the operators see it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct State {
-    /// What happened at it.
+    /// What happened in it.
     pub(crate) letter: Letter,
-    /// The events that the last messages of their channels satisfy, this state's included.
+    /// The events that the last messages of their channels satisfy, including this state's message.
     pub(crate) last: u64,
     /// τ
     pub(crate) now: u64,
 }
 
-/// When something is asked: at messages of these events' channels; at ticks if there are none.
+/// When something is checked: at messages on these events' channels; at ticks if there are none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Clock(u64);
 
@@ -45,15 +45,15 @@ enum Operator {
     Release { escape: Vec<Asked>, hold: Vec<Asked> },
 }
 
-/// A formula taken apart into its operators.
+/// A formula split into its operators.
 #[derive(Clone, Debug)]
 pub(crate) struct Operators {
     operators: Vec<Operator>,
-    /// The literals that the operators are.
+    /// The literals of the operators.
     literals: Vec<Literal>,
     /// The clauses that hold at the first state.
     root: Vec<Vec<Compiled>>,
-    /// The events whose last message matters at states at which their channel does not speak.
+    /// The events whose last message matters in states with a message on another channel.
     remembered: u64,
 }
 
@@ -64,22 +64,22 @@ impl Operators {
         Self { root, remembered: compiler.remembered, operators: compiler.operators, literals: compiler.known }
     }
 
-    /// The literal that an operator is.
+    /// The literal of an operator.
     pub(crate) fn literal_of(&self, operator: u32) -> &Literal {
         &self.literals[operator as usize]
     }
 
-    /// The events whose last message has to be remembered.
+    /// The events whose last message must be remembered.
     pub(crate) fn remembered(&self) -> u64 {
         self.remembered
     }
 
-    /// What is owed after the first state.
+    /// The obligations after the first state.
     pub(crate) fn begin(&self, state: State) -> Obligations {
         self.all(&self.root, state)
     }
 
-    /// What is owed after the next state, if these obligations were owed before it.
+    /// The obligations after the next state, if these were the obligations before it.
     pub(crate) fn step(&self, obligations: Obligations, state: State) -> Obligations {
         obligations.replace(|obligation| match *obligation {
             Obligation::Goes(operator) => self.unfold(operator, state),
@@ -94,7 +94,7 @@ impl Operators {
         })
     }
 
-    /// The obligations when τ has become `now`: windows that have begun or ended.
+    /// The obligations when τ becomes `now`: windows begin and end.
     pub(crate) fn advance(&self, obligations: Obligations, now: u64) -> Obligations {
         obligations.replace(|obligation| match *obligation {
             Obligation::Passes { holds, last, .. } if last < now => Some(Obligations::constant(!holds)),
@@ -105,13 +105,13 @@ impl Operators {
         })
     }
 
-    /// Whether obligations are met if nothing comes any more: what is owed for ever counts as false, its negation as
+    /// Whether obligations are met if nothing follows: an obligation that stays open counts as false, its negation as
     /// true.
     pub(crate) fn met_at_the_end(&self, obligations: &Obligations) -> bool {
         obligations.clauses().iter().all(|clause| clause.iter().any(|obligation| self.met_by_silence(obligation)))
     }
 
-    /// Whether an obligation is met if nothing comes any more.
+    /// Whether an obligation is met if nothing follows.
     pub(crate) fn met_by_silence(&self, obligation: &Obligation) -> bool {
         match *obligation {
             Obligation::Goes(operator) | Obligation::Waits(operator) => match &self.operators[operator as usize] {
@@ -123,7 +123,7 @@ impl Operators {
         }
     }
 
-    /// Whether an obligation that waits for a message on channels of its own is asked at a letter.
+    /// Whether a letter checks an obligation that waits for a message on its own channels.
     pub(crate) fn is_asked(&self, operator: u32, letter: Letter) -> bool {
         match &self.operators[operator as usize] {
             Operator::Next { clock, .. } => clock.strikes(letter),
@@ -131,7 +131,7 @@ impl Operators {
         }
     }
 
-    /// That the root goes on, if it consists of operators that do.
+    /// The obligation that the root continues, if it consists of operators that do.
     pub(crate) fn going(&self) -> Obligations {
         let goes = |literal: &Compiled| match literal {
             Compiled::Operator(operator) => Obligations::one(Obligation::Goes(*operator)),
@@ -185,8 +185,8 @@ impl Operators {
         }
     }
 
-    /// What an `until` or a release owes from this state on; `None` if only itself, as at states that concern none of
-    /// its parts.
+    /// The obligation of an `until` or a release from this state on; `None` if it is only itself, as in states that
+    /// concern none of its parts.
     fn unfold(&self, operator: u32, state: State) -> Option<Obligations> {
         let struck = |parts: &[Asked]| parts.iter().any(|part| part.clock.strikes(state.letter));
         let asked = |parts: &[Asked]| -> Vec<usize> {
@@ -241,7 +241,7 @@ impl Compiler<'_> {
         Clock(channels.into_iter().fold(0, |mask, channel| mask | self.alphabet.mask_of(channel)))
     }
 
-    /// A part that more than one channel strikes needs the last messages of the others.
+    /// A part that several channels trigger needs the last messages of the others.
     fn remember(&mut self, clock: Clock, part: &Part) {
         for literal in part {
             if let Literal::Event { event, .. } = literal {
@@ -275,7 +275,7 @@ impl Compiler<'_> {
             }
             Literal::Event { .. } | Literal::Time { .. } => unreachable!("atoms are no operators"),
         };
-        // The parts of an operator may be operators themselves: they come before it.
+        // The parts of an operator may be operators themselves and precede it.
         self.known.push(literal.clone());
         self.operators.push(operator);
         (self.operators.len() - 1) as u32

@@ -1,4 +1,4 @@
-//! Monitoring by progression: the obligations themselves are carried from state to state.
+//! Monitoring by progression: the obligations themselves are transformed from state to state.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use crate::engine::alphabet::{Alphabet, Letter, Symbol};
 use crate::engine::obligations::{Clause, Obligations};
 use crate::engine::operators::{Operators, State};
 
-/// A formula at work: what is owed, and what the last messages were.
+/// A running formula: its obligations and the last messages.
 ///
-/// Never wrong, but late where it takes two obligations to see that they contradict each other. Memory is bounded by
-/// the formula and the lengths of its windows.
+/// Never wrong, but late when several obligations contradict each other. Memory is bounded by the formula and the
+/// lengths of its windows.
 #[derive(Clone, Debug)]
 pub(crate) struct Progression {
     operators: Arc<Operators>,
@@ -19,7 +19,7 @@ pub(crate) struct Progression {
     owed: Option<Obligations>,
     last: u64,
     now: u64,
-    /// The clause whose time was up before it was met.
+    /// The clause whose deadline passed before it was met.
     missed: Option<Clause>,
 }
 
@@ -28,12 +28,12 @@ impl Progression {
         Self::resume(operators, None, 0, 0)
     }
 
-    /// In the middle of a run: with these obligations at τ = `now`.
+    /// Starts in the middle of a run: with these obligations at τ = `now`.
     pub(crate) fn resume(operators: Arc<Operators>, owed: Option<Obligations>, last: u64, now: u64) -> Self {
         Self { operators, owed, last, now, missed: None }
     }
 
-    /// τ has become `now`.
+    /// Sets τ to `now`.
     pub(crate) fn advance(&mut self, now: u64) {
         self.now = now;
         if let Some(owed) = self.owed.take() {
@@ -42,7 +42,7 @@ impl Progression {
         }
     }
 
-    /// A state with that letter.
+    /// Processes a state with this letter.
     pub(crate) fn read(&mut self, letter: Letter) {
         self.last = letter.after(self.last);
         let state = State { letter, last: self.last, now: self.now };
@@ -52,7 +52,7 @@ impl Progression {
         });
     }
 
-    /// Takes a sequence of symbols; ticks are [`Symbol::NEXT_TICK`].
+    /// Processes symbols; ticks are [`Symbol::NEXT_TICK`].
     pub(crate) fn run(&mut self, symbols: &[Symbol], alphabet: &Alphabet) {
         for symbol in symbols {
             if *symbol == Symbol::NEXT_TICK || *symbol == Symbol::ADVANCE {
@@ -64,12 +64,12 @@ impl Progression {
         }
     }
 
-    /// The clause whose time was up before it was met, if that is why the formula is false.
+    /// The clause whose deadline passed before it was met, if that is why the formula is false.
     pub(crate) fn missed(&self) -> Option<&Clause> {
         self.missed.as_ref()
     }
 
-    /// What is owed; `None` before the first state.
+    /// The obligations; `None` before the first state.
     pub(crate) fn owed(&self) -> Option<&Obligations> {
         self.owed.as_ref()
     }
@@ -82,7 +82,7 @@ impl Progression {
         }
     }
 
-    /// Whether the formula holds on the run as it stands.
+    /// Whether the formula holds on the run so far.
     pub(crate) fn holds(&self) -> bool {
         match &self.owed {
             None => self.operators.holds_on_nothing(),

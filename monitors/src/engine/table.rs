@@ -1,8 +1,8 @@
-//! What each symbol does in each state, as a table.
+//! The effect of each symbol in each state, as a table.
 
 use crate::engine::alphabet::Symbol;
 
-/// A row for each state and a cell in it for each symbol.
+/// A row for each state, with a cell for each symbol.
 #[derive(Clone, Debug)]
 pub(crate) struct Table<T> {
     cells: Vec<T>,
@@ -11,7 +11,7 @@ pub(crate) struct Table<T> {
 }
 
 impl<T: Copy> Table<T> {
-    /// A table without rows for that many symbols.
+    /// A table without rows for this number of symbols.
     pub(crate) fn new(symbols: u16) -> Self {
         Self { cells: Vec::new(), width: u32::from(symbols).next_power_of_two().trailing_zeros() }
     }

@@ -1,4 +1,4 @@
-//! An automaton as a program graph: a location for each state in which the verdict is open, and one for each verdict.
+//! An automaton as a program graph: one location for each state with an open verdict, and one for each verdict.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,8 +15,8 @@ use crate::export::picture::{Picture, any, channel_name, translate};
 
 /// The graph of an automaton with at most `limit` open states.
 ///
-/// It takes a tick for the first of the run if its number is 0, and for one after another tick else: it is right on
-/// runs whose ticks are numbered from 0 without gaps.
+/// A tick with number 0 is taken for the first of the run, any other for one after another tick. The graph is correct
+/// on runs whose ticks are numbered from 0 without gaps.
 pub(super) fn picture(
     name: &str,
     automaton: &Automaton,
@@ -102,7 +102,7 @@ impl Draft<'_> {
         self.graph.internal(check, is_first.negated(), [], next).caption = "a later one".to_owned();
     }
 
-    /// The transitions for messages on a channel, one for each place that they lead to.
+    /// The transitions for messages on a channel, one for each target location.
     fn channel(&mut self, state: usize, channel: ChannelId, variable: VariableId) {
         let from = self.places[state];
         let mut targets: BTreeMap<LocationId, Vec<Letter>> = BTreeMap::new();
@@ -112,7 +112,7 @@ impl Draft<'_> {
             }
         }
         let name = self.topology.describe(channel);
-        // The place that most letters lead to is where all others lead.
+        // The default target is the one that most letters lead to.
         let Some(other) = targets.iter().max_by_key(|(_, letters)| letters.len()).map(|(to, _)| *to) else { return };
         if targets.len() == 1 {
             if other != from {

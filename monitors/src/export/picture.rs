@@ -1,4 +1,4 @@
-//! The program graph of a monitor, and where in it the monitor stands.
+//! The program graph of a monitor, and the monitor's current location in it.
 
 use std::sync::Arc;
 
@@ -9,17 +9,17 @@ use crate::engine::CompactRun;
 use crate::formula::MessageCondition;
 use crate::synthesis::RunningMonitor;
 
-/// A monitor as a program graph, and where in it the monitor stands.
+/// A monitor as a program graph, and its current location.
 #[derive(Clone, Debug)]
 pub(crate) struct Picture {
     pub(crate) graph: Arc<ProgramGraph>,
-    /// Nothing is owed here.
+    /// No obligation is pending here.
     pub(super) rest: LocationId,
-    /// Something is owed, or banned, here.
+    /// An obligation or a ban is active here.
     pub(super) waiting: Option<LocationId>,
     /// The location of each state of an automaton.
     pub(super) states: Vec<LocationId>,
-    /// Where an answer is owed.
+    /// The locations with a pending answer.
     pub(super) owing: Vec<LocationId>,
     /// The locations that mean that the property is violated.
     pub(crate) failures: Vec<LocationId>,
@@ -36,7 +36,7 @@ impl Picture {
         Self { graph, rest: states[0], waiting: None, states, owing, failures: violated.into_iter().collect() }
     }
 
-    /// Where the monitor stands after a state, its internal moves done.
+    /// The monitor's location after a state, when its internal transitions are done.
     pub(crate) fn location(&self, run: &RunningMonitor, verdict: Verdict) -> LocationId {
         let waits = |run: &CompactRun| run.is_armed(0);
         match (verdict, run, self.waiting, self.failures.first()) {
@@ -49,13 +49,13 @@ impl Picture {
         }
     }
 
-    /// The locations in which an answer is owed.
+    /// The locations in which an answer is pending.
     pub(crate) fn owing(&self) -> impl Iterator<Item = LocationId> {
         self.owing.iter().copied()
     }
 }
 
-/// A channel's name among those of a formula: its sender's, and its receiver's where the sender has several.
+/// A channel's name among those of a formula: its sender's, with the receiver's if the sender has several channels.
 pub(super) fn channel_name(channel: ChannelId, words: &Vocabulary, topology: &Topology) -> String {
     let (source, target) = topology.ends(channel);
     let of_source = words.channels().iter().filter(|other| topology.ends(**other).0 == source).count();
@@ -66,7 +66,7 @@ pub(super) fn any(mut conditions: Vec<Condition>) -> Condition {
     if conditions.len() == 1 { conditions.remove(0) } else { Condition::Or(conditions) }
 }
 
-/// A condition on a message as one on the variable that holds it.
+/// A condition on a message as a condition on the variable that holds it.
 pub(super) fn translate(condition: &MessageCondition, variable: VariableId) -> Condition {
     let part = |part: &MessageCondition| translate(part, variable);
     match condition {

@@ -1,4 +1,4 @@
-//! Rules as a program graph: the shape of the paper's figure for safety and response.
+//! Rules as a program graph, in the shape of the paper's figure for safety and response.
 
 use std::sync::Arc;
 
@@ -12,14 +12,14 @@ use crate::describe;
 use crate::engine::{Compact, Rule, Timing};
 use crate::export::picture::{Picture, any, channel_name, translate};
 
-/// A graph that is being drawn up.
+/// A graph under construction.
 pub(super) struct Draft<'a> {
     graph: GraphBuilder,
     words: &'a Vocabulary,
     topology: &'a Topology,
     /// For each channel that the formula mentions, the variable that holds its last message.
     variables: Vec<(ChannelId, VariableId)>,
-    /// Whether the transitions that leave `C1` are there.
+    /// Whether the transitions that leave `C1` exist.
     check_is_drawn: bool,
 }
 
@@ -85,7 +85,7 @@ impl<'a> Draft<'a> {
     /// Response: `I`; a check of the antecedent, `C1`; `S`, where the clock starts; `C2`, where it runs; a check of the
     /// answer, `A`; `T`, at a tick; and `Err`.
     ///
-    /// A ban has the same shape: what would be an answer leads to `Err`, and the end of the time back to `I`.
+    /// A ban has the same shape: the forbidden event leads to `Err`, and the end of the time back to `I`.
     pub(super) fn timed(mut self, rule: &Rule) -> Option<Picture> {
         let (events, ticks, answered) = match rule.timing {
             Timing::Within { answers, ticks } => (answers, ticks, true),
@@ -135,8 +135,8 @@ impl<'a> Draft<'a> {
         self.graph.internal(ticked, too_late, [], late).caption = format!("tick − since ≥ {bound}");
     }
 
-    /// At rest, a message on one of the clause's own channels: does the antecedent hold now? The message may be the
-    /// answer itself, where `events` says which would be.
+    /// At rest, a message on one of the clause's own channels: does the antecedent hold now? The message may itself be
+    /// the answer, according to `events`.
     fn antecedent(&mut self, rule: &Rule, channel: ChannelId, events: Option<u64>, places: &Places) {
         let caption = describe::brief_antecedent(&rule.clause, self.words);
         let check = match events {
@@ -159,8 +159,7 @@ impl<'a> Draft<'a> {
         self.graph.internal(check, kept.negated(), [], places.start).caption = caption;
     }
 
-    /// While the clock runs: a message of the antecedent is remembered; where something is banned, it may start the
-    /// clock again.
+    /// While the clock runs: a message of the antecedent is remembered. With a ban, it may restart the clock.
     fn while_waiting(&mut self, rule: &Rule, channel: ChannelId, places: &Places) {
         let variable = self.variable(channel);
         let name = self.topology.describe(channel);
@@ -175,7 +174,7 @@ impl<'a> Draft<'a> {
         self.graph.internal(again, kept.negated(), [], places.start).caption = caption;
     }
 
-    /// While the clock runs: a message on a channel that may bring the answer, or what is banned.
+    /// While the clock runs: a message on a channel that may bring the answer or the forbidden event.
     fn answer(&mut self, rule: &Rule, (channel, events): (ChannelId, u64), own: bool, places: &Places, alone: bool) {
         let variable = self.variable(channel);
         let check =
@@ -192,7 +191,7 @@ impl<'a> Draft<'a> {
         self.graph.internal(check, passed.negated(), [], places.waiting).caption = format!("not ({caption})");
     }
 
-    /// That one of a rule's literals holds.
+    /// The condition that one of a rule's literals holds.
     fn kept(&self, rule: &Rule) -> Condition {
         let spoken = own_channels(&rule.clause, self.words).len() == 1;
         let literals = rule.clause.iter().filter_map(|literal| match literal {
@@ -205,14 +204,14 @@ impl<'a> Draft<'a> {
         any(literals.collect())
     }
 
-    /// That one of these events passes with a message on that channel.
+    /// The condition that one of these events passes with a message on this channel.
     fn passed(&self, events: u64, channel: ChannelId) -> Condition {
         let on_channel = bits(self.words, events).filter(|event| self.words.get(*event).channel == channel);
         any(on_channel.map(|event| self.event(event, true)).collect())
     }
 
-    /// An event atom over the variable of its channel: false while the variable is empty, unless it is known that the
-    /// channel has just spoken.
+    /// An event atom over the variable of its channel: false while the variable is empty, unless the channel has just
+    /// carried a message.
     fn event(&self, event: EventId, spoken: bool) -> Condition {
         let event = self.words.get(event);
         let variable = self.variable(event.channel);
@@ -245,7 +244,7 @@ struct Places {
     reply: LocationId,
     ticked: LocationId,
     failure: LocationId,
-    /// Whether the events that are waited for answer, or are banned.
+    /// Whether the awaited events answer, or are forbidden.
     answered: bool,
 }
 

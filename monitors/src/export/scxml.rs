@@ -1,8 +1,8 @@
 //! A program graph as an SCXML machine with the ECMAScript data model.
 //!
-//! A message from P to Q is the event `message.P.Q` with the message as an array in `_event.data`: symbols are
-//! `{ sym: "ok" }`, as in event logs. A tick is the event `tick` with its number in `_event.data`. A location that
-//! means violation is the state of its name, in which the event `violated` is raised and which is never left.
+//! A message from P to Q is the event `message.P.Q` with the message as an array in `_event.data`: symbols are `{ sym:
+//! "ok" }`, as in event logs. A tick is the event `tick` with its number in `_event.data`. A location that means
+//! violation is a state with the same name that raises the event `violated` and is never left.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use channels::{
     Topology, Value, VariableId,
 };
 
-/// What comparisons and fields mean, in ECMAScript.
+/// The meaning of comparisons and fields, in ECMAScript.
 const SCRIPT: &str = r#"
       function field(m, k) { return Array.isArray(m) && k <= m.length ? m[k - 1] : undefined; }
       function same(a, b) {
@@ -82,8 +82,8 @@ fn write_transition(
     text.push_str("</transition>\n");
 }
 
-/// What a label asks for: an event, conditions on it, and assignments of expressions to variables. Nothing for a label
-/// that sends: a monitor never does.
+/// What a label requires: an event, conditions on it, and assignments of expressions to variables. `None` for a label
+/// that sends, which monitors do not have.
 type Labelled = (Option<String>, Vec<String>, Vec<(String, String)>);
 
 fn labelled(label: &Label, names: &[String], topology: &Topology) -> Option<Labelled> {
@@ -109,7 +109,7 @@ fn labelled(label: &Label, names: &[String], topology: &Topology) -> Option<Labe
     }
 }
 
-/// That the event's data are this message.
+/// The conditions that the event's data equals this message.
 fn equalities(message: &Message) -> Vec<String> {
     let length = format!("_event.data.length === {}", message.fields().len());
     let same = |(index, value): (usize, &Value)| format!("same(_event.data[{index}], {})", value_expression(value));

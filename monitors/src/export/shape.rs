@@ -1,4 +1,4 @@
-//! Which shape a monitor's program graph has.
+//! The shape of a monitor's program graph.
 
 use channels::Topology;
 
@@ -8,16 +8,16 @@ use crate::export::picture::Picture;
 use crate::export::rule_graph::Draft;
 use crate::synthesis::Synthesis;
 
-/// An automaton with more open states than this is no picture; it can be written out all the same.
+/// An automaton with more open states is not drawn, but it can be exported.
 const MAX_DRAWN_STATES: usize = 12;
 
 impl Picture {
-    /// The graph of a monitor that has that form, small enough to be looked at.
+    /// The graph of a monitor, if it has one that is small enough to be drawn.
     pub(crate) fn of(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
         Self::with_limit(name, synthesis, topology, MAX_DRAWN_STATES)
     }
 
-    /// The graph of a monitor that has that form, however large.
+    /// The graph of a monitor, if it has one, of any size.
     pub(crate) fn of_any_size(name: &str, synthesis: &Synthesis, topology: &Topology) -> Option<Self> {
         Self::with_limit(name, synthesis, topology, usize::MAX)
     }

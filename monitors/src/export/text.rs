@@ -1,4 +1,4 @@
-//! A program graph as text: one line a location, one a transition.
+//! A program graph as text: one line per location and per transition.
 
 use std::fmt::Write as _;
 

@@ -1,9 +1,9 @@
-//! The JSON of a log's line, read without building a tree.
+//! Reads the JSON of a log's line without building a tree.
 
 use std::borrow::Cow;
 use std::time::Duration;
 
-/// What is wrong, and at which byte.
+/// The problem, and the byte at which it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Unreadable {
     pub(super) at: usize,
@@ -27,7 +27,7 @@ pub(super) struct Scanner<'a> {
     at: usize,
 }
 
-/// Nested values that are skipped may be this deep.
+/// The maximum depth of nested values that are skipped.
 const MAX_DEPTH: usize = 64;
 
 impl<'a> Scanner<'a> {
@@ -45,7 +45,7 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Whether only white space is left.
+    /// Whether only white space remains.
     pub(super) fn at_end(&mut self) -> bool {
         self.skip_blank();
         self.at >= self.bytes.len()
@@ -71,7 +71,7 @@ impl<'a> Scanner<'a> {
         }))
     }
 
-    /// A string as it is written, escapes and all; names have none.
+    /// A string as it is written, including escapes; names have none.
     pub(super) fn string(&mut self) -> Result<&'a [u8], Unreadable> {
         self.skip_blank();
         if self.bytes.get(self.at) != Some(&b'"') {
@@ -81,7 +81,7 @@ impl<'a> Scanner<'a> {
         let mut end = start;
         loop {
             match self.bytes.get(end) {
-                None | Some(b'\n') => return Err(self.unreadable("this string has no end")),
+                None | Some(b'\n') => return Err(self.unreadable("this string never ends")),
                 Some(b'"') => break,
                 Some(b'\\') => end += 2,
                 Some(_) => end += 1,
@@ -108,7 +108,7 @@ impl<'a> Scanner<'a> {
         text.parse().map_err(|_| self.unreadable("expected a whole number"))
     }
 
-    /// A time in seconds, to the nanosecond.
+    /// A time in seconds, exact to the nanosecond.
     pub(super) fn seconds(&mut self) -> Result<Duration, Unreadable> {
         let text = self.number()?;
         let seconds = || text.parse().ok().and_then(|seconds: f64| Duration::try_from_secs_f64(seconds).ok());
@@ -125,7 +125,7 @@ impl<'a> Scanner<'a> {
             }
             Some(b'"') => {
                 let raw = self.string()?;
-                let text = unescaped(raw).ok_or_else(|| self.unreadable("this string is no text"))?;
+                let text = unescaped(raw).ok_or_else(|| self.unreadable("this string is not valid text"))?;
                 Ok(Token::Text(text))
             }
             Some(b't') => self.word("true").map(|()| Token::Bool(true)),
@@ -137,7 +137,7 @@ impl<'a> Scanner<'a> {
                 } else {
                     text.parse().ok().map(Token::Int)
                 };
-                number.ok_or_else(|| self.unreadable("this is no number"))
+                number.ok_or_else(|| self.unreadable("this is not a number"))
             }
         }
     }
@@ -188,7 +188,7 @@ impl<'a> Scanner<'a> {
     }
 }
 
-/// `67.02` as exactly that many nanoseconds, if it has at most nine digits after the point and no exponent.
+/// `67.02` as the exact number of nanoseconds, if it has at most nine digits after the point and no exponent.
 fn decimal_seconds(text: &str) -> Option<Duration> {
     let (whole, fraction) = text.split_once('.').unwrap_or((text, "0"));
     if fraction.len() > 9 || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn values_are_what_json_says() {
+    fn values_are_read_as_json_defines_them() {
         let token = |text: &'static str| Scanner::new(text.as_bytes()).token().ok();
         assert_eq!(token("-12"), Some(Token::Int(-12)));
         assert_eq!(token("8.5e1"), Some(Token::Real(85.0)));
@@ -265,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn skipping_ends_where_the_value_does() {
+    fn a_skipped_value_ends_where_it_should() {
         for (text, rest) in [(r#"{"a":[1,{"b":null}],"c":"}"},7"#, ",7"), ("-1.5e3]", "]"), ("null}", "}"), ("[]", "")]
         {
             let mut scanner = Scanner::new(text.as_bytes());

@@ -1,5 +1,5 @@
-//! What a monitor remembers of the messages, to explain its verdict: the last one on each channel, and those that made
-//! something owed.
+//! The messages that a monitor remembers in order to explain its verdict: the last one on each channel, and those that
+//! caused an obligation.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ use crate::engine::{Anticipation, Clause, CompactRun, Letter, Obligation, Operat
 use crate::monitor::witness::{EventTime, OpenObligation, Sighting, Witness};
 use crate::synthesis::{RunningMonitor, Synthesis};
 
-/// A state of the run, and what it takes to speak of it.
+/// A state of the run, with everything needed to describe it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Told<'a> {
     pub(crate) event: &'a Event,
@@ -27,7 +27,7 @@ pub(crate) struct Record {
     messages: Vec<Event>,
     /// The events of the formula that the last messages satisfy.
     last: u64,
-    /// For each rule, or for the formula as a whole: the messages that made something owed, while it is.
+    /// For each rule, or for the formula as a whole: the messages that caused its pending obligation, if any.
     causes: Vec<Option<Vec<Event>>>,
     witness: Option<Box<Witness>>,
 }
@@ -58,13 +58,13 @@ impl Record {
         }
     }
 
-    /// Notes why a formula is violated that no run can satisfy: at the first state of all.
+    /// Notes why a formula that no run can satisfy is violated, in the very first state.
     pub(crate) fn doom(&mut self, told: &Told) {
         self.witness = Some(Box::new(self.explain(None, told)));
     }
 
-    /// Notes what has begun to be owed, or is not any more, and why a verdict has fallen. `rules` are the clauses
-    /// beside a machine that does not keep them apart.
+    /// Notes which obligations began or ended, and why a verdict was reached. `rules` are the clauses of a machine that
+    /// does not distinguish them.
     pub(crate) fn follow(&mut self, told: &Told, run: &RunningMonitor, rules: Option<&CompactRun>, verdict: Verdict) {
         let rules = match run {
             RunningMonitor::Compact(run) => Some(run),
@@ -101,7 +101,7 @@ impl Record {
         }
     }
 
-    /// The last messages on the own channels of a clause; the event itself if it has none.
+    /// The last messages on a clause's own channels; the event itself if it has none.
     fn of_clause(&self, clause: &Part, told: &Told) -> Vec<Event> {
         let own = crate::clause::own_channels(clause, &told.synthesis.vocabulary);
         if own.is_empty() {
@@ -119,14 +119,14 @@ impl Record {
         sorted(events)
     }
 
-    /// Why a formula is violated whose clauses are not kept apart: what was seen when something began to be owed, what
-    /// was seen last, and what has not come in its time.
+    /// Why a formula without distinguishable clauses is violated: the messages when an obligation began, the last
+    /// messages, and what did not come in time.
     fn explain(&self, missed: Option<&Clause>, told: &Told) -> Witness {
         let words = &told.synthesis.vocabulary;
         let cause = self.causes[0].clone().unwrap_or_default();
         let deadline = missed.and_then(|clause| clause.iter().filter_map(end).max());
         let since = match missed.map(Vec::as_slice) {
-            // The obligation that is missed need not be the first that was owed: its window tells.
+            // The missed obligation need not be the first pending one: its window tells.
             Some([Obligation::Passes { event, last, .. }]) => {
                 let window = length(&told.synthesis.form, *event);
                 let begun = window.and_then(|window| last.checked_sub(window)).map(|tick| tick + told.start);
@@ -148,7 +148,8 @@ impl Record {
         }
     }
 
-    /// Why no continuation can meet all clauses, though none of them is broken yet: those that contradict each other.
+    /// Why no continuation can meet all clauses although none of them is violated yet: the clauses that contradict each
+    /// other.
     fn contradiction(&self, rules: &CompactRun, told: &Told) -> Witness {
         let known = rules.compact().rules();
         let core = self.contradicting(rules, told.synthesis);
@@ -172,8 +173,7 @@ impl Record {
         }
     }
 
-    /// Rules that contradict each other now, none of which can be left out: without any one of them the others can
-    /// still be kept.
+    /// A minimal set of rules that contradict each other now: without any one of them, the others can still be met.
     fn contradicting(&self, rules: &CompactRun, synthesis: &Synthesis) -> Vec<usize> {
         let known = rules.compact().rules();
         let always = |rule: &usize| {
@@ -219,13 +219,13 @@ impl Record {
             since: since.as_ref().map(EventTime::of),
             messages: sightings(&messages, topology),
             deadline_tick: awaited.and_then(|(last, _)| due(last)),
-            // What a clause of one literal misses is the clause.
+            // If a clause has a single literal, the clause itself is what is missing.
             missing: (clause.len() > 1 && !missing.is_empty()).then(|| missing.join(" or ")),
             settled: EventTime::of(event),
         }
     }
 
-    /// What a rule, or the formula as a whole, owes.
+    /// The pending obligation of a rule, or of the formula as a whole.
     pub(crate) fn open(&self, rule: usize, what: String, until_tick: Option<u64>) -> OpenObligation {
         let since = self.causes.get(rule).and_then(Option::as_ref).and_then(|cause| cause.last()).map(EventTime::of);
         OpenObligation { what, since, until_tick }
@@ -248,7 +248,7 @@ fn name(obligation: &Obligation, told: &Told) -> Option<String> {
     }
 }
 
-/// How many ticks the windows of a timed event are long; `None` if they differ.
+/// The length, in ticks, of the windows of a timed event; `None` if they differ.
 fn length(form: &Form, event: EventId) -> Option<u64> {
     let mut ends: BTreeSet<u64> = bounds(form, event).into_iter().filter_map(Bound::end).collect();
     ends.pop_first().filter(|_| ends.is_empty())

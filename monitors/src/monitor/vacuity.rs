@@ -1,4 +1,4 @@
-//! Antecedents that never held: a property that asks for nothing is satisfied by anything.
+//! Antecedents that never held: a property that demands nothing is satisfied by anything.
 
 use channels::{Event, EventKind, Topology};
 use serde::{Deserialize, Serialize};
@@ -9,14 +9,14 @@ use crate::engine::Letter;
 use crate::formula::{self, MessageCondition};
 use crate::synthesis::Synthesis;
 
-/// A clause of a property whose antecedent never held, so that it asked for nothing.
+/// A clause of a property whose antecedent never held, so that it demanded nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Vacuity {
     /// The clause, in the SCOPE language.
     pub clause: String,
     /// Its antecedent.
     pub antecedent: String,
-    /// At how many states the clause was asked.
+    /// The number of states in which the clause was checked.
     pub asked: u64,
 }
 
@@ -25,7 +25,7 @@ pub struct Vacuity {
 pub(crate) struct Watch {
     clause: Part,
     antecedent: Antecedent,
-    /// The events whose channels strike the clause.
+    /// The events whose channels trigger the check of the clause.
     clock: u64,
     asked: u64,
     held: bool,
@@ -52,7 +52,7 @@ impl Watch {
     fn new(clause: &Part, synthesis: &Synthesis) -> Option<Self> {
         let words = &synthesis.vocabulary;
         let denied = describe::denied(clause).fold(0_u64, |bits, event| bits | 1 << event.0);
-        // What only says what must not be, `not a` or `not (a and b)`, is put to the test all the time.
+        // A clause that only forbids, `not a` or `not (a and b)`, is tested all the time.
         let is_ban = denied.count_ones() as usize == clause.len();
         let antecedent = match clause.iter().collect::<Vec<_>>()[..] {
             _ if is_ban => return None,
@@ -71,7 +71,7 @@ impl Watch {
         Some(Self { clause: clause.clone(), antecedent, clock, asked: 0, held: false })
     }
 
-    /// Looks at a state, `last` being the events that the last messages satisfy.
+    /// Processes a state. `last` is the set of events that the last messages satisfy.
     pub(crate) fn see(&mut self, event: &Event, letter: Letter, last: u64) {
         if self.held || self.clock & letter.channel == 0 {
             return;

@@ -1,4 +1,4 @@
-//! Why a verdict fell, and what is still owed: as data, and in words.
+//! Why a verdict was reached, and which obligations are pending: as data, and in words.
 
 use std::fmt;
 use std::time::Duration;
@@ -9,16 +9,16 @@ use serde::{Deserialize, Serialize};
 /// When something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct EventTime {
-    /// How many communications there had been.
+    /// The number of communications so far.
     pub step: u64,
     /// The number of the last tick generated.
     pub tick: u64,
-    /// Since the start of the run.
+    /// Time since the start of the run.
     pub time: Duration,
 }
 
 impl EventTime {
-    /// When an event happened.
+    /// The time of an event.
     #[must_use]
     pub fn of(event: &Event) -> Self {
         Self { step: event.step, tick: event.tick, time: event.time }
@@ -45,7 +45,7 @@ pub struct Sighting {
 }
 
 impl Sighting {
-    /// The message that an event is; `None` if it is a tick.
+    /// The message of an event; `None` if it is a tick.
     pub(crate) fn of(event: &Event, topology: &Topology) -> Option<Self> {
         let EventKind::Received { channel, message } = &event.kind else { return None };
         let (from, to) = crate::describe::ends(*channel, topology);
@@ -62,22 +62,22 @@ impl fmt::Display for Sighting {
 /// Why a property is violated.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Witness {
-    /// The clause that was violated, in the SCOPE language; the whole formula where no single clause is to blame.
+    /// The violated clause, in the SCOPE language; the whole formula if no single clause was violated.
     pub clause: String,
-    /// The messages that caused it, oldest first: what made the antecedent hold, and the one that must not have come.
+    /// The messages that caused it, oldest first: those that made the antecedent hold, and the forbidden one.
     pub messages: Vec<Sighting>,
-    /// Since when something was owed, if something was.
+    /// When the obligation began, if there was one.
     pub since: Option<EventTime>,
-    /// The last tick at which the answer would have been in time, if one was owed.
+    /// The last tick at which the answer would have been in time, if one was pending.
     pub deadline_tick: Option<u64>,
     /// What was missing: the events one of which should have held or passed.
     pub missing: Option<String>,
-    /// The state at which the verdict fell.
+    /// The state in which the verdict was reached.
     pub settled: EventTime,
 }
 
 impl Witness {
-    /// Whether the verdict fell before the deadline: what is owed and what is forbidden contradict each other.
+    /// Whether the verdict came before the deadline: obligations and bans contradict each other.
     fn is_early(&self) -> bool {
         self.missing.is_none() && self.deadline_tick.is_some_and(|deadline| self.settled.tick <= deadline)
     }
@@ -93,24 +93,24 @@ impl fmt::Display for Witness {
             writeln!(f, "  missing: {missing}")?;
         }
         if self.is_early() {
-            writeln!(f, "  whatever comes, they cannot all be kept any more")?;
+            writeln!(f, "  no continuation can meet all of them")?;
         }
         match (self.deadline_tick, self.since) {
             (Some(deadline), Some(since)) => {
-                writeln!(f, "  owed since tick {}, in time until tick {deadline}", since.tick)
+                writeln!(f, "  pending since tick {}, due by tick {deadline}", since.tick)
             }
-            (Some(deadline), None) => writeln!(f, "  in time until tick {deadline}"),
+            (Some(deadline), None) => writeln!(f, "  due by tick {deadline}"),
             (None, _) => Ok(()),
         }
     }
 }
 
-/// Something that was owed when a run ended.
+/// An obligation that was pending when a run ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OpenObligation {
-    /// What: a clause, or what would answer it, in the SCOPE language.
+    /// The obligation: a clause, or what would answer it, in the SCOPE language.
     pub what: String,
-    /// Since when.
+    /// When it began.
     pub since: Option<EventTime>,
     /// The last tick at which it can be met, if there is one.
     pub until_tick: Option<u64>,
@@ -118,12 +118,12 @@ pub struct OpenObligation {
 
 impl fmt::Display for OpenObligation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "still owed: {}", self.what)?;
+        write!(f, "still pending: {}", self.what)?;
         if let Some(since) = &self.since {
             write!(f, ", since {since}")?;
         }
         if let Some(tick) = self.until_tick {
-            write!(f, ", until tick {tick}")?;
+            write!(f, ", due by tick {tick}")?;
         }
         Ok(())
     }

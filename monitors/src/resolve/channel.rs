@@ -8,7 +8,7 @@ use crate::formula::EventAtom;
 use crate::syntax::{self, Name};
 
 impl Resolver<'_> {
-    /// The event with its channel and condition looked up; nothing after noting what is wrong.
+    /// The event with its channel and condition resolved; `None` after its problems have been reported.
     pub(super) fn event(&mut self, event: &syntax::Event) -> Option<EventAtom> {
         let channel = self.channel(event);
         let condition = self.condition(&event.condition, channel);
@@ -29,9 +29,9 @@ impl Resolver<'_> {
         };
         if self.topology.is_internal(channel) {
             let span = event.source.span.to(event.target.span);
-            let problem = Problem::new(format!("what passes from {source} to {target} is nobody else's business"));
-            let problem = problem.at(span, "inside one process");
-            self.problems.push(problem.with_help("properties speak of messages between processes"));
+            let problem = Problem::new(format!("messages from {source} to {target} are internal to one process"));
+            let problem = problem.at(span, "not visible to properties");
+            self.problems.push(problem.with_help("properties can only refer to messages between processes"));
             return None;
         }
         Some(channel)
@@ -41,16 +41,16 @@ impl Resolver<'_> {
         if self.topology.find_process(&name.text).is_some() {
             return true;
         }
-        // Members of a process have no channels of their own that a property may speak of.
+        // Members of a process have no channels that a property may refer to.
         let topology = self.topology;
         let wholes = topology.processes().filter(|process| topology.whole(*process) == *process);
         let known: Vec<&str> = wholes.map(|process| topology.name(process)).collect();
-        let problem = Problem::new(format!("there is no process `{}`", name.text)).at(name.span, "no such process");
+        let problem = Problem::new(format!("unknown process `{}`", name.text)).at(name.span, "no such process");
         self.problems.push(problem.with_help(nearest_or_all(&name.text, "processes", &known)));
         false
     }
 
-    /// The channels that may have been meant: the other way round, or what the sender sends.
+    /// The channels that may have been meant: the opposite direction, or those of the sender.
     fn other_channels(&self, source: &str, target: &str) -> String {
         if self.topology.find_channel(target, source).is_some() {
             return format!("did you mean `({target}, {source}, …)`? The sender comes first");

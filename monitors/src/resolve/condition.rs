@@ -8,7 +8,7 @@ use crate::formula::MessageCondition;
 use crate::syntax::{ByteRange, Condition, ConditionKind, Field, FieldName, Literal, Operand};
 
 impl Resolver<'_> {
-    /// The condition; nothing after noting what is wrong with it. Without a channel only constants are looked up.
+    /// The condition; `None` after its problems have been reported. Without a channel, only constants are resolved.
     pub(super) fn condition(&mut self, condition: &Condition, channel: Option<ChannelId>) -> Option<MessageCondition> {
         Some(match &condition.kind {
             ConditionKind::True => MessageCondition::True,
@@ -51,7 +51,7 @@ impl Resolver<'_> {
             Literal::Real(number) => number.into(),
             Literal::Text(text) => text.as_str().into(),
             Literal::Duration { .. } => {
-                let problem = Problem::new("a message carries no durations").at(operand.span(), "a duration");
+                let problem = Problem::new("messages do not contain durations").at(operand.span(), "a duration");
                 self.problems.push(problem.with_help("compare with a number"));
                 return None;
             }
@@ -92,14 +92,14 @@ impl Resolver<'_> {
         }
         self.problems.push(match places[..] {
             [] => problem.with_help(nearest_or_all(name, "fields", &known)),
-            _ => Problem::new(format!("`{name}` stands in different places"))
+            _ => Problem::new(format!("`{name}` is a different field in different messages"))
                 .at(field.span, "which one?")
                 .with_help("write m[1], m[2], …"),
         });
         None
     }
 
-    /// Notes a comparison that no message could make true, for its type or its symbol.
+    /// Reports a comparison that no message can make true, because of its type or its symbol.
     fn check(
         &mut self,
         channel: ChannelId,
@@ -114,7 +114,8 @@ impl Resolver<'_> {
             shapes.iter().filter_map(|shape| shape.fields().get(field - 1)).map(|(_, kind)| kind).collect();
         let is_number = value.as_number().is_some();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
-            let problem = Problem::new(format!("`{value}` has no order")).at(whole, "only numbers are less or greater");
+            let problem =
+                Problem::new(format!("`{value}` cannot be ordered")).at(whole, "only numbers can be less or greater");
             self.problems.push(problem.with_help("compare it with `=` or `!=`"));
             return;
         }
@@ -131,7 +132,8 @@ impl Resolver<'_> {
         let problem = match value {
             Value::Symbol(symbol) if !symbols.is_empty() => {
                 let near = nearest(symbol.name(), symbols.iter().copied());
-                let problem = Problem::new(format!("m[{field}] is never {symbol}")).at(span, "no such symbol here");
+                let problem =
+                    Problem::new(format!("m[{field}] is never {symbol}")).at(span, "no such symbol in this field");
                 problem.with_help(near.map_or(accepted, |near| format!("did you mean `<{near}>`?")))
             }
             _ => {

@@ -7,9 +7,9 @@ use super::Resolver;
 use crate::syntax::{Literal, Operand};
 
 impl Resolver<'_> {
-    /// The relation and the number of ticks; nothing after noting what is wrong.
+    /// The relation and the number of ticks; `None` after problems have been reported.
     ///
-    /// A duration d is turned into ticks of period p: an event n ticks away is n·p away, so n·p < d means n < ⌈d/p⌉.
+    /// A duration d is converted to ticks of period p: an event n ticks away is n·p away, so n·p < d means n < ⌈d/p⌉.
     pub(super) fn ticks(&mut self, relation: Relation, bound: &Operand) -> Option<(Relation, u64)> {
         let literal = match bound {
             Operand::Literal(literal, _) => literal.clone(),
@@ -17,14 +17,14 @@ impl Resolver<'_> {
         };
         let problem = match literal {
             Literal::Int(ticks) if ticks >= 0 => return Some((relation, ticks.unsigned_abs())),
-            Literal::Int(_) => Problem::new("a bound is not negative").at(bound.span(), "negative"),
+            Literal::Int(_) => Problem::new("a bound must not be negative").at(bound.span(), "negative"),
             Literal::Duration { nanos, .. } => match self.round(relation, nanos) {
                 Ok(ticks) => return Some((relation, ticks)),
                 Err(problem) => problem.at(bound.span(), "not a whole number of ticks"),
             },
-            Literal::Real(_) => Problem::new("a bound without a unit counts ticks, and ticks come whole")
+            Literal::Real(_) => Problem::new("a bound without a unit is a whole number of ticks")
                 .at(bound.span(), "not a whole number")
-                .with_help("durations have a unit: `2.5 s`"),
+                .with_help("a duration needs a unit: `2.5 s`"),
             _ => Problem::new("expected a number of ticks or a duration")
                 .at(bound.span(), "no duration")
                 .with_help("`10`, `10 ticks` or `30 s`"),
@@ -41,8 +41,8 @@ impl Resolver<'_> {
             Relation::Equal | Relation::NotEqual if nanos.is_multiple_of(period) => Ok(nanos / period),
             Relation::Equal | Relation::NotEqual => {
                 let problem =
-                    Problem::new(format!("no tick falls on this duration: there is one every {:?}", self.tick_period));
-                Err(problem.with_help("with `=` and `!=` a duration must be a whole number of ticks"))
+                    Problem::new(format!("no tick is this far away: there is one every {:?}", self.tick_period));
+                Err(problem.with_help("with `=` and `!=`, a duration must be a whole number of ticks"))
             }
         }
     }

@@ -3,9 +3,9 @@
 use channels::Relation;
 use miette::SourceSpan;
 
-/// Bytes of a file.
+/// A range of bytes of a file.
 ///
-/// All spans are equal to each other, so that two trees are equal if they say the same, wherever it stands.
+/// All ranges compare equal, so two trees are equal if they have the same contents, wherever they are written.
 #[derive(Clone, Copy, Debug, Default, Eq)]
 pub struct ByteRange {
     /// The first byte.
@@ -21,7 +21,7 @@ impl PartialEq for ByteRange {
 }
 
 impl ByteRange {
-    /// The bytes from the start of this span to the end of the other.
+    /// The bytes from the start of this range to the end of the other.
     #[must_use]
     pub fn to(self, end: Self) -> Self {
         Self { start: self.start, end: end.end.max(self.end) }
@@ -57,7 +57,7 @@ pub struct Constant {
     pub name: Name,
     /// Its value.
     pub value: Literal,
-    /// Where the value stands.
+    /// The place of the value.
     pub value_span: ByteRange,
 }
 
@@ -66,7 +66,7 @@ pub struct Constant {
 pub struct PropertyItem {
     /// Its name.
     pub name: Name,
-    /// What it asks for.
+    /// What it requires.
     pub constraint: Constraint,
 }
 
@@ -75,7 +75,7 @@ pub struct PropertyItem {
 pub struct Name {
     /// The name.
     pub text: String,
-    /// Where it stands.
+    /// Its place.
     pub span: ByteRange,
 }
 
@@ -84,7 +84,7 @@ pub struct Name {
 pub struct Constraint {
     /// What it is.
     pub kind: ConstraintKind,
-    /// Where it stands.
+    /// Its place.
     pub span: ByteRange,
 }
 
@@ -99,11 +99,11 @@ pub enum ConstraintKind {
     Event(Event),
     /// `time_until (event) ⋈ bound`
     TimeUntil {
-        /// What is waited for.
+        /// The event that is awaited.
         event: Event,
         /// ⋈
         relation: Relation,
-        /// How many ticks, or how long.
+        /// The number of ticks, or the duration.
         bound: Operand,
     },
     /// `not α`
@@ -122,7 +122,7 @@ pub enum ConstraintKind {
     Or(Vec<Constraint>),
     /// `α implies β`
     Implies(Box<Constraint>, Box<Constraint>),
-    /// What was here could not be read; a problem says so.
+    /// A part that could not be read; a problem reports it.
     Unreadable,
 }
 
@@ -133,9 +133,9 @@ pub struct Event {
     pub source: Name,
     /// The process that receives.
     pub target: Name,
-    /// What the message satisfies.
+    /// What the message must satisfy.
     pub condition: Condition,
-    /// Where the event stands, parentheses included.
+    /// The place of the event, including its parentheses.
     pub span: ByteRange,
 }
 
@@ -144,7 +144,7 @@ pub struct Event {
 pub struct Condition {
     /// What it is.
     pub kind: ConditionKind,
-    /// Where it stands.
+    /// Its place.
     pub span: ByteRange,
 }
 
@@ -161,7 +161,7 @@ pub enum ConditionKind {
         field: Field,
         /// ⋈
         relation: Relation,
-        /// What it is compared with.
+        /// The value that it is compared with.
         value: Operand,
     },
     /// `not c`
@@ -172,29 +172,29 @@ pub enum ConditionKind {
     Or(Vec<Condition>),
     /// `c implies d`
     Implies(Box<Condition>, Box<Condition>),
-    /// What was here could not be read; a problem says so.
+    /// A part that could not be read; a problem reports it.
     Unreadable,
 }
 
 /// A field of the message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Field {
-    /// Which one.
+    /// Its name or number.
     pub name: FieldName,
-    /// Where it stands.
+    /// Its place.
     pub span: ByteRange,
 }
 
-/// How a field is named.
+/// The ways to name a field.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum FieldName {
     /// `m[2]`, counted from 1.
     Number(usize),
-    /// `m.level`, or `level` alone.
+    /// `m.level`, or just `level`.
     Named(String),
 }
 
-/// What stands on the right of a relation, with its place.
+/// The right side of a relation, with its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Operand {
     /// A literal.
@@ -204,7 +204,7 @@ pub enum Operand {
 }
 
 impl Operand {
-    /// Where it stands.
+    /// Its place.
     #[must_use]
     pub fn span(&self) -> ByteRange {
         match self {
@@ -229,7 +229,7 @@ pub enum Literal {
     Text(String),
     /// `30 s`
     Duration {
-        /// How long, in nanoseconds.
+        /// The length in nanoseconds.
         nanos: u64,
         /// The unit it is written in.
         unit: Unit,
@@ -268,7 +268,7 @@ impl Unit {
     /// All units.
     pub const ALL: [Self; 4] = [Self::Milliseconds, Self::Seconds, Self::Minutes, Self::Hours];
 
-    /// As files write it.
+    /// The name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -279,7 +279,7 @@ impl Unit {
         }
     }
 
-    /// How many nanoseconds one of it has.
+    /// Its length in nanoseconds.
     #[must_use]
     pub fn nanos(self) -> u64 {
         match self {

@@ -1,4 +1,4 @@
-//! From text to the tree of a property file, with all that is wrong with it.
+//! Parses a property file into its tree and collects all its problems.
 //!
 //! ```text
 //! file       = { "const" name ":=" literal [";"] | "property" name ":=" constraint [";"] }
@@ -20,16 +20,16 @@ use super::token::{Keyword, Token, TokenKind, tokens};
 /// A tree deeper than this is refused, so that no text can exhaust the stack.
 const MAX_DEPTH: usize = 100;
 
-/// A text that has been read.
+/// The result of parsing.
 #[derive(Clone, Debug)]
 pub struct Parsed {
-    /// Its tree; what could not be read is `ConstraintKind::Unreadable` there.
+    /// The tree; parts that could not be read are `ConstraintKind::Unreadable`.
     pub file: File,
-    /// Everything that is wrong with the text, and what looks wrong, in its order.
+    /// All problems of the text, including warnings, in order.
     pub problems: Vec<Problem>,
 }
 
-/// Reads the text of a property file. It always comes to an end, and notes all problems on the way.
+/// Parses the text of a property file. It always terminates, and collects all problems on the way.
 #[must_use]
 pub fn parse_file(text: &str) -> Parsed {
     if let Some(problem) = foreign(text) {
@@ -44,7 +44,7 @@ pub fn parse_file(text: &str) -> Parsed {
     Parsed { file: File { items }, problems }
 }
 
-/// What is to be said of a text that is written in another language altogether.
+/// The problem of a text that is written in another language altogether.
 fn foreign(text: &str) -> Option<Problem> {
     let start = text.len() - text.trim_start_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}').len();
     let language = match text[start..].chars().next()? {
@@ -55,8 +55,7 @@ fn foreign(text: &str) -> Option<Problem> {
         _ => return None,
     };
     let problem = Problem::new(format!("this is {language}, not a file of SCOPE properties"));
-    let help =
-        "write what it asks for as `property NAME := always (sender, receiver, condition)`, one or several in a file";
+    let help = "write each requirement as `property NAME := always (sender, receiver, condition)`";
     Some(problem.at(start..start + 1, "begins here").with_help(help))
 }
 
@@ -65,11 +64,11 @@ pub(super) struct Parser {
     pub(super) at: usize,
     pub(super) problems: Vec<Problem>,
     depth: usize,
-    /// Whether a parenthesis of this property was closed at its end, as the paper's φ2 needs it.
+    /// Whether a parenthesis of this property was closed at its end, as for the paper's φ2.
     pub(super) closed_for_you: bool,
 }
 
-/// Something that a problem was noted for; what is around it goes on.
+/// A problem has been reported; parsing continues around it.
 pub(super) struct Stumbled;
 
 pub(super) type Reading<T> = Result<T, Stumbled>;
@@ -87,7 +86,7 @@ impl Parser {
         self.tokens[self.at].span
     }
 
-    /// Where the last token that was taken stands.
+    /// The place of the last token taken.
     pub(super) fn last_span(&self) -> ByteRange {
         self.tokens[self.at.saturating_sub(1)].span
     }
@@ -108,7 +107,7 @@ impl Parser {
         self.take(&TokenKind::Keyword(keyword))
     }
 
-    /// Notes that something else was expected here; at the end of an item, right behind its last token.
+    /// Reports that something else was expected here; at the end of an item, directly after its last token.
     pub(super) fn expected(&mut self, what: &str) -> Stumbled {
         let (found, span) = if self.at > 0 && self.at_item_end() {
             let end = self.last_span().end;
@@ -121,17 +120,17 @@ impl Parser {
         Stumbled
     }
 
-    /// Notes that an operator between two operands was expected here: the nearest one, or all of them.
+    /// Reports that a binary operator was expected here: suggests the nearest one, or lists all of them.
     fn expected_operator(&mut self, what: &str) {
         self.expected(what);
         let TokenKind::Name(name) = self.peek() else { return };
-        let help = nearest_or_all(name, "the operators between two operands", &["and", "or", "implies", "until"]);
+        let help = nearest_or_all(name, "the binary operators", &["and", "or", "implies", "until"]);
         if let Some(problem) = self.problems.pop() {
             self.problems.push(problem.with_help(help));
         }
     }
 
-    /// Whether nothing more of this item can follow.
+    /// Whether this item is at its end.
     pub(super) fn at_item_end(&self) -> bool {
         matches!(
             self.peek(),
@@ -139,11 +138,11 @@ impl Parser {
         )
     }
 
-    /// Goes one level deeper into the tree.
+    /// Parses one level deeper in the tree.
     pub(super) fn deeper<T>(&mut self, read: impl FnOnce(&mut Self) -> Reading<T>) -> Reading<T> {
         if self.depth >= MAX_DEPTH {
             let problem = Problem::new("this is nested too deeply").at(self.span(), "deeper than 100 levels");
-            self.problems.push(problem.with_help("make several properties of its parts"));
+            self.problems.push(problem.with_help("split it into several properties"));
             return Err(Stumbled);
         }
         self.depth += 1;
@@ -181,7 +180,7 @@ impl Parser {
         items
     }
 
-    /// `propery phi1 := …`: notes the misspelling and goes on as if it were spelt well.
+    /// `propery phi1 := …`: reports the misspelling and continues as if it were spelt correctly.
     fn misspelt_item(&mut self) -> Option<Keyword> {
         let TokenKind::Name(name) = self.peek() else { return None };
         let is_definition = matches!(self.peek_second(), TokenKind::Name(_));
@@ -214,7 +213,7 @@ impl Parser {
         }
         if *self.peek() == TokenKind::Relation(Relation::Equal) {
             let problem = Problem::new("expected `:=`, found `=`").at(self.span(), "expected `:=`");
-            self.problems.push(problem.with_help("a name is given with `:=`; `=` compares"));
+            self.problems.push(problem.with_help("define a name with `:=`; `=` compares"));
             self.advance();
             return Ok(());
         }
@@ -226,11 +225,12 @@ impl Parser {
             return;
         }
         if *self.peek() == TokenKind::Close {
-            self.problems.push(Problem::new("this parenthesis closes nothing").at(self.span(), "nothing is open here"));
+            self.problems
+                .push(Problem::new("unmatched closing parenthesis").at(self.span(), "no parenthesis is open here"));
         } else if self.misspelt_item().is_none() {
             self.expected_operator("an operator, or the next `const` or `property`");
         } else {
-            // The next item's own reading would note the misspelling again.
+            // The next item's own parsing would report the misspelling again.
             self.problems.pop();
         }
     }
@@ -253,7 +253,7 @@ impl Parser {
             let keyword = matches!(self.peek(), TokenKind::Keyword(_));
             let stumbled = self.expected(what);
             if keyword && let Some(problem) = self.problems.pop() {
-                self.problems.push(problem.with_help("this word belongs to the language; in quotes it can be a name"));
+                self.problems.push(problem.with_help("this is a keyword; to use it as a name, put it in quotes"));
             }
             return Err(stumbled);
         };
@@ -282,7 +282,7 @@ impl Parser {
     fn number(&mut self, number: &str) -> Reading<Literal> {
         let span = self.span();
         self.advance();
-        // Two names in a row begin a misspelt item: the first is no unit.
+        // Two names in a row begin a misspelt item: the first is not a unit.
         let is_unit = !matches!(self.peek_second(), TokenKind::Name(_) | TokenKind::Define);
         if let TokenKind::Name(unit) = self.peek()
             && is_unit
@@ -306,39 +306,40 @@ impl Parser {
     fn quantity(&mut self, number: &str, span: ByteRange, unit: &str, unit_span: ByteRange) -> Reading<Literal> {
         if matches!(unit, "tick" | "ticks") {
             return number.parse().map(Literal::Int).map_err(|_| {
-                let problem = Problem::new("ticks come whole").at(span, "not a whole number");
+                let problem = Problem::new("the number of ticks must be whole").at(span, "not a whole number");
                 self.problems.push(problem);
                 Stumbled
             });
         }
         let Some(known) = Unit::ALL.into_iter().find(|known| known.name() == unit) else {
-            let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "no unit of time");
-            self.problems.push(problem.with_help("durations are given in ticks, ms, s, min or h"));
+            let problem = Problem::new(format!("unknown unit `{unit}`")).at(unit_span, "not a unit of time");
+            self.problems.push(problem.with_help("the units are ticks, ms, s, min and h"));
             return Err(Stumbled);
         };
         let nanos = nanos(number, known).ok_or_else(|| {
-            let problem = Problem::new("this is no duration").at(span.to(unit_span), "negative, too long or too fine");
+            let problem = Problem::new("this is not a valid duration")
+                .at(span.to(unit_span), "negative, too long or too precise");
             self.problems.push(problem.with_help("a duration is a whole number of nanoseconds, at most 500 years"));
             Stumbled
         })?;
         Ok(Literal::Duration { nanos, unit: known })
     }
 
-    /// Takes the parenthesis that closes the one at `open`, or notes that it is missing and looks for it.
+    /// Takes the parenthesis that closes the one at `open`, or reports that it is missing and searches for it.
     pub(super) fn close(&mut self, open: ByteRange) {
         if self.take(&TokenKind::Close) {
             return;
         }
         if self.at_item_end() {
             let problem = Problem::new("this parenthesis is never closed").at(open, "opened here");
-            self.problems.push(problem.with_help("the property ends before the `)`"));
+            self.problems.push(problem.with_help("the property ends before its `)`"));
         } else {
             self.expected_operator("an operator or `)`");
             self.recover(open);
         }
     }
 
-    /// After a problem inside parentheses: skips to the one that closes them, and takes it.
+    /// Recovers from a problem inside parentheses: skips to the closing one and takes it.
     pub(super) fn recover(&mut self, open: ByteRange) {
         let opened = self.tokens.partition_point(|token| token.span.start < open.start).min(self.at);
         let mut depth = 0_usize;
@@ -372,7 +373,7 @@ impl Parser {
     }
 }
 
-/// A decimal number of units in nanoseconds, if it is a whole number of them.
+/// A decimal number of units in nanoseconds, if that is a whole number.
 fn nanos(number: &str, unit: Unit) -> Option<u64> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     let fraction = fraction.trim_end_matches('0');

@@ -1,4 +1,4 @@
-//! Conditions on a message: what stands third in an event.
+//! Conditions on a message: the third part of an event.
 
 use diagnostics::Problem;
 
@@ -7,7 +7,7 @@ use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
 
 impl Parser {
-    /// `c implies d`, to the right.
+    /// `c implies d`, right-associative.
     pub(super) fn condition(&mut self) -> Reading<Condition> {
         let left = self.joined_conditions(Keyword::Or)?;
         if !self.take_keyword(Keyword::Implies) {
@@ -64,9 +64,9 @@ impl Parser {
             temporal @ (Keyword::Always | Keyword::Eventually | Keyword::Next | Keyword::TimeUntil),
         ) = self.peek()
         {
-            let problem = Problem::new(format!("`{}` cannot stand inside an event", temporal.text()));
+            let problem = Problem::new(format!("`{}` is not allowed inside an event", temporal.text()));
             self.problems
-                .push(problem.at(start, "this speaks of more than one message").with_help("close the event before it"));
+                .push(problem.at(start, "this refers to more than one message").with_help("close the event before it"));
             return Err(Stumbled);
         }
         let field = self.field()?;

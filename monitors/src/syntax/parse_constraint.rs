@@ -1,4 +1,4 @@
-//! Constraints: what a property asks for.
+//! Constraints: what a property requires.
 
 use diagnostics::{Problem, nearest};
 
@@ -6,11 +6,11 @@ use super::ast::{ByteRange, Constraint, ConstraintKind, Event};
 use super::parse::{Parser, Reading, Stumbled};
 use super::token::{Keyword, TokenKind};
 
-/// The words that a constraint can begin with.
+/// The keywords that can begin a constraint.
 const PREFIXES: [&str; 7] = ["not", "next", "always", "eventually", "true", "false", "time_until"];
 
 impl Parser {
-    /// `α implies β`, to the right.
+    /// `α implies β`, right-associative.
     pub(super) fn constraint(&mut self) -> Reading<Constraint> {
         let left = self.joined(Keyword::Or)?;
         if !self.take_keyword(Keyword::Implies) {
@@ -40,7 +40,7 @@ impl Parser {
         })
     }
 
-    /// `α until β`, to the right.
+    /// `α until β`, right-associative.
     fn chain(&mut self) -> Reading<Constraint> {
         let left = self.prefixed()?;
         if !self.take_keyword(Keyword::Until) {
@@ -86,7 +86,8 @@ impl Parser {
         Ok(Constraint { kind, span: start })
     }
 
-    /// Whether the parenthesis here opens an event: a name follows that is no operator, misspelt or of another logic.
+    /// Whether the parenthesis here opens an event: a name follows that is not an operator, a misspelt one, or one of
+    /// another logic.
     fn at_event(&self) -> bool {
         match self.peek_second() {
             TokenKind::Text(_) => true,
@@ -98,13 +99,13 @@ impl Parser {
         }
     }
 
-    /// A name where a constraint should be: perhaps a misspelt operator.
+    /// A name in the place of a constraint: perhaps a misspelt operator.
     fn stray_name(&mut self, name: &str) -> Reading<Constraint> {
         let stumbled = self.expected("a constraint");
         let problem = self.problems.pop().unwrap_or_else(|| Problem::new("expected a constraint"));
         let Some(word) = nearest(name, PREFIXES) else {
             let known = PREFIXES.join(", ");
-            let help = format!("a constraint begins with {known}, or is an event `(source, destination, condition)`");
+            let help = format!("a constraint begins with {known}, or is an event `(sender, receiver, condition)`");
             self.problems.push(problem.with_help(help));
             return Err(stumbled);
         };
@@ -140,7 +141,7 @@ impl Parser {
         Ok(Constraint { kind: inside.kind, span: open.to(self.last_span()) })
     }
 
-    /// `(source, destination, condition)`; what follows a problem inside it is skipped.
+    /// `(sender, receiver, condition)`; after a problem inside it, the rest is skipped.
     fn event(&mut self) -> Reading<Event> {
         let open = self.span();
         let event = self.event_parts(open);
@@ -152,9 +153,9 @@ impl Parser {
 
     fn event_parts(&mut self, open: ByteRange) -> Reading<Event> {
         self.advance();
-        let source = self.name("the process that sends")?;
-        self.comma("`,` and the process that receives")?;
-        let target = self.name("the process that receives")?;
+        let source = self.name("the name of the sender")?;
+        self.comma("`,` and the name of the receiver")?;
+        let target = self.name("the name of the receiver")?;
         self.comma("`,` and a condition on the message")?;
         let condition = self.condition()?;
         self.close(open);

@@ -1,4 +1,4 @@
-//! From the tree back to text, as ASCII: reading the text again gives the same tree.
+//! Prints a tree as ASCII text; parsing the text gives the same tree.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -31,7 +31,7 @@ impl Display for Name {
     }
 }
 
-/// How tightly a form binds; a part that binds less than its place demands stands in parentheses.
+/// The precedence of a form; a part with lower precedence than its place demands is put in parentheses.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Binding {
     Implies,
@@ -53,7 +53,7 @@ impl ConstraintKind {
     }
 }
 
-/// A part of a constraint where at least this binding is demanded.
+/// A part of a constraint in a place that demands at least this precedence.
 struct Part<'a>(&'a Constraint, Binding);
 
 impl Display for Part<'_> {
@@ -105,7 +105,7 @@ impl ConditionKind {
     }
 }
 
-/// A part of a condition where at least this binding is demanded.
+/// A part of a condition in a place that demands at least this precedence.
 struct ConditionPart<'a>(&'a Condition, Binding);
 
 impl Display for ConditionPart<'_> {
@@ -166,7 +166,7 @@ impl Display for Literal {
     }
 }
 
-/// `1.5 min`, with at most 20 digits after the point: what was read from a file has fewer.
+/// `1.5 min`, with at most 20 digits after the point: durations read from a file have fewer.
 fn write_duration(f: &mut Formatter<'_>, nanos: u64, unit: Unit) -> fmt::Result {
     let whole = u128::from(unit.nanos());
     let mut rest = u128::from(nanos) % whole;
@@ -182,7 +182,7 @@ fn write_duration(f: &mut Formatter<'_>, nanos: u64, unit: Unit) -> fmt::Result 
     write!(f, " {}", unit.name())
 }
 
-/// The relation as every keyboard has it.
+/// The relation in ASCII.
 fn ascii(relation: Relation) -> &'static str {
     match relation {
         Relation::Equal => "=",

@@ -14,7 +14,7 @@ pub(super) struct Token {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum TokenKind {
-    /// A name that is no keyword.
+    /// A name that is not a keyword.
     Name(String),
     /// `"text"`
     Text(String),
@@ -91,7 +91,7 @@ impl Keyword {
 }
 
 impl TokenKind {
-    /// What a person calls the token.
+    /// The token's name in messages.
     pub(super) fn describe(&self) -> String {
         match self {
             Self::Name(name) | Self::Number(name) => format!("`{name}`"),
@@ -112,7 +112,7 @@ impl TokenKind {
     }
 }
 
-/// Operators of one or two signs, longer ones first.
+/// Operators made of one or two signs, longer ones first.
 const SIGNS: [(&str, TokenKind); 30] = [
     (":=", TokenKind::Define),
     ("≔", TokenKind::Define),
@@ -146,7 +146,7 @@ const SIGNS: [(&str, TokenKind); 30] = [
     (";", TokenKind::Semicolon),
 ];
 
-/// What other languages write, and what this one writes instead.
+/// Operators of other languages, and the ones to write here instead.
 const FOREIGN: [(&str, &str, TokenKind); 4] = [
     ("==", "=", TokenKind::Relation(Relation::Equal)),
     ("&&", "and", TokenKind::Keyword(Keyword::And)),
@@ -154,7 +154,7 @@ const FOREIGN: [(&str, &str, TokenKind); 4] = [
     ("=>", "implies", TokenKind::Keyword(Keyword::Implies)),
 ];
 
-/// All tokens of a text, the last one [`TokenKind::End`]; what is no token is noted and left out.
+/// All tokens of a text, the last one [`TokenKind::End`]. Anything that is not a token is reported and left out.
 pub(super) fn tokens(text: &str, problems: &mut Vec<Problem>) -> Vec<Token> {
     let mut lexer = Lexer { text, at: 0, tokens: Vec::new(), problems };
     while lexer.skip_blank() {
@@ -218,7 +218,7 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// The symbol that starts here, and its length: only right after an operator.
+    /// The symbol that starts here, and its length. Only directly after an operator.
     fn symbol(&self) -> Option<(String, usize)> {
         let after_operator = matches!(self.tokens.last()?.kind, TokenKind::Relation(_) | TokenKind::Define);
         let inside =
@@ -246,7 +246,7 @@ impl<'a> Lexer<'a> {
                     _ => {
                         let span = self.at + at..self.at + at + 1;
                         let problem = Problem::new("unknown escape in a text").at(span, "this escape");
-                        self.problems.push(problem.with_help(r#"there are \n, \t, \" and \\"#));
+                        self.problems.push(problem.with_help(r#"known escapes are \n, \t, \" and \\"#));
                     }
                 },
                 _ => text.push(char),
@@ -254,8 +254,7 @@ impl<'a> Lexer<'a> {
         }
         let length = rest.find('\n').unwrap_or(rest.len());
         let span = self.at..self.at + length;
-        self.problems
-            .push(Problem::new("a text without its end").at(span, "starts here").with_help("end it with `\"`"));
+        self.problems.push(Problem::new("unterminated text").at(span, "starts here").with_help("end it with `\"`"));
         self.push(TokenKind::Text(text), length);
     }
 
@@ -263,7 +262,7 @@ impl<'a> Lexer<'a> {
         let rest = self.rest();
         if let Some((foreign, ours, kind)) = FOREIGN.iter().find(|(foreign, ..)| rest.starts_with(foreign)) {
             let span = self.at..self.at + foreign.len();
-            let problem = Problem::new(format!("`{foreign}` is no operator")).at(span, "not known here");
+            let problem = Problem::new(format!("unknown operator `{foreign}`")).at(span, "unknown operator");
             self.problems.push(problem.with_help(format!("write `{ours}`")));
             return self.push(kind.clone(), foreign.len());
         }
@@ -272,7 +271,7 @@ impl<'a> Lexer<'a> {
         }
         let char = rest.chars().next().unwrap_or_default();
         let span = self.at..self.at + char.len_utf8();
-        self.problems.push(Problem::new(format!("`{}` means nothing here", char.escape_debug())).at(span, "this sign"));
+        self.problems.push(Problem::new(format!("unexpected `{}`", char.escape_debug())).at(span, "this sign"));
         self.at += char.len_utf8();
     }
 }
@@ -281,13 +280,13 @@ fn name_length(text: &str) -> usize {
     text.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(text.len())
 }
 
-/// Whether a text can stand as a name without quotes.
+/// Whether a text can be a name without quotes.
 pub(super) fn is_plain_name(text: &str) -> bool {
     let first = text.chars().next().is_some_and(|first| first.is_alphabetic() || first == '_');
     first && name_length(text) == text.len() && Keyword::ALL.iter().all(|keyword| keyword.text() != text)
 }
 
-/// How long the number is that starts here: `-12.5e-3`.
+/// The length of the number that starts here: `-12.5e-3`.
 fn number_length(text: &str) -> Option<usize> {
     let digits = |at: usize| text[at..].bytes().take_while(u8::is_ascii_digit).count();
     let sign = usize::from(text.starts_with('-'));

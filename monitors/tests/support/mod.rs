@@ -1,4 +1,4 @@
-//! Random formulas and sequences, and what is to hold of them: shared by the tests and by the example `agree`.
+//! Random formulas and sequences, and the checks on them: shared by the tests and the example `agree`.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,7 +9,7 @@ use channels::{
 };
 use monitors::{Choice, Continuation, Formula, MessageCondition, ScopeMonitor, Symbol, holds, holds_endlessly};
 
-/// Numbers that look random and are the same everywhere (SplitMix64).
+/// Pseudo-random numbers that are the same everywhere (SplitMix64).
 pub(crate) struct Dice(pub(crate) u64);
 
 impl Dice {
@@ -25,7 +25,7 @@ impl Dice {
         self.next() % sides
     }
 
-    /// One of the things.
+    /// One of the items.
     pub(crate) fn pick<'a, T>(&mut self, things: &'a [T]) -> &'a T {
         &things[self.roll(things.len() as u64) as usize]
     }
@@ -78,13 +78,13 @@ pub(crate) fn random_event(dice: &mut Dice, topology: &Topology) -> monitors::Ev
     monitors::EventAtom { channel: channels[index], condition }
 }
 
-/// A formula of that depth at most, over a few events.
+/// A formula of at most this depth, over a few events.
 pub(crate) fn random_formula(dice: &mut Dice, topology: &Topology, depth: u32) -> Formula {
     let events: Vec<monitors::EventAtom> = (0..3).map(|_| random_event(dice, topology)).collect();
     formula_over(dice, &events, depth)
 }
 
-/// A formula of that depth at most over these events.
+/// A formula of at most this depth over these events.
 pub(crate) fn formula_over(dice: &mut Dice, events: &[monitors::EventAtom], depth: u32) -> Formula {
     let sides = if depth == 0 { 7 } else { 20 };
     let part = |dice: &mut Dice| Box::new(formula_over(dice, events, depth.saturating_sub(1)));
@@ -137,7 +137,7 @@ pub(crate) fn random_message(dice: &mut Dice, topology: &Topology) -> EventKind 
     EventKind::Received { channel: channels[index], message }
 }
 
-/// A sequence of that many states. The first tick is number 0 as a rule, and may come after messages.
+/// A sequence of this many states. The first tick usually has number 0, and may come after messages.
 pub(crate) fn random_sequence(dice: &mut Dice, topology: &Topology, length: usize) -> Vec<Event> {
     let mut ticked = false;
     let mut tick = if dice.roll(10) == 0 { 7 } else { 0 };
@@ -157,7 +157,7 @@ pub(crate) fn event(step: u64, tick: u64, kind: EventKind) -> Event {
     Event { step, tick, time: Duration::from_millis(tick * 1000 + step), kind }
 }
 
-/// The sequence and a continuation: states with their distance in ticks from the one before.
+/// The sequence and a continuation: states with their distance in ticks from the previous one.
 pub(crate) fn continued(sequence: &[Event], continuation: &[(u64, EventKind)]) -> Vec<Event> {
     let mut events = sequence.to_vec();
     for (ticks, kind) in continuation {
@@ -167,7 +167,7 @@ pub(crate) fn continued(sequence: &[Event], continuation: &[(u64, EventKind)]) -
     events
 }
 
-/// What can come next: τ grows by one at each tick; the first of all may leave it where it is.
+/// What can come next: τ grows by one at each tick; only the very first may leave it unchanged.
 fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKind)> {
     let has_ticked = sequence.iter().any(|event| event.kind == EventKind::Tick);
     let ticks = |kind: &EventKind| match kind {
@@ -178,7 +178,7 @@ fn next_states(sequence: &[Event], alphabet: &[EventKind]) -> Vec<(u64, EventKin
     alphabet.iter().flat_map(|kind| ticks(kind).map(|ticks| (ticks, kind.clone()))).collect()
 }
 
-/// Whether all continuations of up to `depth` states give that outcome, each as it stands.
+/// Whether all continuations of up to `depth` states have this outcome.
 pub(crate) fn all_continuations(
     formula: &Formula,
     sequence: &[Event],
@@ -193,7 +193,7 @@ pub(crate) fn all_continuations(
                 .all(|next| all_continuations(formula, &continued(sequence, &[next]), alphabet, depth - 1, outcome)))
 }
 
-/// An endless word that goes on from a sequence.
+/// An endless word that continues a sequence.
 pub(crate) fn random_continuation(dice: &mut Dice, sequence: &[Event], alphabet: &[EventKind]) -> Continuation {
     let cycle: Vec<EventKind> = (0..dice.roll(5)).map(|_| dice.pick(alphabet).clone()).collect();
     let mut longer = sequence.to_vec();
@@ -213,29 +213,29 @@ pub(crate) fn random_continuation(dice: &mut Dice, sequence: &[Event], alphabet:
     Continuation { stem: stem.collect(), cycle }
 }
 
-/// Whether the formula holds on the endless word that goes on from the sequence in that way.
+/// Whether the formula holds on the endless word that continues the sequence in this way.
 pub(crate) fn holds_on(formula: &Formula, sequence: &[Event], Continuation { stem, cycle }: &Continuation) -> bool {
     holds_endlessly(formula, &continued(sequence, stem), cycle).expect("small")
 }
 
-/// What was found about one pair of a formula and a sequence.
+/// The results for one pair of a formula and a sequence.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tally {
-    /// Prefixes looked at.
+    /// Prefixes checked.
     pub(crate) prefixes: u64,
-    /// Verdicts that fell.
+    /// Verdicts reached.
     pub(crate) settled: u64,
     /// Pairs monitored by program graphs, automata and progression alone.
     pub(crate) graphs: u64,
     pub(crate) automata: u64,
     pub(crate) progressions: u64,
-    /// Prefixes at which progression had no verdict, and the automaton had one.
+    /// Prefixes at which only the automaton had a verdict, not progression.
     pub(crate) late: u64,
-    /// Outcomes that were still open, since an endless word led to them and no finite one.
+    /// Outcomes that were still open because of an endless word, but of no finite one.
     pub(crate) endless: u64,
-    /// Outcomes that an automaton took for open although no endless word leads to them.
+    /// Outcomes that an automaton considered open although no endless word leads to them.
     pub(crate) delayed: u64,
-    /// With how many random endless words a verdict is held against the oracle.
+    /// The number of random endless words on which each verdict is checked.
     pub(crate) words: u64,
 }
 
@@ -255,7 +255,7 @@ impl Default for Tally {
     }
 }
 
-/// Holds all machines for a formula against the oracle at every prefix of a sequence.
+/// Checks all machines for a formula against the oracle at every prefix of a sequence.
 ///
 /// # Errors
 /// What is wrong.
@@ -270,7 +270,7 @@ pub(crate) fn check(
     let mut best = make(Choice::Best)?;
     let mut automaton = make(Choice::Automaton)?;
     let mut progression = make(Choice::Progression)?;
-    // Writing out a large automaton takes longer than all the rest.
+    // Exporting a large automaton takes longer than everything else.
     let small = !matches!(best.method(), monitors::Method::Automaton { states } if states > 30);
     let mut graph = small.then(|| best.to_graph_monitor()).flatten();
     let mut alphabet: Vec<EventKind> = automaton.samples().collect();
@@ -314,7 +314,7 @@ pub(crate) fn check(
         }
         tally.late += u64::from(now[2] == Verdict::Inconclusive && now[1] != Verdict::Inconclusive);
         if let Some(graph) = &graph {
-            // A graph cannot know that a message of the first kind can never come any more.
+            // A graph cannot know that a message of the first kind can never come again.
             let same =
                 graph.verdict() == now[0] || (now[0] == Verdict::True && graph.verdict() == Verdict::Inconclusive);
             let open = graph.is_open() == best.is_open();
@@ -329,7 +329,7 @@ pub(crate) fn check(
     Ok(())
 }
 
-/// Letters read beforehand give the verdict that the events give, where no tick is missing.
+/// Letters read in advance give the same verdict as the events if no tick is missing.
 ///
 /// # Errors
 /// The verdicts, if they differ.
@@ -341,7 +341,7 @@ pub(crate) fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<
         by_event.observe(event);
         let Some(symbol) = fresh.symbol(&event.kind) else { continue };
         now = if seen { now } else { event.tick };
-        // A tick with which time does not go on, or more than one of them at once.
+        // A tick that does not advance time, or advances it by more than one.
         match (event.tick - now, &event.kind) {
             (0, EventKind::Tick) => symbols.push(Symbol::TICK),
             (0, _) => symbols.push(symbol),
@@ -363,7 +363,7 @@ pub(crate) fn check_letters(fresh: &ScopeMonitor, sequence: &[Event]) -> Result<
     Err(format!("letters give {:?}, events {:?}", by_letter.verdict(), by_event.verdict()))
 }
 
-/// A new verdict must hold on all continuations; without one there must be an endless word for either outcome.
+/// A new verdict must hold on all continuations; without a verdict there must be an endless word for either outcome.
 fn check_verdict(
     formula: &Formula,
     prefix: &[Event],

@@ -143,7 +143,10 @@ fn wrong_lines_are_left_out_and_named() {
     assert_eq!(said, ["line 5: this FLASER should have 18 fields, but has 17; left out"]);
     assert_eq!(left, 19);
     let (said, left) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER 7 1.0"));
-    assert_eq!(said, ["line 5: this scan has 7 beams, but most have 6; left out, since its beams may have other angles"]);
+    assert_eq!(
+        said,
+        ["line 5: this scan has 7 beams, but most have 6; left out, since its beams may have other angles"]
+    );
     assert_eq!(left, 19);
     let (said, _) = complaints_after(5, |line| line.replace("FLASER 6", "FLASER many"));
     assert_eq!(said, ["line 5: the number of beams should be a number, but is `many`; left out"]);
