@@ -22,7 +22,7 @@ use crate::output::{complain, print, warn};
 use crate::render::{Finding, findings};
 
 /// What to say of a machine that sends to a process that no shipped system has.
-const ELSEWHERE: &str = "which components there are, the scenario says; the program's own scenarios have BatteryReader, Localization \
+const ELSEWHERE: &str = "the scenario determines which components there are; the program's own scenarios have BatteryReader, Localization \
                          and Navigation";
 
 /// What to check.

@@ -223,10 +223,10 @@ fn all_that_does_not_fit_between_tree_skills_and_components_is_said_once_and_at_
         ("there is no process BateryReader", "BatteryLevel.scxml:24:38"),
         ("carries no <get_charge>", "BatteryNotCharging.scxml:22:60"),
         ("WaitForUser never answers BT", "WaitForUser.scxml:5:2"),
-        ("nobody reads `Localization.ok`", "AtRechargingStation.scxml:6:2"),
-        ("nobody reads `Localization.error`", "AtRechargingStation.scxml:6:2"),
-        ("the event `Location.ok` never comes", "AtRechargingStation.scxml:31:26"),
-        ("the event `Location.error` never comes", "AtRechargingStation.scxml:33:26"),
+        ("no transition reads `Localization.ok`", "AtRechargingStation.scxml:6:2"),
+        ("no transition reads `Localization.error`", "AtRechargingStation.scxml:6:2"),
+        ("the event `Location.ok` never occurs", "AtRechargingStation.scxml:31:26"),
+        ("the event `Location.error` never occurs", "AtRechargingStation.scxml:33:26"),
     ];
     for (complaint, place) in complaints {
         says(&said, &[complaint, place]);

@@ -103,7 +103,7 @@ fn people_are_as_many_as_the_run_says() {
 #[test]
 fn the_bug_hunt_names_each_mistake_and_who_catches_it() {
     let out = run("bug_hunt", &["--runs", "2"]);
-    says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` begins with 15"]);
+    says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` starts with 15"]);
     // With 15 in place of 30 nobody starts for the station in time.
     let first = &records(&out)[0];
     assert_eq!(first["outcome"], "not_as_expected", "{first}");

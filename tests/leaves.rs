@@ -257,7 +257,9 @@ fn whoever_a_skill_may_send_to_is_named_where_there_is_no_such_process() {
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
     let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "│").collect();
     let said = said.join(" ");
-    for part in ["there is no process Speaker", "BT, BatteryReader, Localization, Navigation", "the scenario says"] {
+    for part in
+        ["there is no process Speaker", "BT, BatteryReader, Localization, Navigation", "the scenario determines"]
+    {
         assert!(said.contains(part), "does not say {part}: {said}");
     }
     assert!(!said.contains("skills::"), "no internal names: {said}");
@@ -277,5 +279,5 @@ fn an_answer_that_goes_nowhere_is_seen_in_a_rehearsal() {
     std::fs::write(&events, "{\"event\": \"BT.tick\", \"time_s\": 1}\n").unwrap();
     let run = steward(&["skill", "run", machine.to_str().unwrap(), "--events", events.to_str().unwrap()]);
     let said = String::from_utf8(run.stdout).unwrap();
-    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, and nothing takes it"), "{said}");
+    assert!(said.contains("1.000 s  sends TICK_RESPONSE to itself, but no transition takes it"), "{said}");
 }

@@ -164,7 +164,7 @@ fn error_events_that_nobody_handles_are_exit_status_1() {
     let files_of = |rest: &str| files(&machine(&format!("{fails}{rest}</state><final id=\"end\"/>")), "");
     let printed = said(run(&files_of(""), &[]), 1);
     assert!(
-        printed.contains("error.execution at 2:25") && printed.contains("nobody handles error.execution"),
+        printed.contains("error.execution at 2:25") && printed.contains("error.execution is not handled"),
         "{printed}"
     );
     let printed = said(run(&files_of(""), &["--json"]), 1);
@@ -181,7 +181,7 @@ fn a_machine_that_runs_in_circles_is_stopped_with_exit_status_1() {
         "",
     );
     let printed = said(run(&files, &[]), 1);
-    assert!(printed.contains("runs in circles") && printed.contains("(stuck)"), "{printed}");
+    assert!(printed.contains("did not come to rest") && printed.contains("(stuck)"), "{printed}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
-//! Runs a machine alone and prints what it does: `cargo run -p steward-skills --example rehearse -- MACHINE.scxml [EVENTS.jsonl]`.
+//! Runs a machine alone and prints what it does: `cargo run -p steward-skills --example rehearse -- MACHINE.scxml
+//! [EVENTS.jsonl]`.
 //!
-//! Files that stand behind each other are run one after the other, if their names end in `.scxml`.
+//! Several files whose names end in `.scxml` are run one after the other.
 
 use std::error::Error;
 use std::io::{Write as _, stdout};
@@ -23,7 +24,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         match Chart::open(Path::new(machine), Strictness::Standard) {
             Ok(chart) => {
                 let ending = rehearse(&chart, &cues, UNTIL, &mut |line| {
-                    // A reader who has gone away misses nothing.
+                    // If the reader has gone away, the output is not needed.
                     let _ = writeln!(stdout(), "{line}");
                 });
                 writeln!(stdout(), "{machine}: {ending:?}")?;

@@ -1,6 +1,6 @@
-//! Runs a state chart of your own: `cargo run --example run_chart`.
+//! Runs your own state chart: `cargo run --example run_chart`.
 //!
-//! The chart is that of a door lock. Time is what the program says it is, so a minute takes no minute.
+//! The chart is that of a door lock. Time is simulated, so a minute passes at once.
 
 use std::time::Duration;
 
@@ -8,10 +8,10 @@ use skills::{Chart, Datum, Event, Host, Machine, Note, Outgoing, Undelivered};
 
 const LOCK: &str = include_str!("DoorLock.scxml");
 
-/// Who types what, and when, in seconds.
+/// Who types what, and when, in seconds: the times and the digits.
 const TYPED: [(u64, f64); 6] = [(1, 4711.0), (10, 1.0), (11, 2.0), (12, 3.0), (13, 4711.0), (80, 4711.0)];
 
-/// The world around the chart: takes what it sends and is told how it stands.
+/// The world around the chart: takes what it sends and follows its state.
 struct Hall {
     now: Duration,
 }
@@ -30,7 +30,7 @@ impl Host for Hall {
                 self.say(&format!("the bolt: {event}"));
                 Ok(())
             }
-            (target, _) => Err(Undelivered(format!("nobody is called {target:?}"))), // `error.communication` in the chart
+            (target, _) => Err(Undelivered(format!("there is no target {target:?}"))), // `error.communication` in the chart
         }
     }
 
@@ -47,7 +47,7 @@ impl Host for Hall {
 }
 
 impl Hall {
-    /// Lets time pass. What the chart has sent itself with a delay comes when it is due, not before and not later.
+    /// Lets time pass. Delayed events arrive exactly when they are due.
     fn wait(&mut self, machine: &mut Machine, until: Duration) {
         while let Some(due) = machine.next_timer().filter(|due| *due <= until) {
             self.now = due;

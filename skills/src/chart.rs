@@ -1,4 +1,4 @@
-//! A machine as it was written: compiled once, never changed, shared by everybody who runs it.
+//! A machine as it was written: compiled once, immutable, shared by everything that runs it.
 
 mod bit_set;
 mod content;
@@ -32,7 +32,7 @@ pub use state::{HistoryKind, State, StateKind, Transition};
 use crate::expression::Expr;
 use crate::{Concerns, Strictness};
 
-/// A stretch of a file as its first byte and the one after its last.
+/// A range of a file, from its first byte to the one after its last.
 pub(crate) fn range(span: SourceSpan) -> Range<usize> {
     span.offset()..span.offset() + span.len()
 }
@@ -49,14 +49,15 @@ pub(crate) const INVOKE_KINDS: [&str; 3] = ["scxml", "http://www.w3.org/TR/scxml
 #[derive(Clone, Debug)]
 pub(crate) struct DataItem {
     pub(crate) id: Arc<str>,
-    /// Its first value; `None` is `undefined`.
+    /// Its initial value; `None` is `undefined`.
     pub(crate) init: Option<Expr>,
     pub(crate) span: SourceSpan,
-    /// Whether it stands in the data model of the whole machine, where whoever starts it may give another value.
+    /// Whether it belongs to the data model of the whole machine, so that the caller that starts the machine may give
+    /// another value.
     pub(crate) top_level: bool,
 }
 
-/// When data get their first value (SCXML 5.3.3).
+/// When data get their initial values (SCXML 5.3.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Binding {
     Early,
@@ -65,10 +66,10 @@ pub(crate) enum Binding {
 
 /// A state machine, compiled from an SCXML file.
 ///
-/// States are numbered in document order, so that a state's descendants are the numbers behind its own; state 0 is the
-/// `<scxml>` element itself.
+/// States are numbered in document order, so the numbers of a state's descendants directly follow its own. State 0 is
+/// the `<scxml>` element itself.
 ///
-/// Two charts are equal if they were compiled from the same place of the same text.
+/// Two charts are equal if they were compiled from the same place in the same text.
 ///
 /// ```
 /// use skills::Chart;
@@ -93,16 +94,16 @@ pub struct Chart {
     pub(crate) events: EventTree,
     /// Data that code for the engine may change.
     pub(crate) foreign: BTreeSet<DataId>,
-    /// Where `<scxml>` stands in the file: a file may hold machines inside of machines.
+    /// The place of `<scxml>` in the file: a file may contain machines inside machines.
     pub(crate) span: SourceSpan,
-    /// The folder that `src` is looked up in; none if files are out of reach.
+    /// The folder in which `src` is looked up; `None` if files are not accessible.
     pub(crate) folder: Option<Arc<Path>>,
     pub(crate) strictness: Strictness,
     pub(crate) warnings: Vec<Problem>,
 }
 
 impl Chart {
-    /// The machine's name: the attribute `name`, else the file's name without folder and ending.
+    /// The machine's name: the attribute `name`, or else the file's name without folder and extension.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -114,54 +115,54 @@ impl Chart {
         &self.file
     }
 
-    /// What looks odd in the file without making it unusable.
+    /// Warnings: parts of the file that look wrong but do not make it unusable.
     #[must_use]
     pub fn warnings(&self) -> &[Problem] {
         &self.warnings
     }
 
-    /// What looks odd, to be rendered with the file; none if there is nothing.
+    /// The warnings, to be rendered with the file; `None` if there are none.
     #[must_use]
     pub fn concerns(&self) -> Option<Concerns> {
         let problems = || Concerns::new(self.file.clone(), self.warnings.clone());
         (!self.warnings.is_empty()).then(problems)
     }
 
-    /// The `<scxml>` element as the ancestor of all states.
+    /// The `<scxml>` element as the root of all states.
     #[must_use]
     pub fn root(&self) -> StateId {
         StateId::ROOT
     }
 
-    /// All states, parents before children, in document order; the root is not among them.
+    /// All states in document order, parents before children, without the root.
     pub fn states(&self) -> impl Iterator<Item = StateId> + use<> {
         (1..self.states.len()).map(StateId::new)
     }
 
-    /// A state's particulars.
+    /// The details of a state.
     #[must_use]
     pub fn state(&self, state: StateId) -> &State {
         &self.states[state.index()]
     }
 
-    /// The state of that id.
+    /// The state with this id.
     #[must_use]
     pub fn find_state(&self, id: &str) -> Option<StateId> {
         self.states().find(|state| &*self.state(*state).id == id)
     }
 
-    /// All transitions in document order; those of `<initial>` and `<history>` are not among them.
+    /// All transitions in document order, without those of `<initial>` and `<history>`.
     pub fn transitions(&self) -> impl Iterator<Item = TransitionId> + use<> {
         (0..self.transitions.len()).map(TransitionId::new)
     }
 
-    /// A transition's particulars.
+    /// The details of a transition.
     #[must_use]
     pub fn transition(&self, transition: TransitionId) -> &Transition {
         &self.transitions[transition.index()]
     }
 
-    /// The ids of the data that whoever starts the machine may give values to, in document order.
+    /// The ids of the data to which the caller that starts the machine may give values, in document order.
     pub fn parameters(&self) -> impl Iterator<Item = &str> {
         self.data.iter().filter(|item| item.top_level).map(|item| &*item.id)
     }
@@ -170,7 +171,7 @@ impl Chart {
         self.data.iter().position(|item| &*item.id == id).map(DataId::new)
     }
 
-    /// The datum of that id that whoever starts the machine may give another value.
+    /// The datum with this id, if the caller that starts the machine may give it a value.
     pub(crate) fn find_parameter(&self, id: &str) -> Option<DataId> {
         self.find_data(id).filter(|data| self.data[data.index()].top_level)
     }
@@ -186,19 +187,19 @@ impl Chart {
         self.scripts.iter().chain(of_states).chain(of_transitions)
     }
 
-    /// Whether some transition takes events of that name.
+    /// Whether some transition takes events with this name.
     #[must_use]
     pub fn hears(&self, event: &str) -> bool {
         self.events.hears(event)
     }
 
-    /// Whether a transition may take such an event, here or in a machine that everything is forwarded to.
+    /// Whether a transition may take such an event, here or in a machine to which everything is forwarded.
     pub(crate) fn may_hear(&self, event: &str) -> bool {
         self.hears(event) || self.invokes().any(|invoke| invoke.auto_forward)
     }
 
-    /// What the machine sends over channels to processes other than these, to be rendered; none if there is nothing. `hint`
-    /// says what can be done about it.
+    /// The messages that the machine sends over channels to processes other than `known`, to be rendered; `None` if
+    /// there are none. `hint` suggests what to do about them.
     #[must_use]
     pub fn sends_elsewhere(&self, known: &[&str], hint: &str) -> Option<Concerns> {
         let mut problems: Vec<Problem> = Vec::new();
@@ -209,15 +210,15 @@ impl Chart {
             {
                 let problem = Problem::new(format!("the machine sends to the process `{name}`")).as_warning();
                 let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| hint.to_owned());
-                problems.push(problem.at(target.span, "not one that the program has").with_help(help));
+                problems.push(problem.at(target.span, "the program does not have this process").with_help(help));
             }
         });
         problems.dedup_by_key(|problem| problem.to_string());
         (!problems.is_empty()).then(|| Concerns::new(self.file.clone(), problems))
     }
 
-    /// What the machine sends over channels, as far as that is written out: the process it goes to, and the symbol that the
-    /// message begins with.
+    /// The messages that the machine sends over channels, as far as they are literal: the target process, and the
+    /// symbol with which the message begins.
     #[must_use]
     pub fn channel_messages(&self) -> Vec<(&str, &str)> {
         let mut messages = Vec::new();
@@ -233,7 +234,7 @@ impl Chart {
         messages
     }
 
-    /// The machines that stand inside of this one, to be invoked.
+    /// The machines inside this one, which it can invoke.
     pub fn inner(&self) -> impl Iterator<Item = &Arc<Self>> {
         self.invokes().filter_map(|invoke| match &invoke.source {
             InvokeSource::Inline(chart) => Some(chart),

@@ -1,4 +1,4 @@
-//! The values that a machine computes with: those of ECMAScript, as plain data.
+//! The values of a machine's data model: those of ECMAScript, as plain data.
 
 mod coerce;
 mod json;
@@ -23,11 +23,11 @@ pub(crate) use xml::standalone;
 
 /// A value of a machine's data model.
 ///
-/// Copies are cheap: texts, arrays and objects are shared. Whoever holds a copy of an array or an object outside of a
-/// machine holds a value that nothing changes; within one machine's data two copies are one object, as in ECMAScript.
+/// Copies are cheap: texts, arrays and objects are shared. A copy of an array or an object that is held outside a
+/// machine never changes. Within one machine's data, two copies are the same object, as in ECMAScript.
 ///
-/// `==` on this type asks whether two values are the same in every respect: a number equals another of the same bits,
-/// NaN included. It is not the `==` of ECMAScript, which expressions have.
+/// `==` on this type means that two values are equal in every respect: a number equals another with the same bits,
+/// including NaN. It is not the `==` of ECMAScript, which expressions use.
 #[derive(Clone, Default)]
 pub enum Datum {
     /// `undefined`
@@ -43,18 +43,18 @@ pub enum Datum {
     Text(Arc<str>),
     /// An array.
     Array(Arc<Array>),
-    /// An object: members by name, in the order they were put in.
+    /// An object: members by name, in the order of their insertion.
     Object(Arc<Object>),
     /// A function, as its source. Only the cargo feature `ecmascript` can call it.
     Function(Arc<str>),
-    /// An XML element or several, as text that stands alone: every element declares its namespace. Only the cargo feature
+    /// One or more XML elements as stand-alone text: every element declares its namespace. Only the cargo feature
     /// `ecmascript` can look into it.
     Xml(Arc<str>),
 }
 
-/// A value would be nested too deeply or hold too much to be compared and hashed in reasonable time.
+/// The value would be nested too deeply or contain too many parts to be compared and hashed in reasonable time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a value may be nested {} deep and have {} parts at most", Extent::MAX_HEIGHT, Extent::MAX_WEIGHT)]
+#[error("a value may be nested at most {} deep and have at most {} parts", Extent::MAX_HEIGHT, Extent::MAX_WEIGHT)]
 pub struct TooLarge;
 
 impl Datum {
@@ -72,7 +72,7 @@ impl Datum {
         Ok(Self::Array(Arc::new(Array::new(items.into_iter().collect())?)))
     }
 
-    /// The object with these members. A name that occurs twice keeps its last value.
+    /// The object with these members. If a name occurs twice, the last value counts.
     ///
     /// # Errors
     /// [`TooLarge`] if the object would be nested more than 64 deep or have more than 100 000 parts.
@@ -102,7 +102,7 @@ impl Datum {
         Ok(Self::Object(Arc::new(object)))
     }
 
-    /// How many bytes its text has or, where it has parts, about as many as they stand for.
+    /// The number of bytes of its text or, for a value with parts, about the number that they represent.
     pub(crate) fn size(&self) -> usize {
         match self {
             Self::Text(text) | Self::Function(text) | Self::Xml(text) => text.len(),
@@ -112,7 +112,7 @@ impl Datum {
         }
     }
 
-    /// The member of that name, if the value is an object that has it.
+    /// The member with this name, if the value is an object that has it.
     #[must_use]
     pub fn member(&self, name: &str) -> Option<&Self> {
         match self {
@@ -141,7 +141,7 @@ impl Array {
         &self.items
     }
 
-    /// The item at `index`; where there is none, the array grows as far and is `undefined` in between.
+    /// The item at `index`. If there is none, the array grows to that length, with `undefined` in between.
     ///
     /// The extent is stale until [`Self::measure`] is called.
     pub(crate) fn item_mut(&mut self, index: usize) -> Result<&mut Datum, TooLarge> {
@@ -168,23 +168,23 @@ pub struct Object {
 }
 
 impl Object {
-    /// The member of that name.
+    /// The member with this name.
     #[must_use]
     pub fn get(&self, name: &str) -> Option<&Datum> {
         self.members.iter().find(|(known, _)| &**known == name).map(|(_, value)| value)
     }
 
-    /// How many members there are.
+    /// The number of members.
     pub(crate) fn len(&self) -> usize {
         self.members.len()
     }
 
-    /// The members in the order they were put in.
+    /// The members in the order of their insertion.
     pub fn members(&self) -> impl Iterator<Item = (&str, &Datum)> {
         self.members.iter().map(|(name, value)| (&**name, value))
     }
 
-    /// The member of that name, which is put in as `undefined` where there is none.
+    /// The member with this name; if there is none, it is inserted as `undefined`.
     ///
     /// The extent is stale until [`Self::measure`] is called.
     pub(crate) fn member_mut(&mut self, name: &Arc<str>) -> &mut Datum {
@@ -201,10 +201,10 @@ impl Object {
     }
 }
 
-/// How deep and how large a value is, written out as a tree.
+/// The depth and size of a value, written as a tree.
 ///
 /// Shared parts count as often as they occur: `x = [x, x]` doubles a value at no cost in memory, but comparing or
-/// hashing it would take time without end.
+/// hashing it would soon take forever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 struct Extent {
     height: u32,
@@ -279,7 +279,7 @@ impl Hash for Datum {
     }
 }
 
-/// As JSON, as far as JSON goes.
+/// As JSON, as far as JSON can express it.
 impl fmt::Display for Datum {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -327,7 +327,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn values_that_double_themselves_are_refused_before_they_take_for_ever() {
+    fn values_that_double_themselves_are_refused() {
         let mut value = Datum::from(1.0);
         let refused = (0..64).find(|_| match Datum::array([value.clone(), value.clone()]) {
             Ok(twice) => {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-/// What a delay may look like, for messages to people.
+/// The valid forms of a delay, for messages.
 pub(crate) const FORMS: &str = "a delay is a number with a unit: `500ms`, `0.5s`, `2m`, `1h`, `1d`";
 
 const NANOS_PER_UNIT: [(&str, u128); 5] = [
@@ -13,7 +13,7 @@ const NANOS_PER_UNIT: [(&str, u128); 5] = [
     ("d", 86_400_000_000_000),
 ];
 
-/// The delay, to the nanosecond; `None` if the text is none, or one of more than 500 years.
+/// The delay, to the nanosecond; `None` if the text is not a delay, or one of more than 500 years.
 pub(crate) fn parse(text: &str) -> Option<Duration> {
     let text = text.trim();
     let unit_start = text.find(|c: char| c.is_ascii_alphabetic())?;
@@ -52,7 +52,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_delay_is_refused() {
+    fn invalid_delays_are_refused() {
         for text in ["", "5", "s", "-1s", "1 s", "1.s", "1sec", "1e3s", "1.2.3s", "99999999999999999999s", "9999999d"] {
             assert_eq!(parse(text), None, "{text:?}");
         }

@@ -1,9 +1,9 @@
-//! Expressions: the part of ECMAScript that machines use all the time, compiled once and evaluated without an engine.
+//! Expressions: the part of ECMAScript that machines use most, compiled once and evaluated without an engine.
 //!
-//! In the subset: literals of every kind (arrays and objects too), names of data, `_event` and the other system
+//! The subset contains: literals of every kind (also arrays and objects), names of data, `_event` and the other system
 //! variables, member access and indexing, arithmetic, bit operations, comparison, `&&`, `||`, `??`, `!`, `typeof`,
-//! `void`, `?:`, parentheses, and `In('state')`. Assignments stand in `<assign>` and, with `=`, `+=`, `++` and their kin,
-//! in `<script>`. Conversions are ECMAScript's. What is outside the subset is for [`crate::engine`].
+//! `void`, `?:`, parentheses, and `In('state')`. Assignments are allowed in `<assign>` and, with `=`, `+=`, `++` and
+//! similar operators, in `<script>`. Conversions follow ECMAScript. Everything else is for [`crate::engine`].
 
 mod error;
 mod evaluate;
@@ -26,7 +26,7 @@ pub(crate) use script::script;
 pub(crate) use statement::Statement;
 pub(crate) use syntax::{BinaryOp, EventField, Expr, LogicOp, Names, UnaryOp};
 
-/// Whether a word can be the name of a datum: an identifier that is not taken.
+/// Whether a word can be the name of a datum: an identifier that is not reserved.
 pub(crate) fn is_identifier(word: &str) -> bool {
     let starts = word.starts_with(|c: char| c.is_alphabetic() || c == '_' || c == '$');
     starts && word.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '$') && !vocabulary::is_taken(word)

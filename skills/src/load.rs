@@ -1,4 +1,4 @@
-//! From an SCXML file to a [`Chart`], with everything that is wrong with the file.
+//! From an SCXML file to a [`Chart`], with all problems of the file.
 
 mod check;
 mod compile;
@@ -33,15 +33,15 @@ use origin::Origin;
 use crate::chart::Chart;
 use crate::{SkillError, Strictness};
 
-/// A file may have so many elements, attributes and texts.
+/// The maximum number of elements, attributes and texts in a file.
 const MAX_NODES: u32 = 100_000;
 
-/// An element may have so many attributes.
+/// The maximum number of attributes of an element.
 const MAX_ATTRIBUTES: usize = 1000;
 
 impl Chart {
-    /// Compiles a machine. `file` names the text in messages and, without folder and ending, the machine if it does not
-    /// name itself.
+    /// Compiles a machine. `file` names the text in messages. Without folder and extension, it also names a machine
+    /// that has no name.
     ///
     /// # Errors
     /// [`SkillError::Load`] with everything that is wrong with the file.
@@ -61,7 +61,7 @@ impl Chart {
         Self::load_with(file, text, Strictness::Strict)
     }
 
-    /// Compiles a machine, as strict as asked for.
+    /// Compiles a machine with the given strictness.
     ///
     /// # Errors
     /// [`SkillError::Load`] with everything that is wrong with the file.
@@ -83,7 +83,7 @@ impl Chart {
         Self::load_from(&path.to_string_lossy(), &text, strictness, Some(folder), looks_further)
     }
 
-    /// The machine in a file beside this one's, as `srcexpr` names it.
+    /// The machine in a file beside this one's, as named by `srcexpr`.
     pub(crate) fn beside(&self, address: &str) -> Result<Arc<Self>, String> {
         let path = files::path(address, self.folder.as_deref())?;
         Self::open_with(&path, self.strictness, false).map_err(|error| error.to_string())
@@ -135,7 +135,7 @@ impl Chart {
 /// Reads the file as XML.
 pub(crate) fn parse_xml(text: &str) -> Result<Document<'_>, Problem> {
     if text.len() > MAX_BYTES {
-        let problem = Problem::new(format!("a machine may be {MAX_BYTES} bytes long at most"));
+        let problem = Problem::new(format!("a machine may have at most {MAX_BYTES} bytes"));
         return Err(problem.at(0..0, format!("this one has {}", text.len())));
     }
     diagnostics::xml::check_attributes(text, MAX_ATTRIBUTES)?;

@@ -1,4 +1,4 @@
-//! A machine at work: the interpretation algorithm of SCXML (Appendix D).
+//! A running machine: the interpretation algorithm of SCXML (Appendix D).
 
 mod entry;
 mod event;
@@ -25,10 +25,10 @@ use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
 use timer::Timer;
 
-/// A machine that runs a [`Chart`]: which states are active, what the data hold, which events and timers are pending.
+/// A machine that runs a [`Chart`]: its active states, its data, and its pending events and timers.
 ///
-/// It is a value: copies go their own ways from the same state, and equal machines behave equally. It runs when it is
-/// given an event or when a timer is due, and comes to rest before the call returns. What it sends and says goes to the
+/// It is a value: copies continue independently from the same state, and equal machines behave equally. It runs when it
+/// gets an event or when a timer is due, and comes to rest before the call returns. Its messages and notes go to the
 /// [`Host`] that the caller passes in.
 ///
 /// ```
@@ -55,13 +55,13 @@ use timer::Timer;
 pub struct Machine {
     chart: Arc<Chart>,
     session: Arc<Session>,
-    /// Values that replace the first values of data.
+    /// Values that replace the initial values of data.
     given: Vec<(DataId, Datum)>,
     status: Status,
     configuration: BitSet,
-    /// What history states remember; empty for a machine without any.
+    /// The states that history states remember; empty for a machine without history states.
     remembered: Vec<Option<BitSet>>,
-    /// States whose data have got their first values; empty with early binding.
+    /// States whose data have been initialised; empty with early binding.
     initialised: BitSet,
     data: Memory,
     event: Option<Event>,
@@ -70,30 +70,30 @@ pub struct Machine {
     external: VecDeque<Queued>,
     timers: Vec<Timer>,
     generated_ids: u32,
-    /// How many machines it has invoked so far.
+    /// The number of machines it has invoked so far.
     children: u32,
-    /// States that were entered and whose machines are to be invoked; empty for a machine that invokes none.
+    /// States that were entered and whose machines must be invoked; empty for a machine that invokes none.
     to_invoke: BitSet,
     invoked: Vec<Invoked>,
-    /// The id by which the machine that invoked it knows it.
+    /// Its invoke id in the machine that invoked it.
     under: Option<Arc<str>>,
-    /// How many machines are around it.
+    /// The number of machines around it.
     generation: u32,
-    /// Where the sequence of `Math.random` stands.
+    /// The position in the sequence of `Math.random`.
     random: u64,
-    /// The data of the final state that it ended in.
+    /// The data of the final state in which it ended.
     result: Datum,
     scratch: Unobserved<Scratch>,
 }
 
-/// What a machine goes by.
+/// The identity of a machine.
 #[derive(Debug, PartialEq, Eq, Hash)]
 struct Session {
     /// `_sessionid`
     id: Arc<str>,
-    /// Where others would send events to it.
+    /// The address to which others send events to it.
     location: Arc<str>,
-    /// The name of the event I/O processor that brings its own events.
+    /// The event I/O processor that delivers its own events.
     processor: Arc<str>,
     /// `_ioprocessors`
     io_processors: Datum,
@@ -109,7 +109,7 @@ impl Session {
         Arc::new(Self { id: id.into(), location, processor: SCXML_PROCESSOR.into(), io_processors })
     }
 
-    /// A number that the session's id stands for (FNV-1a).
+    /// A number derived from the session's id (FNV-1a).
     fn seed(&self) -> u64 {
         self.id
             .bytes()
@@ -117,7 +117,7 @@ impl Session {
     }
 }
 
-/// How far a machine is.
+/// The status of a machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Status {
     /// It has not been started.
@@ -126,29 +126,29 @@ pub enum Status {
     Running,
     /// It reached a final state of the whole machine.
     Done,
-    /// It ran in circles and was stopped: see [`Note::Stuck`].
+    /// It did not come to rest and was stopped: see [`Note::Stuck`].
     Stuck,
 }
 
-/// So many events may wait in a machine, the delayed ones among them, and so many messages in a skill. A machine can take
-/// more than twice as many before it has to be at rest.
+/// The maximum number of events that may wait in a machine, including delayed ones, and of messages in a skill. A
+/// machine can process more than twice as many before it must be at rest.
 pub(crate) const MAX_WAITING: usize = 4096;
 
-/// An event in a queue, with what the chart can tell of its name.
+/// An event in a queue, with its class.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Queued {
     event: Event,
     class: EventClass,
 }
 
-/// A machine that another one has invoked, and from where. It stays when it has ended, until the state is left: what it
-/// has sent may not have been taken yet, and is to be finalized.
+/// A machine that another one has invoked, and from where. After its end it stays until the state is exited: its events
+/// may still have to be taken and finalized.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Invoked {
     state: StateId,
-    /// Which `<invoke>` of the state.
+    /// The index of the `<invoke>` in the state.
     index: usize,
-    /// The id that the parent knows it by.
+    /// The id by which the parent knows it.
     id: Arc<str>,
     machine: Machine,
 }
@@ -158,17 +158,17 @@ fn no_room() -> String {
     format!("{MAX_WAITING} events are waiting already")
 }
 
-/// Working memory of a microstep, kept so that no step needs to ask for more.
+/// Working memory of a microstep, kept so that steps need no allocation.
 #[derive(Clone, Debug, Default)]
 struct Scratch {
     enabled: Vec<TransitionId>,
     filtered: Vec<TransitionId>,
-    /// By transition in `enabled`, the state within which it exits and enters.
+    /// For each transition in `enabled`, its domain.
     domains: Vec<Option<StateId>>,
     leaving: Vec<StateId>,
     entering: BitSet,
     by_default: BitSet,
-    /// History states whose default is taken.
+    /// History states whose default is entered.
     histories: Vec<StateId>,
 }
 
@@ -207,8 +207,8 @@ impl Machine {
         }
     }
 
-    /// The machine before its start, with a value of the caller's in place of the first value of each of these data.
-    /// Only data of the whole machine can be given ([`Chart::parameters`]).
+    /// The machine before its start, with the caller's values in place of the initial values of these data. Only data
+    /// of the whole machine can be given ([`Chart::parameters`]).
     ///
     /// # Errors
     /// [`SkillError::UnknownParameter`] if the machine has no such datum.
@@ -235,7 +235,7 @@ impl Machine {
         self.random = self.session.seed();
     }
 
-    /// Whether it may get another event. The caller's events and errors are taken whether or not there is room.
+    /// Whether it has room for another event. The caller's events and errors are taken in any case.
     fn has_room(&self) -> bool {
         self.internal.len() + self.external.len() + self.timers.len() < MAX_WAITING
     }
@@ -246,19 +246,19 @@ impl Machine {
         Self { random: session.seed(), given, session, ..Self::new(Arc::clone(&self.chart)) }
     }
 
-    /// Lets the sequence of `Math.random` begin elsewhere; it begins with the session's name otherwise.
+    /// Sets the seed of `Math.random`; by default it is derived from the session's name.
     pub fn set_seed(&mut self, seed: u64) {
         self.random = seed;
     }
 
-    /// Puts a value into the datum of the whole machine that has this id; a machine without one goes without it.
+    /// Stores a value in the datum of the whole machine with this id, if there is one.
     pub(crate) fn put(&mut self, id: &str, value: Datum) {
         if let Some(id) = self.chart.find_parameter(id) {
             self.data.set(id, value);
         }
     }
 
-    /// How far the machine is.
+    /// The machine's status.
     #[must_use]
     pub fn status(&self) -> Status {
         self.status
@@ -270,12 +270,12 @@ impl Machine {
         &self.chart
     }
 
-    /// The active states, in document order. A machine that is done stays in those it ended in.
+    /// The active states, in document order. A machine that is done stays in those in which it ended.
     pub fn configuration(&self) -> impl Iterator<Item = StateId> + '_ {
         self.configuration.iter().map(StateId::new)
     }
 
-    /// The active states without children, in document order: they say everything about the others.
+    /// The active states without children, in document order: they determine all others.
     pub fn active(&self) -> impl Iterator<Item = StateId> + '_ {
         self.configuration().filter(|state| self.chart.state(*state).is_atomic())
     }
@@ -285,19 +285,19 @@ impl Machine {
         self.active().map(|state| self.chart.state(state).id())
     }
 
-    /// Whether the state of that id is active.
+    /// Whether the state with this id is active.
     #[must_use]
     pub fn is_in(&self, id: &str) -> bool {
         self.configuration().any(|state| self.chart.state(state).id() == id)
     }
 
-    /// What a datum holds; `None` if there is no such datum.
+    /// The value of a datum; `None` if there is no such datum.
     #[must_use]
     pub fn datum(&self, id: &str) -> Option<&Datum> {
         self.chart.find_data(id).map(|id| &self.data[id.index()])
     }
 
-    /// The data of the final state that the machine ended in (`<donedata>`); undefined before its end.
+    /// The data of the final state in which the machine ended (`<donedata>`); undefined before its end.
     #[must_use]
     pub fn result(&self) -> &Datum {
         &self.result

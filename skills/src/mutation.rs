@@ -1,10 +1,10 @@
-//! Mutations: machines with one mistake more than their author made.
+//! Mutations: machines with one additional mistake.
 //!
-//! A mutation is a small change of a machine's file, of the kind that people make by accident: a threshold moved, a guard
-//! negated, a target swapped. It is addressed by what stands in the file: a state's id, the events of a transition, a
-//! datum's id. [`mutate`] changes the text and leaves every line where it is, so that whatever is said about the mutant
-//! points at the right line of the original; [`mutations`] lists all that are worth trying, for a campaign that asks which
-//! of them no property notices.
+//! A mutation is a small change of a machine's file, of the kind that people make by accident: a moved threshold, a
+//! negated guard, a swapped target. It is addressed by names in the file: a state's id, the events of a transition, a
+//! datum's id. [`mutate`] changes the text and keeps every line where it is, so messages about the mutant point to the
+//! right line of the original. [`mutations`] lists all that are worth trying, for a campaign that finds those which no
+//! property detects.
 
 mod description;
 mod edit;
@@ -18,12 +18,12 @@ pub use description::{Mutation, SendPlace, TransitionPlace};
 pub use several::mutate_all;
 pub use survey::mutations;
 
-/// Changes a machine's text as the mutation says, and nothing else; every line stays where it is. `file` names the text in
-/// messages.
+/// Applies the mutation to a machine's text and changes nothing else; every line stays where it is. `file` names the
+/// text in messages.
 ///
 /// # Errors
-/// [`SkillError::Load`] if the machine cannot be loaded, before or after the change; [`SkillError::Mutation`] if it does not
-/// have what is to be changed, or has it so already.
+/// [`SkillError::Load`] if the machine cannot be loaded, before or after the change; [`SkillError::Mutation`] if the
+/// part to be changed does not exist, or the mutation changes nothing.
 ///
 /// ```
 /// use skills::{Mutation, mutate, shipped};

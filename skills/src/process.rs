@@ -24,28 +24,29 @@ pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 pub use wiring::CLIENT;
 use wiring::Wiring;
 
-/// Notes are kept until they are taken, so many at most; older ones are dropped.
+/// The maximum number of notes kept until they are taken; older ones are dropped.
 const MAX_NOTES: usize = 1_000;
 
-/// A machine that talks over channels. How messages become events and events messages, the crate's documentation tells.
+/// A machine that communicates over channels. The crate's documentation describes how messages become events and events
+/// become messages.
 ///
-/// A machine that has reached a final state, or was stopped because it ran in circles, goes on receiving and answers
-/// nothing.
+/// A machine that has reached a final state, or was stopped because it did not come to rest, continues to receive and
+/// answers nothing.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct SkillProcess {
     machine: Machine,
     adapter: ChannelAdapter,
 }
 
-/// What lies between the machine and its channels.
+/// The adapter between the machine and its channels.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct ChannelAdapter {
     wiring: Arc<Wiring>,
     /// Messages to be sent, by outgoing channel.
     outboxes: Vec<VecDeque<Envelope>>,
-    /// The numbers of requests that are not answered yet, by outgoing channel.
+    /// The numbers of unanswered requests, by outgoing channel.
     asked: Vec<Option<RequestNumber>>,
-    /// The client's request that is to be answered.
+    /// The client's pending request.
     pending: Option<RequestNumber>,
     last_request: u64,
     notes: Unobserved<VecDeque<Note>>,
@@ -55,12 +56,12 @@ struct ChannelAdapter {
 
 impl SkillProcess {
     /// The skill `name` of the topology, which runs `chart` from its initial state, with `parameters` in place of the
-    /// first values of its data (as a parent machine would give them with `<invoke>` and `<param>`).
+    /// initial values of its data (as a parent machine would pass them with `<invoke>` and `<param>`).
     ///
     /// # Errors
-    /// [`SkillError::UnknownProcess`] and [`SkillError::UnknownParameter`] for names that stand for nothing,
-    /// [`SkillError::Wiring`] with everything in the file that does not fit the skill's channels: processes that it
-    /// cannot reach, messages and fields that a channel does not carry, events that nobody sends.
+    /// [`SkillError::UnknownProcess`] and [`SkillError::UnknownParameter`] for unknown names, [`SkillError::Wiring`]
+    /// with everything in the file that does not fit the skill's channels: processes that it cannot reach, messages and
+    /// fields that a channel does not carry, events that no process sends.
     pub fn new<'a>(
         name: &str,
         chart: &Arc<Chart>,
@@ -88,9 +89,9 @@ impl SkillProcess {
         Ok(Self { machine, adapter })
     }
 
-    /// A new process with the same machine and parameters that takes the place of `predecessor`, a process of the same
-    /// skill: it starts at `now` from its initial state. It goes on with the predecessor's numbers for requests, so that
-    /// an answer to a request of the predecessor's is nobody's.
+    /// A new process with the same machine and parameters that replaces `predecessor`, a process of the same skill. It
+    /// starts at `now` from its initial state. It continues the predecessor's request numbers, so that answers to the
+    /// predecessor's requests are ignored.
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         let mut machine = self.machine.unstarted();
@@ -107,14 +108,12 @@ impl SkillProcess {
         &self.machine
     }
 
-    /// Takes the log lines and errors that have come up since the last call, oldest first. They are no part of the
-    /// process's state.
+    /// Takes the log lines and errors since the last call, oldest first. They are not part of the process's state.
     pub fn take_notes(&mut self) -> Vec<Note> {
         self.adapter.notes.drain(..).collect()
     }
 
-    /// What has gone wrong in its machine, and in those whose place it has taken, so far. It is no part of the process's
-    /// state.
+    /// The errors so far of its machine and of its predecessors. They are not part of the process's state.
     #[must_use]
     pub fn mishaps(&self) -> &[Mishap] {
         self.adapter.mishaps.all()
@@ -163,7 +162,7 @@ impl ChannelAdapter {
 
     fn request_number(&mut self, out: usize, peer: &str) -> Result<RequestNumber, Undelivered> {
         if self.wiring.outgoing[out].is_client {
-            return self.pending.take().ok_or_else(|| Undelivered(format!("{peer} is waiting for no answer")));
+            return self.pending.take().ok_or_else(|| Undelivered(format!("{peer} does not wait for an answer")));
         }
         self.last_request += 1;
         self.asked[out] = Some(RequestNumber(self.last_request));
@@ -251,7 +250,7 @@ impl Process for SkillProcess {
                     let message = literal(&send.event).and_then(|head| constants.message(&head, send, out));
                     Use::Sends(out.channel, message)
                 })),
-                // The target is computed: it may be anybody.
+                // The target is computed: it may be any process.
                 None => uses.extend(wiring.outgoing.iter().map(|out| Use::Sends(out.channel, None))),
             }
         });

@@ -1,4 +1,4 @@
-//! Running a machine alone, from a list of events, in simulated time that jumps from one thing to the next.
+//! Running a machine alone, with a list of events, in simulated time that jumps from one event to the next.
 
 mod cues;
 mod line;
@@ -12,24 +12,24 @@ pub use line::{Line, LineKind};
 use crate::chart::Chart;
 use crate::machine::{Host, Machine, Note, Outgoing, Status, Undelivered};
 
-/// So often may events and timers wake a machine.
+/// The maximum number of events and timers that may wake a machine.
 const MAX_WAKES: u32 = 1_000_000;
 
 /// How a rehearsal ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Ending {
-    /// How far the machine is: [`Status::Running`] if it ran out of events or time.
+    /// The machine's status: [`Status::Running`] if it ran out of events or time.
     pub status: Status,
-    /// Whether error events came up that no transition took, here or in a machine that was invoked.
+    /// Whether error events occurred that no transition handled, here or in an invoked machine.
     pub unhandled_errors: bool,
-    /// Whether it was stopped at the end of its time with timers still to come.
+    /// Whether time ran out with timers still pending.
     pub out_of_time: bool,
 }
 
-/// Runs a machine from its start through all cues and delayed events, until it reaches a final state, nothing is left to
-/// come, or simulated time is up. Every log line, error, sent message and configuration goes to `tell`, the last
-/// configuration at the end. An event that comes at the time of a delayed one comes after it.
+/// Runs a machine from its start through all cues and delayed events, until it reaches a final state, no events are
+/// left, or simulated time is up. Every log line, error, sent message and configuration is passed to `tell`; the last
+/// configuration comes at the end. A cue at the same time as a delayed event comes after it.
 ///
 /// ```
 /// use std::time::Duration;

@@ -22,7 +22,7 @@ pub const ORIGINAL: [(&str, &str); 6] = [
     ("GoToDestination", include_str!("../machines/original/GoToDestination.scxml")),
 ];
 
-/// The text of the shipped machine for the leaf of that name.
+/// The text of the shipped machine for the leaf with this name.
 #[must_use]
 pub fn shipped(leaf: &str) -> Option<&'static str> {
     SHIPPED.iter().find(|(name, _)| *name == leaf).map(|(_, text)| *text)

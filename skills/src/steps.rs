@@ -1,17 +1,17 @@
-//! What a machine may do before it comes to rest, in steps that are counted.
+//! The budget of a machine until it comes to rest, in counted steps.
 
 use std::cell::Cell;
 
 use crate::expression::EvaluationError;
 
-/// Steps until a machine has to be at rest.
+/// Steps until a machine must be at rest.
 const MAX_STEPS: u64 = 4_000_000;
-/// Steps of one block of executable content, or of one expression outside of any.
+/// Steps of one block of executable content, or of one expression outside of a block.
 const MAX_STEPS_OF_BLOCK: u64 = 1_000_000;
-/// A text of so many bytes is handled in a step, as are so many members that are searched.
+/// One step handles this many bytes of text, or searches this many members.
 const SIZE_OF_STEP: usize = 64;
 
-/// The steps that are left. An action is one, and so is each of the engine's calls and rounds of loops; values cost by
+/// The remaining steps. An action is one step, and so is each call and loop iteration in the engine; values count by
 /// their size.
 #[derive(Debug)]
 pub(crate) struct Steps {
@@ -31,18 +31,18 @@ impl Steps {
         self.of_block.set(MAX_STEPS_OF_BLOCK.min(self.of_all.get()));
     }
 
-    /// How many may still be taken in this block.
+    /// The number of steps left in this block.
     #[cfg(feature = "ecmascript")]
     pub(crate) fn left(&self) -> u64 {
         self.of_block.get()
     }
 
-    /// Whether the machine has to be stopped.
+    /// Whether the machine must be stopped.
     pub(crate) fn are_over(&self) -> bool {
         self.of_all.get() == 0
     }
 
-    /// Takes so many steps.
+    /// Uses this many steps.
     pub(crate) fn take(&self, steps: u64) -> Result<(), EvaluationError> {
         let left = self.of_block.get().saturating_sub(steps);
         self.of_block.set(left);
@@ -50,7 +50,7 @@ impl Steps {
         if left == 0 { Err(EvaluationError::TooLong) } else { Ok(()) }
     }
 
-    /// Takes the steps for something of that size.
+    /// Uses the steps for a value of this size.
     pub(crate) fn take_size(&self, size: usize) -> Result<(), EvaluationError> {
         if size < SIZE_OF_STEP { Ok(()) } else { self.take((size / SIZE_OF_STEP) as u64) }
     }

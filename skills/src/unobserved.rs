@@ -1,10 +1,10 @@
-//! Parts of a value that are no part of its state.
+//! Parts of a value that are not part of its state.
 
 use std::hash::{Hash, Hasher};
 use std::ops::{Deref, DerefMut};
 
-/// Something that nothing depends on: working memory, a journal for people. It is equal to every other and hashes to
-/// nothing, so that states which differ in nothing else are equal.
+/// Something that nothing depends on: working memory, or notes for people. All such values are equal and have the same
+/// hash, so states that differ only in them are equal.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Unobserved<T>(pub(crate) T);
 

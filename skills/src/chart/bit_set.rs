@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-/// A set of indices below a limit that is fixed when the set is made. Iterating goes upwards.
+/// A set of indices below a limit that is fixed when the set is created. Iteration is in ascending order.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct BitSet {
     words: Box<[u64]>,
@@ -44,12 +44,12 @@ impl BitSet {
         Some(index * BITS + masked.trailing_zeros() as usize)
     }
 
-    /// Whether some index of the range is a member.
+    /// Whether the range contains a member.
     pub(crate) fn any_in(&self, range: RangeInclusive<usize>) -> bool {
         self.next_from(*range.start()).is_some_and(|index| index <= *range.end())
     }
 
-    /// The members, upwards.
+    /// The members in ascending order.
     pub(crate) fn iter(&self) -> impl Iterator<Item = usize> + '_ {
         let mut from = 0;
         std::iter::from_fn(move || {
@@ -75,7 +75,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn behaves_as_a_set(changes in prop::collection::vec((0_usize..150, any::<bool>()), 0..60), from in 0_usize..150) {
+        fn behaves_like_a_set(changes in prop::collection::vec((0_usize..150, any::<bool>()), 0..60), from in 0_usize..150) {
             let mut set = BitSet::new(150);
             let mut model = BTreeSet::new();
             for (index, insert) in changes {

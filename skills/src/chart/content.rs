@@ -10,10 +10,10 @@ use crate::Datum;
 use crate::engine::Code;
 use crate::expression::{Expr, Location, Statement};
 
-/// What one `<onentry>`, `<onexit>` or transition does; an error ends it early and touches no other block.
+/// The actions of one `<onentry>`, `<onexit>` or transition. An error ends the block early and affects no other block.
 pub(crate) type Block = Vec<Action>;
 
-/// One element of executable content, and where it stands in the file.
+/// One element of executable content, and its place in the file.
 #[derive(Clone, Debug)]
 pub(crate) struct Action {
     pub(crate) kind: ActionKind,
@@ -38,7 +38,7 @@ pub(crate) enum ActionKind {
     Script(Vec<Statement>),
     /// A script outside the compiled subset.
     Foreign(Arc<Code>),
-    /// Something that was found wrong when the file was loaded and that the recommendation makes an error at run time.
+    /// A problem found when the file was loaded that the recommendation makes an error at run time.
     Fail(Arc<str>),
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct Branch {
     pub(crate) content: Block,
 }
 
-/// A condition and where it stands.
+/// A condition and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Condition {
     pub(crate) test: Expr,
@@ -65,14 +65,14 @@ pub(crate) struct Foreach {
     pub(crate) content: Block,
 }
 
-/// A text that is written out or computed.
+/// A text that is literal or computed.
 #[derive(Clone, Debug)]
 pub(crate) enum Source {
     Literal(Arc<str>),
     Computed(Expr),
 }
 
-/// An attribute that is written out or computed, and where it stands.
+/// An attribute that is literal or computed, and its place.
 #[derive(Clone, Debug)]
 pub(crate) struct Attribute {
     pub(crate) source: Source,
@@ -80,7 +80,7 @@ pub(crate) struct Attribute {
 }
 
 impl Attribute {
-    /// The text, if it is written out.
+    /// The text, if it is literal.
     pub(crate) fn literal(&self) -> Option<&Arc<str>> {
         match &self.source {
             Source::Literal(text) => Some(text),
@@ -103,28 +103,28 @@ pub(crate) struct Send {
 }
 
 impl Send {
-    /// The data that it sends by name: name, value and where that is written.
+    /// The data that it sends by name: name, value and place.
     pub(crate) fn named(&self) -> impl Iterator<Item = (&Arc<str>, &Expr, SourceSpan)> {
         let listed = self.name_list.iter().map(|named| (&named.name, &named.value, named.span));
         listed.chain(self.payload.params.iter().map(|param| (&param.name, &param.value, param.span)))
     }
 }
 
-/// A word of a `namelist`: the name, and where its value is.
+/// A word of a `namelist`: the name, and the location of its value.
 #[derive(Clone, Debug)]
 pub(crate) struct Named {
     pub(crate) name: Arc<str>,
     pub(crate) value: Expr,
-    /// Where a value that comes back goes; none if the word is no location.
+    /// The location that receives a returned value; `None` if the word is not a location.
     pub(crate) location: Option<Place>,
     pub(crate) span: SourceSpan,
 }
 
-/// What an assignment changes.
+/// The target of an assignment.
 #[derive(Clone, Debug)]
 pub(crate) enum Place {
     Compiled(Location),
-    /// Code that puts a value there.
+    /// Code that stores a value there.
     Foreign(Arc<Code>),
 }
 
@@ -133,7 +133,7 @@ pub(crate) enum Place {
 pub(crate) struct Invoke {
     /// The attribute `id`.
     pub(crate) id: Option<Arc<str>>,
-    /// Where an id that is made up is put.
+    /// The location that receives a generated id.
     pub(crate) id_location: Option<Place>,
     pub(crate) kind: Option<Attribute>,
     pub(crate) source: InvokeSource,
@@ -144,16 +144,16 @@ pub(crate) struct Invoke {
     pub(crate) span: SourceSpan,
 }
 
-/// What an `<invoke>` starts.
+/// The machine that an `<invoke>` starts.
 #[derive(Clone, Debug)]
 pub(crate) enum InvokeSource {
-    /// A machine that stands in the file.
+    /// A machine inside the file.
     Inline(Arc<Chart>),
-    /// A file beside the machine's.
+    /// A file beside the machine's file.
     File(Source),
     /// A machine as text or XML.
     Computed(Expr),
-    /// Nothing that could be started, and why.
+    /// A machine that cannot be started, and why.
     Broken(Arc<str>),
 }
 
@@ -161,7 +161,7 @@ pub(crate) enum InvokeSource {
 pub(crate) enum SendId {
     None,
     Literal(Arc<str>),
-    /// An id is made up and put there.
+    /// The id is generated and stored there.
     Generated(Place),
 }
 
@@ -182,7 +182,7 @@ pub(crate) struct Payload {
 pub(crate) struct Param {
     pub(crate) name: Arc<str>,
     pub(crate) value: Expr,
-    /// Where a value that comes back goes, if the parameter is given by its location.
+    /// The location that receives a returned value, if the parameter is given by its location.
     pub(crate) location: Option<Place>,
     pub(crate) span: SourceSpan,
 }
@@ -193,7 +193,7 @@ pub(crate) enum Content {
     Literal(Datum),
 }
 
-/// Calls `visit` with every action of a block, those inside `<if>` and `<foreach>` included.
+/// Calls `visit` with every action of a block, including those inside `<if>` and `<foreach>`.
 pub(crate) fn visit_actions<'a>(block: &'a [Action], visit: &mut dyn FnMut(&'a Action)) {
     for action in block {
         visit(action);

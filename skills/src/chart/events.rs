@@ -1,14 +1,15 @@
-//! Matching events with descriptors (SCXML 3.12.1), without comparing strings more than once an event.
+//! Matching events with descriptors (SCXML 3.12.1), with only one lookup by name per event.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the descriptors of a chart can tell of an event's name: the longest sequence of tokens at its beginning that
-/// any of them mentions. Events of the same class match the same transitions.
+/// What the descriptors of a chart can distinguish of an event's name: its longest initial sequence of tokens that any
+/// of them mentions. Events of the same class match the same transitions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Default)]
 pub(crate) struct EventClass(u32);
 
-/// The classes of the events that a descriptor matches. In order, one that covers another comes before it.
+/// The classes of the events that a descriptor matches. In sorted order, a descriptor comes before those that it
+/// covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Matches {
     first: EventClass,
@@ -33,12 +34,12 @@ impl Matches {
         self.first <= other.first
     }
 
-    /// Whether whatever the other descriptor matches is matched by this one too.
+    /// Whether this descriptor matches everything that the other one matches.
     pub(crate) fn covers(self, other: Self) -> bool {
         self.first <= other.first && other.last <= self.last
     }
 
-    /// Whether the descriptor matches events of that class.
+    /// Whether the descriptor matches events of this class.
     pub(crate) fn contains(self, class: EventClass) -> bool {
         self.first <= class && class <= self.last
     }
@@ -49,8 +50,7 @@ impl Matches {
     }
 }
 
-/// The descriptors of a chart as a tree of tokens; a class is a node of it, numbered so that the nodes below a node
-/// follow it.
+/// The descriptors of a chart as a tree of tokens. A class is a node, numbered so that the nodes below it follow it.
 #[derive(Clone, Debug)]
 pub(crate) struct EventTree {
     nodes: Vec<Node>,
@@ -87,7 +87,7 @@ impl EventTree {
         Self { nodes: numbered(&nodes) }
     }
 
-    /// The class of an event of that name.
+    /// The class of events with this name.
     pub(crate) fn class(&self, name: &str) -> EventClass {
         let mut node = 0;
         for token in name.split('.') {
@@ -99,7 +99,7 @@ impl EventTree {
         EventClass(node as u32)
     }
 
-    /// Whether a descriptor that is listened to matches events of that name.
+    /// Whether a registered descriptor matches events with this name.
     pub(crate) fn hears(&self, name: &str) -> bool {
         let mut tokens = name.split('.');
         let mut node = Some(&self.nodes[0]);
@@ -109,7 +109,7 @@ impl EventTree {
         node.is_some()
     }
 
-    /// Listens to one of the descriptors of this tree: the classes that it matches.
+    /// Registers one of the descriptors of this tree and returns the classes that it matches.
     pub(crate) fn listen(&mut self, descriptor: &str) -> Matches {
         let node =
             tokens(descriptor).fold(0, |node, token| self.nodes[node].children.get(token).copied().unwrap_or(node));
@@ -118,7 +118,7 @@ impl EventTree {
     }
 }
 
-/// The same nodes, numbered so that those below a node follow it.
+/// The same nodes, renumbered so that the nodes below a node follow it.
 fn numbered(nodes: &[Node]) -> Vec<Node> {
     let mut order = Vec::with_capacity(nodes.len());
     let mut number = vec![0; nodes.len()];
@@ -142,14 +142,14 @@ fn numbered(nodes: &[Node]) -> Vec<Node> {
     sorted
 }
 
-/// The tokens that a descriptor asks for: `a.b`, `a.b.` and `a.b.*` are the same.
+/// The tokens of a descriptor: `a.b`, `a.b.` and `a.b.*` are the same.
 fn tokens(descriptor: &str) -> impl Iterator<Item = &str> {
     let prefix = descriptor.strip_suffix('*').unwrap_or(descriptor);
     let prefix = prefix.strip_suffix('.').unwrap_or(prefix);
     prefix.split('.').filter(|token| !token.is_empty())
 }
 
-/// Whether a word is an event descriptor: `*`, or tokens joined by dots, with `.` or `.*` at the end if you like.
+/// Whether a word is an event descriptor: `*`, or tokens joined by dots, optionally with `.` or `.*` at the end.
 pub(crate) fn is_descriptor(word: &str) -> bool {
     let stem = word.strip_suffix(".*").or_else(|| word.strip_suffix('.')).unwrap_or(word);
     word == "*" || is_event_name(stem)

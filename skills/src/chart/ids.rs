@@ -1,6 +1,6 @@
-//! What the parts of a chart go by: their places in it.
+//! Identifiers of the parts of a chart: their indices.
 
-/// A state of a chart: its place in document order.
+/// A state of a chart, as an index in document order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StateId(u32);
 
@@ -11,14 +11,14 @@ impl StateId {
         Self(u32::try_from(index).expect("a file of 4 MiB has fewer than 2^32 states"))
     }
 
-    /// The place in document order; the root is 0.
+    /// The index in document order; the root is 0.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// A transition of a chart: its place in document order.
+/// A transition of a chart, as an index in document order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct TransitionId(u32);
 
@@ -27,14 +27,14 @@ impl TransitionId {
         Self(u32::try_from(index).expect("a file of 4 MiB has fewer than 2^32 transitions"))
     }
 
-    /// The place in document order.
+    /// The index in document order.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// A datum of a chart: its place in the data model.
+/// A datum of a chart, as an index into the data model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct DataId(u32);
 

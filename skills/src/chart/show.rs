@@ -1,11 +1,12 @@
-//! A chart as text: an outline for people, a graph for Graphviz.
+//! A chart as text: an outline, or a graph for Graphviz.
 
 use std::fmt::Write as _;
 
 use super::{Chart, HistoryKind, StateId, StateKind, Transition};
 
 impl Chart {
-    /// The states and transitions as indented text, in document order. `*` marks what is entered by default.
+    /// The states and transitions as indented text, in document order. `*` marks the states that are entered by
+    /// default.
     ///
     /// ```
     /// use skills::Chart;
@@ -49,7 +50,7 @@ impl Chart {
         }
     }
 
-    /// Whether entering a state by default enters that child of it.
+    /// Whether entering a state by default enters this child of it.
     #[must_use]
     pub fn enters_first(&self, state: StateId, child: StateId) -> bool {
         let initial = self.state(state).initial();
@@ -60,7 +61,7 @@ impl Chart {
         states.iter().map(|state| self.state(*state).id()).collect::<Vec<_>>().join(", ")
     }
 
-    /// What a transition reacts to and where it leads, in a line.
+    /// What a transition reacts to and where it leads, on one line.
     #[must_use]
     pub fn label(&self, transition: &Transition) -> String {
         let mut parts: Vec<String> = transition.events().map(str::to_owned).collect();
@@ -118,7 +119,7 @@ impl Chart {
         }
     }
 
-    /// The dot from which a compound state begins.
+    /// The point from which a compound state starts.
     fn dot_start(&self, id: StateId, text: &mut String) {
         if self.state(id).kind == StateKind::Compound {
             let number = id.index();
@@ -136,7 +137,8 @@ impl Chart {
         let _ = writeln!(text, "  s{start} -> s{end} [label={}{tail}{head}];", quoted(label));
     }
 
-    /// Graphviz draws edges between nodes only: the first node inside a state, and the state if that is not the node.
+    /// Graphviz draws edges only between nodes. Returns the first node inside a state, and the state itself if it is
+    /// not a node.
     fn dot_end(&self, id: StateId) -> (usize, Option<usize>) {
         let mut node = id;
         while let Some(child) = self.state(node).children().first() {

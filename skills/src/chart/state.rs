@@ -6,18 +6,18 @@ use miette::SourceSpan;
 
 use super::{Block, Condition, DataId, EventClass, Invoke, Matches, Payload, StateId, TransitionId};
 
-/// What a state is.
+/// The kind of a state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StateKind {
     /// A state without children.
     Atomic,
-    /// A state of whose children exactly one is active; the root is such a state.
+    /// A state with exactly one active child; the root is such a state.
     Compound,
     /// A state whose children are all active.
     Parallel,
     /// A state that ends its parent.
     Final,
-    /// A pseudo-state that leads to what was last active in its parent.
+    /// A pseudo-state that leads to the states last active in its parent.
     History(HistoryKind),
 }
 
@@ -30,18 +30,18 @@ pub enum HistoryKind {
     Deep,
 }
 
-/// A state with everything that belongs to it.
+/// A state with all its parts.
 #[derive(Clone, Debug)]
 pub struct State {
     pub(crate) id: Arc<str>,
     pub(crate) kind: StateKind,
     pub(crate) parent: Option<StateId>,
-    /// The last of its descendants, itself if it has none.
+    /// The last of its descendants, or itself if it has none.
     pub(crate) last: StateId,
     /// Child states without history states.
     pub(crate) children: Vec<StateId>,
     pub(crate) histories: Vec<StateId>,
-    /// Of a compound state, what it enters by default; of a history state, its default.
+    /// For a compound state, what it enters by default; for a history state, its default.
     pub(crate) initial: Option<Initial>,
     pub(crate) transitions: Vec<TransitionId>,
     pub(crate) on_entry: Vec<Block>,
@@ -53,11 +53,11 @@ pub struct State {
     /// `done.state.<id>` and its class.
     pub(crate) done_event: (Arc<str>, EventClass),
     pub(crate) span: SourceSpan,
-    /// From the beginning of its element to the end.
+    /// The range of its element.
     pub(crate) extent: SourceSpan,
 }
 
-/// A transition without event or condition, out of `<initial>` or a history state.
+/// The transition of `<initial>` or of a history state, without event or condition.
 #[derive(Clone, Debug)]
 pub(crate) struct Initial {
     pub(crate) targets: Vec<StateId>,
@@ -65,19 +65,19 @@ pub(crate) struct Initial {
 }
 
 impl State {
-    /// The id; one that was made up, `state@12`, where the file gives none (on line 12).
+    /// The id; if the file gives none, a generated one: `state@12` (on line 12).
     #[must_use]
     pub fn id(&self) -> &str {
         &self.id
     }
 
-    /// What the state is.
+    /// The kind of the state.
     #[must_use]
     pub fn kind(&self) -> StateKind {
         self.kind
     }
 
-    /// The state around it; the root has none.
+    /// Its parent; the root has none.
     #[must_use]
     pub fn parent(&self) -> Option<StateId> {
         self.parent
@@ -95,7 +95,7 @@ impl State {
         &self.histories
     }
 
-    /// What a compound state enters by default, or a history state before anything is remembered.
+    /// What a compound state enters by default, or a history state before it remembers anything.
     #[must_use]
     pub fn initial(&self) -> &[StateId] {
         self.initial.as_ref().map_or(&[], |initial| &initial.targets)
@@ -107,7 +107,7 @@ impl State {
         &self.transitions
     }
 
-    /// Where in the file the state's element begins: the bytes of its name.
+    /// The place of the state's element in the file: the bytes of its name.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
         super::range(self.span)
@@ -140,47 +140,47 @@ pub(crate) struct Descriptor {
     pub(crate) span: SourceSpan,
 }
 
-/// The state within which a transition exits and enters (SCXML Appendix D, getTransitionDomain).
+/// The state within which a transition exits and enters states (SCXML Appendix D, getTransitionDomain).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TransitionDomain {
-    /// A transition without a target exits nothing.
+    /// A transition without a target exits no state.
     None,
     State(StateId),
-    /// A target is a history state: it depends on what that remembers.
+    /// A target is a history state: the domain depends on what it remembers.
     Remembered,
 }
 
 impl Transition {
-    /// The state that the transition leads out of.
+    /// The state that the transition leaves.
     #[must_use]
     pub fn source(&self) -> StateId {
         self.source
     }
 
-    /// The states it leads to: none for a transition that only does something.
+    /// Its target states; empty for a transition that only executes content.
     #[must_use]
     pub fn targets(&self) -> &[StateId] {
         &self.targets
     }
 
-    /// The events it reacts to, as they are written: `error.*`, `BT.tick`. None for an eventless transition.
+    /// The events it reacts to, as written: `error.*`, `BT.tick`. Empty for an eventless transition.
     pub fn events(&self) -> impl Iterator<Item = &str> {
         self.descriptors.iter().map(|descriptor| &*descriptor.text)
     }
 
-    /// The condition as it is written.
+    /// The condition as written.
     #[must_use]
     pub fn condition(&self) -> Option<&str> {
         self.condition.as_ref().map(|condition| &*condition.text)
     }
 
-    /// Whether the transition is internal: it does not exit its source if its targets lie inside.
+    /// Whether the transition is internal: it does not exit its source if its targets are inside it.
     #[must_use]
     pub fn is_internal(&self) -> bool {
         self.internal
     }
 
-    /// Where in the file the transition's element begins: the bytes of its name.
+    /// The place of the transition's element in the file: the bytes of its name.
     #[must_use]
     pub fn span(&self) -> std::ops::Range<usize> {
         super::range(self.span)

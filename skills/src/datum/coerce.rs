@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use super::Datum;
 
-/// Strings do not grow beyond this: `s = s + s` would otherwise eat the machine.
+/// Strings cannot grow beyond this: `s = s + s` would otherwise exhaust the memory.
 pub(crate) const MAX_TEXT_BYTES: usize = 1 << 20;
 
 impl Datum {
-    /// What `if (x)` asks (ToBoolean, 7.1.2).
+    /// The truth value that `if (x)` tests (ToBoolean, 7.1.2).
     #[must_use]
     pub fn truthy(&self) -> bool {
         match self {
@@ -21,7 +21,7 @@ impl Datum {
         }
     }
 
-    /// The number that arithmetic sees (ToNumber, 7.1.4).
+    /// The number that arithmetic uses (ToNumber, 7.1.4).
     #[must_use]
     pub fn to_number(&self) -> f64 {
         match self {
@@ -34,7 +34,7 @@ impl Datum {
         }
     }
 
-    /// The string that `"" + x` gives (ToString, 7.1.17).
+    /// The string that `"" + x` yields (ToString, 7.1.17).
     #[must_use]
     pub fn to_text(&self) -> Arc<str> {
         match self {
@@ -60,7 +60,7 @@ impl Datum {
         }
     }
 
-    /// What `typeof x` says.
+    /// The result of `typeof x`.
     pub(crate) fn type_name(&self) -> &'static str {
         match self {
             Self::Undefined => "undefined",
@@ -72,12 +72,12 @@ impl Datum {
         }
     }
 
-    /// Whether the value is an object in the sense of ECMAScript, which has an identity.
+    /// Whether the value is an object in the sense of ECMAScript, so that it has an identity.
     pub(crate) fn is_composite(&self) -> bool {
         self.identity().is_some()
     }
 
-    /// What tells an object from all others, equal ones too.
+    /// What distinguishes an object from all others, even equal ones.
     pub(crate) fn identity(&self) -> Option<Identity> {
         Some(Identity(match self {
             Self::Array(array) => Arc::as_ptr(array).addr(),
@@ -87,12 +87,12 @@ impl Datum {
         }))
     }
 
-    /// An array or object as the string that operators make of it; anything else as it is (ToPrimitive, 7.1.1).
+    /// An array or object as the string that operators convert it to; other values unchanged (ToPrimitive, 7.1.1).
     pub(crate) fn to_primitive(&self) -> Self {
         if self.is_composite() { Self::Text(self.to_text()) } else { self.clone() }
     }
 
-    /// `a === b` (7.2.15). Objects are identical if they are the same one, not if they are equal.
+    /// `a === b` (7.2.15). Objects are identical if they are the same object, not if they are equal.
     pub(crate) fn identical(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Undefined, Self::Undefined) | (Self::Null, Self::Null) => true,
@@ -115,7 +115,7 @@ impl Datum {
         }
     }
 
-    /// How `<` and its kin order two values (7.2.13); `None` where every one of them is false.
+    /// How `<` and the other relations order two values (7.2.13); `None` if all of them are false.
     pub(crate) fn order(&self, other: &Self) -> Option<Ordering> {
         match (self.to_primitive(), other.to_primitive()) {
             (Self::Text(a), Self::Text(b)) => Some(a.encode_utf16().cmp(b.encode_utf16())),
@@ -124,12 +124,12 @@ impl Datum {
     }
 }
 
-/// Which object something is: two are the same one only if their identities are equal. It means nothing once the object
-/// is gone.
+/// The identity of an object: two objects are the same only if their identities are equal. It means nothing after the
+/// object is gone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Identity(usize);
 
-/// The number that a string stands for (StringToNumber, 7.1.4.1): NaN where it stands for none.
+/// The number that a string represents (StringToNumber, 7.1.4.1); NaN if it does not represent one.
 pub(crate) fn numeric(text: &str) -> f64 {
     let text = text.trim();
     let radix = |digits: &str, radix| match u64::from_str_radix(digits, radix) {
@@ -168,7 +168,7 @@ fn number_text(number: f64) -> String {
     let scientific = format!("{:e}", number.abs());
     let (mantissa, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
     let digits = mantissa.replace('.', "");
-    // The decimal point stands behind so many digits.
+    // The decimal point comes after this many digits.
     let point = exponent.parse::<i32>().unwrap_or(0) + 1;
     format!("{sign}{}", place_point(&digits, point))
 }

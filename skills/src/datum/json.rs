@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use super::Datum;
 
 impl Datum {
-    /// The value as JSON. What JSON does not have is what `JSON.stringify` makes of it (`null` for a number that is not
-    /// finite), except that `undefined` is `null`, and functions and XML are strings.
+    /// The value as JSON. Values that JSON lacks become what `JSON.stringify` makes of them (`null` for a number that
+    /// is not finite), except that `undefined` becomes `null`, and functions and XML become strings.
     ///
     /// ```
     /// use skills::Datum;

@@ -10,22 +10,22 @@ use super::{Datum, TooLarge};
 use crate::chart::DataId;
 use crate::expression::EvaluationError;
 
-/// What a machine's data hold, by their places.
+/// The contents of a machine's data, by index.
 ///
-/// `b = a; a.x = 1` changes `b.x` as well, if `a` is an object: every datum that holds the object sees the change. Objects
-/// are immutable underneath, so that a copy of the memory is a copy of everything; a change makes a new object and puts
-/// it wherever the old one was. Two memories are equal if their data are and the same of them are one object. Objects
-/// that contain themselves cannot be made.
+/// After `b = a; a.x = 1`, `b.x` has changed as well if `a` is an object: every datum that holds the object sees the
+/// change. Objects are immutable underneath, so a copy of the memory is a full copy; a change creates a new object and
+/// puts it wherever the old one was. Two memories are equal if their data are equal and the same of them are one
+/// object. Objects that contain themselves cannot be created.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Memory {
     slots: Vec<Datum>,
 }
 
-/// Objects that others have taken the place of.
+/// Replaced objects, with their replacements.
 pub(crate) type Renewed = BTreeMap<Identity, Datum>;
 
 impl Memory {
-    /// So many data, all undefined.
+    /// This many data, all undefined.
     pub(crate) fn new(count: usize) -> Self {
         Self { slots: vec![Datum::Undefined; count] }
     }
@@ -34,14 +34,14 @@ impl Memory {
         self.slots[data.index()] = value;
     }
 
-    /// Puts a value into the part of a datum that the keys lead to. What fails changes nothing.
+    /// Stores a value in the part of a datum that the keys lead to. A failure changes nothing.
     pub(crate) fn put(&mut self, data: DataId, keys: &[Arc<str>], value: Datum) -> Result<(), EvaluationError> {
         let Some((key, way)) = keys.split_last() else {
             self.set(data, value);
             return Ok(());
         };
         let slot = &mut self.slots[data.index()];
-        // A number more or less makes nothing too large: this cannot fail half-way.
+        // One number more or less never makes a value too large, so this cannot fail half-way.
         if matches!(value, Datum::Undefined | Datum::Null | Datum::Bool(_) | Datum::Number(_))
             && is_unshared(slot, keys)
         {
@@ -49,7 +49,7 @@ impl Memory {
         }
         let holder = way.iter().try_fold(&self.slots[data.index()], |holder, key| item(holder, key))?;
         if value.is_composite() && contains(&value, holder.identity()) {
-            return Err(EvaluationError::NotAssignable("an object, as a part of itself,".to_owned()));
+            return Err(EvaluationError::NotAssignable("an object, inside itself,".to_owned()));
         }
         let mut changed = holder.clone();
         put(&mut changed, std::slice::from_ref(key), value)?;
@@ -64,7 +64,7 @@ impl Memory {
         Ok(())
     }
 
-    /// Which of the objects are the same ones: by object, in the order they are come upon, where it was seen first.
+    /// Which of the objects are the same: for each object, in the order of the walk, where it was first seen.
     fn pattern(&self) -> Vec<usize> {
         let (mut seen, mut pattern) = (BTreeMap::new(), Vec::new());
         self.slots.iter().for_each(|slot| note_pattern(slot, &mut seen, &mut pattern));
@@ -120,8 +120,8 @@ fn contains(value: &Datum, object: Option<Identity>) -> bool {
     object.is_some() && (value.identity() == object || parts(value).any(|part| contains(part, object)))
 }
 
-/// Whether the keys lead to a part that is there already, and nobody else holds any of the objects along the way, so that
-/// they can be changed in place.
+/// Whether the keys lead to an existing part and nothing else holds any of the objects along the way, so that they can
+/// be changed in place.
 fn is_unshared(slot: &mut Datum, keys: &[Arc<str>]) -> bool {
     let Some((key, rest)) = keys.split_first() else {
         return true;
@@ -156,7 +156,7 @@ fn not_assignable(key: &str, holder: &Datum) -> EvaluationError {
     EvaluationError::NotAssignable(format!("the member {key} of {}", holder.type_name()))
 }
 
-/// Puts a value into the part of `target` that the keys lead to.
+/// Stores a value in the part of `target` that the keys lead to.
 fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), EvaluationError> {
     let Some((key, rest)) = keys.split_first() else {
         *target = value;
@@ -180,7 +180,8 @@ fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), Evalua
     Ok(())
 }
 
-/// The value with new objects in the place of old ones; `renewed` gains those that had to be made anew around them.
+/// The value with new objects in place of old ones. Objects around them that had to be recreated are added to
+/// `renewed`.
 fn renew(value: &Datum, renewed: &mut Renewed) -> Result<Datum, TooLarge> {
     let Some(identity) = value.identity() else {
         return Ok(value.clone());
@@ -230,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_holds_an_object_sees_it_change() {
+    fn every_holder_of_an_object_sees_it_change() {
         let (mut memory, a, b) = two();
         memory.put(a, &[key("inner"), key("x")], 2.0.into()).unwrap();
         assert_eq!(memory[b.index()].to_string(), r#"{"x": 2}"#);
@@ -240,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn a_copy_of_the_memory_goes_its_own_way() {
+    fn a_copy_of_the_memory_is_independent() {
         let (mut memory, _, b) = two();
         let copy = memory.clone();
         memory.put(b, &[key("x")], 9.0.into()).unwrap();
@@ -250,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn memories_differ_if_only_one_of_them_has_two_names_for_one_object() {
+    fn two_names_for_one_object_make_a_different_memory() {
         let (memory, _, b) = two();
         let mut other = memory.clone();
         assert_eq!(memory, other);
@@ -259,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn no_object_comes_to_contain_itself() {
+    fn no_object_can_contain_itself() {
         let (mut memory, a, b) = two();
         let (whole, before) = (memory[0].clone(), memory.clone());
         assert!(memory.put(a, &[key("self")], whole.clone()).is_err());

@@ -1,11 +1,11 @@
-//! XML as data: text that stands alone.
+//! XML as data: stand-alone text.
 
 use std::fmt::Write as _;
 
 use roxmltree::Node;
 
-/// Elements, with the text between them, as text in which every element declares its namespace where that is not the one
-/// around it.
+/// Elements, and the text between them, as text in which every element declares its namespace if it differs from its
+/// parent's.
 pub(crate) fn standalone<'a, 'i: 'a>(nodes: impl Iterator<Item = Node<'a, 'i>>) -> String {
     let mut text = String::new();
     nodes.for_each(|node| write_node(node, None, &mut text));
@@ -55,7 +55,7 @@ fn escape(value: &str, text: &mut String) {
 }
 
 /// XML as an object: `name`, `namespace`, `attributes` by name, `children` and the `source`. Text is a string. Several
-/// elements are the children of one without a name.
+/// elements are the children of a nameless one.
 #[cfg(feature = "ecmascript")]
 pub(crate) fn describe_xml(source: &str) -> Result<crate::Datum, crate::TooLarge> {
     use crate::Datum;
@@ -96,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn elements_take_their_namespaces_along() {
+    fn elements_keep_their_namespaces() {
         let text = "<a xmlns='urn:a' xmlns:b='urn:b'><b:c d='&lt;'>1 &amp; 2<e/></b:c></a>";
         let document = roxmltree::Document::parse(text).unwrap();
         let alone = standalone(document.root_element().children());

@@ -1,4 +1,4 @@
-//! There is no engine: the feature `ecmascript` is off.
+//! Without an engine: the feature `ecmascript` is off.
 
 use super::{Code, Form, World};
 use crate::Datum;

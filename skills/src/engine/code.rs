@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::chart::DataId;
 
-/// What a piece of code is.
+/// The kinds of code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Form {
     /// It has a value.
@@ -15,7 +15,7 @@ pub(crate) enum Form {
     Location,
 }
 
-/// Code for the engine, found to be readable.
+/// Code for the engine that has been checked to be readable.
 #[derive(Clone, Debug)]
 pub(crate) struct Code {
     /// The program that the engine runs.

@@ -1,8 +1,8 @@
-//! The engine: QuickJS, made anew for every evaluation, so that nothing of one can be seen by another.
+//! The engine: QuickJS, created anew for every evaluation, so that evaluations cannot affect each other.
 //!
-//! Everything that it may take is counted, and counts alike in every thread and on every machine: memory in bytes asked
-//! for, time in calls and rounds of loops, the stack in bytes from where the evaluation began. It is far smaller than that
-//! of any thread.
+//! Its resources are limited and counted in the same way in every thread and on every computer: memory in bytes
+//! requested, time in calls and loop iterations, the stack in bytes from the start of the evaluation. The stack limit
+//! is far smaller than any thread's stack.
 
 mod builtins;
 mod convert;
@@ -28,10 +28,10 @@ use runtime::{STEPS_PER_TURN, Turns, engine};
 
 pub(super) const AVAILABLE: bool = true;
 
-/// What an evaluation costs whatever the program is: it needs an engine of its own.
+/// The cost of any evaluation, because it needs its own engine.
 const STEPS_TO_BEGIN: u64 = 100;
 
-/// Runs a program: puts the data that it mentions in, and takes them out again.
+/// Runs a program: puts in the data that it mentions, and takes them out again.
 pub(super) fn run(code: &Code, world: &mut World<'_>, argument: Option<&Datum>) -> Result<Datum, EvaluationError> {
     let turns = Turns::new(world.steps.left());
     let random = Rc::new(Cell::new(*world.random));
@@ -44,13 +44,13 @@ pub(super) fn run(code: &Code, world: &mut World<'_>, argument: Option<&Datum>) 
         evaluate().map_err(|failure: Failure| failure.told(&ctx, &turns))
     });
     *world.random = random.get();
-    // What does not end has taken all there is.
+    // A program that does not end has used everything up.
     let taken = if turns.are_over() { world.steps.left() } else { STEPS_TO_BEGIN + turns.taken.get() * STEPS_PER_TURN };
     let counted = world.steps.take(taken);
     outcome.and_then(|value| counted.map(|()| value))
 }
 
-/// An engine at work on one program.
+/// An engine that runs one program.
 struct Evaluation<'e, 'js> {
     ctx: &'e Ctx<'js>,
     tools: &'e Tools<'js>,
@@ -69,7 +69,7 @@ impl<'js> Evaluation<'_, 'js> {
         self.take_out(&value, world, &ids, &injector)
     }
 
-    /// Runs what promises have put off: a program has ended when nothing is left to do.
+    /// Runs the pending jobs of promises: a program has ended when none are left.
     fn finish_jobs(&self) -> Result<(), Failure> {
         let mut jobs = 0;
         while self.ctx.execute_pending_job() {
@@ -122,7 +122,7 @@ impl<'js> Evaluation<'_, 'js> {
         Ok(())
     }
 
-    /// Reads the value and the data. Only if all of it can be kept is anything changed.
+    /// Reads the value and the data. Data are changed only if all of them can be kept.
     fn take_out(
         &self,
         value: &Value<'js>,

@@ -1,4 +1,4 @@
-//! What the engine works on.
+//! The environment of the engine.
 
 use std::time::Duration;
 
@@ -13,8 +13,8 @@ pub(crate) struct World<'a> {
     pub(crate) scope: Scope<'a>,
     pub(crate) memory: &'a mut Memory,
     pub(crate) now: Duration,
-    /// Where the sequence of `Math.random` stands.
+    /// The position in the sequence of `Math.random`.
     pub(crate) random: &'a mut u64,
-    /// What running may cost.
+    /// The budget of steps.
     pub(crate) steps: &'a Steps,
 }

@@ -12,19 +12,19 @@ pub(crate) enum EvaluationError {
     Unknown(Arc<str>),
     #[error("{0}")]
     Broken(Arc<str>),
-    #[error("there is no member {member} of {value}")]
+    #[error("{value} has no member {member}")]
     NoMembers { value: &'static str, member: Arc<str> },
-    #[error("a string may be {MAX_TEXT_BYTES} bytes long at most")]
+    #[error("a string may have at most {MAX_TEXT_BYTES} bytes")]
     LongText,
-    #[error("what is inherited as {0} is no plain value")]
+    #[error("the inherited member {0} is not a plain value")]
     Inherited(Arc<str>),
     #[error(transparent)]
     TooLarge(#[from] TooLarge),
     #[error("{0} cannot be assigned to")]
     NotAssignable(String),
-    #[error("this does not come to an end: it takes too many steps")]
+    #[error("this takes too many steps and may never end")]
     TooLong,
-    /// What the engine has thrown.
+    /// An error thrown in the engine.
     #[cfg_attr(not(feature = "ecmascript"), expect(dead_code, reason = "there is no engine to throw it"))]
     #[error("{0}")]
     Thrown(String),

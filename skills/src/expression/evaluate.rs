@@ -19,10 +19,10 @@ pub(crate) struct Scope<'a> {
     pub(crate) configuration: Option<&'a BitSet>,
     pub(crate) data: &'a [Datum],
     pub(crate) event: Option<&'a Event>,
-    /// `_event` as an object, once somebody has asked for it: it is the same one until the next event.
+    /// `_event` as an object, created on first use: it is the same object until the next event.
     pub(crate) event_object: Option<&'a OnceLock<Datum>>,
     pub(crate) io_processors: Option<&'a Datum>,
-    /// What evaluating may cost.
+    /// The budget of steps.
     pub(crate) steps: Option<&'a Steps>,
 }
 
@@ -44,7 +44,7 @@ impl Scope<'_> {
         })
     }
 
-    /// Takes the steps for handling a value.
+    /// Counts the steps for handling a value.
     fn weigh(&self, value: &Datum) -> Result<()> {
         self.take_size(value.size())
     }
@@ -64,7 +64,7 @@ impl Scope<'_> {
 }
 
 impl Location {
-    /// The names that lead from the datum to the location, evaluated.
+    /// The evaluated member names that lead from the datum to the location.
     pub(crate) fn keys(&self, scope: &Scope<'_>) -> Result<Vec<Arc<str>>> {
         let key = |step: &Step| match step {
             Step::Member(name) => Ok(Arc::clone(name)),
@@ -134,14 +134,14 @@ impl Expr {
         }
     }
 
-    /// The value where it lies, without a copy, if it lies anywhere.
+    /// The value in place, without a copy, if it is stored somewhere.
     fn place<'a>(&'a self, scope: &Scope<'a>) -> Result<Option<&'a Datum>> {
         match self {
             Self::Constant(value) => Ok(Some(value)),
             Self::Data(id) => Ok(scope.data.get(id.index())),
             Self::EventField(EventField::Data) => Ok(Some(&current_event(scope, "data")?.data)),
             Self::Member(value, name) => Ok(match value.place(scope)? {
-                // What is not there is looked for once more, with the care that takes.
+                // A missing member is looked up again more carefully.
                 Some(Datum::Object(object)) => {
                     scope.take_size(object.len())?;
                     object.get(name)
@@ -185,7 +185,7 @@ fn is_settled(op: LogicOp, left: &Datum) -> bool {
 
 fn current_event<'a>(scope: &Scope<'a>, field: &str) -> Result<&'a Event> {
     scope.event.ok_or_else(|| EvaluationError::NoMembers {
-        value: "_event, which no event has set yet,",
+        value: "_event, which is undefined before the first event,",
         member: field.into(),
     })
 }
@@ -240,7 +240,7 @@ fn member_of(value: &Datum, key: &Datum) -> Result<Datum> {
     })
 }
 
-/// The index that a key stands for: a whole number, or a string as such a number is written.
+/// The index that a key represents: a whole number, or a string in the form of one.
 fn index(key: &Datum) -> Option<usize> {
     match key {
         Datum::Number(number) if *number >= 0.0 && number.fract() == 0.0 => Some(*number as usize),
@@ -249,7 +249,7 @@ fn index(key: &Datum) -> Option<usize> {
     }
 }
 
-/// A member that a value does not have itself: undefined, or something that it inherits, which only an engine knows.
+/// A member that a value does not have itself: undefined, or inherited, which only an engine knows.
 fn missing(name: &str) -> Result<Datum> {
     if super::vocabulary::is_inherited(name) {
         Err(EvaluationError::Inherited(name.into()))
@@ -313,7 +313,7 @@ fn add(left: &Datum, right: &Datum) -> Result<Datum> {
     }
 }
 
-/// ToUint32 (ECMA-262, 7.1.7): modulo 2^32, and 0 for what is not finite.
+/// ToUint32 (ECMA-262, 7.1.7): modulo 2^32, and 0 for values that are not finite.
 fn to_uint32(value: &Datum) -> u32 {
     const RANGE: f64 = 4_294_967_296.0;
     let number = value.to_number();
@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn truths_are_those_of_ecmascript() {
+    fn truth_values_follow_ecmascript() {
         let truths = [
             ("undefined > 30", false),
             ("undefined <= 30", false),
@@ -404,7 +404,7 @@ mod tests {
     }
 
     #[test]
-    fn plus_joins_as_soon_as_one_side_is_a_string() {
+    fn plus_concatenates_if_one_side_is_a_string() {
         for (source, text) in
             [("1 + '2'", "12"), ("'a' + null", "anull"), ("1 + 2 + 'b'", "3b"), ("list + ''", "10,20")]
         {
@@ -415,8 +415,8 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_value_says_why() {
-        assert_eq!(value("x.y"), "there is no member y of undefined".into());
+    fn an_expression_without_a_value_tells_why() {
+        assert_eq!(value("x.y"), "undefined has no member y".into());
         assert_eq!(value("nothing"), "nothing is not defined".into());
         assert_eq!(value("list == thing"), false.into());
         assert_eq!(value("list === list"), true.into());

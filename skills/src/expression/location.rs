@@ -1,4 +1,4 @@
-//! Locations: what an assignment changes.
+//! Locations: the targets of assignments.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ pub(super) enum Step {
 }
 
 impl Location {
-    /// The location that an expression names. `span` is where the expression stands.
+    /// The location that an expression names. `span` is the place of the expression.
     pub(super) fn from_expr(expr: Expr, span: Range<usize>) -> Result<Self, ExpressionProblem> {
         let mut path = Vec::new();
         let mut rest = expr;
@@ -47,20 +47,19 @@ impl Location {
                     let problem = ExpressionProblem::new("system variables cannot be assigned to", span, "read-only");
                     return Err(problem
                         .of_kind(ProblemKind::Name)
-                        .with_help("copy what you need of it to a <data> item of your own"));
+                        .with_help("copy the part that you need to your own <data>"));
                 }
                 _ => {
-                    let problem =
-                        ExpressionProblem::new("this is not a place that can be assigned to", span, "a value");
-                    return Err(
-                        problem.with_help("`x`, `x.member` and `x[index]` can be, where `x` is the id of a <data>")
-                    );
+                    let problem = ExpressionProblem::new("this cannot be assigned to", span, "a value");
+                    return Err(problem.with_help(
+                        "`x`, `x.member` and `x[index]` can be assigned to, where `x` is the id of a <data>",
+                    ));
                 }
             };
         }
     }
 
-    /// The expression whose value stands there.
+    /// The expression for the value stored there.
     pub(crate) fn to_expr(&self) -> Expr {
         let mut expr = Expr::Data(self.data);
         for step in &self.path {

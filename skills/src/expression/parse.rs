@@ -10,16 +10,16 @@ use super::vocabulary::{Infix, UNARY_POWER, infix, is_reserved, prefix, system_n
 use super::{EventField, Expr, ExpressionProblem, Location, Names, ProblemKind, Scope, UnaryOp};
 use crate::Datum;
 
-/// Parentheses, brackets and prefix operators may be nested so deeply; more would cost too much stack.
+/// The maximum nesting of parentheses, brackets and prefix operators; more would use too much stack.
 const MAX_NESTING: usize = 48;
-/// An expression may have so many operators: each may add a level to the tree.
+/// The maximum number of operators in an expression: each may add a level to the tree.
 const MAX_OPERATORS: usize = 500;
 
 type Result<T> = std::result::Result<T, ExpressionProblem>;
 
-/// The outcome of compiling: what came out, and the names in it that stand for nothing.
+/// The result of compiling, and the unknown names in it.
 ///
-/// Such a name is an error when it is evaluated; whether it is one before that is for the caller to say.
+/// Evaluating such a name is an error; the caller decides whether it is one before that.
 #[derive(Debug)]
 pub(crate) struct Parsed<T> {
     pub(crate) outcome: Result<T>,
@@ -31,7 +31,7 @@ pub(crate) fn expression(source: &str, names: &Names) -> Parsed<Expr> {
     parse_whole(source, names, |parser| parser.expression(0))
 }
 
-/// Compiles the location that an assignment changes.
+/// Compiles the location of an assignment.
 pub(crate) fn location(source: &str, names: &Names) -> Parsed<Location> {
     parse_whole(source, names, |parser| {
         let expr = parser.expression(0)?;
@@ -39,7 +39,7 @@ pub(crate) fn location(source: &str, names: &Names) -> Parsed<Location> {
     })
 }
 
-/// The value of a literal, JSON included; `None` if the text is anything else.
+/// The value of a literal, including JSON; `None` if the text is anything else.
 pub(crate) fn literal(source: &str) -> Option<Datum> {
     let expr = expression(source, &Names::default()).outcome.ok()?;
     if expr.is_literal() { expr.evaluate(&Scope::default()).ok() } else { None }
@@ -84,7 +84,7 @@ impl<'s, 't> Parser<'s, 't> {
         token
     }
 
-    /// Where the last token that was taken ends.
+    /// The end of the last token taken.
     pub(super) fn taken_end(&self) -> usize {
         self.position.checked_sub(1).map_or(0, |last| self.tokens[last].span.end)
     }
@@ -109,13 +109,13 @@ impl<'s, 't> Parser<'s, 't> {
         match &self.peek().kind {
             Kind::End => Ok(()),
             Kind::Mark("=") => {
-                let help = "`==` or `===` compares; an assignment is an <assign> element";
-                let problem = self.unexpected("`=` assigns and does not compare").with_help(help);
+                let help = "use `==` or `===` to compare, or an <assign> element to assign";
+                let problem = self.unexpected("`=` assigns; it does not compare").with_help(help);
                 Err(problem.of_kind(ProblemKind::Suspicious))
             }
             Kind::Mark(mark @ ("++" | "--" | "+=" | "-=" | "*=" | "/=" | "%=")) => {
-                let message = format!("`{mark}` assigns, which an expression here may not");
-                Err(self.unexpected(&message).with_help("an assignment is an <assign> element"))
+                let message = format!("`{mark}` assigns, which is not allowed in this expression");
+                Err(self.unexpected(&message).with_help("use an <assign> element"))
             }
             Kind::Name("and") => Err(self.unexpected("the expression should end here").with_help("`&&` means and")),
             Kind::Name("or") => Err(self.unexpected("the expression should end here").with_help("`||` means or")),
@@ -141,7 +141,7 @@ impl<'s, 't> Parser<'s, 't> {
     fn count_operator(&mut self) -> Result<()> {
         self.operators += 1;
         if self.operators > MAX_OPERATORS {
-            return Err(self.unexpected(&format!("an expression may have {MAX_OPERATORS} operators at most")));
+            return Err(self.unexpected(&format!("an expression may have at most {MAX_OPERATORS} operators")));
         }
         Ok(())
     }
@@ -150,7 +150,7 @@ impl<'s, 't> Parser<'s, 't> {
     pub(super) fn expression(&mut self, power: u8) -> Result<Expr> {
         self.nesting += 1;
         if self.nesting > MAX_NESTING {
-            return Err(self.unexpected(&format!("an expression may be nested {MAX_NESTING} deep at most")));
+            return Err(self.unexpected(&format!("an expression may be nested at most {MAX_NESTING} deep")));
         }
         let mut left = self.prefix()?;
         while let Some((infix_power, infix)) = infix(&self.peek().kind) {
@@ -187,7 +187,7 @@ impl<'s, 't> Parser<'s, 't> {
         let unknown_before = self.unknown.len();
         let operand = self.expression(UNARY_POWER)?;
         if op == UnaryOp::TypeOf && matches!(operand, Expr::Unknown(_)) {
-            // `typeof nothing` is "undefined" and no error: that is what people write it for.
+            // `typeof nothing` is "undefined" and not an error: people write it for this purpose.
             self.unknown.truncate(unknown_before);
             return Ok(Expr::Constant("undefined".into()));
         }
@@ -201,7 +201,7 @@ impl<'s, 't> Parser<'s, 't> {
                 Kind::Mark(".") => {
                     self.advance();
                     let Kind::Name(name) = self.peek().kind else {
-                        return Err(self.unexpected("after `.` comes the name of a member"));
+                        return Err(self.unexpected("expected the name of a member after `.`"));
                     };
                     self.advance();
                     member(left, name)
@@ -217,7 +217,7 @@ impl<'s, 't> Parser<'s, 't> {
                 }
                 Kind::Mark("(") => {
                     if let Expr::Unknown(_) = left {
-                        // What is called is no datum, and need not be declared as one.
+                        // The name of a called function is not a datum and need not be declared.
                         self.unknown.pop();
                     }
                     return Err(ExpressionProblem::outside_subset("a function call", token.span));
@@ -249,10 +249,10 @@ impl<'s, 't> Parser<'s, 't> {
             }
             Kind::Mark("[") => self.array(),
             Kind::Mark("{") => self.object(),
-            Kind::Mark("++" | "--") => Err(self.unexpected("an expression here may not assign")),
+            Kind::Mark("++" | "--") => Err(self.unexpected("assignments are not allowed in this expression")),
             Kind::Mark("/") => Err(ExpressionProblem::outside_subset("a regular expression", token.span)),
             Kind::End => Err(self.unexpected("a value is missing")),
-            Kind::Mark(_) => Err(self.unexpected("a value was expected")),
+            Kind::Mark(_) => Err(self.unexpected("expected a value")),
         }
     }
 
@@ -272,7 +272,7 @@ impl<'s, 't> Parser<'s, 't> {
         }
         let known = self.names.data.keys().map(String::as_str).chain(["_event", "In", "undefined"]);
         let help = did_you_mean(name, known).unwrap_or_else(|| "declare it with <data> in a <datamodel>".to_owned());
-        let problem = ExpressionProblem::new(format!("there is no data named `{name}`"), span, "unknown name");
+        let problem = ExpressionProblem::new(format!("unknown name `{name}`"), span, "unknown name");
         self.unknown.push(problem.with_help(help));
         Ok(Expr::Unknown(name.into()))
     }
@@ -290,7 +290,7 @@ impl<'s, 't> Parser<'s, 't> {
             return Ok(Expr::In(*state));
         }
         let help = did_you_mean(id, self.names.states.keys().map(String::as_str));
-        let problem = ExpressionProblem::new(format!("there is no state `{id}`"), argument, "unknown state");
+        let problem = ExpressionProblem::new(format!("unknown state `{id}`"), argument, "unknown state");
         self.unknown.push(ExpressionProblem { help, ..problem });
         Ok(Expr::Constant(false.into()))
     }
@@ -316,7 +316,7 @@ impl<'s, 't> Parser<'s, 't> {
                 Kind::Name(name) => name.into(),
                 Kind::Text(text) => text.into(),
                 Kind::Number(number) => Datum::from(number).to_text(),
-                _ => return Err(self.unexpected("the name of a member was expected")),
+                _ => return Err(self.unexpected("expected the name of a member")),
             };
             self.advance();
             self.expect(":", &opened)?;

@@ -1,8 +1,8 @@
-//! What can be wrong with an expression.
+//! Problems of an expression.
 
 use std::ops::Range;
 
-/// Something in an expression that cannot be compiled. Spans are bytes of the expression.
+/// A part of an expression that cannot be compiled. Spans are bytes of the expression.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct ExpressionProblem {
     pub(crate) message: String,
@@ -12,16 +12,16 @@ pub(crate) struct ExpressionProblem {
     pub(crate) kind: ProblemKind,
 }
 
-/// What a whole engine would make of the expression.
+/// How a full engine would treat the expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum ProblemKind {
-    /// It is not as the subset has it; an engine might read it.
+    /// It is not in the subset's grammar; an engine might accept it.
     Grammar,
     /// It is known to be outside the subset.
     Beyond,
-    /// An engine would read it as something that is hardly meant.
+    /// An engine would accept it, with a meaning that was probably not intended.
     Suspicious,
-    /// An engine could do nothing else with it.
+    /// An engine would have the same problem with it.
     Name,
 }
 

@@ -1,7 +1,6 @@
-//! A rough reading of any ECMAScript: its words and marks, what it declares, how deeply it is nested.
+//! A rough lexer for any ECMAScript: words and marks, declarations, nesting.
 //!
-//! It knows strings and comments and nothing of grammar, and it never fails; whether the text is ECMAScript is for others
-//! to say.
+//! It knows strings and comments but no grammar, and it never fails; it does not check whether the text is ECMAScript.
 
 use std::ops::Range;
 
@@ -10,14 +9,14 @@ use std::ops::Range;
 pub(crate) enum Piece {
     /// A name, keyword or number.
     Word,
-    /// A character of punctuation; `=>` counts as `>` behind `=`.
+    /// A punctuation character; `=>` counts as `>` after `=`.
     Mark(u8),
     /// A string or a template.
     Text,
     LineEnd,
 }
 
-/// The pieces with their places. Comments and blanks are left out.
+/// The pieces with their places, without comments and white space.
 pub(crate) fn pieces(source: &str) -> Vec<(Piece, Range<usize>)> {
     let bytes = source.as_bytes();
     let is_word = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'$' || !byte.is_ascii();
@@ -56,7 +55,7 @@ pub(crate) fn pieces(source: &str) -> Vec<(Piece, Range<usize>)> {
     pieces
 }
 
-/// A string ends at its quote or, if it is no template, with its line.
+/// A string ends at its quote or, unless it is a template, at the end of its line.
 fn string_length(bytes: &[u8], quote: u8) -> usize {
     let mut at = 1;
     while let Some(&byte) = bytes.get(at) {
@@ -70,36 +69,36 @@ fn string_length(bytes: &[u8], quote: u8) -> usize {
     bytes.len()
 }
 
-/// The words that occur in a source, those in templates included.
+/// The words in a source, including those in templates.
 pub(crate) fn words(source: &str) -> impl Iterator<Item = &str> {
     source
         .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '$'))
         .filter(|word| word.starts_with(|c: char| !c.is_ascii_digit()))
 }
 
-/// What a script declares outside of functions.
+/// The declarations of a script outside of functions.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Declarations {
     /// The names declared by `var`, `let` and `const`.
     pub(crate) variables: Vec<String>,
     /// The names of functions.
     pub(crate) functions: Vec<String>,
-    /// The script with blanks in place of `var`, `let` and `const`: what they declare are data.
+    /// The script with blanks in place of `var`, `let` and `const`: the declared variables become data.
     pub(crate) script: String,
 }
 
-/// Brackets that are open, and what that means for what stands in them.
+/// An open bracket, and what it means for its contents.
 #[derive(Clone, Copy)]
 enum Open {
     /// A bracket or brace of no particular meaning.
     Plain,
-    /// The parenthesis behind `if`, `for` and their kin.
+    /// The parenthesis after `if`, `for` and similar keywords.
     Head,
     /// The body of a function.
     Body,
 }
 
-/// Reads what a script declares outside of functions.
+/// Finds the declarations of a script outside of functions.
 pub(crate) fn declarations(source: &str) -> Declarations {
     let found = Declarations { script: source.to_owned(), ..Declarations::default() };
     let (pieces, open) = (pieces(source), Vec::new());
@@ -110,15 +109,15 @@ pub(crate) fn declarations(source: &str) -> Declarations {
     reading.found
 }
 
-/// A script that is being read for what it declares.
+/// A script that is searched for declarations.
 struct Reading<'s> {
     source: &'s str,
     pieces: Vec<(Piece, Range<usize>)>,
-    /// The brackets around the place that has been reached.
+    /// The brackets around the current place.
     open: Vec<Open>,
-    /// The bracket that was closed last.
+    /// The bracket closed last.
     closed: Open,
-    /// How many brackets are open around the declaration that goes on.
+    /// The number of brackets around the current declaration.
     declaring: Option<usize>,
     found: Declarations,
 }
@@ -146,7 +145,7 @@ impl<'s> Reading<'s> {
         }
     }
 
-    /// What the bracket means that opens here.
+    /// The meaning of the bracket that opens here.
     fn opened(&self, index: usize) -> Open {
         let before = self.before(index);
         match self.pieces[index].0 {
@@ -161,7 +160,7 @@ impl<'s> Reading<'s> {
         }
     }
 
-    /// What a word outside of functions declares, if it does.
+    /// The declaration that a word outside of functions makes, if any.
     fn declare(&mut self, index: usize, before: Piece) {
         let (span, name) = (self.pieces[index].1.clone(), self.word(index + 1));
         match &self.source[span.clone()] {
@@ -179,7 +178,7 @@ impl<'s> Reading<'s> {
         index.checked_sub(1).map_or(Piece::Mark(b';'), |before| self.pieces[before].0)
     }
 
-    /// The word there; nothing if there is something else.
+    /// The word there, or an empty string.
     fn word(&self, index: usize) -> &'s str {
         match self.pieces.get(index) {
             Some((Piece::Word, span)) => &self.source[span.clone()],
@@ -192,16 +191,16 @@ fn starts_statement(before: Piece) -> bool {
     matches!(before, Piece::LineEnd | Piece::Mark(b';' | b'{' | b'}' | b')'))
 }
 
-/// How deeply the parts of a source may lie in each other: what reads it goes down as deep.
+/// The maximum nesting of a source: a parser recurses as deep.
 const MAX_DEPTH: usize = 250;
-/// What a bracket counts: a reader goes through all of the grammar's levels for each.
+/// The weight of a bracket: a parser goes through all levels of the grammar for each.
 const BRACKET: usize = 6;
 
-/// Where a source becomes too deeply nested to be read, if it does: brackets in brackets and operators on operators, for
-/// each of which a reader goes down a level. A statement begins anew.
+/// The place where a source is nested too deeply to be parsed, if there is one: nested brackets and operators, for each
+/// of which a parser recurses. Each statement starts again from zero.
 pub(crate) fn too_deep(source: &str) -> Option<Range<usize>> {
     let pieces = pieces(source);
-    // In templates and regular expressions marks are not what they seem to be; there everything counts.
+    // In templates and regular expressions, marks are not what they seem; there everything counts.
     let is_plain = !source.contains('`') && !pieces.iter().any(|(piece, _)| *piece == Piece::Mark(b'/'));
     let mut levels = vec![0_usize];
     let mut last: (Piece, &str) = (Piece::Mark(b';'), "");
@@ -232,7 +231,7 @@ pub(crate) fn too_deep(source: &str) -> Option<Range<usize>> {
     None
 }
 
-/// Whether a word behind this must begin a statement, if it is no operator.
+/// Whether a word after this piece must begin a statement, unless it is an operator.
 fn ends_statement((piece, text): (Piece, &str)) -> bool {
     match piece {
         Piece::Mark(mark) => mark == b'}',
@@ -241,10 +240,10 @@ fn ends_statement((piece, text): (Piece, &str)) -> bool {
     }
 }
 
-/// Words that go on with what stands before them.
+/// Words that continue what is before them.
 const CONTINUES: [&str; 7] = ["else", "in", "instanceof", "catch", "finally", "while", "of"];
 
-/// Words behind which a reader goes down a level.
+/// Words after which a parser recurses.
 const RECURS: [&str; 23] = [
     "typeof",
     "void",
@@ -288,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_nested_too_deeply_is_found_and_what_is_long_is_not() {
+    fn deep_nesting_is_found_and_long_code_is_accepted() {
         for nested in ["(", "[", "!", "-", "a=>", "1+", "new ", "x.y", "if(a)", "`${", "a?b:", "x=", "/;/+"] {
             assert!(too_deep(&nested.repeat(300)).is_some(), "{nested}");
         }
@@ -300,7 +299,7 @@ mod tests {
     }
 
     #[test]
-    fn strings_and_comments_are_no_words() {
+    fn strings_and_comments_are_not_words() {
         let marks = |source| pieces(source).iter().filter(|(piece, _)| matches!(piece, Piece::Mark(_))).count();
         assert_eq!(marks("'(((' + \"[\\\"[\" // {\n /* { */ x"), 1);
     }

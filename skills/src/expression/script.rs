@@ -1,4 +1,4 @@
-//! Scripts: assignments one after the other.
+//! Scripts: sequences of assignments.
 
 use super::parse::Parser;
 use super::token::{Kind, tokens};
@@ -40,7 +40,7 @@ fn statement(parser: &mut Parser<'_, '_>, source: &str) -> Result<Option<Stateme
     let span = start..parser.taken_end();
     let increment = increment.or_else(|| step(parser));
     let statement = if let Some(op) = increment {
-        // `x++` makes a number of x first, as `x - -1` does and `x + 1` does not.
+        // `x++` first converts x to a number, as `x - -1` does and `x + 1` does not.
         let opposite = if op == BinaryOp::Add { -1.0 } else { 1.0 };
         Some(Statement::Update(Location::from_expr(left, span)?, BinaryOp::Subtract, Expr::Constant(opposite.into())))
     } else if parser.take_mark("=") {
@@ -67,7 +67,7 @@ fn step(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
     }
 }
 
-/// `+=` and its kin
+/// `+=` and similar operators
 fn update(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
     let Kind::Mark(mark) = parser.peek().kind else {
         return None;
@@ -80,7 +80,7 @@ fn update(parser: &mut Parser<'_, '_>) -> Option<BinaryOp> {
     Some(op)
 }
 
-/// A statement ends at a semicolon, at the end, or where a line does.
+/// A statement ends at a semicolon, at the end of the script, or at a line break.
 fn end_statement(parser: &mut Parser<'_, '_>, source: &str) -> Result<(), ExpressionProblem> {
     let between = parser.taken_end()..parser.peek().span.start;
     let new_line = source.get(between).is_some_and(|gap| gap.contains('\n'));

@@ -1,4 +1,4 @@
-//! What a script is made of.
+//! The statements of a script.
 
 use super::{BinaryOp, Expr, Location};
 
@@ -9,6 +9,6 @@ pub(crate) enum Statement {
     Assign(Location, Expr),
     /// `location op= value`
     Update(Location, BinaryOp, Expr),
-    /// An expression for its own sake.
+    /// An expression whose value is not used.
     Evaluate(Expr),
 }

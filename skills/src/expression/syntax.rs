@@ -1,4 +1,4 @@
-//! What an expression is made of.
+//! The parts of an expression.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,7 +7,7 @@ use crate::Datum;
 use crate::chart::{DataId, StateId};
 use crate::engine::Code;
 
-/// What the names in an expression stand for.
+/// The meaning of the names in an expression.
 #[derive(Debug, Default)]
 pub(crate) struct Names {
     /// Data by id.
@@ -21,15 +21,15 @@ pub(crate) struct Names {
 pub(crate) enum Expr {
     Constant(Datum),
     Data(DataId),
-    /// A name that stands for nothing: evaluating it is an error.
+    /// An unknown name: evaluating it is an error.
     Unknown(Arc<str>),
-    /// What could not be compiled, and why: evaluating it is an error.
+    /// An expression that could not be compiled, and why: evaluating it is an error.
     Broken(Arc<str>),
-    /// A whole expression outside the subset; it is no part of another one.
+    /// A whole expression outside the subset; it is never part of another one.
     Foreign(Arc<Code>),
     /// `_event` as a whole.
     Event,
-    /// `_event.name` and its kin.
+    /// `_event.name` and similar fields.
     EventField(EventField),
     /// `_name`
     MachineName,
@@ -46,7 +46,7 @@ pub(crate) enum Expr {
     Choice(Box<[Expr; 3]>),
     /// `In('state')` with a state of this machine.
     In(StateId),
-    /// `In(…)` with an id that is known only when it is evaluated.
+    /// `In(…)` with an id that is computed at run time.
     InDynamic(Box<Expr>),
     Array(Vec<Expr>),
     Object(Vec<(Arc<str>, Expr)>),
@@ -120,7 +120,7 @@ pub(crate) enum BinaryOp {
 }
 
 impl Expr {
-    /// Whether the value never changes, given which data never change.
+    /// Whether the value never changes, given the data that never change.
     pub(crate) fn is_fixed(&self, fixed: &dyn Fn(DataId) -> bool) -> bool {
         let all = |parts: &[Self]| parts.iter().all(|part| part.is_fixed(fixed));
         match self {
@@ -136,7 +136,7 @@ impl Expr {
         }
     }
 
-    /// Whether the expression is written out: a JSON value, or nearly.
+    /// Whether the expression is literal: a JSON value, or nearly.
     pub(super) fn is_literal(&self) -> bool {
         match self {
             Self::Constant(_) => true,

@@ -23,7 +23,7 @@ pub(super) enum Kind<'s> {
     End,
 }
 
-/// A token and the bytes it stands at.
+/// A token and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'s> {
     pub(super) kind: Kind<'s>,
@@ -68,8 +68,12 @@ fn unreadable(source: &str, start: usize) -> ExpressionProblem {
         '"' | '\'' => ExpressionProblem::new("a string is never closed", here, "opened here"),
         '`' => ExpressionProblem::outside_subset("a template string", here),
         '/' if rest.starts_with("/*") => ExpressionProblem::new("a comment is never closed", here, "opened here"),
-        '0'..='9' => ExpressionProblem::new("this is not a number", here, "a digit is followed by what no number has"),
-        other => ExpressionProblem::new(format!("`{other}` has no meaning here"), here, "not part of an expression"),
+        '0'..='9' => ExpressionProblem::new(
+            "this is not a number",
+            here,
+            "a digit is followed by a character that no number has",
+        ),
+        other => ExpressionProblem::new(format!("unexpected `{other}`"), here, "not part of an expression"),
     }
 }
 
@@ -180,12 +184,12 @@ mod tests {
     }
 
     #[test]
-    fn comments_and_blanks_are_nothing() {
+    fn comments_and_blanks_are_ignored() {
         assert_eq!(kinds(" /* a */ 1 // b"), [Kind::Number(1.0), Kind::End]);
     }
 
     #[test]
-    fn unreadable_text_is_named_at_its_place() {
+    fn unreadable_text_is_reported_at_its_place() {
         for (source, span) in [("1 + 'abc", 4..5), ("a # b", 2..3), ("3px", 0..1), ("1 /* x", 2..3), ("é@", 2..3)] {
             assert_eq!(tokens(source).unwrap_err().span, span, "{source}");
         }

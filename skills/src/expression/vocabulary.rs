@@ -14,7 +14,7 @@ pub(super) enum Infix {
     Choice,
 }
 
-/// Words of ECMAScript that name no data.
+/// Reserved words of ECMAScript.
 const RESERVED: [&str; 80] = [
     "new",
     "function",
@@ -98,7 +98,7 @@ const RESERVED: [&str; 80] = [
     "decodeURIComponent",
 ];
 
-/// Members that objects, arrays, strings, numbers or functions have without anybody putting them there.
+/// Members that objects, arrays, strings, numbers or functions inherit.
 const INHERITED: [&str; 94] = [
     "constructor",
     "hasOwnProperty",
@@ -196,7 +196,7 @@ const INHERITED: [&str; 94] = [
     "prototype",
 ];
 
-/// Whether some values inherit a member of that name.
+/// Whether some values inherit a member with this name.
 pub(super) fn is_inherited(name: &str) -> bool {
     INHERITED.contains(&name)
 }
@@ -205,14 +205,14 @@ pub(super) fn is_reserved(word: &str) -> bool {
     RESERVED.contains(&word)
 }
 
-/// Whether a word means something already.
+/// Whether a word is reserved.
 pub(super) fn is_taken(word: &str) -> bool {
     ["In", "typeof", "void", "in", "instanceof", "else", "with", "case", "default", "finally"].contains(&word)
         || is_reserved(word)
         || system_name(word).is_some()
 }
 
-/// What a word means that is no datum's name.
+/// The meaning of a system name.
 pub(super) fn system_name(name: &str) -> Option<Expr> {
     Some(match name {
         "true" => Expr::Constant(true.into()),
@@ -242,7 +242,7 @@ pub(super) fn prefix(kind: &Kind<'_>) -> Option<UnaryOp> {
     })
 }
 
-/// How tightly an infix operator binds, and which it is. All but `?:` bind to the left.
+/// The binding power of an infix operator, and which operator it is. All but `?:` are left-associative.
 pub(super) fn infix(kind: &Kind<'_>) -> Option<(u8, Infix)> {
     let Kind::Mark(mark) = kind else {
         return None;

@@ -1,4 +1,4 @@
-//! Whether the file is made of the elements and attributes that SCXML has, each where it belongs.
+//! Checks that the file consists of SCXML's elements and attributes, each where it is allowed.
 
 use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use roxmltree::Node;
@@ -6,16 +6,16 @@ use roxmltree::Node;
 use super::rules::{EXCLUSIVE, RULES, Rule};
 use super::xml::{NAMESPACE, Written, is_scxml, name_span};
 
-/// Elements may be nested so deeply.
+/// The maximum nesting of elements.
 const MAX_DEPTH: usize = 64;
 
-/// Whether the elements are nested too deeply to be read on.
+/// The problem of elements that are nested too deeply to be read.
 pub(super) fn depth(document: &roxmltree::Document<'_>) -> Option<Problem> {
     let mut deepest = vec![0_usize; document.descendants().count()];
     for node in document.descendants().filter(Node::is_element) {
         let depth = node.parent().map_or(0, |parent| deepest[parent.id().get_usize()] + 1);
         if depth > MAX_DEPTH {
-            let problem = Problem::new(format!("elements may be nested {MAX_DEPTH} deep at most"));
+            let problem = Problem::new(format!("elements may be nested at most {MAX_DEPTH} deep"));
             return Some(problem.at(name_span(node), "one too many"));
         }
         deepest[node.id().get_usize()] = depth;
@@ -23,12 +23,12 @@ pub(super) fn depth(document: &roxmltree::Document<'_>) -> Option<Problem> {
     None
 }
 
-/// Whether an element is a machine, whatever may be wrong with it.
+/// Whether an element is a machine, even if it has problems.
 pub(super) fn is_machine(root: &Node<'_, '_>) -> bool {
     is_scxml(root) && root.tag_name().name() == "scxml"
 }
 
-/// Reports everything that is not as SCXML has it, from the root downwards.
+/// Reports everything that violates the structure of SCXML, from the root downwards.
 pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
     if !is_machine(&root) {
         let help = format!("a machine begins with <scxml xmlns=\"{NAMESPACE}\" version=\"1.0\">");
@@ -39,12 +39,12 @@ pub(super) fn structure(root: Node<'_, '_>, problems: &mut Vec<Problem>) {
     }
     match Written::attribute(root, "version") {
         Some(version) if version.value != "1.0" => {
-            let problem = Problem::new(format!("there is no version {} of SCXML here", version.value));
+            let problem = Problem::new(format!("version {} of SCXML is not supported", version.value));
             problems.push(problem.at(version.span(), "unknown version").with_help("version=\"1.0\""));
         }
         Some(_) => {}
         None => {
-            let problem = Problem::new("the machine does not say of which version it is").as_warning();
+            let problem = Problem::new("the machine does not state its version").as_warning();
             problems.push(problem.at(name_span(root), "here").with_help("version=\"1.0\""));
         }
     }
@@ -59,7 +59,7 @@ fn element(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
         if child.is_element() {
             inside(child, rule, problems);
         } else if !rule.text && child.is_text() && child.text().is_some_and(|text| !text.trim().is_empty()) {
-            let message = format!("text has no meaning in <{}>", rule.element);
+            let message = format!("text is not allowed in <{}>", rule.element);
             let span = Written::text(node).map_or(child.range(), |text| text.span());
             problems.push(Problem::new(message).at(span, "this text").with_help("<!-- a comment --> perhaps?"));
         }
@@ -74,25 +74,25 @@ fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
         if parent.element == "content" && invokes && is_scxml(&node) {
             structure(node, problems);
         }
-        // Otherwise XML is a value.
+        // Elsewhere XML is a value.
         return;
     }
     if !is_scxml(&node) {
-        // Whoever put it there knows what it is for (SCXML 4.10).
-        let problem = Problem::new(format!("<{name}> is not of SCXML and is ignored")).as_warning();
+        // It has a purpose elsewhere (SCXML 4.10).
+        let problem = Problem::new(format!("<{name}> is not an SCXML element and is ignored")).as_warning();
         problems.push(problem.at(name_span(node), "of another namespace"));
         return;
     }
     let Some(rule) = Rule::of(name) else {
         let known: Vec<&str> = RULES.iter().map(|rule| rule.element).collect();
         let near = did_you_mean(name, parent.contents()).or_else(|| did_you_mean(name, known));
-        let problem = Problem::new(format!("there is no element <{name}> in SCXML"));
+        let problem = Problem::new(format!("SCXML has no element <{name}>"));
         problems
             .push(problem.at(name_span(node), "unknown element").with_help(near.unwrap_or_else(|| contents(parent))));
         return;
     };
     if !parent.may_contain(name) {
-        let problem = Problem::new(format!("<{name}> does not belong in <{}>", parent.element));
+        let problem = Problem::new(format!("<{name}> is not allowed in <{}>", parent.element));
         problems.push(problem.at(name_span(node), "not here").with_help(contents(parent)));
     }
     element(node, rule, problems);
@@ -101,7 +101,7 @@ fn inside(node: Node<'_, '_>, parent: &Rule, problems: &mut Vec<Problem>) {
 fn contents(rule: &Rule) -> String {
     match rule.contents().as_slice() {
         [] => format!("<{}> contains no elements", rule.element),
-        names => format!("in <{}> there may be <{}>", rule.element, names.join(">, <")),
+        names => format!("<{}> may contain <{}>", rule.element, names.join(">, <")),
     }
 }
 
@@ -123,7 +123,7 @@ fn attributes(node: Node<'_, '_>, rule: &Rule, problems: &mut Vec<Problem>) {
     }
     for (_, [one, other]) in EXCLUSIVE.iter().filter(|(element, _)| *element == rule.element) {
         if let (Some(one_at), Some(other_at)) = (Written::attribute(node, one), Written::attribute(node, other)) {
-            let problem = Problem::new(format!("`{one}` and `{other}` exclude each other"));
+            let problem = Problem::new(format!("`{one}` and `{other}` cannot be combined"));
             problems.push(problem.at(one_at.span(), "either this").at(other_at.span(), "or this"));
         }
     }

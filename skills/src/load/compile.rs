@@ -1,4 +1,4 @@
-//! The second pass: what the states do.
+//! The second pass: the contents of the states.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::Strictness;
 use crate::chart::{Binding, Chart, DataId, DataItem, EventTree, State, StateId, StateKind, Transition, TransitionId};
 use crate::expression::{Expr, Names};
 
-/// Compiles a machine whose elements are as SCXML has them, and reports what is wrong nevertheless; also how much of that the
+/// Compiles a machine with a valid structure, and reports its remaining problems; also how many of them the
 /// recommendation would forgive.
 pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<Problem>) -> (Chart, usize) {
     let is_sound = !problems.iter().any(Problem::is_error);
@@ -58,26 +58,26 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
     };
     targets::check(&chart, problems);
     targets::resolve_domains(&mut chart);
-    // Where it is not known what was meant, nothing can be said of where it leads.
+    // If a name is unknown, nothing can be concluded about reachability.
     if is_sound && !leads_nowhere {
         reach::check(&chart, problems);
     }
     (chart, forgivable)
 }
 
-/// Which of the values an attribute of the root has; the first if it is not there.
+/// The value of an attribute of the root; the first of `values` if it is missing.
 fn choice(root: Node<'_, '_>, name: &'static str, values: &[&str], problems: &mut Vec<Problem>) -> usize {
     let Some(written) = Written::attribute(root, name) else {
         return 0;
     };
     values.iter().position(|value| *value == written.value).unwrap_or_else(|| {
-        let problem = Problem::new(format!("there is no {name} `{}` here", written.value));
+        let problem = Problem::new(format!("unknown {name} `{}`", written.value));
         problems.push(problem.at(written.span(), "unknown").with_help(nearest_or_all(written.value, name, values)));
         0
     })
 }
 
-/// What is needed to compile a part of the file.
+/// The state of compiling a part of the file.
 pub(super) struct Compiler<'p> {
     pub(super) origin: &'p Origin<'p>,
     pub(super) null_model: bool,
@@ -86,9 +86,9 @@ pub(super) struct Compiler<'p> {
     transitions: Vec<Transition>,
     /// Data that code for the engine mentions.
     pub(super) foreign: BTreeSet<DataId>,
-    /// Whether a state or an event is named that there is not, or it is left open which of two is meant.
+    /// Whether an unknown state or event is named, or a name is ambiguous.
     pub(super) leads_nowhere: bool,
-    /// How many problems let the machine run nevertheless, by the recommendation.
+    /// How many problems would let the machine run nevertheless, by the recommendation.
     pub(super) forgivable: usize,
     pub(super) problems: &'p mut Vec<Problem>,
 }
@@ -109,11 +109,11 @@ impl Compiler<'_> {
         let text = InlineContent::of(node);
         item.init = match (Written::attribute(node, "expr"), text) {
             (Some(expr), Some(text)) => {
-                let problem = Problem::new("a datum has an expression or a content, not both");
+                let problem = Problem::new("a datum has either an expression or content, not both");
                 self.problems.push(problem.at(expr.span(), "either this").at(text.span, "or this"));
                 None
             }
-            // An empty expression leaves the datum undefined, and the machine whole.
+            // An empty expression leaves the datum undefined; the machine can run.
             (Some(expr), None) if expr.value.trim().is_empty() => None,
             (Some(expr), None) => Some(self.expression(&expr)),
             (None, Some(text)) => Some(Expr::Constant(text.value)),
@@ -122,7 +122,7 @@ impl Compiler<'_> {
         item
     }
 
-    /// The value that a file holds.
+    /// The value in a file.
     fn file_value(&mut self, src: &Written<'_>) -> Expr {
         match self.origin.read(src.value) {
             Ok(text) => Expr::Constant(content_of_file(&text)),
@@ -152,7 +152,7 @@ impl Compiler<'_> {
         state
     }
 
-    /// Reports what the recommendation leaves to be an error at run time, and says what is wrong.
+    /// Reports a problem that the recommendation makes an error at run time, and returns its description.
     pub(super) fn defer(&mut self, problem: Problem) -> Arc<str> {
         let reason = problem.to_string().into();
         self.problems.push(match self.origin.strictness {

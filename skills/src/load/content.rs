@@ -26,7 +26,7 @@ impl Compiler<'_> {
         nodes.filter_map(|node| self.action(node)).collect()
     }
 
-    /// An element of executable content; `None` if it lacks what it cannot do without.
+    /// An element of executable content; `None` if a required part is missing.
     fn action(&mut self, node: Node<'_, '_>) -> Option<Action> {
         let kind = match node.tag_name().name() {
             "raise" => self.raise(node)?,
@@ -44,8 +44,9 @@ impl Compiler<'_> {
             "cancel" => match self.alternative(node, "sendid", "sendidexpr") {
                 Some(id) => ActionKind::Cancel(id.source),
                 None => {
-                    let problem = Problem::new("<cancel> does not say what").at(name_span(node), "`sendid` is missing");
-                    self.problems.push(problem.with_help("the `id` of the <send> that is taken back"));
+                    let problem =
+                        Problem::new("<cancel> does not name a <send>").at(name_span(node), "`sendid` is missing");
+                    self.problems.push(problem.with_help("`sendid` is the `id` of the <send> to be cancelled"));
                     return None;
                 }
             },
@@ -64,7 +65,7 @@ impl Compiler<'_> {
         if !is_event_name(written.value) {
             let problem = Problem::new(format!("`{}` cannot be the name of an event", written.value));
             self.problems
-                .push(problem.at(written.span(), "not a name").with_help("words joined by dots: `door.opened`"));
+                .push(problem.at(written.span(), "not a name").with_help("use words joined by dots: `door.opened`"));
         }
     }
 
@@ -77,7 +78,7 @@ impl Compiler<'_> {
             if name == "elseif" || name == "else" {
                 if closed {
                     let problem = Problem::new(format!("<{name}> after <else>")).at(name_span(child), "never reached");
-                    self.problems.push(problem.with_help("<else/> is the last branch of an <if>"));
+                    self.problems.push(problem.with_help("<else/> must be the last branch of an <if>"));
                 }
                 closed = name == "else";
                 let condition = Written::attribute(child, "cond").filter(|_| name == "elseif");
@@ -121,7 +122,7 @@ impl Compiler<'_> {
                 Expr::Broken(self.defer(problem))
             }
             (Some(expr), Some(text)) => {
-                let problem = Problem::new("an assignment has an expression or a content, not both");
+                let problem = Problem::new("an assignment has either an expression or content, not both");
                 self.problems.push(problem.at(expr.span(), "either this").at(text.span, "or this"));
                 return None;
             }
@@ -135,7 +136,7 @@ impl Compiler<'_> {
     pub(super) fn script(&mut self, node: Node<'_, '_>) -> Action {
         let kind = match (Written::attribute(node, "src"), Written::text(node)) {
             (Some(src), Some(text)) => {
-                let problem = Problem::new("a script is in a file or here, not both");
+                let problem = Problem::new("a script is either in a file or here, not both");
                 self.problems.push(problem.at(src.span(), "either this").at(text.span(), "or this"));
                 ActionKind::Script(Vec::new())
             }
@@ -150,7 +151,7 @@ impl Compiler<'_> {
         Action { kind, span: name_span(node).into() }
     }
 
-    /// A script from a file. A machine whose script cannot be had is refused (SCXML 5.8).
+    /// A script from a file. A machine whose script cannot be read is refused (SCXML 5.8).
     fn script_file(&mut self, src: &Written<'_>) -> ActionKind {
         let text = match self.origin.read(src.value) {
             Ok(text) => text,
@@ -165,7 +166,7 @@ impl Compiler<'_> {
             .unwrap_or_else(ActionKind::Fail)
     }
 
-    /// What is written in the attribute `literal` or computed by the attribute `computed`.
+    /// The value that the attribute `literal` contains or the attribute `computed` computes.
     pub(super) fn alternative(&mut self, node: Node<'_, '_>, literal: &str, computed: &str) -> Option<Attribute> {
         if let Some(written) = Written::attribute(node, literal) {
             return Some(Attribute { source: Source::Literal(written.value.into()), span: written.span().into() });
@@ -179,8 +180,8 @@ impl Compiler<'_> {
         let params: Vec<Param> = elements_named(node, "param").filter_map(|param| self.param(param)).collect();
         let content = elements_named(node, "content").next();
         if let (Some(content), false) = (content, params.is_empty()) {
-            let problem = Problem::new("there are parameters or a content, not both");
-            self.problems.push(problem.at(name_span(content), "a content beside parameters"));
+            let problem = Problem::new("use either parameters or content, not both");
+            self.problems.push(problem.at(name_span(content), "content beside parameters"));
         }
         Payload { params, content: content.map(|content| self.content(content)) }
     }

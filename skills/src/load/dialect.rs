@@ -1,4 +1,4 @@
-//! What a file is that looks like SCXML and is something else, in one message in place of one for each element.
+//! Files that look like SCXML but are something else: one message instead of one per element.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::xml::{NAMESPACE, Written, is_scxml, name_span};
 
-/// What a machine is instead of one that can run here.
+/// The problem of a file in another dialect.
 pub(super) fn foreign(root: Node<'_, '_>) -> Option<Problem> {
     if root.tag_name().name() != "scxml" {
         return None;
@@ -15,7 +15,7 @@ pub(super) fn foreign(root: Node<'_, '_>) -> Option<Problem> {
     roaml(root).or_else(|| namespace(root)).or_else(|| data_model(root))
 }
 
-/// CONVINCE's dialect: elements for ROS and for the tree, in SCXML's own namespace or whatever stands for it.
+/// CONVINCE's dialect: elements for ROS and for the tree, in SCXML's own namespace or a similar one.
 fn roaml(root: Node<'_, '_>) -> Option<Problem> {
     let is_own = |node: &Node<'_, '_>| {
         let name = node.tag_name();
@@ -24,21 +24,19 @@ fn roaml(root: Node<'_, '_>) -> Option<Problem> {
     };
     let element = root.descendants().find(|node| node.is_element() && is_own(node))?;
     let name = element.tag_name().name();
-    let problem = Problem::new(
-        "this is RoAML, the dialect of SCXML in which CONVINCE models ROS systems, and cannot run here",
-    )
-    .at(name_span(element), format!("<{name}> is not of SCXML"))
-    .with_help(
-        "translate it into plain SCXML first, as CONVINCE's AS2FM does, and let it answer the event `BT.tick` with \
+    let problem = Problem::new("this is RoAML, CONVINCE's SCXML dialect for ROS systems, and cannot run here")
+        .at(name_span(element), format!("<{name}> is not an SCXML element"))
+        .with_help(
+            "translate it to plain SCXML first, as CONVINCE's AS2FM does, and answer the event `BT.tick` with \
              <send type=\"channel\" target=\"BT\" event=\"success\"/>",
-    );
+        );
     Some(match namespace_span(root).filter(|_| !is_scxml(&root)) {
         Some(span) => problem.at(span, "this is not the namespace of SCXML"),
         None => problem,
     })
 }
 
-/// An `<scxml>` of another namespace.
+/// An `<scxml>` in another namespace.
 fn namespace(root: Node<'_, '_>) -> Option<Problem> {
     if is_scxml(&root) {
         return None;
@@ -49,10 +47,10 @@ fn namespace(root: Node<'_, '_>) -> Option<Problem> {
         None => "this <scxml> has no namespace".to_owned(),
     };
     let span = namespace_span(root).unwrap_or_else(|| name_span(root));
-    Some(Problem::new(message).at(span, "this is not SCXML's").with_help(help))
+    Some(Problem::new(message).at(span, "this is not the namespace of SCXML").with_help(help))
 }
 
-/// Where the root declares the namespace that it is of.
+/// The place where the root declares its namespace.
 fn namespace_span(root: Node<'_, '_>) -> Option<Range<usize>> {
     let start = root.range().start;
     let tag = root.document().input_text().get(start..)?;
@@ -68,10 +66,9 @@ fn namespace_span(root: Node<'_, '_>) -> Option<Range<usize>> {
 fn data_model(root: Node<'_, '_>) -> Option<Problem> {
     let written = Written::attribute(root, "datamodel")?;
     let class = written.value.strip_prefix("cplusplus:")?;
-    let class = class.split(':').next().filter(|class| !class.is_empty()).unwrap_or("of its own");
-    let message =
-        "this is a machine for Qt with a C++ data model: its conditions and actions are C++, and cannot run here";
-    let help = "write them in ECMAScript and say datamodel=\"ecmascript\"; or give the leaf another machine in the \
+    let class = class.split(':').next().filter(|class| !class.is_empty()).unwrap_or("without a name");
+    let message = "this is a Qt machine with a C++ data model: its conditions and actions are C++ and cannot run here";
+    let help = "write them in ECMAScript and set datamodel=\"ecmascript\", or give the leaf another machine in the \
                 scenario: [leaves.NAME] machine = \"…\"";
     Some(Problem::new(message).at(written.span(), format!("its code is the C++ class {class}")).with_help(help))
 }

@@ -23,15 +23,15 @@ impl Compiler<'_> {
             Ok(expr) if self.null_model && !matches!(expr, Expr::In(_)) => {
                 let problem =
                     Problem::new("the null data model has no expressions").at(written.span(), "an expression");
-                Expr::Broken(self.defer(problem.with_help("`In('state')`, or datamodel=\"ecmascript\"")))
+                Expr::Broken(self.defer(problem.with_help("use `In('state')`, or set datamodel=\"ecmascript\"")))
             }
             Ok(expr) => expr,
             Err(reason) => Expr::Broken(reason),
         }
     }
 
-    /// What was compiled or, if that was not possible and there is an engine that can do it, code for the engine. Otherwise
-    /// what is wrong is reported, and `Err` says it.
+    /// The compiled result or, if that is impossible and there is an engine that can do it, code for the engine.
+    /// Otherwise the problem is reported, and `Err` describes it.
     pub(super) fn compiled<T, C>(
         &mut self,
         written: &Written<'_>,

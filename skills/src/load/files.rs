@@ -4,20 +4,20 @@ use std::path::{Path, PathBuf};
 
 use diagnostics::from_disk_up_to;
 
-/// A file may be so long.
+/// The maximum length of a file.
 pub(super) const MAX_BYTES: usize = 4 << 20;
 
-/// The file that an address means, looked up in a folder.
+/// The file at an address, relative to a folder.
 pub(super) fn path(address: &str, folder: Option<&Path>) -> Result<PathBuf, String> {
     let address = address.trim();
     let name = address.strip_prefix("file://").or_else(|| address.strip_prefix("file:")).unwrap_or(address);
     if name.contains("://") {
-        return Err(format!("`{address}` is no file; nothing is fetched from elsewhere"));
+        return Err(format!("`{address}` is not a local file, and other addresses are not supported"));
     }
     if name.is_empty() {
         return Err("no file is named".to_owned());
     }
-    let folder = folder.ok_or("files beside the machine are out of reach here")?;
+    let folder = folder.ok_or("files beside the machine are not accessible here")?;
     Ok(folder.join(name))
 }
 

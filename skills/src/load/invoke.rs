@@ -17,7 +17,7 @@ impl Compiler<'_> {
         if let Some(kind) = Written::attribute(node, "type")
             && !INVOKE_KINDS.contains(&kind.value)
         {
-            let problem = Problem::new(format!("there is no service of type `{}`", kind.value));
+            let problem = Problem::new(format!("unknown service type `{}`", kind.value));
             let help = nearest_or_all(kind.value, "types", &["scxml"]);
             self.defer(problem.at(kind.span(), "unknown type").with_help(help));
         }
@@ -41,7 +41,7 @@ impl Compiler<'_> {
         };
         if !["true", "false"].contains(&written.value) {
             let problem = Problem::new(format!("`{}` is neither true nor false", written.value));
-            self.problems.push(problem.at(written.span(), "not a truth").with_help("`true` or `false`"));
+            self.problems.push(problem.at(written.span(), "not a truth").with_help("use `true` or `false`"));
         }
         written.value == "true"
     }
@@ -61,8 +61,10 @@ impl Compiler<'_> {
             }
         });
         for span in misplaced {
-            let problem = Problem::new("<finalize> sends and raises no events").at(span, "not here");
-            self.defer(problem.with_help("it takes what a message brings into the data; a transition reacts to it"));
+            let problem = Problem::new("<finalize> cannot send or raise events").at(span, "not here");
+            self.defer(
+                problem.with_help("it copies values from a message to the data; a transition reacts to the message"),
+            );
         }
         block
     }
@@ -72,7 +74,7 @@ impl Compiler<'_> {
         let file = self.alternative(node, "src", "srcexpr");
         match (file, content) {
             (Some(file), Some(content)) => {
-                let problem = Problem::new("a machine comes from a file or from a content, not both");
+                let problem = Problem::new("a machine comes either from a file or from content, not both");
                 self.problems.push(problem.at(file.span, "either this").at(name_span(content), "or this"));
                 InvokeSource::Broken("two sources".into())
             }
@@ -86,8 +88,8 @@ impl Compiler<'_> {
             }
             (None, Some(content)) => self.invoke_content(content),
             (None, None) => {
-                let problem = Problem::new("<invoke> does not say what").at(name_span(node), "nothing to invoke");
-                let help = "<content> with a machine in it, or `src` with the name of a file";
+                let problem = Problem::new("<invoke> does not name a machine").at(name_span(node), "nothing to invoke");
+                let help = "use <content> with a machine in it, or `src` with the name of a file";
                 InvokeSource::Broken(self.defer(problem.with_help(help)))
             }
         }
@@ -110,7 +112,7 @@ impl Compiler<'_> {
         }
     }
 
-    /// The data that `namelist` names. One that cannot be read is reported, and is an error when it is.
+    /// The data named by `namelist`. An unreadable one is reported, and is an error when it is read.
     pub(super) fn name_list(&mut self, node: Node<'_, '_>) -> Vec<Named> {
         let Some(written) = Written::attribute(node, "namelist") else {
             return Vec::new();
@@ -128,7 +130,7 @@ impl Compiler<'_> {
         Named { name: word.value.into(), value, location, span: word.span().into() }
     }
 
-    /// Compiles a location. One that cannot be compiled is reported, and `Err` says why.
+    /// Compiles a location. One that cannot be compiled is reported, and `Err` describes the problem.
     pub(super) fn place(&mut self, written: &Written<'_>) -> Result<Place, Arc<str>> {
         let parsed = crate::expression::location(written.value, &self.names);
         self.compiled(written, parsed, Form::Location, Place::Compiled, Place::Foreign)

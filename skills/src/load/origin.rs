@@ -1,4 +1,4 @@
-//! Where a machine comes from.
+//! The origin of a machine.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,16 +9,16 @@ use super::files;
 use crate::Strictness;
 use crate::chart::Chart;
 
-/// Where a machine comes from, and how strictly it is read.
+/// The origin of a machine, and how strictly it is checked.
 #[derive(Clone, Debug)]
 pub(super) struct Origin<'o> {
     pub(super) file: Source,
-    /// What the machine is called if it does not say so itself.
+    /// The name of a machine that does not name itself.
     pub(super) stem: &'o str,
     pub(super) strictness: Strictness,
-    /// Where files are looked up.
+    /// The folder in which files are looked up.
     pub(super) folder: Option<Arc<Path>>,
-    /// Whether the machines are looked at that are invoked from files.
+    /// Whether machines that are invoked from files are checked, too.
     pub(super) looks_further: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The first pass: which states, data and event descriptors there are.
+//! The first pass: all states, data and event descriptors.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,14 +15,14 @@ use crate::expression::{Names, is_identifier};
 
 const STATES: [&str; 4] = ["state", "parallel", "final", "history"];
 
-/// What the first pass finds; states and data stand beside their elements.
+/// The results of the first pass; states and data with their elements.
 pub(super) struct Outline<'a, 'i> {
     pub(super) states: Vec<(Node<'a, 'i>, State)>,
     /// Data without an element are declared by `<foreach>` or a script.
     pub(super) data: Vec<(Option<Node<'a, 'i>>, DataItem)>,
     pub(super) names: Names,
     defined: BTreeMap<String, Range<usize>>,
-    /// A place in the file, in bytes, and its line. States come one after the other.
+    /// A place in the file, in bytes, and its line. States are visited in order.
     line: (usize, usize),
 }
 
@@ -35,8 +35,8 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
             outline.declared_in_passing(node, origin);
         }
         if outline.states.len() == 1 {
-            let problem = Problem::new("the machine has no states").at(name_span(root), "nothing in here is a state");
-            problems.push(problem.with_help("<state id=\"idle\"/> is one"));
+            let problem = Problem::new("the machine has no states").at(name_span(root), "it contains no state");
+            problems.push(problem.with_help("for example <state id=\"idle\"/>"));
         }
         outline
     }
@@ -60,7 +60,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         id
     }
 
-    /// The state's id; where the file gives none, one is made up from the line.
+    /// The state's id; if the file gives none, it is generated from the line.
     fn state_name(&mut self, node: Node<'a, 'i>, id: StateId, problems: &mut Vec<Problem>) -> Arc<str> {
         if id == StateId::ROOT {
             return "scxml".into();
@@ -73,10 +73,10 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
         };
         let name = written.value;
         if name.is_empty() || name.contains(char::is_whitespace) {
-            let problem = Problem::new("a state's id is one word").at(written.span(), "not one word");
+            let problem = Problem::new("a state's id must be one word").at(written.span(), "not one word");
             problems.push(problem.with_help("transitions name their targets by id, separated by blanks"));
         } else if let Some(first) = self.defined.get(name) {
-            let problem = Problem::new(format!("there are two states `{name}`"));
+            let problem = Problem::new(format!("there are two states named `{name}`"));
             problems.push(problem.at(written.span(), "once more").at(first.clone(), "the first"));
         } else {
             self.defined.insert(name.to_owned(), written.span());
@@ -94,12 +94,12 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
             let problem =
                 Problem::new(format!("`{name}` cannot be the name of a datum")).at(span.clone(), "not a name");
             problems.push(
-                problem.with_help("letters, digits, `_` and `$`, and no word that ECMAScript or SCXML has taken"),
+                problem.with_help("use letters, digits, `_` and `$`, but no reserved word of ECMAScript or SCXML"),
             );
         }
         if let Some(first) = self.names.data.get(name) {
             let first = self.data[first.index()].1.span;
-            let problem = Problem::new(format!("there are two data `{name}`"));
+            let problem = Problem::new(format!("there are two data named `{name}`"));
             problems.push(
                 problem.at(span, "once more").at(first, "the first").with_help("all data of a machine share one scope"),
             );
@@ -123,7 +123,7 @@ impl<'a, 'i: 'a> Outline<'a, 'i> {
                 ["item", "index"].into_iter().filter_map(|name| node.attribute(name)).map(str::to_owned).collect()
             }
             "script" => {
-                // What is wrong with the file is said when the script is compiled.
+                // Problems of the file are reported when the script is compiled.
                 let file = Written::attribute(node, "src").and_then(|src| origin.read(src.value).ok());
                 let text = Written::text(node).map(|text| text.value.to_owned()).or(file).unwrap_or_default();
                 let Declarations { variables, functions, .. } = declarations(&text);
@@ -154,8 +154,8 @@ fn kind(node: Node<'_, '_>, is_root: bool, problems: &mut Vec<Problem>) -> State
         "history" => StateKind::History(match Written::attribute(node, "type") {
             Some(written) if written.value == "deep" => HistoryKind::Deep,
             Some(written) if written.value != "shallow" => {
-                let problem = Problem::new(format!("there is no `{}` history", written.value));
-                problems.push(problem.at(written.span(), "unknown type").with_help("`shallow` or `deep`"));
+                let problem = Problem::new(format!("unknown history type `{}`", written.value));
+                problems.push(problem.at(written.span(), "unknown type").with_help("use `shallow` or `deep`"));
                 HistoryKind::Shallow
             }
             _ => HistoryKind::Shallow,

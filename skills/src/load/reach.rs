@@ -1,4 +1,4 @@
-//! What can never happen in a machine: states that nothing enters, transitions that nothing enables.
+//! Things that can never happen in a machine: states that are never entered, transitions that are never enabled.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ use crate::chart::{
 };
 use crate::expression::Scope;
 
-/// Warns of states that are never entered, transitions that are never taken and events that the machine sends itself and
-/// never takes, as far as the file alone tells.
+/// Warns of states that are never entered, transitions that are never taken and events that the machine sends to itself
+/// and never takes, as far as the file alone tells.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     problems.extend(unheard(chart));
     let ends = Ends::of(chart);
@@ -34,7 +34,7 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
         let is_outermost = state.parent.is_none_or(|parent| reached.contains(parent.index()));
         if is_outermost && !matches!(state.kind, StateKind::History(_)) {
             let problem = Problem::new(format!("the state `{}` is never entered", state.id())).as_warning();
-            let help = "no transition and no initial state leads here";
+            let help = "no transition and no initial state leads to it";
             problems.push(problem.at(state.span, "unreachable").with_help(help));
         }
     }
@@ -44,10 +44,10 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     );
 }
 
-/// Events that the machine sends to itself and no transition takes, each once.
+/// Events that the machine sends to itself and that no transition takes, each once.
 fn unheard(chart: &Chart) -> Vec<Problem> {
     if chart.invokes().any(|invoke| invoke.auto_forward) {
-        // A machine that it invokes may take what it does not.
+        // An invoked machine may take them.
         return Vec::new();
     }
     let mut sends: BTreeMap<&str, Vec<SourceSpan>> = BTreeMap::new();
@@ -67,21 +67,22 @@ fn unheard(chart: &Chart) -> Vec<Problem> {
             1 => ", here and once more".to_owned(),
             more => format!(", here and {more} times more"),
         };
-        let problem = Problem::new(format!("the machine sends itself the event `{event}`{more}, and nothing takes it"))
-            .as_warning();
-        let help = "without `target` and `type`, an event comes back to the machine; <send type=\"channel\" target=\"BT\" \
+        let problem =
+            Problem::new(format!("the machine sends itself the event `{event}`{more}, but no transition takes it"))
+                .as_warning();
+        let help = "without `target` and `type`, an event goes to the machine itself; <send type=\"channel\" target=\"BT\" \
                     event=\"success\"/> answers the tree";
-        problem.at(spans[0], "comes back, and is dropped").with_help(help)
+        problem.at(spans[0], "comes back and is dropped").with_help(help)
     };
     sends.into_iter().map(warning).collect()
 }
 
-/// Whether that event I/O processor brings a machine its own events.
+/// Whether this event I/O processor delivers a machine's events to the machine itself.
 fn is_own(processor: &str) -> bool {
     [SCXML_PROCESSOR, "scxml"].contains(&processor)
 }
 
-/// Whether `done.state.…` ever comes of that state.
+/// Whether `done.state.…` can ever occur for this state.
 pub(crate) fn can_be_done(chart: &Chart, id: StateId) -> bool {
     match chart.state(id).kind {
         StateKind::Compound => {
@@ -91,11 +92,11 @@ pub(crate) fn can_be_done(chart: &Chart, id: StateId) -> bool {
     }
 }
 
-/// With so many earlier transitions of its state a transition is compared.
+/// A transition is compared with at most this many earlier transitions of its state.
 const MAX_EARLIER: usize = 1000;
 
-/// Why a transition is never taken, if that can be told. Its condition always has that value, if it always has the same;
-/// these come before it in its state, whatever holds.
+/// Why a transition is never taken, if that can be determined. `constant` is the value of its condition if it never
+/// changes; `earlier` are the transitions before it in its state.
 fn never_taken(
     chart: &Chart,
     taken: &Taken,
@@ -111,16 +112,17 @@ fn never_taken(
         return Some(warning("this condition never holds".to_owned()).at(condition.span, "always false"));
     }
     if let Some(first) = earlier.iter().find(|first| first.covers(taken)) {
-        let problem = warning("this transition is never taken".to_owned()).at(transition.span, "comes too late");
-        return Some(problem.at(chart.transition(first.transition).span, "this one takes every such event"));
+        let problem =
+            warning("this transition is never taken".to_owned()).at(transition.span, "another transition comes first");
+        return Some(problem.at(chart.transition(first.transition).span, "this one already takes every such event"));
     }
     let hopeless = transition.descriptors.iter().map(|descriptor| ends.hopeless(&descriptor.text));
     let reasons: Vec<String> = hopeless.collect::<Option<_>>()?;
     let descriptor = transition.descriptors.first()?;
-    Some(warning(reasons.into_iter().next()?).at(descriptor.span, "never comes"))
+    Some(warning(reasons.into_iter().next()?).at(descriptor.span, "never occurs"))
 }
 
-/// The value of a condition that is always the same; true if there is none.
+/// The value of a condition that never changes; true if there is no condition.
 fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     let Some(condition) = &transition.condition else {
         return Some(true);
@@ -129,10 +131,10 @@ fn constant(chart: &Chart, transition: &Transition) -> Option<bool> {
     if condition.test.is_fixed(&|_| false) { condition.test.truth(&scope).ok() } else { None }
 }
 
-/// Which events a transition takes.
+/// The events that a transition takes.
 struct Taken {
     transition: TransitionId,
-    /// What its descriptors match, upwards, none of them within another; nothing if it takes no event.
+    /// The classes that its descriptors match, in ascending order and disjoint; empty if it takes no event.
     matches: Vec<Matches>,
 }
 
@@ -140,15 +142,15 @@ impl Taken {
     fn by(chart: &Chart, transition: TransitionId) -> Self {
         let descriptors = &chart.transition(transition).descriptors;
         let mut matches: Vec<Matches> = descriptors.iter().map(|descriptor| descriptor.matches).collect();
-        // What covers another comes before it.
+        // A covering descriptor comes before the covered ones.
         matches.sort();
         matches.dedup_by(|inner, outer| outer.covers(*inner));
         Self { transition, matches }
     }
 
-    /// Whether every event that the other takes is one that this takes.
+    /// Whether this takes every event that the other takes.
     fn covers(&self, other: &Self) -> bool {
-        // Of two descriptors one covers the other, or they have nothing in common.
+        // Two descriptors are disjoint, or one covers the other.
         let is_covered = |inner: &Matches| {
             let before = self.matches.partition_point(|outer| outer.begins_before(*inner));
             before.checked_sub(1).is_some_and(|place| self.matches[place].covers(*inner))
@@ -157,7 +159,7 @@ impl Taken {
     }
 }
 
-/// Which states can be done.
+/// The states that can be done.
 struct Ends<'c> {
     /// Ids in alphabetical order, each with the number of states up to it that can be done.
     states: Vec<(&'c str, usize)>,
@@ -176,14 +178,14 @@ impl<'c> Ends<'c> {
         Self { states }
     }
 
-    /// Why an event never comes that only the processor makes.
+    /// Why an event that only the processor generates never occurs.
     fn hopeless(&self, descriptor: &str) -> Option<String> {
         let name = descriptor.strip_prefix("done.state.")?;
         let name = name.strip_suffix(".*").or_else(|| name.strip_suffix('.')).unwrap_or(name);
         if name.is_empty() || name == "*" {
             return None;
         }
-        // An id may contain dots, and the descriptor may be its beginning only; `/` is what follows `.`.
+        // An id may contain dots, and the descriptor may be only its beginning; `/` is the character after `.`.
         let up_to = |id: &str| self.states.partition_point(|(state, _)| *state < id);
         let done_in = |from: usize, to: usize| {
             let done = |end: usize| end.checked_sub(1).map_or(0, |last| self.states[last].1);
@@ -199,7 +201,7 @@ impl<'c> Ends<'c> {
     }
 }
 
-/// The states that can be entered, if every transition is taken some time that is not known never to be.
+/// The states that can be entered, assuming that every transition is taken at some time unless it is known never to be.
 fn reached(chart: &Chart, never: &[Option<Problem>]) -> BitSet {
     let mut reached = BitSet::new(chart.states.len());
     let mut open = vec![StateId::ROOT];

@@ -1,16 +1,16 @@
-//! Which elements SCXML has, what they may contain and which attributes they take (SCXML 3 to 6).
+//! The elements of SCXML, their allowed contents and their attributes (SCXML 3 to 6).
 
-/// What an element may be and contain.
+/// The rules for an element.
 pub(super) struct Rule {
     pub(super) element: &'static str,
-    /// Attributes that must be there.
+    /// Required attributes.
     pub(super) required: &'static [&'static str],
-    /// Attributes that may be there.
+    /// Optional attributes.
     pub(super) optional: &'static [&'static str],
     pub(super) children: &'static [&'static str],
-    /// Whether executable content may stand in it.
+    /// Whether it may contain executable content.
     pub(super) executable: bool,
-    /// Whether text may stand in it.
+    /// Whether it may contain text.
     pub(super) text: bool,
 }
 
@@ -18,7 +18,7 @@ const fn rule(element: &'static str) -> Rule {
     Rule { element, required: &[], optional: &[], children: &[], executable: false, text: false }
 }
 
-/// Elements that do something.
+/// Elements of executable content.
 pub(super) const EXECUTABLE: [&str; 8] = ["raise", "if", "foreach", "log", "assign", "script", "send", "cancel"];
 
 pub(super) const RULES: [Rule; 26] = [
@@ -102,7 +102,7 @@ impl Rule {
         self.children.contains(&element) || self.executable && EXECUTABLE.contains(&element)
     }
 
-    /// What may stand in the element, for messages to people.
+    /// The allowed contents of the element, for messages.
     pub(super) fn contents(&self) -> Vec<&'static str> {
         let executable: &[&str] = if self.executable { &EXECUTABLE } else { &[] };
         self.children.iter().chain(executable).copied().collect()
@@ -113,7 +113,7 @@ impl Rule {
     }
 }
 
-/// Attributes that cannot stand together, by element.
+/// Attributes that exclude each other, by element.
 pub(super) const EXCLUSIVE: [(&str, [&str; 2]); 11] = [
     ("send", ["event", "eventexpr"]),
     ("send", ["target", "targetexpr"]),

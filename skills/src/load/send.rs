@@ -10,7 +10,7 @@ use super::xml::{Written, elements_named, name_span};
 use crate::chart::{ActionKind, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId};
 use crate::delay;
 
-/// Where an event goes that is meant for the internal queue of its own machine.
+/// The target of events for the machine's own internal queue.
 pub(crate) const INTERNAL_TARGET: &str = "#_internal";
 
 impl Compiler<'_> {
@@ -47,25 +47,28 @@ impl Compiler<'_> {
         match Written::attribute(node, "type") {
             Some(written) if written.value == CHANNEL_PROCESSOR => {
                 if !has("target") && !has("targetexpr") {
-                    let problem = Problem::new("the message does not say where it goes");
-                    self.problems
-                        .push(problem.at(name_span(node), "`target` is missing").with_help("the name of a process"));
+                    let problem = Problem::new("the message has no target");
+                    self.problems.push(
+                        problem.at(name_span(node), "`target` is missing").with_help("use the name of a process"),
+                    );
                 }
                 if !has("event") && !has("eventexpr") {
-                    let problem = Problem::new("the message does not say what it is");
+                    let problem = Problem::new("the message has no name");
                     let help = "`event` is the message's first field: event=\"tick\" sends [<tick>]";
                     self.problems.push(problem.at(name_span(node), "`event` is missing").with_help(help));
                 }
                 if let Some(content) = has_content {
-                    let problem =
-                        Problem::new("a message has fields by name").at(name_span(content), "no field's name");
-                    self.problems.push(problem.with_help("<param name=\"place\" expr=\"…\"/>"));
+                    let problem = Problem::new("the fields of a message have names")
+                        .at(name_span(content), "content has no field names");
+                    self.problems.push(problem.with_help("use <param name=\"place\" expr=\"…\"/>"));
                 }
             }
             Some(written) if ![SCXML_PROCESSOR, "scxml"].contains(&written.value) => {
-                let problem = Problem::new(format!("there is no event processor `{}`", written.value));
+                let problem = Problem::new(format!("unknown event processor `{}`", written.value));
                 self.defer(
-                    problem.at(written.span(), "unknown type").with_help(format!("`{CHANNEL_PROCESSOR}` or `scxml`")),
+                    problem
+                        .at(written.span(), "unknown type")
+                        .with_help(format!("use `{CHANNEL_PROCESSOR}` or `scxml`")),
                 );
             }
             _ if !has("event") && !has("eventexpr") && has_content.is_none() => {
@@ -82,14 +85,14 @@ impl Compiler<'_> {
         if let Some(span) = literal.as_ref().or(computed.as_ref()).map(Written::span)
             && node.attribute("target") == Some(INTERNAL_TARGET)
         {
-            let problem = Problem::new("the internal queue takes no delayed events").at(span, "a delay");
-            self.problems.push(problem.with_help("leave the target out: the event then comes back as an external one"));
+            let problem = Problem::new("events to the internal queue cannot be delayed").at(span, "a delay");
+            self.problems.push(problem.with_help("leave out the target: the event then comes back as an external one"));
         }
         match (literal, computed) {
             (Some(written), _) => match delay::parse(written.value) {
                 Some(delay) => Delay::Literal(delay),
                 None => {
-                    let problem = Problem::new(format!("`{}` is no delay", written.value));
+                    let problem = Problem::new(format!("`{}` is not a delay", written.value));
                     let reason = self.defer(problem.at(written.span(), "not a delay").with_help(delay::FORMS));
                     Delay::Computed(crate::expression::Expr::Broken(reason))
                 }

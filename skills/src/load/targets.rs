@@ -1,10 +1,10 @@
-//! Whether transitions lead where they can lead.
+//! Checks the targets of transitions.
 
 use diagnostics::Problem;
 
 use crate::chart::{Chart, HistoryKind, StateId, StateKind, TransitionDomain};
 
-/// Reports targets that cannot be active at once, and initial states that do not lie inside.
+/// Reports targets that cannot be active at once, and initial states outside their parent.
 pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
     let id = |state: &StateId| format!("`{}`", chart.state(*state).id());
     for transition in chart.transitions().map(|transition| chart.transition(transition)) {
@@ -12,7 +12,7 @@ pub(super) fn check(chart: &Chart, problems: &mut Vec<Problem>) {
             let targets: Vec<String> = transition.targets.iter().map(id).collect();
             let problem = Problem::new(format!("{} cannot be active at once", targets.join(" and ")));
             let problem = problem.at(transition.span, "leads to all of them");
-            problems.push(problem.with_help("several targets lie in different children of a <parallel>"));
+            problems.push(problem.with_help("several targets must be in different children of a <parallel>"));
         }
     }
     for state in std::iter::once(StateId::ROOT).chain(chart.states()) {
@@ -32,28 +32,29 @@ fn check_initial(chart: &Chart, id: StateId, problems: &mut Vec<Problem>) {
     };
     let at = |problem: Problem| problem.at(state.span, "in here");
     for target in targets.iter().filter(|target| !chart.is_descendant(**target, within)) {
-        problems.push(at(Problem::new(format!("{} does not lie inside {}", name(*target), name(within)))));
+        problems.push(at(Problem::new(format!("{} is not inside {}", name(*target), name(within)))));
     }
     if !chart.are_orthogonal(targets) {
         let problem = Problem::new(format!("the initial states of {} cannot be active at once", name(within)));
-        problems.push(at(problem).with_help("several initial states lie in different children of a <parallel>"));
+        problems.push(at(problem).with_help("several initial states must be in different children of a <parallel>"));
     }
     let is_history = |target: &StateId| matches!(chart.state(*target).kind, StateKind::History(_));
     match state.kind {
         StateKind::History(_) if targets.iter().any(is_history) => {
-            problems.push(at(Problem::new("the default of a history state is another history state")));
+            problems.push(at(Problem::new("the default of a history state must not be another history state")));
         }
         StateKind::History(HistoryKind::Shallow)
             if targets.iter().any(|target| chart.state(*target).parent != Some(within)) =>
         {
-            let problem = Problem::new("the default of a shallow history state is a child of its parent").as_warning();
+            let problem =
+                Problem::new("the default of a shallow history state must be a child of its parent").as_warning();
             problems.push(at(problem));
         }
         _ => {}
     }
 }
 
-/// Computes where each transition exits and enters, once the states are known.
+/// Computes the domain of each transition, once the states are known.
 pub(super) fn resolve_domains(chart: &mut Chart) {
     let is_history = |target: &StateId| matches!(chart.state(*target).kind, StateKind::History(_));
     let domain = |transition| {

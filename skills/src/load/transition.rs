@@ -1,4 +1,4 @@
-//! Compiling transitions, and what states enter by default (SCXML 3.3 to 3.6, 3.10).
+//! Compiling transitions, and the default children of states (SCXML 3.3 to 3.6, 3.10).
 
 use diagnostics::{MAX_HINTS, Problem, nearest_or_all};
 use roxmltree::Node;
@@ -15,10 +15,10 @@ impl Compiler<'_> {
         let targets = Written::attribute(node, "target").map_or_else(Vec::new, |target| self.targets(&target));
         let internal = Written::attribute(node, "type").is_some_and(|written| self.is_internal(&written));
         if ["event", "cond", "target"].into_iter().all(|name| node.attribute(name).is_none()) {
-            // It would be taken again and again, for ever (SCXML 3.5.1).
-            let problem = Problem::new("a transition has an event, a condition or a target");
-            let problem = problem.at(name_span(node), "has none of them");
-            self.problems.push(problem.with_help("what is done on entering the state belongs in <onentry>"));
+            // It would be taken forever (SCXML 3.5.1).
+            let problem = Problem::new("a transition needs an event, a condition or a target");
+            let problem = problem.at(name_span(node), "this has none of them");
+            self.problems.push(problem.with_help("put actions on entering the state in <onentry>"));
         }
         Transition {
             source,
@@ -34,8 +34,8 @@ impl Compiler<'_> {
 
     fn is_internal(&mut self, written: &Written<'_>) -> bool {
         if !["internal", "external"].contains(&written.value) {
-            let problem = Problem::new(format!("there are no {} transitions", written.value));
-            self.problems.push(problem.at(written.span(), "unknown type").with_help("`internal` or `external`"));
+            let problem = Problem::new(format!("unknown transition type `{}`", written.value));
+            self.problems.push(problem.at(written.span(), "unknown type").with_help("use `internal` or `external`"));
         }
         written.value == "internal"
     }
@@ -44,12 +44,13 @@ impl Compiler<'_> {
         let words = event.words();
         if words.is_empty() {
             let problem = Problem::new("no event is named").at(event.span(), "empty");
-            self.problems.push(problem.with_help("leave the attribute out to take the transition without an event"));
+            self.problems.push(problem.with_help("leave out the attribute for a transition without an event"));
         }
         let mut descriptors = Vec::new();
         for (word, span) in words {
             if word == ".*" {
-                let problem = Problem::new("`.*` has nothing before its dot").at(span.clone(), "every event is meant?");
+                let problem =
+                    Problem::new("`.*` has nothing before its dot").at(span.clone(), "did you mean every event, `*`?");
                 self.defer(problem.with_help("`*`"));
             }
             if is_descriptor(word) || word == ".*" {
@@ -58,8 +59,7 @@ impl Compiler<'_> {
             } else {
                 self.leads_nowhere = true;
                 let problem = Problem::new(format!("`{word}` matches no event")).at(span, "not an event descriptor");
-                let forms =
-                    "`BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
+                let forms = "use `BT.tick`; `BT` or `BT.*` for every event whose name begins with the word BT; `*` for every event";
                 self.problems.push(problem.with_help(forms));
             }
         }
@@ -71,7 +71,7 @@ impl Compiler<'_> {
         let words = written.words();
         if words.is_empty() {
             let problem = Problem::new("no state is named").at(written.span(), "empty");
-            self.problems.push(problem.with_help("leave the attribute out to stay in the state"));
+            self.problems.push(problem.with_help("leave out the attribute to stay in the state"));
         }
         let mut targets = Vec::new();
         for (word, span) in words {
@@ -79,7 +79,7 @@ impl Compiler<'_> {
                 Some(state) => targets.push(*state),
                 None => {
                     self.leads_nowhere = true;
-                    let problem = Problem::new(format!("there is no state `{word}`")).at(span, "unknown state");
+                    let problem = Problem::new(format!("unknown state `{word}`")).at(span, "unknown state");
                     let help = (self.problems.len() < MAX_HINTS).then(|| {
                         let known: Vec<&str> = self.names.states.keys().map(String::as_str).collect();
                         nearest_or_all(word, "states", &known)
@@ -91,21 +91,21 @@ impl Compiler<'_> {
         targets
     }
 
-    /// What a compound state enters by default: its attribute, its element, or its first child.
+    /// The default child of a compound state: by its attribute, its element, or else its first child.
     pub(super) fn initial(&mut self, node: Node<'_, '_>, state: &State) -> Option<Initial> {
         let attribute = Written::attribute(node, "initial");
         let element = elements_named(node, "initial").next();
         if state.kind != StateKind::Compound {
             let span = attribute.map(|written| written.span()).or_else(|| element.map(name_span));
             if let Some(span) = span {
-                let problem = Problem::new("only a state with child states has an initial one");
-                self.problems.push(problem.at(span, format!("{} has no children to choose from", state.id)));
+                let problem = Problem::new("only a state with child states can have an initial one");
+                self.problems.push(problem.at(span, format!("{} has no children", state.id)));
             }
             return None;
         }
         match (attribute, element) {
             (Some(attribute), Some(element)) => {
-                let problem = Problem::new("an initial state is given twice");
+                let problem = Problem::new("the initial state is given twice");
                 self.problems.push(problem.at(attribute.span(), "here").at(name_span(element), "and here"));
                 self.targets(&attribute);
                 self.default_transition(element);
@@ -120,21 +120,21 @@ impl Compiler<'_> {
         }
     }
 
-    /// The one transition of `<initial>` or `<history>`: it has a target, and neither event nor condition.
+    /// The only transition of `<initial>` or `<history>`: it has a target, and neither event nor condition.
     pub(super) fn default_transition(&mut self, node: Node<'_, '_>) -> Option<Initial> {
         let name = node.tag_name().name();
         let transitions: Vec<Node<'_, '_>> = elements(node).collect();
         let [transition] = transitions.as_slice() else {
             self.leads_nowhere = true;
-            let message = format!("<{name}> has one transition, not {}", transitions.len());
+            let message = format!("<{name}> must have one transition, not {}", transitions.len());
             let problem = Problem::new(message).at(name_span(node), "in here");
             self.problems.push(problem.with_help("<transition target=\"…\"/>"));
             return None;
         };
         for unwanted in ["event", "cond"] {
             if let Some(written) = Written::attribute(*transition, unwanted) {
-                let problem = Problem::new(format!("the transition of <{name}> is always taken"));
-                self.problems.push(problem.at(written.span(), format!("`{unwanted}` must not be here")));
+                let problem = Problem::new(format!("the transition of <{name}> is unconditional"));
+                self.problems.push(problem.at(written.span(), format!("`{unwanted}` is not allowed here")));
             }
         }
         let Some(target) = Written::attribute(*transition, "target") else {

@@ -1,4 +1,4 @@
-//! Values that are written out (SCXML B.2.1).
+//! Literal values (SCXML B.2.1).
 
 use std::ops::Range;
 
@@ -9,14 +9,14 @@ use crate::Datum;
 use crate::datum::standalone;
 use crate::expression;
 
-/// A value that is written between two tags (SCXML B.2.1): XML, JSON, or else a text with single blanks.
+/// A value between two tags (SCXML B.2.1): XML, JSON, or else text with white space collapsed.
 pub(super) struct InlineContent {
     pub(super) value: Datum,
     pub(super) span: Range<usize>,
 }
 
 impl InlineContent {
-    /// What stands in an element; none if that is nothing.
+    /// The content of an element; `None` if it is empty.
     pub(super) fn of(node: Node<'_, '_>) -> Option<Self> {
         if let Some(element) = node.children().find(Node::is_element) {
             return Some(Self { value: Datum::Xml(standalone(node.children()).into()), span: name_span(element) });
@@ -33,7 +33,7 @@ fn literal(text: &str) -> Datum {
     })
 }
 
-/// The value that a file holds.
+/// The value in a file.
 pub(super) fn content_of_file(text: &str) -> Datum {
     let text = text.trim_start_matches('\u{feff}').trim();
     if text.starts_with('<')

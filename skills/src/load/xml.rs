@@ -14,17 +14,17 @@ pub(super) fn is_scxml(node: &Node<'_, '_>) -> bool {
     node.is_element() && node.tag_name().namespace() == Some(NAMESPACE)
 }
 
-/// The SCXML elements directly inside.
+/// The child elements in SCXML's namespace.
 pub(super) fn elements<'a, 'i: 'a>(node: Node<'a, 'i>) -> impl Iterator<Item = Node<'a, 'i>> {
     node.children().filter(is_scxml)
 }
 
-/// The SCXML elements of that name directly inside.
+/// The child elements in SCXML's namespace with this name.
 pub(super) fn elements_named<'a, 'i: 'a>(node: Node<'a, 'i>, name: &'static str) -> impl Iterator<Item = Node<'a, 'i>> {
     elements(node).filter(move |child| child.tag_name().name() == name)
 }
 
-/// The elements of a machine, itself included, without those of machines inside of it and of XML that is data.
+/// The elements of a machine, including itself, without those of machines inside it and of XML data.
 pub(crate) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> {
     let mut found = Vec::new();
     let mut open = vec![root];
@@ -37,25 +37,25 @@ pub(crate) fn own_elements<'a, 'i: 'a>(root: Node<'a, 'i>) -> Vec<Node<'a, 'i>> 
     found
 }
 
-/// A piece of text out of the file: an attribute's value, or what stands between two tags.
+/// A piece of text in the file: an attribute's value, or the text between two tags.
 #[derive(Clone, Debug)]
 pub(crate) struct Written<'a> {
-    /// The text without the XML around it: `&gt;` is `>`.
+    /// The text with entities resolved: `&gt;` is `>`.
     pub(crate) value: &'a str,
-    /// As it stands in the file.
+    /// The text as written in the file.
     raw: &'a str,
     start: usize,
 }
 
 impl<'a> Written<'a> {
-    /// The attribute of that name.
+    /// The attribute with this name.
     pub(crate) fn attribute(node: Node<'a, '_>, name: &str) -> Option<Self> {
         let attribute =
             node.attributes().find(|attribute| attribute.namespace().is_none() && attribute.name() == name)?;
         Some(Self::within(node, attribute.value(), attribute.range_value()))
     }
 
-    /// The text between an element's tags, if there is any but white space.
+    /// The text between an element's tags, unless it is only white space.
     pub(crate) fn text(node: Node<'a, '_>) -> Option<Self> {
         let text = node
             .children()
@@ -72,12 +72,12 @@ impl<'a> Written<'a> {
         }
     }
 
-    /// Where the whole text stands.
+    /// The place of the whole text.
     pub(crate) fn span(&self) -> Range<usize> {
         self.start..self.start + self.raw.len()
     }
 
-    /// Where a part of the value stands, given in bytes of the value.
+    /// The place of a part of the value, given in bytes of the value.
     pub(crate) fn span_of(&self, part: Range<usize>) -> Range<usize> {
         let mut walk = self.walk();
         walk.advance(part.start)..walk.advance(part.len())
@@ -87,13 +87,12 @@ impl<'a> Written<'a> {
         Walk { value: self.value, raw: self.raw, place: self.start }
     }
 
-    /// Another text in the place of this one: it stands in a file that the attribute names, and what is wrong with it is
-    /// reported here.
+    /// Another text in place of this one: it is in a file that the attribute names, and its problems are reported here.
     pub(crate) fn whole<'t>(&self, text: &'t str) -> Written<'t> {
         Written { value: text, raw: "", start: self.start }
     }
 
-    /// A word of the value as a piece of its own.
+    /// A word of the value as a separate piece.
     pub(crate) fn part(&self, word: &'a str, span: Range<usize>) -> Self {
         let raw = self.raw.get(span.start - self.start..span.end - self.start).unwrap_or_default();
         Self { value: word, raw, start: span.start }
@@ -112,17 +111,17 @@ impl<'a> Written<'a> {
     }
 }
 
-/// A way through a text, as it is meant and as it stands in the file: an entity takes more room there than the letter
-/// that it stands for.
+/// A parallel walk through the value and the text in the file, in which an entity is longer than the character that it
+/// represents.
 struct Walk<'a> {
-    /// What is left of both.
+    /// The rest of both.
     value: &'a str,
     raw: &'a str,
     place: usize,
 }
 
 impl Walk<'_> {
-    /// Goes on by so many bytes of the value. The place in the file where that is.
+    /// Advances by this many bytes of the value. Returns the place in the file.
     fn advance(&mut self, mut bytes: usize) -> usize {
         while bytes > 0
             && let Some(letter) = self.value.chars().next()

@@ -1,4 +1,4 @@
-//! A microstep: leaving states, doing what the transitions do, entering states (SCXML 3.13, Appendix D).
+//! A microstep: exiting states, executing the content of transitions, entering states (SCXML 3.13, Appendix D).
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use crate::chart::{Binding, BitSet, HistoryKind, StateId, StateKind, TransitionI
 impl Macrostep<'_, '_> {
     /// Takes the transitions in `scratch.enabled`.
     ///
-    /// Appendix D asks for a transition's domain twice, before states are left and before states are entered. In between a
-    /// history state that it leads to may come to remember something else, and the second answer may then lie inside what
-    /// was left: nothing around it would be entered. So the first answer holds here.
+    /// Appendix D computes a transition's domain twice: before exiting and before entering states. In between, a
+    /// history state among its targets may come to remember something else. The second domain could then lie inside the
+    /// states just exited, and nothing around it would be entered. Therefore the first domain is used for both.
     pub(super) fn microstep(&mut self) {
         let enabled = std::mem::take(&mut self.machine.scratch.enabled);
         let mut domains = std::mem::take(&mut self.machine.scratch.domains);
@@ -39,7 +39,7 @@ impl Macrostep<'_, '_> {
         self.enter_states();
     }
 
-    /// Leaves, from the inside out, what the transitions leave, after its history has been recorded.
+    /// Records the history of the states that the transitions exit, then exits them from the inside out.
     fn exit_states(&mut self, domains: &[Option<StateId>]) {
         let mut leaving = std::mem::take(&mut self.machine.scratch.leaving);
         leaving.clear();
@@ -96,7 +96,7 @@ impl Macrostep<'_, '_> {
         scratch.histories.clear();
     }
 
-    /// Adds what a transition enters within its domain (computeEntrySet).
+    /// Adds the states that a transition enters within its domain (computeEntrySet).
     fn add_targets(&mut self, transition: TransitionId, domain: Option<StateId>) {
         let targets = &self.chart.transition(transition).targets;
         let Some(domain) = domain else {
@@ -113,7 +113,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// Adds a state and what is entered along with it (addDescendantStatesToEnter).
+    /// Adds a state and its descendants that are entered with it (addDescendantStatesToEnter).
     fn add_with_descendants(&mut self, id: StateId) {
         let chart = self.chart;
         let state = chart.state(id);
@@ -148,7 +148,7 @@ impl Macrostep<'_, '_> {
         targets.iter().for_each(|target| self.add_ancestors(*target, parent));
     }
 
-    /// Adds the states around `state` and inside `ancestor` (addAncestorStatesToEnter).
+    /// Adds the ancestors of `state` inside `ancestor` (addAncestorStatesToEnter).
     fn add_ancestors(&mut self, state: StateId, ancestor: StateId) {
         let chart = self.chart;
         for around in chart.ancestors(state).take_while(|around| *around != ancestor) {
@@ -170,7 +170,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// Enters what was added, from the outside in (enterStates).
+    /// Enters the added states from the outside in (enterStates).
     fn enter_states(&mut self) {
         let mut from = 0;
         while let Some(index) = self.machine.scratch.entering.next_from(from) {
@@ -209,7 +209,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// A final state ends its parent, and with the last of its children the parallel state around that.
+    /// A final state ends its parent. The last child of a parallel state to end also ends the parallel state.
     fn finish(&mut self, id: StateId) {
         let chart = self.chart;
         let parent = chart.state(id).parent.unwrap_or(StateId::ROOT);

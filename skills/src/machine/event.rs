@@ -12,24 +12,24 @@ pub struct Event {
     pub name: Arc<str>,
     /// `_event.type`
     pub kind: EventKind,
-    /// `_event.sendid`: the id of the `<send>` that sent it, if that gave one.
+    /// `_event.sendid`: the id of the `<send>` that sent it, if it had one.
     pub send_id: Option<Arc<str>>,
     /// `_event.origin`: where an answer should go.
     pub origin: Option<Arc<str>>,
-    /// `_event.origintype`: the event I/O processor that would bring it there.
+    /// `_event.origintype`: the event I/O processor that would deliver it there.
     pub origin_type: Option<Arc<str>>,
-    /// `_event.invokeid`: the id by which the machine knows the one that sent it, if it has invoked that one.
+    /// `_event.invokeid`: the id of the invoked machine that sent it, if one did.
     pub invoke_id: Option<Arc<str>>,
     /// `_event.data`
     pub data: Datum,
-    /// All parameters in order, if two of them have one name; `data` has the last of them alone.
+    /// All parameters in order, if two of them have the same name; `data` has only the last of these.
     pub(crate) repeated: Option<Params>,
 }
 
 /// Parameters in the order they were sent.
 pub type Params = Arc<[(Arc<str>, Datum)]>;
 
-/// Where an event comes from.
+/// The origin of an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum EventKind {
     /// From the processor: errors and `done` events.
@@ -51,7 +51,7 @@ impl EventKind {
 }
 
 impl Event {
-    /// An event of that name from outside, without data.
+    /// An event with this name from outside, without data.
     #[must_use]
     pub fn external(name: impl Into<Arc<str>>) -> Self {
         Self::new(name.into(), EventKind::External)
@@ -97,7 +97,7 @@ impl Event {
         self
     }
 
-    /// The same event from there, by that event I/O processor.
+    /// The same event with this origin and event I/O processor.
     #[must_use]
     pub fn with_origin(mut self, origin: impl Into<Arc<str>>, origin_type: impl Into<Arc<str>>) -> Self {
         self.origin = Some(origin.into());
@@ -106,19 +106,19 @@ impl Event {
     }
 }
 
-/// What a machine sends to somebody else.
+/// An event that a machine sends to another process.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Outgoing {
-    /// The event I/O processor, as the `type` of `<send>` names it: `channel`.
+    /// The event I/O processor, as named by the `type` of `<send>`: `channel`.
     pub processor: Arc<str>,
-    /// Where it goes.
+    /// Its target.
     pub target: Option<Arc<str>>,
-    /// The event's name; none if only content is sent.
+    /// The event's name; `None` if only content is sent.
     pub event: Option<Arc<str>>,
-    /// The id that the `<send>` gave it.
+    /// The id of the `<send>`.
     pub send_id: Option<Arc<str>>,
-    /// An object with a member per parameter, or the content.
+    /// An object with one member per parameter, or the content.
     pub data: Datum,
-    /// All parameters in order, if two of them have one name; `data` has the last of them alone.
+    /// All parameters in order, if two of them have the same name; `data` has only the last of these.
     pub repeated: Option<Params>,
 }

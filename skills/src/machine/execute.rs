@@ -10,11 +10,11 @@ use crate::Datum;
 use crate::chart::{Action, ActionKind, Branch, Condition, Content, DataId, Foreach, Payload, Place};
 use crate::expression::{BinaryOp, EvaluationError, Expr, Location, Statement, binary};
 
-/// An action failed: the rest of its block is left out (SCXML 3.12.2). The error event is in the queue already.
+/// An action failed: the rest of its block is skipped (SCXML 3.12.2). The error event is in the queue already.
 pub(super) struct Aborted;
 
 impl Macrostep<'_, '_> {
-    /// Executes a block; if one of its actions fails, not the actions behind it.
+    /// Executes a block. If an action fails, the following ones are skipped.
     pub(super) fn execute(&mut self, block: &[Action]) {
         self.steps.begin();
         let _ = self.actions(block);
@@ -54,12 +54,12 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// Takes steps, and ends the block if there are none left.
+    /// Counts steps, and ends the block if none are left.
     fn count(&mut self, steps: u64, span: SourceSpan) -> Result<(), Aborted> {
         self.steps.take(steps).or_else(|error| self.abort(error.to_string(), span))
     }
 
-    /// Reports what went wrong, and ends the block.
+    /// Reports an error, and ends the block.
     pub(super) fn abort<T>(&mut self, reason: String, span: SourceSpan) -> Result<T, Aborted> {
         self.fail(reason, span, None);
         Err(Aborted)
@@ -72,7 +72,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// Whether a condition holds; one that cannot be evaluated does not, and is an error (SCXML 5.9.1).
+    /// Whether a condition holds. If it cannot be evaluated, it does not hold, and an error is raised (SCXML 5.9.1).
     pub(super) fn holds(&mut self, condition: &Condition) -> bool {
         let truth = match &condition.test {
             Expr::Foreign(code) => self.run_code(code, None).map(|value| value.truthy()),
@@ -99,7 +99,7 @@ impl Macrostep<'_, '_> {
     fn try_assign(&mut self, location: &Location, value: Datum) -> Result<(), EvaluationError> {
         let keys = location.keys(&self.scope())?;
         if !keys.is_empty() {
-            // All data may have to be looked through for the object that changes.
+            // All data may have to be searched for the object that changes.
             self.steps.take_size(self.machine.data.iter().map(Datum::size).sum())?;
         }
         self.machine.data.put(location.data, &keys, value)
@@ -116,7 +116,7 @@ impl Macrostep<'_, '_> {
 
     fn foreach(&mut self, foreach: &Foreach, span: SourceSpan) -> Result<(), Aborted> {
         let Datum::Array(array) = self.value(&foreach.array, span)? else {
-            return self.abort("<foreach> goes through an array, and this is none".to_owned(), span);
+            return self.abort("<foreach> needs an array, and this is not one".to_owned(), span);
         };
         for (position, item) in array.items().iter().enumerate() {
             self.count(1, span)?;
@@ -166,8 +166,8 @@ impl Macrostep<'_, '_> {
         binary(op, &location.to_expr().evaluate(&scope)?, &operand.evaluate(&scope)?)
     }
 
-    /// The data of an event out of parameters or content. A parameter that cannot be evaluated is an error and left out
-    /// (SCXML 5.7); a content that cannot is an error and nothing (SCXML 5.6).
+    /// The data of an event, from parameters or content. A parameter that cannot be evaluated raises an error and is
+    /// left out (SCXML 5.7). Content that cannot be evaluated raises an error and is empty (SCXML 5.6).
     pub(super) fn payload(&mut self, payload: &Payload) -> Datum {
         match &payload.content {
             Some(Content::Literal(value)) => return value.clone(),
@@ -189,7 +189,7 @@ impl Macrostep<'_, '_> {
         members
     }
 
-    /// An object, or `undefined` where it would have no members or be too large.
+    /// An object, or `undefined` if it would be empty or too large.
     pub(super) fn object(&mut self, members: Vec<(Arc<str>, Datum)>) -> Datum {
         if members.is_empty() { Datum::Undefined } else { Datum::object(members).unwrap_or_default() }
     }

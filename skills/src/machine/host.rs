@@ -1,24 +1,24 @@
-//! What is around a machine.
+//! The environment of a machine.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use super::{Machine, Outgoing};
 
-/// Whoever runs a machine: takes what it sends away and what it has to say.
+/// The environment that runs a machine: takes the events it sends and the notes it makes.
 pub trait Host {
-    /// Delivers an event that the machine sends by an event I/O processor other than its own.
+    /// Delivers an event that the machine sends through an event I/O processor other than its own.
     ///
     /// # Errors
     /// [`Undelivered`] if that is impossible: the machine gets `error.communication`.
     fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered>;
 
-    /// Takes note of a log line or an error.
+    /// Receives a log line or an error.
     fn note(&mut self, note: Note) {
         let _ = note;
     }
 
-    /// Is told whenever the machine has entered a configuration; not of machines that it invokes.
+    /// Called whenever the machine has entered a configuration; not for machines that it invokes.
     fn entered(&mut self, machine: &Machine) {
         let _ = machine;
     }
@@ -29,7 +29,7 @@ pub trait Host {
 #[error("{0}")]
 pub struct Undelivered(pub String);
 
-/// What a machine has to say to people.
+/// A message of a machine for people.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Note {
@@ -46,10 +46,10 @@ pub enum Note {
         event: &'static str,
         /// What went wrong.
         reason: String,
-        /// Where: bytes of the machine's file.
+        /// The place: bytes of the machine's file.
         span: Range<usize>,
     },
-    /// No transition was enabled by an error event.
+    /// No transition handled an error event.
     UnhandledError {
         /// The event's name.
         event: Arc<str>,
@@ -59,21 +59,21 @@ pub enum Note {
         /// The event's name.
         event: Arc<str>,
     },
-    /// A machine that the machine has invoked has something to say.
+    /// A note of an invoked machine.
     Invoked {
-        /// The id that it is known by.
+        /// The id of the invoked machine.
         id: Arc<str>,
-        /// What it says; places are in its own file.
+        /// Its note; places are in its own file.
         note: Box<Note>,
     },
-    /// The machine ran in circles and was stopped.
+    /// The machine did not come to rest and was stopped.
     Stuck {
-        /// How many microsteps it took without coming to rest.
+        /// The number of microsteps that it took.
         microsteps: u32,
     },
 }
 
-/// A host that writes down what a machine sends and says, for running one alone.
+/// A host that records the events and notes of a machine that runs alone.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Transcript {
     /// What was sent, in order.
@@ -104,7 +104,7 @@ impl Host for Transcript {
     }
 }
 
-/// A host that lets everything pass.
+/// A host that ignores everything.
 pub(crate) struct Silence;
 
 impl Host for Silence {

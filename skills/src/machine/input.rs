@@ -1,4 +1,4 @@
-//! What sets a machine in motion: its start, an event, a timer that is due.
+//! The inputs of a machine: its start, events, and timers that are due.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,8 +10,8 @@ use crate::datum::Memory;
 use crate::steps::Steps;
 
 impl Machine {
-    /// Gives the data their first values, enters the initial states and runs until the machine comes to rest. Does
-    /// nothing on a machine that has been started before.
+    /// Initialises the data, enters the initial states and runs until the machine comes to rest. Does nothing if the
+    /// machine has been started before.
     pub fn start(&mut self, now: Duration, host: &mut dyn Host) {
         if self.status == Status::Ready {
             let chart = Arc::clone(&self.chart);
@@ -19,7 +19,7 @@ impl Machine {
         }
     }
 
-    /// Hands the machine an external event and runs until it comes to rest. A machine that is not running drops it.
+    /// Gives the machine an external event and runs until it comes to rest. A machine that is not running drops it.
     pub fn handle(&mut self, event: Event, now: Duration, host: &mut dyn Host) {
         if self.status == Status::Running {
             self.enqueue(event);
@@ -28,14 +28,14 @@ impl Machine {
         }
     }
 
-    /// When the next delayed event is due, here or in a machine that was invoked.
+    /// When the next delayed event is due, here or in an invoked machine.
     #[must_use]
     pub fn next_timer(&self) -> Option<Duration> {
         let own = self.timers.first().map(|timer| timer.due);
         self.invoked.iter().fold(own, |first, invoked| earlier(first, invoked.machine.next_timer()))
     }
 
-    /// Delivers the delayed events that are due at `now`, in the order they are due; the machine comes to rest after
+    /// Delivers the delayed events that are due at `now`, in order of their times; the machine comes to rest after
     /// each.
     pub fn fire_timers(&mut self, now: Duration, host: &mut dyn Host) {
         let chart = Arc::clone(&self.chart);
@@ -44,7 +44,7 @@ impl Machine {
         }
     }
 
-    /// The first values of all data, with nothing else run.
+    /// The initial values of all data, with nothing else executed.
     pub(crate) fn first_values(&self) -> Memory {
         let mut machine = self.clone();
         let chart = Arc::clone(&self.chart);
@@ -53,7 +53,7 @@ impl Machine {
     }
 }
 
-/// The earlier of two times, if there are any.
+/// The earlier of two optional times.
 fn earlier(one: Option<Duration>, other: Option<Duration>) -> Option<Duration> {
     match (one, other) {
         (Some(one), Some(other)) => Some(one.min(other)),

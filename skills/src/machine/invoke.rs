@@ -1,4 +1,4 @@
-//! Machines that a machine invokes (SCXML 6.4): they live inside it, and run when it is at rest.
+//! Invoked machines (SCXML 6.4): they live inside the machine that invoked them, and run when it is at rest.
 
 use std::sync::Arc;
 
@@ -7,13 +7,13 @@ use super::{Event, Host, Invoked, MAX_WAITING, Machine, Note, Outgoing, Queued, 
 use crate::Datum;
 use crate::chart::{Chart, INVOKE_KINDS, Invoke, InvokeSource, StateId};
 
-/// A family may have so many machines; more come from machines that invoke themselves.
+/// The maximum number of machines in a family; machines that invoke themselves would exceed it.
 const MAX_SESSIONS: usize = 256;
-/// Machines may invoke machines so deeply.
+/// The maximum depth of invocations.
 const MAX_GENERATIONS: u32 = 16;
 
 impl Machine {
-    /// Takes what another machine sends, if there is room for it.
+    /// Accepts an event from another machine, if there is room for it.
     pub(super) fn admit(&mut self, event: Event) -> Result<(), String> {
         if !self.has_room() {
             return Err(no_room());
@@ -30,13 +30,13 @@ impl Machine {
         }
     }
 
-    /// Whether an event waits for it, or for a machine inside.
+    /// Whether an event waits for it, or for a machine inside it.
     fn has_work(&self) -> bool {
         self.status == Status::Running && !self.external.is_empty()
             || self.invoked.iter().any(|invoked| invoked.machine.has_work())
     }
 
-    /// The machine of that session, if it is inside this one.
+    /// The machine with this session, if it is inside this one.
     pub(super) fn descendant(&mut self, session: &str) -> Option<&mut Self> {
         let mut running = self.invoked.iter_mut().filter(|invoked| invoked.machine.status == Status::Running);
         running.find_map(
@@ -53,7 +53,7 @@ impl Machine {
         }
     }
 
-    /// The machines that it has invoked and that still run: the ids it knows them by, and how they stand.
+    /// The invoked machines that still run, each with its id.
     pub fn invoked(&self) -> impl Iterator<Item = (&str, &Self)> {
         let running = self.invoked.iter().filter(|invoked| invoked.machine.status == Status::Running);
         running.map(|invoked| (&*invoked.id, &invoked.machine))
@@ -61,7 +61,7 @@ impl Machine {
 }
 
 impl Macrostep<'_, '_> {
-    /// Starts what the states that were entered invoke, in document order.
+    /// Starts the machines that the entered states invoke, in document order.
     pub(super) fn invoke_all(&mut self) {
         let mut from = 0;
         while let Some(state) = self.machine.to_invoke.next_from(from) {
@@ -80,12 +80,12 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// The machine that is to be started; without one, why not, if that is not in the queue yet.
+    /// The machine to start. Without one, the reason, unless it is in the queue already.
     fn prepare(&mut self, state: StateId, index: usize, invoke: &Invoke) -> Result<Invoked, Option<String>> {
         self.steps.begin();
         let kind = self.attribute(invoke.kind.as_ref())?;
         if let Some(kind) = kind.filter(|kind| !INVOKE_KINDS.contains(&&**kind)) {
-            return Err(Some(format!("there is no service of type `{kind}`")));
+            return Err(Some(format!("unknown service type `{kind}`")));
         }
         let chart = self.invoked_chart(&invoke.source)?;
         let mut given = Vec::new();
@@ -124,7 +124,7 @@ impl Macrostep<'_, '_> {
             }
             InvokeSource::Computed(expr) => match self.evaluate(expr).map_err(|error| error.to_string())? {
                 Datum::Text(text) | Datum::Xml(text) => self.chart.computed(&text),
-                other => Err(format!("{other} is no machine")),
+                other => Err(format!("{other} is not a machine")),
             },
             InvokeSource::Broken(reason) => Err(reason.to_string()),
         }
@@ -148,7 +148,7 @@ impl Macrostep<'_, '_> {
         Ok(machine)
     }
 
-    /// Lets one of the machines inside take what waits for it; false if nothing waits.
+    /// Lets one of the machines inside process its next event; false if none waits.
     pub(super) fn run_children(&mut self) -> bool {
         let waiting = self.machine.invoked.iter().position(|invoked| invoked.machine.has_work());
         if let Some(index) = waiting {
@@ -171,7 +171,7 @@ impl Macrostep<'_, '_> {
         self.until_rest();
     }
 
-    /// Runs a machine inside, takes what it sends, and notices its end.
+    /// Runs a machine inside, forwards what it sends, and notices its end.
     fn with_child(&mut self, index: usize, act: impl FnOnce(&mut Macrostep<'_, '_>)) {
         let mut invoked = self.machine.invoked.remove(index);
         let mail = self.run_child(&mut invoked, act);
@@ -187,7 +187,12 @@ impl Macrostep<'_, '_> {
                 self.machine.enqueue(Event { invoke_id: Some(id), ..event });
             }
             Status::Stuck => {
-                self.raise_error("error.communication", format!("{id} runs in circles and was stopped"), span, None);
+                self.raise_error(
+                    "error.communication",
+                    format!("{id} did not come to rest and was stopped"),
+                    span,
+                    None,
+                );
             }
             Status::Ready | Status::Running => {}
         }
@@ -208,7 +213,7 @@ impl Macrostep<'_, '_> {
         run.outer.mail
     }
 
-    /// Brings what a machine inside has sent to where it belongs.
+    /// Delivers an event from a machine inside.
     fn pass_on(&mut self, letter: OuterEvent, sender: &Arc<str>) {
         match letter {
             OuterEvent::Parent(event) => self.machine.enqueue(Event { invoke_id: Some(Arc::clone(sender)), ..event }),
@@ -220,7 +225,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// Ends what a state has invoked; nothing of what it still says to this machine is heard.
+    /// Ends the machines that a state has invoked; their further events to this machine are dropped.
     pub(super) fn cancel_invoked(&mut self, state: StateId) {
         while let Some(index) = self.machine.invoked.iter().position(|invoked| invoked.state == state) {
             let mut invoked = self.machine.invoked.remove(index);
@@ -240,8 +245,8 @@ impl Macrostep<'_, '_> {
         &self.chart.state(invoked.state).invokes[invoked.index]
     }
 
-    /// What an external event does before transitions are looked for: it is finalized if it comes from a machine inside,
-    /// and forwarded to those that want everything.
+    /// Handles an external event before transitions are selected: finalizes it if it comes from an invoked machine, and
+    /// forwards it to the machines with `autoforward`.
     pub(super) fn finalize_and_forward(&mut self, event: &Event) {
         let chart = self.chart;
         for place in 0..self.machine.invoked.len() {
@@ -261,7 +266,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// An empty `<finalize>` takes the values that come back under the names that were sent (SCXML 6.5.2).
+    /// An empty `<finalize>` assigns the returned values to the names that were sent (SCXML 6.5.2).
     fn finalize(&mut self, invoke: &Invoke, event: &Event) {
         let Some(block) = &invoke.finalize else {
             return;
@@ -274,14 +279,14 @@ impl Macrostep<'_, '_> {
         let params = invoke.params.iter().map(|param| (&param.name, &param.location, param.span));
         for (name, place, span) in named.chain(params) {
             if let (Some(place), Some(value)) = (place, event.data.member(name)) {
-                // What goes wrong is in the queue.
+                // An error is in the queue already.
                 let _ = self.assign(place, value.clone(), span);
             }
         }
     }
 }
 
-/// What is around a machine that was invoked.
+/// The environment of an invoked machine.
 struct Inside<'h> {
     id: &'h Arc<str>,
     host: &'h mut dyn Host,

@@ -1,4 +1,4 @@
-//! The main loop: macrosteps out of microsteps.
+//! The main loop: macrosteps consist of microsteps.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use crate::expression::{EvaluationError, Expr, Scope};
 use crate::steps::Steps;
 use crate::unobserved::Unobserved;
 
-/// A machine that has not come to rest after so many microsteps runs in circles.
+/// A machine that has not come to rest after this many microsteps is stopped.
 const MAX_MICROSTEPS: u32 = 10_000;
 
 /// A machine on its way to its next rest.
@@ -30,13 +30,13 @@ pub(super) struct Macrostep<'c, 'm> {
 pub(super) struct OuterSessions<'k> {
     /// The sessions that are neither it nor inside it.
     pub(super) outside: &'k [Arc<str>],
-    /// What it sends to them.
+    /// The events for them.
     pub(super) mail: Vec<OuterEvent>,
-    /// So much of it they may get.
+    /// The room that they have left.
     pub(super) room: usize,
 }
 
-/// An event for a machine further out.
+/// An event for an outer machine.
 pub(super) enum OuterEvent {
     Parent(Event),
     Session(Arc<str>, Event),
@@ -71,7 +71,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.until_rest();
     }
 
-    /// Takes events until there are none left (mainEventLoop).
+    /// Processes events until none are left (mainEventLoop).
     pub(super) fn until_rest(&mut self) {
         let mut microsteps = 0;
         while self.machine.status == Status::Running && self.next_microstep() {
@@ -87,8 +87,8 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         }
     }
 
-    /// Takes the transitions that are enabled without an event, or else by the next event, internal ones first.
-    /// False if there is nothing left to do.
+    /// Takes the transitions that are enabled without an event, or else by the next event, internal events first.
+    /// Returns false if nothing is left to do.
     fn next_microstep(&mut self) -> bool {
         self.steps.begin();
         self.select(None);
@@ -140,7 +140,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         }
     }
 
-    /// Runs the exit handlers of all active states (exitInterpreter). The configuration stays to be looked at.
+    /// Runs the exit handlers of all active states (exitInterpreter). The configuration is kept for inspection.
     pub(super) fn exit_interpreter(&mut self) {
         let ended_in = self.machine.configuration.clone();
         let mut limit = self.chart.states.len();
@@ -160,7 +160,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.drop_events();
     }
 
-    /// A machine at its end has nothing to come.
+    /// Nothing can reach a machine that has ended.
     fn drop_events(&mut self) {
         self.machine.internal.clear();
         self.machine.external.clear();
@@ -169,7 +169,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.machine.invoked.clear();
     }
 
-    /// Gives the data their first values: all of them with early binding, those of the machine with late binding.
+    /// Initialises the data: all of them with early binding, those of the machine with late binding.
     pub(super) fn initialise_all(&mut self) {
         match self.chart.binding {
             Binding::Early => (0..self.chart.data.len()).for_each(|index| self.initialise(DataId::new(index))),
@@ -177,7 +177,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         }
     }
 
-    /// Gives a state's data their first values when it is entered for the first time (late binding).
+    /// Initialises a state's data when it is entered for the first time (late binding).
     pub(super) fn initialise_state(&mut self, state: StateId) {
         if !self.machine.initialised.contains(state.index()) {
             self.machine.initialised.insert(state.index());
@@ -211,7 +211,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         }
     }
 
-    /// Lets the engine run a piece of code.
+    /// Runs a piece of code in the engine.
     pub(super) fn run_code(&mut self, code: &Code, argument: Option<&Datum>) -> Result<Datum, EvaluationError> {
         let machine = &mut *self.machine;
         let scope = Scope {
@@ -229,7 +229,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         code.run(&mut world, argument)
     }
 
-    /// What expressions see now.
+    /// The current scope of expressions.
     pub(super) fn scope(&self) -> Scope<'_> {
         Scope {
             chart: Some(self.chart),
@@ -247,7 +247,7 @@ impl<'c, 'm> Macrostep<'c, 'm> {
         self.machine.configuration.contains(state.index())
     }
 
-    /// What a history state remembers.
+    /// The states that a history state remembers.
     pub(super) fn remembered(&self, history: StateId) -> Option<&BitSet> {
         self.machine.remembered.get(history.index())?.as_ref()
     }

@@ -1,11 +1,11 @@
-//! Which transitions are taken next (SCXML 3.13).
+//! Selects the next transitions (SCXML 3.13).
 
 use super::macrostep::Macrostep;
 use crate::chart::{EventClass, StateId, StateKind, TransitionDomain, TransitionId};
 
 impl Macrostep<'_, '_> {
-    /// Puts the transitions that are enabled by an event of that class, or without an event, into
-    /// `scratch.enabled`, without those that others preempt (selectTransitions, selectEventlessTransitions).
+    /// Puts the transitions enabled by an event of this class, or without an event, into `scratch.enabled`, except
+    /// those that others preempt (selectTransitions, selectEventlessTransitions).
     pub(super) fn select(&mut self, class: Option<EventClass>) {
         self.machine.scratch.enabled.clear();
         let mut from = 0;
@@ -23,7 +23,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// The first enabled transition of an atomic state or, failing that, of the states around it, inside out.
+    /// The first enabled transition of an atomic state or, if it has none, of its ancestors, from the inside out.
     fn first_enabled(&mut self, atomic: StateId, class: Option<EventClass>) -> Option<TransitionId> {
         let chart = self.chart;
         let mut state = Some(atomic);
@@ -51,8 +51,8 @@ impl Macrostep<'_, '_> {
             })
     }
 
-    /// Of two transitions that would leave the same state, the one whose source lies deeper is taken, else the one that
-    /// was found first (removeConflictingTransitions).
+    /// Of two transitions that would exit the same state, the one whose source is deeper is taken, or else the one
+    /// found first (removeConflictingTransitions).
     fn remove_conflicts(&mut self) {
         let enabled = std::mem::take(&mut self.machine.scratch.enabled);
         let mut filtered = std::mem::take(&mut self.machine.scratch.filtered);
@@ -70,19 +70,19 @@ impl Macrostep<'_, '_> {
         self.machine.scratch.filtered = enabled;
     }
 
-    /// Whether both transitions would leave some active state.
+    /// Whether both transitions would exit some active state.
     fn conflicts(&self, one: TransitionId, other: TransitionId) -> bool {
         let (Some(one), Some(other)) = (self.domain(one), self.domain(other)) else {
             return false;
         };
-        // Domains are nested or disjoint; what both leave are the active states inside the inner one.
+        // Domains are nested or disjoint; both exit the active states inside the inner one.
         let (outer, inner) = if one <= other { (one, other) } else { (other, one) };
         let last = self.chart.state(inner).last.index();
         (outer == inner || self.chart.is_descendant(inner, outer))
             && self.machine.configuration.any_in(inner.index() + 1..=last)
     }
 
-    /// The state within which a transition exits and enters; `None` if it stays where it is (getTransitionDomain).
+    /// The state within which a transition exits and enters states; `None` if it has no target (getTransitionDomain).
     pub(super) fn domain(&self, id: TransitionId) -> Option<StateId> {
         let transition = self.chart.transition(id);
         let domain = match transition.domain {

@@ -14,11 +14,11 @@ use crate::chart::{Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, S
 use crate::delay;
 use crate::load::INTERNAL_TARGET;
 
-/// Where an event goes that is meant for the machine that has invoked this one.
+/// The target for the machine that has invoked this one.
 const PARENT_TARGET: &str = "#_parent";
 
 impl Macrostep<'_, '_> {
-    /// Evaluates what is sent now, and sends it now or later.
+    /// Evaluates the event now, and sends it now or later.
     pub(super) fn send(&mut self, send: &Send) -> Result<(), Aborted> {
         let id = self.send_id(send)?;
         let (parcel, delay) = self.parcel_to_deliver(send, id.clone()).map_err(|reason| {
@@ -36,7 +36,7 @@ impl Macrostep<'_, '_> {
         Ok(())
     }
 
-    /// What is sent, and how long it waits.
+    /// The event, and its delay.
     fn parcel_to_deliver(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<(Parcel, Duration), String> {
         let parcel = self.parcel(send, send_id)?;
         let delay = self.delay(send)?;
@@ -57,7 +57,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// The event and where it goes, or why there is none.
+    /// The event and its target, or the reason why there is none.
     fn parcel(&mut self, send: &Send, send_id: Option<Arc<str>>) -> Result<Parcel, String> {
         let event = self.attribute(send.event.as_ref())?;
         let target = self.attribute(send.target.as_ref())?;
@@ -82,14 +82,13 @@ impl Macrostep<'_, '_> {
         self.route(Outgoing { processor, target, event, send_id, data, repeated }, send.span)
     }
 
-    /// Where an event goes: by channel to somebody else, by SCXML's own processor to this machine, as there are no
-    /// others that it could reach.
+    /// The way of an event: by channel to another process, or by SCXML's own processor to this machine.
     fn route(&self, outgoing: Outgoing, span: SourceSpan) -> Result<Parcel, String> {
         if &*outgoing.processor == CHANNEL_PROCESSOR {
             return Ok(Parcel::Away(outgoing, Spot(span)));
         }
         if ![SCXML_PROCESSOR, "scxml"].contains(&&*outgoing.processor) {
-            return Err(format!("there is no event processor `{}`", outgoing.processor));
+            return Err(format!("unknown event processor `{}`", outgoing.processor));
         }
         let session = &self.machine.session;
         match outgoing.target.as_deref() {
@@ -97,7 +96,7 @@ impl Macrostep<'_, '_> {
             Some(target) if target == &*session.location => Ok(self.to_itself(outgoing)),
             None => Ok(self.to_itself(outgoing)),
             Some(target) if target.starts_with("#_") => Ok(Parcel::Away(outgoing, Spot(span))),
-            Some(target) => Err(format!("`{target}` is no target of an SCXML event")),
+            Some(target) => Err(format!("`{target}` is not a valid target of an SCXML event")),
         }
     }
 
@@ -126,12 +125,12 @@ impl Macrostep<'_, '_> {
             Delay::Literal(delay) => Ok(*delay),
             Delay::Computed(expr) => {
                 let text = self.evaluate(expr).map_err(|error| error.to_string())?.to_text();
-                delay::parse(&text).ok_or_else(|| format!("`{text}` is no delay; {}", delay::FORMS))
+                delay::parse(&text).ok_or_else(|| format!("`{text}` is not a delay; {}", delay::FORMS))
             }
         }
     }
 
-    /// Brings an event to its queue or to the host.
+    /// Delivers an event to its queue or to the host.
     pub(super) fn deliver(&mut self, parcel: Parcel) {
         match parcel {
             Parcel::Internal(event) => {
@@ -159,7 +158,7 @@ impl Macrostep<'_, '_> {
         }
     }
 
-    /// Sends an event to a machine further out or further in (SCXML C.1).
+    /// Sends an event to an outer or inner machine (SCXML C.1).
     fn send_to_kin(&mut self, outgoing: Outgoing) -> Result<(), String> {
         let Session { location, processor, .. } = &*self.machine.session;
         let target = outgoing.target.clone().unwrap_or_default();
@@ -180,12 +179,12 @@ impl Macrostep<'_, '_> {
             };
             match self.machine.invoked.iter_mut().find(is_meant) {
                 Some(invoked) => invoked.machine.admit(event),
-                None => Err(format!("there is nobody at `{target}`")),
+                None => Err(format!("there is no machine at `{target}`")),
             }
         }
     }
 
-    /// Sends an event further out, where it may find no room.
+    /// Sends an event to an outer machine, if there is room for it.
     fn post(&mut self, letter: OuterEvent) -> Result<(), String> {
         if self.outer.mail.len() >= self.outer.room {
             return Err(no_room());
@@ -194,7 +193,7 @@ impl Macrostep<'_, '_> {
         Ok(())
     }
 
-    /// Takes back the delayed events of that id; one that is on its way already cannot be.
+    /// Cancels the delayed events with this id; one that is already on its way cannot be cancelled.
     pub(super) fn cancel(&mut self, id: &Source, span: SourceSpan) -> Result<(), Aborted> {
         match self.source(id) {
             Ok(id) => {

@@ -1,4 +1,4 @@
-//! Events on their way, and when they are due.
+//! Events in transit, and when they are due.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use miette::SourceSpan;
 
 use super::{Event, Outgoing};
 
-/// A delayed event, and when it is due. Timers are kept in the order they are due, earlier sent ones first.
+/// A delayed event, and when it is due. Timers are sorted by due time, then by the order in which they were sent.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Timer {
     pub(super) due: Duration,
@@ -15,18 +15,19 @@ pub(super) struct Timer {
     pub(super) parcel: Parcel,
 }
 
-/// An event on its way.
+/// An event in transit.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Parcel {
     /// To the machine's own internal queue.
     Internal(Event),
     /// To the machine's own external queue.
     Own(Event),
-    /// To somebody else.
+    /// To another process.
     Away(Outgoing, Spot),
 }
 
-/// Where a `<send>` stands in the file, for messages; two machines of one chart have equal places for equal parcels.
+/// The place of a `<send>` in the file, for messages. All places compare equal, so equal parcels of one chart are
+/// equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Spot(pub(super) SourceSpan);
 

@@ -1,4 +1,4 @@
-//! What a mutation changes, and where.
+//! The description of a mutation: what it changes, and where.
 
 use std::fmt;
 
@@ -6,73 +6,73 @@ use std::fmt;
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Mutation {
-    /// A datum begins with another value: a threshold is moved.
+    /// A datum starts with another value, for example a moved threshold.
     Data {
         /// The datum's id.
         id: String,
-        /// The expression that gives its value instead.
+        /// The expression of its new value.
         expr: String,
     },
-    /// A transition is taken where its condition does not hold, and is not where it does.
+    /// The condition of a transition is negated.
     NegateGuard {
         /// A transition that has a condition.
         transition: TransitionPlace,
     },
-    /// A transition is taken whether its condition holds or not.
+    /// The condition of a transition is ignored.
     DropGuard {
         /// A transition that has a condition.
         transition: TransitionPlace,
     },
-    /// A transition leads elsewhere.
+    /// A transition leads to another state.
     SwapTarget {
         /// A transition that has a target.
         transition: TransitionPlace,
-        /// The id of the state that it leads to instead.
+        /// The id of its new target.
         target: String,
     },
-    /// A transition is not there.
+    /// A transition is removed.
     DropTransition {
-        /// Which.
+        /// The transition.
         transition: TransitionPlace,
     },
-    /// Once the state is active, no transition leaves it.
+    /// No transition leaves the state once it is active.
     StuckState {
         /// The state's id.
         state: String,
     },
-    /// Something else is sent: a success where there was none.
+    /// Another message or event is sent: a success in place of a failure.
     SwapSend {
-        /// The message or event that is sent now.
+        /// The original message or event.
         send: SendPlace,
-        /// The one that is sent instead.
+        /// The new one.
         event: String,
     },
     /// A message or an event is not sent.
     DropSend {
-        /// Which.
+        /// The message or event.
         send: SendPlace,
     },
 }
 
-/// A transition, as somebody says which who has the file before him: "the second in `ask` on `Navigation.ok`".
+/// A transition, as described by its file: "the second in `ask` on `Navigation.ok`".
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct TransitionPlace {
-    /// The id of the state that it leads out of.
+    /// The id of its source state.
     pub state: String,
-    /// What it reacts to: its `event`, or one word of it; empty for a transition without events.
+    /// Its `event`, or one word of it; empty for a transition without events.
     pub event: String,
-    /// Which of several such transitions of the state, counted from 1.
+    /// The number among such transitions of the state, counted from 1.
     pub nth: usize,
 }
 
-/// A `<send>` with an `event` written out, in what a state does on entry, on exit or in one of its transitions.
+/// A `<send>` with a literal `event`, in the entry, exit or transition content of a state.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct SendPlace {
     /// The id of the state.
     pub state: String,
     /// The `event` that is sent.
     pub event: String,
-    /// Which of several such `<send>`s of the state, counted from 1.
+    /// The number among such `<send>`s of the state, counted from 1.
     pub nth: usize,
 }
 
@@ -98,11 +98,11 @@ impl Mutation {
 impl fmt::Display for Mutation {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Data { id, expr } => write!(f, "the datum `{id}` begins with {expr}"),
+            Self::Data { id, expr } => write!(f, "the datum `{id}` starts with {expr}"),
             Self::NegateGuard { transition } => write!(f, "{transition} is taken if its condition does not hold"),
-            Self::DropGuard { transition } => write!(f, "{transition} is taken whatever its condition says"),
+            Self::DropGuard { transition } => write!(f, "{transition} ignores its condition"),
             Self::SwapTarget { transition, target } => write!(f, "{transition} leads to `{target}`"),
-            Self::DropTransition { transition } => write!(f, "{transition} is not there"),
+            Self::DropTransition { transition } => write!(f, "{transition} is removed"),
             Self::StuckState { state } => write!(f, "no transition leaves `{state}`"),
             Self::SwapSend { send, event } => write!(f, "{send} sends `{event}`"),
             Self::DropSend { send } => write!(f, "{send} sends nothing"),

@@ -1,4 +1,4 @@
-//! The changes of the text that a mutation comes to.
+//! The text edits that make up a mutation.
 
 use std::ops::Range;
 
@@ -10,17 +10,17 @@ use super::{Mutation, TransitionPlace};
 use crate::chart::{Chart, StateId, StateKind, Transition, TransitionDomain, TransitionId};
 use crate::load::{Written, name_span};
 
-/// Bytes of the file and what stands there instead.
+/// A range of bytes and its new text.
 pub(super) type Edit = (Range<usize>, String);
 
-/// Carries out edits that do not overlap.
+/// Applies edits that do not overlap.
 pub(super) fn apply(text: &str, mut edits: Vec<Edit>) -> String {
     edits.sort_by_key(|(range, _)| range.start);
     let (mut result, mut done) = (String::with_capacity(text.len() + 64), 0);
     for (range, replacement) in edits {
         result.push_str(&text[done..range.start]);
         result.push_str(&replacement);
-        // What took several lines still does.
+        // The number of lines stays the same.
         let lines = |text: &str| text.matches('\n').count();
         let fewer = lines(&text[range.clone()]).saturating_sub(lines(&replacement));
         result.extend(std::iter::repeat_n('\n', fewer));
@@ -30,7 +30,7 @@ pub(super) fn apply(text: &str, mut edits: Vec<Edit>) -> String {
     result
 }
 
-/// What a mutation changes.
+/// The edits of a mutation.
 pub(super) fn edits(site: &Site<'_>, mutation: &Mutation) -> Result<Vec<Edit>, Problem> {
     Ok(match mutation {
         Mutation::Data { id, expr } => data(site, id, expr)?,
@@ -41,7 +41,7 @@ pub(super) fn edits(site: &Site<'_>, mutation: &Mutation) -> Result<Vec<Edit>, P
         Mutation::DropGuard { transition } => {
             let guard = guard(site, transition)?.span();
             let text = site.node(site.transition(transition)?).document().input_text();
-            // With the name, the equals sign and the quotes.
+            // Including the name, the equals sign and the quotes.
             let start = text[..guard.start].rfind("cond").unwrap_or(guard.start);
             vec![blank(text, start..guard.end + 1)]
         }
@@ -60,12 +60,12 @@ fn insertion(at: usize, text: &str) -> Edit {
     (at..at, text.to_owned())
 }
 
-/// An element with everything in it, made white space: what follows stays in its line and column.
+/// Replaces an element and its contents with white space, so that everything after it keeps its line and column.
 fn without(node: Node<'_, '_>) -> Edit {
     blank(node.document().input_text(), node.range())
 }
 
-/// An action that is never carried out, and yet one that the machine knows: its channels and events stay what they are.
+/// Makes an action that is never executed, but is still part of the machine: its channels and events stay the same.
 fn never(node: Node<'_, '_>) -> Vec<Edit> {
     if is_null_model(node) {
         return vec![without(node)];
@@ -88,7 +88,7 @@ fn blank(text: &str, range: Range<usize>) -> Edit {
     (range, blanks)
 }
 
-/// Text as it stands in XML, in an attribute of either kind of quotes or between tags, on one line.
+/// Text in XML form, for an attribute with either kind of quotes or between tags, on one line.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -108,10 +108,10 @@ fn escaped(text: &str) -> String {
 fn data(site: &Site<'_>, id: &str, expr: &str) -> Result<Vec<Edit>, Problem> {
     let Some((node, name)) = site.data().find(|(_, name)| name.value == id) else {
         let known: Vec<&str> = site.data().map(|(_, name)| name.value).collect();
-        return Err(Problem::new(format!("there is no datum `{id}`")).with_help(nearest_or_all(id, "data", &known)));
+        return Err(Problem::new(format!("unknown datum `{id}`")).with_help(nearest_or_all(id, "data", &known)));
     };
     if let Some(src) = Written::attribute(node, "src") {
-        let problem = Problem::new(format!("the value of `{id}` stands in another file"));
+        let problem = Problem::new(format!("the value of `{id}` is in another file"));
         return Err(problem.at(src.span(), "there").with_help("change that file, or write the value here"));
     }
     if node.children().any(|child| child.is_element()) {
@@ -121,7 +121,7 @@ fn data(site: &Site<'_>, id: &str, expr: &str) -> Result<Vec<Edit>, Problem> {
     if let Some(old) = Written::attribute(node, "expr") {
         return Ok(vec![(old.span(), escaped(expr))]);
     }
-    // What stands between the tags may be text; an attribute is an expression for certain.
+    // The text between the tags may be a text; an attribute is always an expression.
     let text = node.document().input_text();
     let between = node.first_child().zip(node.last_child());
     let between = between.map(|(first, last)| blank(text, first.range().start..last.range().end));
@@ -138,7 +138,7 @@ fn guard<'a>(site: &Site<'a>, place: &TransitionPlace) -> Result<Written<'a>, Pr
         problem(format!("{place} has no condition")).with_help(help)
     })?;
     if is_null_model(node) {
-        return Err(problem("the null data model knows no negation".to_owned()).with_help("datamodel=\"ecmascript\""));
+        return Err(problem("the null data model has no negation".to_owned()).with_help("datamodel=\"ecmascript\""));
     }
     Ok(guard)
 }
@@ -147,20 +147,20 @@ fn targets<'a>(site: &Site<'a>, place: &TransitionPlace) -> Result<Written<'a>, 
     let node = site.node(site.transition(place)?);
     Written::attribute(node, "target").ok_or_else(|| {
         let problem = Problem::new(format!("{place} has no target")).at(name_span(node), "this transition");
-        problem.with_help("it only does something; `drop_transition` takes it away")
+        problem.with_help("it only executes content; use `drop_transition` to remove it")
     })
 }
 
-/// Every transition that would exit the state is taken only while it is not active.
+/// Every transition that would exit the state is taken only while the state is not active.
 fn stuck(site: &Site<'_>, state: StateId) -> Result<Vec<Edit>, Problem> {
     let id = site.chart.state(state).id();
     let here = |problem: Problem| problem.at(site.chart.state(state).span(), "this state");
     let leaving: Vec<&Transition> = leaving(site.chart, state).collect();
     let Some(first) = leaving.first() else {
-        return Err(here(Problem::new(format!("no transition leaves `{id}` anyway"))));
+        return Err(here(Problem::new(format!("no transition leaves `{id}` in the first place"))));
     };
     if is_null_model(site.node(first)) {
-        return Err(here(Problem::new("the null data model knows no negation")).with_help("datamodel=\"ecmascript\""));
+        return Err(here(Problem::new("the null data model has no negation")).with_help("datamodel=\"ecmascript\""));
     }
     let quoted = id.replace('\\', "\\\\").replace('\'', "\\'");
     let elsewhere = escaped(&format!("!In('{quoted}')"));

@@ -1,4 +1,4 @@
-//! Finding in a file what a mutation speaks of.
+//! Finds the parts of a file to which a mutation refers.
 
 use std::ops::Range;
 
@@ -9,13 +9,13 @@ use super::{SendPlace, TransitionPlace};
 use crate::chart::{Chart, StateId, Transition, TransitionId};
 use crate::load::{Written, name_span, own_elements};
 
-/// A machine and the elements that it was made from.
+/// A machine and its elements.
 pub(super) struct Site<'a> {
     pub(super) chart: &'a Chart,
     elements: Vec<Node<'a, 'a>>,
 }
 
-/// `<send>` with an `event` written out.
+/// A `<send>` with a literal `event`.
 #[derive(Clone)]
 pub(super) struct WrittenSend<'a> {
     pub(super) node: Node<'a, 'a>,
@@ -28,7 +28,7 @@ impl<'a> Site<'a> {
         Self { chart, elements: own_elements(document.root_element()) }
     }
 
-    /// The element whose name stands there.
+    /// The element with its name at this place.
     fn element(&self, name: &Range<usize>) -> Option<Node<'a, 'a>> {
         self.elements.iter().copied().find(|node| name_span(*node) == *name)
     }
@@ -41,7 +41,7 @@ impl<'a> Site<'a> {
     pub(super) fn state(&self, id: &str) -> Result<StateId, Problem> {
         self.chart.find_state(id).ok_or_else(|| {
             let known: Vec<&str> = self.chart.states().map(|state| self.chart.state(state).id()).collect();
-            Problem::new(format!("there is no state `{id}`")).with_help(nearest_or_all(id, "states", &known))
+            Problem::new(format!("unknown state `{id}`")).with_help(nearest_or_all(id, "states", &known))
         })
     }
 
@@ -53,7 +53,7 @@ impl<'a> Site<'a> {
         nth.ok_or_else(|| {
             let events: Vec<String> = all().map(events_of).collect();
             let events: Vec<&str> = events.iter().map(String::as_str).collect();
-            missing(place, found.len(), "transition", nearest_or_all(&place.event, "its transitions are on", &events))
+            missing(place, found.len(), "transition", nearest_or_all(&place.event, "its transitions take", &events))
                 .at(state.span(), "in here")
         })
     }
@@ -70,7 +70,7 @@ impl<'a> Site<'a> {
         })
     }
 
-    /// All `<send>`s with an event written out, in the order of the file.
+    /// All `<send>`s with a literal event, in the order of the file.
     pub(super) fn sends(&self) -> impl Iterator<Item = WrittenSend<'a>> {
         let sends = self.elements.iter().filter(|node| node.tag_name().name() == "send");
         sends.filter_map(|node| {
@@ -89,12 +89,12 @@ impl<'a> Site<'a> {
     }
 }
 
-/// The events of a transition as a place names them.
+/// The events of a transition, as used to address it.
 pub(super) fn events_of(transition: &Transition) -> String {
     transition.events().collect::<Vec<_>>().join(" ")
 }
 
-/// Whether the place's `event` means that transition.
+/// Whether the `event` of a place matches the transition.
 pub(super) fn reacts(transition: &Transition, event: &str) -> bool {
     let event = event.split_whitespace().collect::<Vec<_>>().join(" ");
     events_of(transition) == event || transition.events().any(|word| word == event)
@@ -103,8 +103,8 @@ pub(super) fn reacts(transition: &Transition, event: &str) -> bool {
 fn missing(place: &impl ToString, found: usize, what: &str, help: String) -> Problem {
     let help = match found {
         0 => help,
-        1 => format!("there is 1 such {what}, number 1"),
+        1 => format!("there is only 1 such {what}"),
         more => format!("there are {more} such {what}s, counted from 1"),
     };
-    Problem::new(format!("there is nothing like {}", place.to_string())).with_help(help)
+    Problem::new(format!("there is no such thing as {}", place.to_string())).with_help(help)
 }

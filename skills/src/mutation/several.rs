@@ -10,14 +10,14 @@ use crate::chart::Chart;
 use crate::load;
 use crate::{SkillError, Strictness};
 
-/// A machine that is to be changed.
+/// A machine to be changed.
 pub(super) struct Subject {
     pub(super) chart: Arc<Chart>,
     pub(super) strictness: Strictness,
 }
 
 impl Subject {
-    /// The machine, read no more strictly than it bears.
+    /// The machine, read as strictly as it permits.
     pub(super) fn load(file: &str, text: &str) -> Result<Self, SkillError> {
         let strict = Chart::load_with(file, text, Strictness::Strict).map(|chart| (chart, Strictness::Strict));
         let loaded = strict.or_else(|refused| {
@@ -28,11 +28,11 @@ impl Subject {
     }
 }
 
-/// Changes a machine's text as all the mutations say. Each speaks of the machine as it was, whatever the others do, so
-/// that their order does not matter; the same mutation twice is one. Otherwise as [`mutate`](super::mutate).
+/// Applies all mutations to a machine's text. Each refers to the original machine, whatever the others change, so their
+/// order does not matter. The same mutation given twice counts once. Otherwise as [`mutate`](super::mutate).
 ///
 /// # Errors
-/// As [`mutate`](super::mutate) has them, and [`SkillError::Mutation`] if two of them change the same place differently.
+/// As for [`mutate`](super::mutate), and [`SkillError::Mutation`] if two of them change the same place differently.
 pub fn mutate_all<'m>(
     file: &str,
     text: &str,
@@ -55,8 +55,8 @@ pub fn mutate_all<'m>(
     Ok(text)
 }
 
-/// When it is a mutation's turn: at first what leaves every transition where it is; then what is to hold for all of them,
-/// wherever they lead now, one state after the other; at last what is taken away, after which others would count anew.
+/// The order of mutations: first those that keep every transition in place, then those that affect all transitions of a
+/// state, then removals, after which others would be numbered differently.
 fn turn(mutation: &Mutation) -> u8 {
     match mutation {
         Mutation::StuckState { .. } => 1,
@@ -65,7 +65,7 @@ fn turn(mutation: &Mutation) -> u8 {
     }
 }
 
-/// The text, which is that of the chart, with all of these changes.
+/// The text of the chart with all of these changes.
 pub(super) fn changed(chart: &Chart, file: &str, text: &str, mutations: &[&Mutation]) -> Result<String, SkillError> {
     let refuse = |words: String, problem: Problem| SkillError::Mutation {
         mutation: words,
@@ -78,7 +78,7 @@ pub(super) fn changed(chart: &Chart, file: &str, text: &str, mutations: &[&Mutat
         let document = load::parse_xml(text).map_err(refuse)?;
         let edits = edit::edits(&place::Site::new(chart, &document), mutation).map_err(refuse)?;
         if edits.iter().all(|(range, replacement)| text[range.clone()] == **replacement) {
-            return Err(refuse(Problem::new("the machine is so already")));
+            return Err(refuse(Problem::new("this changes nothing")));
         }
         let new = edits.into_iter().filter(|edit| !all.iter().any(|(other, _)| other == edit));
         all.extend(new.map(|edit| (edit, *mutation)).collect::<Vec<_>>());

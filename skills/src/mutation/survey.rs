@@ -8,19 +8,20 @@ use crate::SkillError;
 use crate::chart::{Chart, StateId, StateKind, Transition};
 use crate::load::{self, Written};
 
-/// Every mutation that makes a machine that can be loaded, in the order of the file; `file` names the text in messages.
+/// Every mutation that leaves the machine loadable, in the order of the file. `file` names the text in messages.
 ///
-/// - Data that are numbers are halved and doubled, truth values turned round, delays made ten times longer and shorter.
-/// - Every condition is negated, and left out.
-/// - Every transition is left out, and leads to each sibling of its target instead.
-/// - Every state is stuck.
-/// - Everything that is sent is left out, and is each of the other messages that the machine sends to the same receiver.
+/// - Numbers in data are halved and doubled, truth values negated, delays made ten times longer and shorter.
+/// - Every condition is negated, and removed.
+/// - Every transition is removed, and redirected to each sibling of its target.
+/// - Every state is made stuck.
+/// - Every message is removed, and replaced with each of the other messages that the machine sends to the same
+///   receiver.
 ///
-/// A mutation here is a mistake in the file, not necessarily in what the machine does: a state that is stuck may be one
-/// that nobody enters.
+/// A mutation is a mistake in the file, which need not change the machine's behavior: a stuck state may be one that is
+/// never entered.
 ///
 /// # Errors
-/// [`SkillError::Load`] if the machine cannot be loaded as it is.
+/// [`SkillError::Load`] if the original machine cannot be loaded.
 ///
 /// ```
 /// use skills::{Mutation, mutations, shipped};
@@ -56,7 +57,7 @@ fn of_data(site: &Site<'_>) -> Vec<Mutation> {
     others.collect()
 }
 
-/// Values that somebody may have written instead.
+/// Plausible wrong values.
 fn other_values(expr: &str) -> Vec<String> {
     if let Ok(number) = expr.parse::<f64>() {
         let others = if number == 0.0 { [1.0, -1.0] } else { [number / 2.0, number * 2.0] };
@@ -90,7 +91,7 @@ fn of_state(chart: &Chart, state: StateId, found: &mut Vec<Mutation>) {
     }
 }
 
-/// The ids of the states that stand beside the only target of a transition.
+/// The ids of the siblings of a transition's only target.
 fn siblings_of_target<'c>(chart: &'c Chart, transition: &Transition) -> impl Iterator<Item = &'c str> {
     let target = match transition.targets() {
         [target] if !matches!(chart.state(*target).kind(), StateKind::History(_)) => Some(*target),

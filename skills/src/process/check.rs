@@ -1,4 +1,4 @@
-//! Whether a machine fits the channels around it: what can be known before anything runs.
+//! Checks whether a machine fits its channels, before anything runs.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -30,7 +30,7 @@ pub(super) fn problems(machine: &Machine, wiring: &Wiring, topology: &Topology) 
     check.problems
 }
 
-/// Data that nothing changes once the machine runs, and what they hold.
+/// Data that never change while the machine runs, and their values.
 pub(super) struct Constants<'a> {
     chart: &'a Chart,
     values: Memory,
@@ -55,7 +55,7 @@ impl<'a> Constants<'a> {
         if expr.is_fixed(&is_fixed) { expr.evaluate(&scope).ok() } else { None }
     }
 
-    /// The message that a `<send>` sends, if it is always the same.
+    /// The message of a `<send>`, if it is always the same.
     pub(super) fn message(&self, head: &str, send: &Send, out: &Outgoing) -> Option<Message> {
         let field = |(name, value, _): (&Arc<str>, &Expr, SourceSpan)| Some((Arc::clone(name), self.value(value)?));
         let fields: Vec<(Arc<str>, Datum)> = send.named().map(field).collect::<Option<_>>()?;
@@ -82,7 +82,7 @@ fn changed_by(action: &ActionKind) -> Vec<DataId> {
     }
 }
 
-/// Whether a `<send>` goes by channel, as far as that is written out.
+/// Whether a `<send>` goes by channel, as far as that is literal.
 pub(super) fn goes_by_channel(send: &Send) -> bool {
     send.processor.as_ref().and_then(|processor| processor.literal()).is_some_and(|name| &**name == CHANNEL_PROCESSOR)
 }
@@ -91,7 +91,7 @@ struct Check<'a> {
     wiring: &'a Wiring,
     topology: &'a Topology,
     constants: Constants<'a>,
-    /// Processes that do not exist, to which something is sent: the answers of those that were meant have no channel.
+    /// Unknown processes to which something is sent: the answers of the intended processes have no channel.
     missed: Vec<&'a str>,
     problems: Vec<Problem>,
 }
@@ -109,7 +109,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// The channel that a message goes on; none if that is computed, or reported not to be there.
+    /// The channel of a message; `None` if the target is computed, or has been reported to be missing.
     fn target(&mut self, target: &'a Attribute) -> Option<&'a Outgoing> {
         let peer = target.literal()?;
         if let Some(out) = self.wiring.outgoing_to(peer) {
@@ -118,14 +118,14 @@ impl<'a> Check<'a> {
         let reached: Vec<&str> = self.wiring.outgoing.iter().map(|out| &*out.peer).collect();
         let problem = if self.topology.find_process(peer).is_some() {
             let problem = Problem::new(format!("there is no channel {} → {peer}", self.wiring.name));
-            problem.with_help(nearest_or_all(peer, "it can send to", &reached))
+            problem.with_help(nearest_or_all(peer, "possible targets", &reached))
         } else {
             self.missed.push(peer);
             let processes: Vec<&str> = self.topology.processes().map(|process| self.topology.name(process)).collect();
             let near = did_you_mean(peer, processes);
             let help = near.unwrap_or_else(|| {
-                let known = nearest_or_all(peer, "it can send to", &self.reachable());
-                format!("{known}; which components there are, the scenario says")
+                let known = nearest_or_all(peer, "possible targets", &self.reachable());
+                format!("{known}; the scenario determines which components there are")
             });
             Problem::new(format!("there is no process {peer}")).with_help(help)
         };
@@ -133,8 +133,8 @@ impl<'a> Check<'a> {
         None
     }
 
-    /// The processes that a skill may send to: those that it has a channel to, and the components, with which the tree has
-    /// nothing to do.
+    /// The processes to which a skill may send: those with a channel from it, and the components, which the tree does
+    /// not use.
     fn reachable(&self) -> Vec<&'a str> {
         let topology = self.topology;
         let has_channel = |one, other| {
@@ -157,7 +157,7 @@ impl<'a> Check<'a> {
         names.map(|process| topology.name(process)).collect()
     }
 
-    /// What a message begins with; none if that is computed, or reported to be nothing that the channel carries.
+    /// The first symbol of a message; `None` if it is computed, or has been reported to be invalid.
     fn head<'e>(&mut self, event: &'e Attribute, out: &Outgoing) -> Option<&'e str> {
         let head = event.literal()?;
         if out.shapes_of(head).next().is_none() {
@@ -169,7 +169,7 @@ impl<'a> Check<'a> {
         Some(head)
     }
 
-    /// Reports parameters that are no fields, and fields without a parameter.
+    /// Reports parameters that are not fields, and fields without a parameter.
     fn fields(&mut self, send: &Send, out: &Outgoing, head: &str) {
         let help = carried(out, head);
         let given: Vec<(&str, SourceSpan)> = send.named().map(|(name, _, span)| (&**name, span)).collect();
@@ -191,7 +191,7 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Reports data that never hold what their field does.
+    /// Reports data that can never have the kind of their field.
     fn values(&mut self, send: &Send, out: &Outgoing, head: &str) {
         for (name, value, span) in
             send.named().filter(|(name, ..)| fields(out, head).any(|(field, _)| **field == ***name))
@@ -205,14 +205,14 @@ impl<'a> Check<'a> {
         }
     }
 
-    /// Whether that process would answer, were its name not misspelt where it is asked.
+    /// Whether this process would answer if its name were not misspelt in a request.
     fn is_missed(&self, peer: &str) -> bool {
         let is_heard = self.wiring.incoming.iter().any(|incoming| &*incoming.peer == peer);
         let is_meant = |missed: &&str| did_you_mean(missed, [peer]).is_some();
         !is_heard && self.topology.find_process(peer).is_some() && self.missed.iter().any(is_meant)
     }
 
-    /// Reports transitions whose events never come: nobody sends them, and the machine does not make them.
+    /// Reports transitions whose events never occur: no process sends them, and the machine does not generate them.
     fn events(&mut self, chart: &Chart) {
         let Some(mut names) = own_events(chart) else {
             return;
@@ -229,16 +229,16 @@ impl<'a> Check<'a> {
                 continue;
             }
             let message = match self.topology.find_process(first) {
-                Some(_) => format!("{first} sends {} nothing that becomes the event `{text}`", self.wiring.name),
-                None => format!("the event `{text}` never comes"),
+                Some(_) => format!("no message from {first} to {} becomes the event `{text}`", self.wiring.name),
+                None => format!("the event `{text}` never occurs"),
             };
-            let problem = Problem::new(message).at(descriptor.span, "nobody sends it");
-            self.problems.push(problem.with_help(nearest_or_all(text, "events that come", &known)));
+            let problem = Problem::new(message).at(descriptor.span, "no process sends it");
+            self.problems.push(problem.with_help(nearest_or_all(text, "possible events", &known)));
         }
     }
 }
 
-/// The fields of messages that begin with `head`, but for the first.
+/// The fields of messages that begin with `head`, except the first.
 fn fields<'a>(out: &'a Outgoing, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
     out.shapes_of(head).flat_map(|shape| shape.fields().get(1..).unwrap_or_default())
 }
@@ -248,7 +248,7 @@ fn carried(out: &Outgoing, head: &str) -> String {
     format!("the channel carries {}", shapes.join(" or "))
 }
 
-/// The events that the machine makes itself; `None` if it computes their names.
+/// The events that the machine generates itself; `None` if it computes their names.
 fn own_events(chart: &Chart) -> Option<BTreeSet<String>> {
     let mut names: BTreeSet<String> = ["error.execution", "error.communication"].map(str::to_owned).into();
     let done = chart.states().filter(|state| can_be_done(chart, *state));

@@ -1,32 +1,31 @@
-//! What has gone wrong in a skill's own machine.
+//! Errors of a skill's own machine.
 
 use std::sync::Arc;
 
 use crate::chart::{Chart, range};
 use crate::machine::Note;
 
-/// Different mishaps are kept up to this number; what comes then is counted as one.
+/// The maximum number of different mishaps; further ones are counted as one.
 const MAX_MISHAPS: usize = 100;
 
-/// An error of a skill's machine: an expression or a script that failed (`error.execution`), or that the machine did not
-/// come to rest and was stopped.
+/// An error of a skill's machine: an expression or a script failed (`error.execution`), or the machine did not come to
+/// rest and was stopped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mishap {
-    /// The innermost state in which the file has what failed; none for what stands outside of states, or in a machine that
-    /// the skill's has invoked.
+    /// The innermost state around the failed element; `None` outside of states, or in an invoked machine.
     pub state: Option<String>,
     /// What went wrong, in words.
     pub message: String,
-    /// How often it did.
+    /// How often it happened.
     pub times: u64,
 }
 
-/// All mishaps of a machine, each once, in the order of their first times.
+/// All mishaps of a machine, each once, in the order of their first occurrence.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mishaps(Vec<Mishap>);
 
 impl Mishaps {
-    /// Counts a note, if it tells of a mishap.
+    /// Counts a note, if it is a mishap.
     pub(super) fn note(&mut self, note: &Note, chart: &Chart) {
         let Some((state, message)) = mishap(note, chart) else {
             return;
@@ -46,7 +45,7 @@ impl Mishaps {
     }
 }
 
-/// Where and what, if a note tells of a mishap.
+/// The place and description of a mishap, if the note is one.
 fn mishap<'c>(note: &Note, chart: &'c Chart) -> Option<(Option<&'c str>, String)> {
     match note {
         Note::Error { event: "error.execution", reason, span } => {

@@ -1,4 +1,4 @@
-//! Whether a tree and its skills fit together: what can be known before anything runs.
+//! Checks whether a tree and its skills fit together, before anything runs.
 
 use std::sync::Arc;
 
@@ -12,18 +12,18 @@ use crate::{Datum, SkillError};
 /// A leaf of the tree, as its skill sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LeafOfSystem<'a> {
-    /// The name of the leaf's process, which is its skill.
+    /// The name of the leaf's process, and of its skill.
     pub name: &'a str,
-    /// Whether the tree ever halts it; a condition, for one, answers at once, and there is nothing to halt.
+    /// Whether the tree ever halts it; a condition, for example, answers at once and is never halted.
     pub is_halted: bool,
 }
 
 /// A skill of a system: its name, the machine that it runs, and its parameters.
 pub type SkillOfSystem<'a> = (&'a str, &'a Arc<Chart>, &'a [(&'a str, Datum)]);
 
-/// Checks the skills of a whole system: that every leaf of the tree has a skill which hears all that the tree asks and
-/// answers on its own channel, that whatever a skill asks exists and takes the question ([`SkillProcess::new`]), and that
-/// the answers are read. Everything that is wrong is returned, one error a skill; nothing, if it fits.
+/// Checks the skills of a whole system: every leaf of the tree has a skill that accepts all requests of the tree and
+/// answers on its own channel; every process that a skill asks exists and understands the request
+/// ([`SkillProcess::new`]); and the answers are read. Returns one error per skill with problems.
 #[must_use]
 pub fn check_system(leaves: &[LeafOfSystem<'_>], skills: &[SkillOfSystem<'_>], topology: &Topology) -> Vec<SkillError> {
     let names: Vec<&str> = skills.iter().map(|(name, ..)| *name).collect();
@@ -38,7 +38,7 @@ pub fn check_system(leaves: &[LeafOfSystem<'_>], skills: &[SkillOfSystem<'_>], t
     without_skill.chain(unfit).collect()
 }
 
-/// Checks one skill, and for which leaf it works if for any.
+/// Checks one skill, and the leaf for which it works, if any.
 fn check_skill(
     (name, chart, parameters): &SkillOfSystem<'_>,
     leaf: Option<&LeafOfSystem<'_>>,
@@ -57,25 +57,26 @@ fn check_skill(
     Err(SkillError::Wiring { process: (*name).to_owned(), text: chart.file().clone(), problems })
 }
 
-/// What a skill does not hear or say that it should.
+/// Requests that a skill does not accept, and answers that it does not give.
 fn conversation(name: &str, chart: &Chart, leaf: Option<&LeafOfSystem<'_>>, topology: &Topology) -> Vec<Problem> {
     let Some(skill) = topology.find_process(name) else {
         return Vec::new();
     };
     let mut problems: Vec<Problem> = leaf.and_then(|_| silence(name, chart, skill, topology)).into_iter().collect();
     if chart.invokes().any(|invoke| invoke.auto_forward) {
-        // A machine that it invokes may hear what it does not.
+        // An invoked machine may accept them.
         return problems;
     }
     let halts_nobody = leaf.is_some_and(|leaf| !leaf.is_halted);
     for incoming in &super::wiring::Wiring::new(topology, skill).incoming {
         let mut unheard: Vec<&str> = incoming.event_names().filter(|event| !chart.hears(event)).collect();
-        // Of a component's answers some may be of no interest; of the tree's requests none.
+        // Some answers of a component may be ignored, but no requests of the tree.
         if !incoming.is_client && unheard.len() < incoming.event_names().count() {
             unheard.clear();
         }
         unheard.retain(|event| !(incoming.is_client && halts_nobody && event.ends_with(".halt")));
-        let complain = |event| Problem::new(format!("nobody reads `{event}`")).at(chart.span, "no transition takes it");
+        let complain =
+            |event| Problem::new(format!("no transition reads `{event}`")).at(chart.span, "no transition takes it");
         problems.extend(unheard.into_iter().map(complain));
     }
     problems
@@ -88,12 +89,12 @@ fn silence(name: &str, chart: &Chart, skill: ProcessId, topology: &Topology) -> 
         let problem = Problem::new(format!("there is no channel {name} → {CLIENT} to answer on"));
         return Some(problem.at(chart.span, "cannot answer"));
     }
-    let problem = Problem::new(format!("{name} never answers {CLIENT}")).at(chart.span, "says nothing to it");
+    let problem = Problem::new(format!("{name} never answers {CLIENT}")).at(chart.span, "sends nothing to it");
     let problem = problem.with_help(format!("<send type=\"channel\" target=\"{CLIENT}\" event=\"success\"/>"));
     (!may_send_to(CLIENT, chart)).then_some(problem)
 }
 
-/// Whether a machine, or one that it invokes, sends anything to that process by channel; what is computed may.
+/// Whether a machine, or one that it invokes, may send to this process by channel; computed targets count.
 fn may_send_to(process: &str, chart: &Chart) -> bool {
     let may_be = |attribute: &Option<Attribute>, wanted: &str| {
         attribute.as_ref().is_some_and(|attribute| attribute.literal().is_none_or(|literal| &**literal == wanted))

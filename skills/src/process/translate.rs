@@ -1,4 +1,4 @@
-//! Between messages and events: the fields of a message are the members of an object.
+//! Conversion between messages and events: the fields of a message are the members of an object.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use channels::{FieldKind, Message, Shape, Symbol, Value};
 
 use crate::Datum;
 
-/// Integers of this size and below are exact as numbers.
+/// Integers up to this size are exact as numbers.
 const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
 
-/// Why a message cannot be made.
+/// Why a message cannot be constructed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum Unsendable {
     #[error("no message begins with <{head}>")]
@@ -30,8 +30,8 @@ pub(super) fn heads(shape: &Shape) -> &[Symbol] {
     }
 }
 
-/// A message's fields as an object, by the names of its shape; `m1`, `m2`, … where it has none. An optional field without a
-/// value is no member.
+/// A message's fields as an object, with the names of its shape, or `m1`, `m2`, … if it has none. An optional field
+/// without a value is left out.
 pub(super) fn data(message: &Message, shape: Option<&Shape>) -> Datum {
     let name = |index: usize| -> Arc<str> {
         match shape.and_then(|shape| shape.fields().get(index)) {
@@ -81,7 +81,7 @@ pub(super) fn message(head: &str, shape: &Shape, fields: &Datum) -> Result<Vec<V
     Ok(values)
 }
 
-/// A datum as a value of that kind, if it is one: nothing is converted that a reader would have to guess.
+/// A datum as a value of this kind, if it can be one: conversions are never guessed.
 pub(super) fn value(datum: &Datum, kind: &FieldKind) -> Option<Value> {
     match (kind, datum) {
         (FieldKind::Symbol(symbols), Datum::Text(name)) => {
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn members_become_fields_of_the_kinds_that_the_channel_has() {
+    fn members_become_fields_of_the_channels_kinds() {
         let shape = Shape::new([
             ("request", FieldKind::symbols(["go"])),
             ("place", FieldKind::symbols(["Dock"])),

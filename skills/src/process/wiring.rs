@@ -1,4 +1,4 @@
-//! The channels of a skill, and what it may say on them.
+//! The channels of a skill, and the messages it may send on them.
 
 use std::collections::BTreeSet;
 use std::hash::{Hash, Hasher};
@@ -9,23 +9,23 @@ use channels::{ChannelId, Domain, Message, ProcessId, Shape, Symbol, Topology};
 use super::translate::{self, Unsendable};
 use crate::Datum;
 
-/// The process that asks skills: what it sends is a request, and what goes to it an answer.
+/// The process that makes requests to skills: messages from it are requests, and messages to it are answers.
 pub const CLIENT: &str = "BT";
 
-/// Who is at the other end of a channel.
+/// The sender at the other end of a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Incoming {
     pub(super) channel: ChannelId,
     pub(super) peer: Arc<str>,
-    /// Where requests to the same process go; none for the client, and where there is nothing to ask.
+    /// The channel for requests to the same process; `None` for the client, and for processes that cannot be asked.
     pub(super) asked_on: Option<usize>,
     pub(super) is_client: bool,
     domain: Domain,
-    /// The names of the events that messages become, by the symbol they begin with; each once, whatever shapes there are.
+    /// The names of the events that messages become, by their first symbol; each once, however many shapes there are.
     events: Vec<(Symbol, Arc<str>)>,
 }
 
-/// Who is at the other end of a channel.
+/// The receiver at the other end of a channel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Outgoing {
     pub(super) channel: ChannelId,
@@ -34,7 +34,7 @@ pub(super) struct Outgoing {
     pub(super) domain: Domain,
 }
 
-/// A skill's place in its system: its channels in the order they were declared.
+/// A skill's channels, in the order of their declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Wiring {
     pub(super) name: Arc<str>,
@@ -71,7 +71,7 @@ impl Wiring {
         Self { name: topology.name(process).into(), incoming, outgoing }
     }
 
-    /// What comes with the client's requests, by the fields' names: what the ports of a leaf read.
+    /// The names of the fields of the client's requests: the values that the ports of a leaf read.
     pub(super) fn inputs(&self) -> impl Iterator<Item = &str> {
         let clients = self.incoming.iter().filter(|incoming| incoming.is_client);
         let fields =
@@ -79,14 +79,15 @@ impl Wiring {
         fields.map(|(name, _)| name.as_str())
     }
 
-    /// The channel to the process of that name, by position.
+    /// The index of the channel to the process with this name.
     pub(super) fn outgoing_to(&self, peer: &str) -> Option<usize> {
         self.outgoing.iter().position(|out| &*out.peer == peer)
     }
 }
 
 impl Incoming {
-    /// The name of the event that a message becomes: `Navigation.ok`; `Navigation` if it begins with no symbol.
+    /// The name of the event that a message becomes: `Navigation.ok`, or `Navigation` if it does not begin with a
+    /// symbol.
     pub(super) fn event_name(&self, message: &Message) -> Arc<str> {
         let known = self.events.iter().find(|(head, _)| Some(head.name()) == message.head());
         Arc::clone(known.map_or(&self.peer, |(_, name)| name))
@@ -117,13 +118,13 @@ impl Outgoing {
         self.domain.shapes().iter().flat_map(translate::heads).map(Symbol::name).collect()
     }
 
-    /// The shapes of messages that begin with that symbol.
+    /// The shapes of messages that begin with this symbol.
     pub(super) fn shapes_of<'a>(&'a self, head: &'a str) -> impl Iterator<Item = &'a Shape> {
         let begins = move |shape: &&Shape| translate::heads(shape).iter().any(|symbol| symbol.name() == head);
         self.domain.shapes().iter().filter(begins)
     }
 
-    /// The message that begins with that symbol and has these fields by name.
+    /// The message that begins with this symbol and has these fields by name.
     pub(super) fn message(&self, head: &str, fields: &Datum) -> Result<Message, Unsendable> {
         let mut problem = Unsendable::Head { head: head.to_owned() };
         for shape in self.shapes_of(head) {
@@ -135,7 +136,7 @@ impl Outgoing {
         Err(problem)
     }
 
-    /// Whether any message can hold that value in the field of that name, behind that head.
+    /// Whether a message that begins with this symbol can have this value in the field with this name.
     pub(super) fn takes(&self, head: &str, field: &str, value: &Datum) -> bool {
         let mut kinds = self.shapes_of(head).flat_map(Shape::fields).filter(|(name, _)| name == field);
         kinds.any(|(_, kind)| translate::value(value, kind).is_some())

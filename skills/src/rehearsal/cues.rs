@@ -1,4 +1,4 @@
-//! The events that a machine is given when it runs alone: a file with one event a line.
+//! The events for a machine that runs alone: a file with one event per line.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use crate::expression::literal;
 use crate::machine::Event;
 use crate::{Datum, SkillError};
 
-/// An event and when it comes.
+/// An event and its time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cue {
     /// Since the start of the run.
@@ -19,20 +19,20 @@ pub struct Cue {
     pub event: Event,
 }
 
-/// Events in the order they come.
+/// Events in chronological order.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cues(Vec<Cue>);
 
 const MEMBERS: [&str; 6] = ["event", "time_s", "data", "origin", "origintype", "sendid"];
 
 impl Cues {
-    /// Reads events, one JSON object a line: `{"event": "BatteryReader.ok", "time_s": 1.5, "data": {"level": 83.2}}`. Only
-    /// `event` must be there. Without `time_s`, in seconds since the start, an event comes right after the one before it.
-    /// `origin`, `origintype` and `sendid` are those of `_event`. Empty lines and lines that begin with `#` or `//` mean
-    /// nothing.
+    /// Reads events, one JSON object per line: `{"event": "BatteryReader.ok", "time_s": 1.5, "data": {"level": 83.2}}`.
+    /// Only `event` is required. Without `time_s`, in seconds since the start, an event follows directly after the
+    /// previous one. `origin`, `origintype` and `sendid` are those of `_event`. Empty lines and lines that begin with
+    /// `#` or `//` are ignored.
     ///
     /// # Errors
-    /// [`SkillError::Events`] with every line that is no event, or that lies before the one above it.
+    /// [`SkillError::Events`] with every line that is not a valid event, or that is earlier than the previous one.
     pub fn parse(file: &str, text: &str) -> Result<Self, SkillError> {
         let (mut cues, mut problems) = (Vec::new(), Vec::new());
         let (mut start, mut last) = (0, Duration::ZERO);
@@ -58,7 +58,7 @@ impl Cues {
         Err(SkillError::Events { file: file.to_owned(), text, problems })
     }
 
-    /// The events in the order they come.
+    /// The events in chronological order.
     pub fn iter(&self) -> impl Iterator<Item = &Cue> {
         self.0.iter()
     }
@@ -77,24 +77,24 @@ fn cue(line: &str, last: Duration) -> Result<Cue, Complaint> {
     let text = |name: &str| match object.get(name) {
         None | Some(Datum::Null) => Ok(None),
         Some(Datum::Text(text)) => Ok(Some(Arc::clone(text))),
-        Some(other) => Err((format!("`{name}` is a string, and {other} is none"), None)),
+        Some(other) => Err((format!("`{name}` must be a string, not {other}"), None)),
     };
     let Some(name) = text("event")? else {
         return Err(("the event has no name".to_owned(), example()));
     };
     if !is_event_name(&name) {
-        let help = "words joined by dots: `door.opened`".to_owned();
+        let help = "use words joined by dots: `door.opened`".to_owned();
         return Err((format!("`{name}` cannot be the name of an event"), Some(help)));
     }
     let at = match object.get("time_s") {
         None => last,
         Some(Datum::Number(seconds)) => Duration::try_from_secs_f64(*seconds)
-            .map_err(|_| (format!("{seconds} s is no time since the start"), None))?,
-        Some(other) => return Err((format!("`time_s` is a number of seconds, and {other} is none"), None)),
+            .map_err(|_| (format!("{seconds} s is not a time since the start"), None))?,
+        Some(other) => return Err((format!("`time_s` must be a number of seconds, not {other}"), None)),
     };
     if at < last {
-        let help = format!("the event before it comes at {} s", last.as_secs_f64());
-        return Err(("events stand in the order they come".to_owned(), Some(help)));
+        let help = format!("the previous event is at {} s", last.as_secs_f64());
+        return Err(("events must be in chronological order".to_owned(), Some(help)));
     }
     let mut event = Event::external(name).with_data(object.get("data").cloned().unwrap_or_default());
     (event.origin, event.origin_type, event.send_id) = (text("origin")?, text("origintype")?, text("sendid")?);
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_event_has_a_name_that_a_machine_could_hear() {
+    fn an_event_has_a_name_that_a_machine_can_match() {
         let text = "{\"event\": \"a.b\"}\n{\"event\": \"\"}\n# none\n{\"event\": \"a b\"}\n{\"event\": \"a..b\"}\n{\"event\": \"*\"}\n";
         let error = Cues::parse("events.jsonl", text).unwrap_err();
         let related = error.related().unwrap();

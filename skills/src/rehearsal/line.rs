@@ -1,4 +1,4 @@
-//! What is told of a machine that runs alone, as text and as JSON.
+//! The output about a machine that runs alone, as text and as JSON.
 
 use std::fmt;
 use std::time::Duration;
@@ -7,7 +7,7 @@ use crate::Datum;
 use crate::chart::Chart;
 use crate::machine::{Machine, Note, Outgoing, Status};
 
-/// Something that happened in a rehearsal. Displaying it gives a line for people, [`Line::to_json`] one for programs.
+/// Something that happened in a rehearsal. Its `Display` form is a line for people, [`Line::to_json`] one for programs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Line {
@@ -23,25 +23,25 @@ pub struct Line {
 pub enum LineKind {
     /// The machine entered a configuration.
     Entered(Situation),
-    /// It has something to say; an error also says where: line and column of the file, from 1.
+    /// A note; an error also has its place: line and column of the file, from 1.
     Note(Note, Option<(usize, usize)>),
-    /// It sent something away. Nobody is there to take it.
+    /// It sent an event, which nothing receives.
     Sent(Outgoing),
     /// The end.
     Final(Situation),
 }
 
-/// How a machine stands.
+/// The state of a machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Situation {
     /// The active states, in document order.
     pub configuration: Vec<String>,
-    /// Those of them that have no children.
+    /// Those without children.
     pub active: Vec<String>,
-    /// How far the machine is.
+    /// The machine's status.
     pub status: Status,
-    /// The data of the final state that it ended in.
+    /// The data of the final state in which it ended.
     pub result: Datum,
 }
 
@@ -101,13 +101,13 @@ fn write_note(note: &Note, place: Option<(usize, usize)>, f: &mut fmt::Formatter
             Some((line, column)) => write!(f, "{event} at {line}:{column}: {reason}"),
             None => write!(f, "{event}: {reason}"),
         },
-        Note::UnhandledError { event } => write!(f, "nobody handles {event}"),
-        Note::Unheard { event } => write!(f, "sends {event} to itself, and nothing takes it"),
+        Note::UnhandledError { event } => write!(f, "{event} is not handled"),
+        Note::Unheard { event } => write!(f, "sends {event} to itself, but no transition takes it"),
         Note::Invoked { id, note } => {
             write!(f, "[{id}] ")?;
             write_note(note, None, f)
         }
-        Note::Stuck { microsteps } => write!(f, "runs in circles: stopped after {microsteps} steps"),
+        Note::Stuck { microsteps } => write!(f, "did not come to rest: stopped after {microsteps} microsteps"),
     }
 }
 
@@ -170,7 +170,7 @@ fn note_members(note: &Note, place: Option<(usize, usize)>) -> Vec<(&'static str
 }
 
 fn object(members: impl IntoIterator<Item = (&'static str, Datum)>) -> Datum {
-    // What a machine says is a few members around one of its values; only a value of the largest size does not fit.
+    // A note is a few members around one of the machine's values; only a value of maximum size does not fit.
     Datum::object(members).unwrap_or_default()
 }
 

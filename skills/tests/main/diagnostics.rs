@@ -201,8 +201,8 @@ fn a_transition_without_event_condition_and_target_is_refused() {
     let said = problems(&file("", "<state id='a'><transition/></state>"));
     assert_eq!(
         said,
-        "«transition» a transition has an event, a condition or a target\n    \
-         what is done on entering the state belongs in <onentry>\n"
+        "«transition» a transition needs an event, a condition or a target\n    \
+         put actions on entering the state in <onentry>\n"
     );
     for enough in ["event='e'", "cond='false'", "target='a'"] {
         let text = file("", &format!("<state id='a'><transition {enough}/></state>"));
@@ -216,7 +216,7 @@ fn of_a_state_with_two_initial_ones_nothing_is_said_to_be_unreachable() {
         "",
         "<state id='a' initial='a1'><initial><transition target='a2'/></initial><state id='a1'/><state id='a2'/></state>",
     ));
-    assert_eq!(said, "«a1 | initial» an initial state is given twice\n");
+    assert_eq!(said, "«a1 | initial» the initial state is given twice\n");
     let said = problems(&file(
         "",
         "<state id='a' initial='b1'><initial><transition target='b2'/></initial><state id='a1'/></state>",
@@ -241,10 +241,7 @@ fn a_machine_that_scxml_lets_run_is_refused_as_one() {
     };
     for content in ["<send event='e' type='pigeon'/>", "<assign location='nothing' expr='1'/>"] {
         let said = forgiven(content);
-        assert!(
-            said.starts_with("the skill t.scxml is refused, though SCXML would have it run: there is no "),
-            "{said}"
-        );
+        assert!(said.starts_with("the skill t.scxml is refused, although standard SCXML would run it: "), "{said}");
         assert!(said.contains("`error.execution` when the machine gets there"), "{said}");
     }
     let said = refused(&file("", "<state id='a'><onentry><send event='e' type='pigeon'/><sned/></onentry></state>"));
@@ -338,7 +335,7 @@ fn a_foreign_dialect_is_named_once() {
         "datamodel='cplusplus:GoData:GoData.h'",
         "<state id='a'><transition event='e' cond='isFar(m_place.c_str())'/><onentry><script>drive(&amp;x);</script></onentry></state>",
     ));
-    assert!(said.contains("this is a machine for Qt with a C++ data model"), "{said}");
+    assert!(said.contains("this is a Qt machine with a C++ data model"), "{said}");
     assert_eq!(said.matches('«').count(), 1, "{said}");
 }
 
@@ -367,7 +364,9 @@ fn an_event_that_a_machine_sends_itself_and_nothing_takes_is_noticed() {
     let said = in_short(&text, chart.warnings());
     assert_eq!(
         said.lines().next(),
-        Some("«send» the machine sends itself the event `TICK_RESPONSE`, here and once more, and nothing takes it")
+        Some(
+            "«send» the machine sends itself the event `TICK_RESPONSE`, here and once more, but no transition takes it"
+        )
     );
     assert_eq!(chart.warnings().len(), 1, "{said}");
 }

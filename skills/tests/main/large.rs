@@ -98,5 +98,5 @@ fn an_element_has_a_limited_number_of_attributes() {
 #[test]
 fn very_deep_nesting_is_refused_without_a_stack() {
     let deep = "<state>".repeat(40_000) + &"</state>".repeat(40_000);
-    assert_eq!(problems(&deep), ["elements may be nested 64 deep at most"]);
+    assert_eq!(problems(&deep), ["elements may be nested at most 64 deep"]);
 }

@@ -148,7 +148,7 @@ fn what_data_cannot_hold_is_refused() {
     for (script, reason) in [
         ("x = new Map([[1, 2]])", "an object of this class cannot be kept in data"),
         ("x = Symbol('s')", "a symbol cannot be kept in data"),
-        ("x = Math.max", "a function of the engine's cannot be kept in data"),
+        ("x = Math.max", "a built-in function cannot be kept in data"),
         ("x = {}; x.x = x", "a value may be nested 64 deep"),
         ("x = new Array(200000)", "a value may be nested 64 deep and have 100000 parts"),
     ] {

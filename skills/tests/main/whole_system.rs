@@ -58,7 +58,12 @@ fn answers_that_nobody_reads_and_questions_that_nobody_hears_are_named() {
     let content = format!("<state id='s'>{ASKS}<transition event='BT.tick'/></state>");
     assert_eq!(
         complaints(&content, &["Look"]),
-        ["Look never answers BT", "nobody reads `BT.halt`", "nobody reads `Reader.ok`", "nobody reads `Reader.error`"]
+        [
+            "Look never answers BT",
+            "no transition reads `BT.halt`",
+            "no transition reads `Reader.ok`",
+            "no transition reads `Reader.error`"
+        ]
     );
 }
 
@@ -76,7 +81,7 @@ fn a_condition_is_never_halted_and_need_not_hear_it() {
     let content = format!("<state id='s'>{ASKS}{answers}<transition event='Reader.ok'/></state>");
     let leaf = |is_halted| [LeafOfSystem { name: "Look", is_halted }];
     assert_eq!(complaints_of_leaves(&content, &leaf(false)), Vec::<String>::new());
-    assert_eq!(complaints_of_leaves(&content, &leaf(true)), ["nobody reads `BT.halt`"]);
+    assert_eq!(complaints_of_leaves(&content, &leaf(true)), ["no transition reads `BT.halt`"]);
 }
 
 #[test]
@@ -94,7 +99,10 @@ fn an_invoked_machine_may_answer_and_hear() {
     let content =
         |autoforward| format!("<state id='s'>{ASKS}{}<transition event='Reader'/></state>", invoke(autoforward));
     assert_eq!(complaints(&content("true"), &["Look"]), Vec::<String>::new());
-    assert_eq!(complaints(&content("false"), &["Look"]), ["nobody reads `BT.tick`", "nobody reads `BT.halt`"]);
+    assert_eq!(
+        complaints(&content("false"), &["Look"]),
+        ["no transition reads `BT.tick`", "no transition reads `BT.halt`"]
+    );
 }
 
 #[test]

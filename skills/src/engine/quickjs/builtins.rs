@@ -1,4 +1,4 @@
-//! What the engine would otherwise ask the machine that it runs on: time, chance, and the last bits of a sine.
+//! Replacements for what depends on the computer: time, random numbers, and the last bits of a sine.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -11,13 +11,13 @@ use rquickjs::{Coerced, Ctx, Error, Function, Object, Value};
 use super::World;
 use crate::expression::Scope;
 
-/// What the built-in functions of an evaluation may do together, in about nanoseconds.
+/// The total work that the built-in functions of an evaluation may do, roughly in nanoseconds.
 const ALLOWANCE: f64 = 1e9;
 
 /// Counts what the engine's functions do, and replaces those that depend on the machine.
 const BUILTINS: &str = include_str!("builtins.js");
 
-/// What the host asks the engine to do with values.
+/// The operations on values that the host asks the engine for.
 pub(super) struct Tools<'js> {
     pub(super) freeze: Function<'js>,
     pub(super) kind: Function<'js>,
@@ -90,14 +90,14 @@ pub(super) fn install<'js>(ctx: &Ctx<'js>, world: &World<'_>, random: &Rc<Cell<u
     })
 }
 
-/// A number that may be missing.
+/// An optional number.
 type Number = Opt<Coerced<f64>>;
 
 fn number(given: &Number) -> f64 {
     given.0.as_ref().map_or(f64::NAN, |number| number.0)
 }
 
-/// A number as it is: of a whole one rquickjs would make an integer, and lose the sign of -0.
+/// A number unchanged: rquickjs would convert a whole number to an integer and lose the sign of -0.
 fn float(ctx: Ctx<'_>, number: f64) -> Value<'_> {
     Value::new_float(ctx, number)
 }
@@ -125,7 +125,7 @@ fn next_random(random: &Cell<u64>) -> f64 {
     (mixed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// `Math.pow` is not quite that of C (ECMA-262, Number::exponentiate).
+/// `Math.pow` differs slightly from C's (ECMA-262, Number::exponentiate).
 fn power(base: f64, exponent: f64) -> f64 {
     if exponent.is_nan() || base.abs() == 1.0 && exponent.is_infinite() { f64::NAN } else { libm::pow(base, exponent) }
 }

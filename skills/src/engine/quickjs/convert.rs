@@ -1,4 +1,4 @@
-//! Between data and the engine's values. Two copies of an object are one object there as they are in the data.
+//! Conversion between data and the engine's values. Two copies of an object are one object in both.
 
 use std::cell::OnceCell;
 use std::collections::{BTreeMap, HashMap};
@@ -14,11 +14,11 @@ use crate::datum::{Identity, MAX_TEXT_BYTES, Renewed, describe_xml};
 use crate::expression::EvaluationError;
 use crate::{Datum, TooLarge};
 
-/// Values may be nested so deeply in the engine; a little more than data may.
+/// The maximum nesting of values in the engine; slightly more than for data.
 const MAX_DEPTH: usize = 70;
-/// A value may have so many parts.
+/// The maximum number of parts of a value.
 const MAX_PARTS: usize = 100_000;
-/// As much of a DOM as data need that are XML (SCXML B.2.1).
+/// The part of a DOM that XML data need (SCXML B.2.1).
 const ELEMENTS: &str = include_str!("elements.js");
 
 /// Puts data into the engine.
@@ -26,9 +26,9 @@ pub(super) struct Injector<'e, 'js> {
     ctx: &'e Ctx<'js>,
     tools: &'e Tools<'js>,
     made: BTreeMap<Identity, Value<'js>>,
-    /// The objects that were put in, and what they were.
+    /// The objects that were put in, and their original data.
     originals: Vec<(Value<'js>, Datum)>,
-    /// Makes an object that is looked into like an element out of a description of it.
+    /// Makes an object that can be read like an element from its description.
     make_element: OnceCell<Function<'js>>,
 }
 
@@ -89,7 +89,7 @@ impl<'e, 'js> Injector<'e, 'js> {
                 };
                 Ok(make.call((description,))?)
             }
-            _ => Err(unkept("what has no parts").into()),
+            _ => Err(unkept("an object without parts").into()),
         }
     }
 
@@ -98,7 +98,7 @@ impl<'e, 'js> Injector<'e, 'js> {
     }
 }
 
-/// A function that returns a function of that source.
+/// A function that returns the function with this source.
 fn function_program(source: &str) -> String {
     format!("function(){{'use strict';return (\n{source}\n)}}")
 }
@@ -107,7 +107,7 @@ fn unkept(what: &str) -> EvaluationError {
     EvaluationError::Thrown(format!("{what} cannot be kept in data"))
 }
 
-/// Takes data out of the engine. What was put in and has not changed comes back as it was.
+/// Takes data out of the engine. Unchanged data come back as they were.
 pub(super) struct Reader<'e, 'js> {
     tools: &'e Tools<'js>,
     originals: HashMap<Value<'js>, Datum>,
@@ -123,7 +123,7 @@ impl<'e, 'js> Reader<'e, 'js> {
         Self { tools, originals, read: HashMap::new(), renewed: Renewed::new(), depth: 0, parts: 0 }
     }
 
-    /// What is to be put in place of objects that have changed.
+    /// The replacements of objects that have changed.
     pub(super) fn into_renewed(self) -> Renewed {
         self.renewed
     }
@@ -144,7 +144,7 @@ impl<'e, 'js> Reader<'e, 'js> {
         })
     }
 
-    /// A string; what is no letter in it becomes U+FFFD.
+    /// A string; invalid characters become U+FFFD.
     fn text(&self, value: &Value<'js>) -> Result<String, Failure> {
         let text = match value.get::<String>() {
             Err(rquickjs::Error::Utf8(_)) => self.tools.well_formed.call((value.clone(),))?,
@@ -229,7 +229,7 @@ impl<'e, 'js> Reader<'e, 'js> {
         if self.parts > MAX_PARTS { Err(TooLarge.into()) } else { Ok(()) }
     }
 
-    /// The source of a function. A method's is made that of a function.
+    /// The source of a function. The source of a method is converted to that of a function.
     fn function(&self, object: &Object<'js>) -> Result<Datum, Failure> {
         let source: Value<'js> = self.tools.source.call((object.clone(),))?;
         let source = self.text(&source)?;
@@ -238,11 +238,11 @@ impl<'e, 'js> Reader<'e, 'js> {
                 return Ok(Datum::Function(candidate.into()));
             }
         }
-        Err(unkept("a function of the engine's").into())
+        Err(unkept("a built-in function").into())
     }
 }
 
-/// Whether an object still has the parts that it had: the same objects, and equal values otherwise.
+/// Whether an object still has its original parts: the same objects, and equal values otherwise.
 fn is_same(one: &Datum, other: &Datum) -> bool {
     let part = |a: &Datum, b: &Datum| if a.is_composite() { a.identity() == b.identity() } else { a == b };
     match (one, other) {

@@ -10,7 +10,7 @@ pub(super) const TOO_LARGE: &str = "the code needs more memory than 4 MiB";
 /// Why a program has no value.
 pub(super) enum Failure {
     Failed(EvaluationError),
-    /// Something was thrown, and is with the engine.
+    /// Something was thrown; the engine holds it.
     Thrown(Error),
 }
 
@@ -43,14 +43,14 @@ impl Failure {
             return EvaluationError::TooLong;
         }
         let text = thrown.and_then(|thrown| thrown_text(ctx, &thrown));
-        // Where there is no room for an error, there is none to tell.
+        // If there is no memory for an error, there is none for its text.
         EvaluationError::Thrown(text.unwrap_or_else(|| TOO_LARGE.to_owned()))
     }
 }
 
-/// The first line of what was thrown; `None` if that was the want of memory.
+/// The first line of the thrown error; `None` if memory ran out.
 fn thrown_text(ctx: &Ctx<'_>, thrown: &Value<'_>) -> Option<String> {
-    /// More is of no use to anybody.
+    /// The longest text that is useful.
     const MAX_CHARS: usize = 300;
     if thrown.is_null() || thrown.type_of() == rquickjs::Type::Uninitialized {
         return None;
@@ -59,7 +59,7 @@ fn thrown_text(ctx: &Ctx<'_>, thrown: &Value<'_>) -> Option<String> {
         Ok(text) => text.0,
         Err(_) => {
             ctx.catch();
-            "something that is no text was thrown".to_owned()
+            "a value that is not text was thrown".to_owned()
         }
     };
     if text.ends_with("out of memory") {

@@ -1,4 +1,4 @@
-//! Whether the engine can read a source.
+//! Checks whether the engine can parse a source.
 
 use rquickjs::{Error, Value};
 
@@ -6,10 +6,10 @@ use super::runtime::{STEPS_PER_TURN, Turns, engine};
 use crate::engine::Form;
 use crate::expression::ExpressionProblem;
 
-/// Whether a source can be read.
+/// Checks whether the engine can parse a source.
 pub(in crate::engine) fn check(source: &str, form: Form) -> Result<(), ExpressionProblem> {
-    // What escapes from one pair of brackets does not fit into the other. Nothing is called; what escapes from the
-    // function may run, in an engine that nobody looks at.
+    // Code that escapes from one pair of brackets does not fit into the other. Nothing is called. Code that escapes
+    // from the function may run, in an engine whose results are discarded.
     let around = match form {
         Form::Expression => [("return (\n", "\n)"), ("return [\n", "\n]")],
         Form::Location => [("(\n", "\n) = 0"), ("[(\n", "\n) = 0]")],
@@ -20,7 +20,7 @@ pub(in crate::engine) fn check(source: &str, form: Form) -> Result<(), Expressio
     around.iter().try_for_each(read).map_err(|complaint| complaint.about(source))
 }
 
-/// What the engine says about a text that it cannot read.
+/// The engine's error about a text that it cannot parse.
 pub(super) struct Complaint {
     message: String,
     /// Line and column, from 1.
@@ -28,7 +28,7 @@ pub(super) struct Complaint {
 }
 
 impl Complaint {
-    /// What is wrong with a source, which was read with a line before it.
+    /// The problem of a source, which was parsed with a line before it.
     fn about(&self, source: &str) -> ExpressionProblem {
         let place = self.place.and_then(|(line, column)| {
             let before: usize = source.split_inclusive('\n').take(line.checked_sub(2)?).map(str::len).sum();

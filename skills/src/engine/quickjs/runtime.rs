@@ -1,4 +1,4 @@
-//! An engine and its bounds.
+//! An engine and its limits.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -6,17 +6,18 @@ use std::rc::Rc;
 use rquickjs::context::intrinsic;
 use rquickjs::{Context, Error, Runtime};
 
-/// What an evaluation may keep in memory, its own objects and the engine's.
+/// The memory limit of an evaluation, including the engine's own objects.
 const MAX_MEMORY_BYTES: usize = 4 << 20;
 
-/// Calls may lie in each other so deeply. A thread has 2 MiB at least.
+/// The stack limit. A thread has at least 2 MiB.
 const MAX_STACK_BYTES: usize = 256 << 10;
 
-/// The engine counts 10,000 calls and rounds of loops before it asks whether it may go on. Each may be as much work as
-/// several of a machine's own steps.
+/// The engine counts 10,000 calls and loop iterations before it asks whether it may continue. Each may take as much
+/// work as several of a machine's own steps.
 pub(super) const STEPS_PER_TURN: u64 = 50_000;
 
-/// What of ECMAScript there is. Proxies, typed arrays and weak references are not ([`builtins`] says why).
+/// The available parts of ECMAScript. Proxies, typed arrays and weak references are missing ([`builtins`] explains
+/// why).
 type Intrinsics = (
     intrinsic::Eval,
     intrinsic::Date,
@@ -27,7 +28,7 @@ type Intrinsics = (
     intrinsic::Promise,
 );
 
-/// How often the engine has asked whether it may go on.
+/// How often the engine has asked whether it may continue.
 #[derive(Clone)]
 pub(super) struct Turns {
     pub(super) taken: Rc<Cell<u64>>,
@@ -48,12 +49,12 @@ impl Turns {
     }
 }
 
-/// An engine that has run nothing yet.
+/// A new engine.
 pub(super) fn engine(turns: &Turns) -> Result<Context, Error> {
     let runtime = Runtime::new()?;
     runtime.set_max_stack_size(MAX_STACK_BYTES);
-    // Nothing lives long enough to be worth collecting, and QuickJS 0.16 crashes if memory ends in the middle of a change and
-    // the error that is then made has it collect.
+    // Nothing lives long enough to be worth collecting. Besides, QuickJS 0.16 crashes if memory runs out during a
+    // change and the resulting error triggers a collection.
     runtime.set_gc_threshold(usize::MAX);
     let context = Context::custom::<Intrinsics>(&runtime)?;
     runtime.set_memory_limit(MAX_MEMORY_BYTES);
