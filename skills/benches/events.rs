@@ -1,4 +1,4 @@
-//! What an event costs: `cargo bench -p steward-skills`.
+//! The time per event: `cargo bench -p steward-skills`.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -37,7 +37,7 @@ const SAFETY: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="
   <state id="failure"/>
 </scxml>"#;
 
-/// The paper's response monitor as a machine: a low battery is to be answered within ten ticks.
+/// The paper's response monitor as a machine: a low battery must be answered within ten ticks.
 const RESPONSE: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0">
   <datamodel><data id="timer" expr="0"/></datamodel>
   <state id="idle">
@@ -90,7 +90,7 @@ fn safety_monitor(bencher: Bencher) {
     bencher.bench_local(|| machine.handle(black_box(event.clone()), Duration::ZERO, &mut Nobody));
 }
 
-/// Four events: a low level, two ticks, the answer. One of them is what counts.
+/// Four events: a low level, two ticks, the answer. One of them matters.
 #[divan::bench]
 fn response_monitor(bencher: Bencher) {
     let mut machine = started(Chart::load("response.scxml", RESPONSE).expect("a machine"));
@@ -107,7 +107,7 @@ fn response_monitor(bencher: Bencher) {
     });
 }
 
-/// The same by the engine, to know what falling back to it costs.
+/// The same with the engine, to measure the cost of falling back to it.
 #[cfg(feature = "ecmascript")]
 #[divan::bench]
 fn safety_monitor_by_the_engine(bencher: Bencher) {

@@ -1,13 +1,11 @@
-//! What is done with a text that may be a machine, and texts that come close to one.
+//! The operations on a text that may be a machine, and texts that come close to one.
 
 use std::time::Duration;
 
 use skills::{Chart, Event, Machine, SkillError, Strictness, Transcript};
 
-/// Loads a text, as strictly as it will go. If it is a machine, shows it and runs it for a while. Says whether it was one.
-///
-/// # Panics
-/// If something is wrong with the crate: no text may make it panic, and every refusal has a reason that lies in the file.
+/// Loads a text as strictly as possible. If it is a machine, shows it and runs it for a while. Returns whether it is
+/// one.
 pub fn exercise(text: &str) -> bool {
     match Chart::load_with("fuzz.scxml", text, Strictness::Standard) {
         Ok(chart) => {
@@ -152,7 +150,7 @@ const TEXTS: [&str; 16] = [
     "]]&gt;",
 ];
 
-/// The text of that number: a machine that is right but for a few mistakes, bytes changed in it now and then.
+/// The text with this number: a valid machine with a few mistakes, sometimes with changed bytes.
 #[must_use]
 pub fn text(number: u64) -> String {
     let mut random = Random(number.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
@@ -175,7 +173,7 @@ pub fn text(number: u64) -> String {
 
 const HEAD: &str = "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'>";
 
-/// A state with all that is in it. Ids repeat now and then only, and targets are the first of them.
+/// A state with its contents. Ids rarely repeat, and targets are among the first ids.
 fn state(random: &mut Random, depth: usize, count: &mut usize, text: &mut String) {
     let leaf = depth > 3 || random.one_in(2);
     let name = if leaf || !random.one_in(8) { random.pick(&["state", "state", "final"]) } else { random.pick(&STATES) };

@@ -1,11 +1,11 @@
-//! The algorithm of Appendix D once more, word for word and with sets, to hold the fast one against.
+//! The algorithm of Appendix D again, literally and with sets, to check the fast one against.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use skills::{Chart, HistoryKind, StateId, StateKind, TransitionId};
 
-/// Runs a chart whose transitions have at most one event and the condition `!In('state')`, and writes down which states
-/// are entered (`+s`) and left (`-s`) and which transitions taken (`s>t`).
+/// Runs a chart whose transitions have at most one event and the condition `!In('state')`, and records which states are
+/// entered (`+s`) and exited (`-s`) and which transitions are taken (`s>t`).
 pub(crate) struct Interpreter<'c> {
     chart: &'c Chart,
     configuration: BTreeSet<StateId>,

@@ -1,11 +1,11 @@
-//! Scripts that would take all time, memory or stack there is.
+//! Scripts that would use up all time, memory or stack.
 
 use skills::{Datum, Status};
 
 use crate::stage::{file, lenient};
 
 #[test]
-fn executable_content_is_counted_without_any_engine() {
+fn executable_content_is_counted_without_an_engine() {
     let ten = "[0, 1, 2, 3, 4, 5, 6, 7, 8, 9]";
     let nested = (0..12).fold("<assign location='n' expr='n + 1'/>".to_owned(), |inner, _| {
         format!("<foreach array='ten' item='i'>{inner}</foreach>")
@@ -29,7 +29,7 @@ fn executable_content_is_counted_without_any_engine() {
 }
 
 #[test]
-fn a_machine_that_does_too_much_over_and_over_is_stopped() {
+fn a_machine_that_keeps_doing_too_much_is_stopped() {
     let stage = lenient(
         "<datamodel><data id='list' expr='[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]'/><data id='i'/></datamodel>
          <state id='s'><onentry><raise event='error.execution'/></onentry>
@@ -40,7 +40,7 @@ fn a_machine_that_does_too_much_over_and_over_is_stopped() {
 }
 
 #[test]
-fn no_more_events_wait_than_there_is_room_for() {
+fn only_a_limited_number_of_events_can_wait() {
     let machine = |action: &str, more: &str| {
         let data = "<data id='ten' expr='[1, 2, 3, 4, 5, 6, 7, 8, 9, 10]'/><data id='i'/><data id='n' expr='0'/>";
         let count = "<transition event='e'><assign location='n' expr='n + 1'/></transition>";
@@ -82,7 +82,7 @@ pub(crate) mod scripts {
     /// One script per line.
     const BOMBS: &str = include_str!("bombs.js");
 
-    /// What becomes of a script: what it leaves in `x`, or the error.
+    /// The outcome of a script: what it leaves in `x`, or the error.
     fn outcome(script: &str) -> String {
         let script = script.replace('&', "&amp;").replace('<', "&lt;");
         let content = format!(
@@ -99,18 +99,18 @@ pub(crate) mod scripts {
         }
     }
 
-    /// What becomes of them all.
+    /// The outcomes of all scripts.
     pub(crate) fn outcomes() -> Vec<String> {
         BOMBS.lines().filter(|line| !line.is_empty()).map(|line| format!("{} <= {line}", outcome(line))).collect()
     }
 
-    /// The same on a thread with a stack of that size.
+    /// The same on a thread with a stack of this size.
     fn outcomes_on(stack_mib: usize) -> Vec<String> {
         thread::Builder::new().stack_size(stack_mib << 20).spawn(outcomes).unwrap().join().unwrap()
     }
 
     #[test]
-    fn memory_may_end_anywhere() {
+    fn memory_may_run_out_anywhere() {
         for bomb in [
             "var x = {}; for (var i = 0; ; i++) x['k' + i] = i",
             "var f = Function.prototype.call; for (;;) f = f.bind(f)",
@@ -125,7 +125,7 @@ pub(crate) mod scripts {
     }
 
     #[test]
-    fn every_bomb_ends_alike_on_every_thread() {
+    fn every_bomb_ends_the_same_way_on_every_thread() {
         let other = thread::spawn(|| outcomes_on(8));
         let here = outcomes_on(2);
         assert_eq!(here, other.join().unwrap());

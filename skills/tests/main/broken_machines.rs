@@ -1,11 +1,11 @@
-//! Ten broken machines, with several mistakes each: every mistake is said at its place, all at once.
+//! Ten broken machines with several mistakes each: every mistake is reported at its place, all at once.
 
 use skills::{Chart, SkillError};
 
 use crate::diagnostics::in_short;
 use crate::stage::file;
 
-/// Everything that is said about a machine, errors and warnings.
+/// Everything that is reported about a machine, errors and warnings.
 fn complaints(text: &str) -> String {
     match Chart::load("broken.scxml", text) {
         Ok(chart) => in_short(text, chart.warnings()),

@@ -116,7 +116,7 @@ impl Conversation {
         Self { process, topology: topology_with_blackboard(), now: Duration::ZERO, calls: 100, asked: BTreeMap::new() }
     }
 
-    /// Hands the skill a message.
+    /// Sends the skill a message.
     pub(crate) fn tell(&mut self, from: &str, message: Message, request: RequestNumber) {
         let mut offers = Vec::new();
         self.process.offers(&mut offers);
@@ -153,7 +153,7 @@ impl Conversation {
         self.asked[to]
     }
 
-    /// Lets the time of the run reach so many milliseconds.
+    /// Advances the time of the run to this many milliseconds.
     pub(crate) fn at_ms(&mut self, now: u64) -> Vec<String> {
         self.now = Duration::from_millis(now);
         if self.process.next_timer().is_some_and(|due| due <= self.now) {
@@ -162,8 +162,8 @@ impl Conversation {
         self.said()
     }
 
-    /// Takes what the skill wants to send: `Navigation [<get_status>, <Destination>]`. Answers to the tree must carry
-    /// the number of its last call.
+    /// Takes the messages that the skill wants to send: `Navigation [<get_status>, <Destination>]`. Answers to the tree
+    /// must carry the number of its last call.
     pub(crate) fn said(&mut self) -> Vec<String> {
         let mut said = Vec::new();
         loop {
@@ -194,7 +194,7 @@ impl Conversation {
 }
 
 #[test]
-fn who_takes_a_skills_place_starts_then_and_numbers_its_requests_on() {
+fn a_successor_of_a_skill_starts_then_and_continues_its_numbers() {
     let mut talk = Conversation::with("GoToDestination");
     assert_eq!(talk.at_ms(3_000), [""; 0]);
     assert_eq!(talk.tick(), ["Navigation [<start_navigation>, <Destination>]"]);
@@ -212,7 +212,7 @@ fn who_takes_a_skills_place_starts_then_and_numbers_its_requests_on() {
 }
 
 #[test]
-fn a_delay_runs_from_when_the_machine_starts() {
+fn a_delay_counts_from_the_start_of_the_machine() {
     let late = "<state id=\"idle\"><onentry><send event=\"late\" delay=\"10s\"/></onentry>\
                 <transition event=\"late\" target=\"failure\"/></state>";
     let text = shipped("AtDestination").unwrap().replace("<state id=\"idle\"/>", late);

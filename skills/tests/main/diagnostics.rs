@@ -1,4 +1,4 @@
-//! What is said about broken files: every mistake, at its place.
+//! The messages about broken files: every mistake, at its place.
 
 use std::fmt::Write;
 
@@ -22,7 +22,7 @@ fn refused(text: &str) -> String {
     }
 }
 
-/// One line a problem: the labelled text, the message, the help.
+/// One line per problem: the labelled text, the message, the help.
 pub(crate) fn in_short(text: &str, problems: &[Problem]) -> String {
     let mut short = String::new();
     for problem in problems {
@@ -63,7 +63,7 @@ fn a_report_has_file_line_text_and_help() {
 }
 
 #[test]
-fn every_mistake_of_structure_is_named() {
+fn every_mistake_of_structure_is_reported() {
     insta::assert_snapshot!(problems(
         "<scxml xmlns='http://www.w3.org/2005/07/scxml' intial='a' version='2.0'>
          <stat id='a'/>
@@ -77,7 +77,7 @@ fn every_mistake_of_structure_is_named() {
 }
 
 #[test]
-fn every_mistake_about_states_is_named() {
+fn every_mistake_about_states_is_reported() {
     insta::assert_snapshot!(problems(&file(
         "initial='idel' datamodel='xpath' binding='eager'",
         "<state id='idle' initial='x'><transition target='gone'/><transition event='e' target=''/></state>
@@ -91,7 +91,7 @@ fn every_mistake_about_states_is_named() {
 }
 
 #[test]
-fn every_mistake_in_events_and_content_is_named() {
+fn every_mistake_in_events_and_content_is_reported() {
     insta::assert_snapshot!(problems(&file(
         "",
         "<datamodel><data id='x' expr='1'>2</data><data id='x'/><data id='new'/><data id='_event'/></datamodel>
@@ -114,7 +114,7 @@ fn every_mistake_in_events_and_content_is_named() {
 
 #[test]
 #[cfg(not(feature = "ecmascript"))]
-fn every_mistake_in_an_expression_is_named_at_its_place() {
+fn every_mistake_in_an_expression_is_reported_at_its_place() {
     let conditions = [
         "1 +",
         "(1 + 2",
@@ -147,7 +147,7 @@ fn every_mistake_in_an_expression_is_named_at_its_place() {
 
 #[test]
 #[cfg(not(feature = "ecmascript"))]
-fn every_mistake_in_a_script_is_named_at_its_place() {
+fn every_mistake_in_a_script_is_reported_at_its_place() {
     insta::assert_snapshot!(problems(&file(
         "",
         "<datamodel><data id='x'/></datamodel>
@@ -157,7 +157,7 @@ fn every_mistake_in_a_script_is_named_at_its_place() {
 }
 
 #[test]
-fn what_is_not_xml_or_not_scxml_is_refused() {
+fn text_that_is_not_scxml_is_refused() {
     let mut all = String::new();
     let deep = format!("{}{}", "<state>".repeat(100), "</state>".repeat(100));
     for text in [
@@ -180,13 +180,13 @@ fn what_is_not_xml_or_not_scxml_is_refused() {
 }
 
 #[test]
-fn a_file_of_nothing_but_states_may_be_large() {
+fn a_file_with_nothing_but_states_may_be_large() {
     let many: String = (0..20_000).map(|id| format!("<state id='s{id}'/>")).collect();
     assert_eq!(Chart::load("large.scxml", &file("", &many)).unwrap().states().count(), 20_000);
 }
 
 #[test]
-fn mistakes_that_the_recommendation_forgives_are_warnings_when_asked_for() {
+fn mistakes_that_the_recommendation_forgives_are_warnings_on_request() {
     let text = file(
         "",
         "<state id='a'><transition cond='nothing' target='a'/><onentry><send event='e' delay='x'/></onentry></state>",
@@ -211,7 +211,7 @@ fn a_transition_without_event_condition_and_target_is_refused() {
 }
 
 #[test]
-fn of_a_state_with_two_initial_ones_nothing_is_said_to_be_unreachable() {
+fn a_state_with_two_initial_states_has_no_unreachable_ones() {
     let said = problems(&file(
         "",
         "<state id='a' initial='a1'><initial><transition target='a2'/></initial><state id='a1'/><state id='a2'/></state>",
@@ -225,15 +225,15 @@ fn of_a_state_with_two_initial_ones_nothing_is_said_to_be_unreachable() {
 }
 
 #[test]
-fn of_a_machine_of_no_namespace_only_that_is_said() {
+fn a_machine_without_a_namespace_gives_one_problem() {
     let said = problems("<scxml version='1.0'><state id='a'/></scxml>");
     assert!(said.starts_with("«scxml» this <scxml> has no namespace\n"), "{said}");
     assert_eq!(said.matches('«').count(), 1, "{said}");
 }
 
-/// What SCXML makes an error event (3.13, 5.4, 6.2.4) is no reason to say that the machine could not be loaded.
+/// Problems that SCXML makes error events (3.13, 5.4, 6.2.4) do not mean that the machine could not be loaded.
 #[test]
-fn a_machine_that_scxml_lets_run_is_refused_as_one() {
+fn a_machine_that_standard_scxml_runs_is_refused_as_such() {
     let forgiven = |content: &str| {
         let text = file("", &format!("<state id='a'><onentry>{content}</onentry></state>"));
         assert!(Chart::load_with("t.scxml", &text, skills::Strictness::Standard).is_ok(), "{content}");
@@ -250,7 +250,7 @@ fn a_machine_that_scxml_lets_run_is_refused_as_one() {
 }
 
 #[test]
-fn every_mistake_of_wiring_is_named() {
+fn every_mistake_of_wiring_is_reported() {
     let text = file(
         "",
         "<datamodel><data id='place' expr=\"'Moon'\"/><data id='here' expr=\"'Destination'\"/></datamodel>
@@ -286,7 +286,7 @@ fn a_parameter_that_no_message_can_carry_is_found_before_the_run() {
 }
 
 #[test]
-fn names_that_stand_for_nothing_are_refused() {
+fn unknown_names_are_refused() {
     let mut all = String::new();
     for error in [
         skill("BatteryLevel", &[("treshold", 30.0.into())]).unwrap_err(),
@@ -303,7 +303,7 @@ fn shipped_names_are_leaves() {
     assert!(SHIPPED.iter().all(|(leaf, text)| shipped(leaf) == Some(*text)));
 }
 
-/// A file that is something else is said to be that, once, whatever else SCXML does not have in it.
+/// A file of another kind is reported as that, once, whatever else in it is not SCXML.
 #[test]
 fn a_foreign_dialect_is_named_once() {
     let roaml = |namespace: &str| {
@@ -340,7 +340,7 @@ fn a_foreign_dialect_is_named_once() {
 }
 
 #[test]
-fn a_blank_line_before_the_xml_declaration_is_called_that() {
+fn a_blank_line_before_the_xml_declaration_is_reported_as_that() {
     let said = problems(
         "\n<?xml version='1.0'?><scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='a'/></scxml>",
     );
@@ -351,7 +351,7 @@ fn a_blank_line_before_the_xml_declaration_is_called_that() {
 }
 
 #[test]
-fn an_event_that_a_machine_sends_itself_and_nothing_takes_is_noticed() {
+fn an_event_that_a_machine_sends_itself_and_never_takes_is_reported() {
     let answer = "<send event='TICK_RESPONSE'><param name='status' expr='1'/></send>";
     let text = file(
         "",

@@ -1,4 +1,4 @@
-//! The skill that the README tells how to write: one that announces arrival.
+//! The skill that the README shows how to write: one that announces its arrival.
 
 use std::time::Duration;
 

@@ -1,10 +1,10 @@
-//! Files that are very large, or made to be slow: each test would run for minutes or hours if the work grew faster than
-//! the file.
+//! Very large files, or files made to be slow: each test would take minutes or hours if the work grew faster than the
+//! file.
 
 use channels::{Capacity, Domain, FieldKind, Shape, Symbol, Topology};
 use skills::{Chart, LeafOfSystem, SkillError, check_system};
 
-/// What is wrong with a machine of these elements, and what looks odd: in short.
+/// The problems and warnings of a machine with these elements, in short form.
 fn problems(inside: &str) -> Vec<String> {
     let text = format!("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\">{inside}</scxml>");
     match Chart::load("Large.scxml", &text) {
@@ -34,7 +34,7 @@ fn events_that_never_come_are_found_among_very_many() {
 }
 
 #[test]
-fn what_comes_and_what_is_heard_are_held_together_among_very_many() {
+fn events_and_transitions_are_matched_among_very_many() {
     let names: Vec<String> = (0..50_000).map(|n| format!("e{n}")).collect();
     let mut topology = Topology::default();
     let [client, skill, peer] = ["BT", "Look", "Peer"].map(|name| topology.process(name).unwrap());
@@ -65,7 +65,7 @@ fn transitions_that_come_too_late_are_found_among_very_many() {
 }
 
 #[test]
-fn very_many_states_that_do_not_exist_are_each_reported() {
+fn very_many_unknown_states_are_each_reported() {
     let lost =
         many(20_000, |n| format!("<state id=\"state{n}\"><transition event=\"e\" target=\"stale{n}\"/></state>"));
     assert_eq!(problems(&lost).len(), 20_000);
@@ -90,13 +90,13 @@ fn very_many_targets_can_be_active_at_once() {
 }
 
 #[test]
-fn an_element_has_a_limited_number_of_attributes() {
+fn the_number_of_attributes_of_an_element_is_limited() {
     let attributes = many(300_000, |n| format!("a{n}=\"\" "));
     assert_eq!(problems(&format!("<state {attributes}/>")), ["an element may have at most 1000 attributes"]);
 }
 
 #[test]
-fn very_deep_nesting_is_refused_without_a_stack() {
+fn very_deep_nesting_is_refused_without_recursion() {
     let deep = "<state>".repeat(40_000) + &"</state>".repeat(40_000);
     assert_eq!(problems(&deep), ["elements may be nested at most 64 deep"]);
 }

@@ -1,4 +1,4 @@
-//! The crate from outside: the clauses of the recommendation, what is said about broken files, the seven skills.
+//! Tests from outside the crate: the clauses of the recommendation, messages about broken files, the seven skills.
 
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed, and says where")]
 

@@ -1,4 +1,4 @@
-//! Mutations change exactly what they say, and every line stays where it is.
+//! Mutations change exactly what they describe, and every line stays where it is.
 
 use std::time::Duration;
 
@@ -38,13 +38,13 @@ fn outline(text: &str) -> Vec<String> {
     Chart::load("outlined", text).unwrap().outline().lines().map(str::to_owned).collect()
 }
 
-/// The messages that go over channels, in the order of the file.
+/// The messages sent over channels, in the order of the file.
 fn messages(text: &str) -> Vec<(String, String)> {
     let chart = Chart::load("messages", text).unwrap();
     chart.channel_messages().iter().map(|(to, what)| ((*to).to_owned(), (*what).to_owned())).collect()
 }
 
-/// The lines that differ between two texts of equally many lines: before and after, without what is around them.
+/// The lines that differ between two texts with the same number of lines: before and after, without their context.
 fn changes<'t>(before: &'t [String], after: &'t [String]) -> Vec<(&'t str, &'t str)> {
     assert_eq!(before.len(), after.len());
     let pairs = before.iter().zip(after).filter(|(old, new)| old != new);
@@ -52,7 +52,7 @@ fn changes<'t>(before: &'t [String], after: &'t [String]) -> Vec<(&'t str, &'t s
 }
 
 #[test]
-fn every_mutant_of_the_seven_machines_fits_in_their_place() {
+fn every_mutant_of_the_seven_machines_fits_their_channels() {
     let topology = topology();
     let mut counted = 0;
     for (leaf, text, mutation, mutant) in shipped_mutants() {
@@ -66,14 +66,14 @@ fn every_mutant_of_the_seven_machines_fits_in_their_place() {
 }
 
 #[test]
-fn every_mutation_of_a_machine_has_a_line_of_words() {
+fn every_mutation_of_a_machine_is_described_on_one_line() {
     let (_, text) = SHIPPED.into_iter().find(|(leaf, _)| *leaf == "BatteryLevel").unwrap();
     let lines: Vec<String> = mutations("BatteryLevel", text).unwrap().iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(lines.join("\n"));
 }
 
 #[test]
-fn a_mutation_changes_the_machine_as_it_says_and_in_no_other_way() {
+fn a_mutation_changes_the_machine_as_described_and_in_no_other_way() {
     for (leaf, text, mutation, mutant) in shipped_mutants() {
         let (before, after) = (outline(text), outline(&mutant));
         let (said, says) = (messages(text), messages(&mutant));
@@ -138,7 +138,7 @@ fn a_mutation_changes_the_machine_as_it_says_and_in_no_other_way() {
     }
 }
 
-/// A machine that is given one event after the other.
+/// A machine that gets one event after another.
 struct Actor {
     machine: Machine,
     host: Transcript,
@@ -163,7 +163,7 @@ impl Actor {
 }
 
 proptest! {
-    /// Until the state is active, a machine in which it is stuck does what it always did; from then on, it is active.
+    /// Until the state is active, a machine that is stuck in it behaves as before; from then on, the state is active.
     #[test]
     fn a_stuck_state_is_entered_as_before_and_never_left(
         text in machine_text(),
@@ -197,9 +197,9 @@ proptest! {
         }
     }
 
-    /// Whatever the machine, its mutants can be loaded, are other texts, and have their lines where they were.
+    /// For any machine, its mutants can be loaded, differ from the original, and keep their lines.
     #[test]
-    fn every_mutation_that_is_listed_can_be_carried_out(text in machine_text(), which: Index) {
+    fn every_listed_mutation_can_be_applied(text in machine_text(), which: Index) {
         let Ok(all) = mutations("random", &text) else { return Ok(()) };
         if !all.is_empty() {
             let mutant = mutate("random", &text, &all[which.index(all.len())]).unwrap();
@@ -237,7 +237,7 @@ fn mutant(mutation: &Mutation) -> String {
 }
 
 #[test]
-fn lines_stay_where_they_are_in_awkward_places() {
+fn lines_are_kept_in_awkward_places() {
     let data = |id: &str, expr: &str| Mutation::Data { id: id.into(), expr: expr.into() };
     let text = mutant(&data("level", "'<\"&'"));
     assert!(text.contains("expr=\"&apos;&lt;&quot;&amp;&apos;\n\"/>"), "{text}");
@@ -264,7 +264,7 @@ fn lines_stay_where_they_are_in_awkward_places() {
 }
 
 #[test]
-fn what_is_sent_is_something_else_or_nothing() {
+fn messages_are_replaced_or_removed() {
     let (leaf, text) = SHIPPED.into_iter().find(|(leaf, _)| *leaf == "BatteryLevel").unwrap();
     let says = |mutation: &Mutation| {
         let mut actor = Actor::new(&mutate(leaf, text, mutation).unwrap());
@@ -288,7 +288,7 @@ fn refused(text: &str, mutation: &Mutation) -> String {
 }
 
 #[test]
-fn what_is_not_there_is_said_with_what_is() {
+fn a_missing_part_is_reported_with_the_existing_ones() {
     let null = file(
         "datamodel='null'",
         "<state id='a'><transition event='go' cond=\"In('a')\" target='b'/></state><state id='b'/>",
@@ -329,7 +329,7 @@ fn a_refused_mutation_renders_with_the_file() {
 }
 
 #[test]
-fn mutations_of_one_machine_come_together_whatever_their_order() {
+fn mutations_of_one_machine_can_be_combined_in_any_order() {
     let data = Mutation::Data { id: "level".into(), expr: "9".into() };
     let negated = Mutation::NegateGuard { transition: place("a", "walk", 1) };
     let swapped = Mutation::SwapTarget { transition: place("a", "go", 2), target: "b".into() };
@@ -373,7 +373,7 @@ fn two_states_can_be_stuck_by_one_transition() {
 }
 
 #[test]
-fn mutations_that_contradict_one_another_are_refused() {
+fn contradicting_mutations_are_refused() {
     let data = |expr: &str| Mutation::Data { id: "level".into(), expr: expr.into() };
     let transition = || place("a", "walk", 1);
     let (negated, unguarded) =

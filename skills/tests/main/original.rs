@@ -21,14 +21,14 @@ fn original(leaf: &str) -> Conversation {
     Conversation::of(SkillProcess::new(leaf, &chart, &topology_with_blackboard(), []).unwrap())
 }
 
-/// Lets the skill hear these answers, and holds what it says to each of them.
+/// Gives the skill these answers, and checks what it says after each of them.
 fn go_on<const N: usize>(skill: &mut Conversation, heard_and_said: [(&str, channels::Message, &str); N]) {
     for (from, heard, said) in heard_and_said {
         assert_eq!(skill.reply(from, heard), [said]);
     }
 }
 
-/// Lets the skill take the resource and begin its trip.
+/// Lets the skill take the resource and start its trip.
 fn take(skill: &mut Conversation) {
     go_on(
         skill,
@@ -41,7 +41,7 @@ fn take(skill: &mut Conversation) {
     );
 }
 
-/// The skill after its first tick, with its trip begun 20 ms later.
+/// The skill after its first tick, with its trip started 20 ms later.
 fn under_way() -> Conversation {
     let mut skill = original("GoToDestination");
     assert_eq!(skill.tick(), [LOCK]);
@@ -62,7 +62,7 @@ fn give_back(skill: &mut Conversation) -> Vec<String> {
 }
 
 #[test]
-fn the_machines_load_without_a_warning_and_twins_differ_in_name_and_place_only() {
+fn the_machines_load_without_warnings_and_twins_differ_only_in_name_and_place() {
     let text = |leaf: &str| {
         let (_, text) = ORIGINAL.into_iter().find(|(name, _)| *name == leaf).unwrap();
         let chart = Chart::load(leaf, text).unwrap();
@@ -78,7 +78,7 @@ fn the_machines_load_without_a_warning_and_twins_differ_in_name_and_place_only()
 }
 
 #[test]
-fn a_condition_is_looked_at_every_tenth_of_a_second_until_it_knows() {
+fn a_condition_is_checked_every_tenth_of_a_second_until_it_is_known() {
     let mut skill = original("BatteryLevel");
     for start_ms in [0, 1000] {
         assert!(skill.at_ms(start_ms).is_empty());
@@ -92,7 +92,7 @@ fn a_condition_is_looked_at_every_tenth_of_a_second_until_it_knows() {
 }
 
 #[test]
-fn go_to_asks_about_its_trip_by_itself_and_tells_the_tree_what_it_knows() {
+fn go_to_asks_about_its_trip_and_tells_the_tree_its_last_answer() {
     let mut skill = under_way();
     assert_eq!(skill.at_ms(519), [""; 0]);
     assert_eq!(skill.at_ms(520), [STATUS]);
@@ -102,7 +102,7 @@ fn go_to_asks_about_its_trip_by_itself_and_tells_the_tree_what_it_knows() {
 }
 
 #[test]
-fn go_to_waits_while_somebody_else_has_the_resource() {
+fn go_to_waits_while_another_skill_has_the_resource() {
     let mut skill = original("GoToDestination");
     skill.tick();
     let turn = [("Blackboard", ok(true), READ), ("Blackboard", ok(0_i64), UNLOCK), ("Blackboard", ok(true), LOCK)];
@@ -131,9 +131,9 @@ fn a_stop_during_a_call_is_noticed_when_the_call_returns() {
     assert_eq!(skill.reply("Navigation", ok_state("running")), [STOP]);
 }
 
-/// What `late_halt` comes of.
+/// The cause of `late_halt`.
 #[test]
-fn a_stop_after_the_trip_halts_navigation_though_the_resource_has_been_given_back() {
+fn a_stop_after_the_trip_halts_navigation_although_the_resource_is_free() {
     let mut skill = under_way();
     skill.at_ms(520);
     assert_eq!(skill.reply("Navigation", ok_state("success")), [LOCK]);
@@ -160,7 +160,7 @@ fn a_stop_while_the_resource_is_given_back_halts_navigation_last() {
 }
 
 #[test]
-fn a_stop_while_the_lock_is_waited_for_is_dropped_and_the_trip_begins() {
+fn a_stop_while_waiting_for_the_lock_is_dropped_and_the_trip_starts() {
     let mut skill = original("GoToDestination");
     skill.tick();
     assert_eq!(skill.halt(), [HALTED]);
@@ -168,7 +168,7 @@ fn a_stop_while_the_lock_is_waited_for_is_dropped_and_the_trip_begins() {
 }
 
 #[test]
-fn a_trip_that_has_ended_is_not_begun_again_until_the_skill_is_stopped() {
+fn a_trip_that_has_ended_does_not_start_again_until_the_skill_is_stopped() {
     for (ended, answer) in [("success", "BT [<success>]"), ("failure", "BT [<failure>]"), ("idle", "BT [<failure>]")] {
         let mut skill = under_way();
         skill.at_ms(520);

@@ -1,4 +1,4 @@
-//! What holds for every machine, every event and every text.
+//! Properties of every machine, every event and every text.
 
 use std::fmt::Write;
 use std::time::Duration;
@@ -126,7 +126,8 @@ pub(crate) fn machine_text() -> impl Strategy<Value = String> {
     })
 }
 
-/// Exactly one child of an active compound state is active, all children of a parallel one, and nothing hangs in the air.
+/// Exactly one child of an active compound state is active, all children of an active parallel one, and every active
+/// state has an active parent.
 fn is_legal(machine: &Machine) -> bool {
     let chart = machine.chart();
     let is_active = |state| state == chart.root() || machine.configuration().any(|active| active == state);
@@ -145,7 +146,7 @@ fn is_legal(machine: &Machine) -> bool {
 
 proptest! {
     #[test]
-    fn the_machine_does_what_appendix_d_says(text in machine_text(), events in prop::collection::vec(0..3_u8, 0..12)) {
+    fn the_machine_follows_appendix_d(text in machine_text(), events in prop::collection::vec(0..3_u8, 0..12)) {
         let chart = Chart::load("random.scxml", &text).unwrap_or_else(|error| panic!("{text}\n{:?}", miette::Report::new(error)));
         let mut machine = Machine::new(chart.clone());
         let mut host = Transcript::default();
@@ -188,13 +189,13 @@ proptest! {
     }
 
     #[test]
-    fn no_text_brings_the_loader_down(text in "\\PC{0,200}") {
+    fn no_text_crashes_the_loader(text in "\\PC{0,200}") {
         let _ = Chart::load("x", &text);
         let _ = Chart::load("x", &file("", &text));
     }
 
     #[test]
-    fn no_expression_brings_the_loader_or_the_machine_down(
+    fn no_expression_crashes_the_loader_or_the_machine(
         words in prop::collection::vec(prop::sample::select(WORDS.to_vec()), 0..14),
         wild in "\\PC{0,30}",
     ) {
@@ -213,7 +214,7 @@ proptest! {
     }
 
     #[test]
-    fn no_damage_to_a_file_brings_anything_down(
+    fn no_damage_to_a_file_causes_a_crash(
         which in 0..SHIPPED.len(),
         damage in prop::collection::vec((any::<Index>(), 0..4_u8, any::<Index>()), 1..6),
         events in prop::collection::vec(any::<Index>(), 0..10),

@@ -25,7 +25,7 @@ fn every_file_is_named_after_its_leaf_and_loads_without_a_warning() {
 }
 
 #[test]
-fn twins_differ_in_name_and_place_only() {
+fn twins_differ_only_in_name_and_place() {
     let text = |leaf: &str| skills::shipped(leaf).unwrap().replace(leaf, "LEAF");
     for (one, other) in [("AtRechargingStation", "AtDestination"), ("GotoRechargingStation", "GoToDestination")] {
         assert_eq!(text(one).replace("'RechargingStation'", "PLACE"), text(other).replace("'Destination'", "PLACE"));
@@ -59,7 +59,7 @@ fn battery_level_fails_when_the_reader_does() {
 }
 
 #[test]
-fn battery_level_shows_how_it_stands() {
+fn battery_level_shows_its_state() {
     let mut skill = Conversation::with("BatteryLevel");
     assert_eq!(skill.location(), "idle");
     skill.tick();
@@ -70,7 +70,7 @@ fn battery_level_shows_how_it_stands() {
 }
 
 #[test]
-fn battery_not_charging_succeeds_when_it_does_not_charge() {
+fn battery_not_charging_succeeds_when_the_battery_does_not_charge() {
     for (charging, answer) in [(false, SUCCESS), (true, FAILURE)] {
         let mut skill = Conversation::with("BatteryNotCharging");
         assert_eq!(skill.tick(), ["BatteryReader [<get_charging>]"]);
@@ -90,7 +90,7 @@ fn at_skills_ask_for_their_place() {
 }
 
 #[test]
-fn conditions_fail_when_nobody_answers_in_time_and_drop_what_comes_too_late() {
+fn conditions_fail_without_an_answer_in_time_and_drop_late_answers() {
     let mut skill = Conversation::with("BatteryLevel");
     skill.tick();
     let late = skill.last_request("BatteryReader");
@@ -104,7 +104,7 @@ fn conditions_fail_when_nobody_answers_in_time_and_drop_what_comes_too_late() {
 }
 
 #[test]
-fn an_answer_in_time_disarms_the_timeout() {
+fn an_answer_in_time_cancels_the_timeout() {
     let mut skill = Conversation::with("BatteryLevel");
     skill.tick();
     skill.reply("BatteryReader", ok(80.0));
@@ -113,7 +113,7 @@ fn an_answer_in_time_disarms_the_timeout() {
 }
 
 #[test]
-fn an_answer_that_comes_twice_counts_once() {
+fn a_repeated_answer_counts_once() {
     let mut skill = Conversation::with("BatteryLevel");
     skill.tick();
     assert_eq!(skill.reply("BatteryReader", ok(80.0)), [SUCCESS]);
@@ -159,14 +159,14 @@ fn go_to_starts_once_and_asks_once_per_tick() {
 }
 
 #[test]
-fn go_to_may_be_there_already() {
+fn go_to_succeeds_if_the_robot_is_there_already() {
     let mut skill = Conversation::with("GoToDestination");
     skill.tick();
     assert_eq!(skill.reply("Navigation", ok_state("success")), [SUCCESS]);
 }
 
 #[test]
-fn go_to_fails_when_the_trip_does_or_is_lost_and_tries_again() {
+fn go_to_fails_when_the_trip_fails_or_is_lost_and_tries_again() {
     for state in ["failure", "stopped", "idle"] {
         let mut skill = under_way();
         skill.tick();
@@ -176,7 +176,7 @@ fn go_to_fails_when_the_trip_does_or_is_lost_and_tries_again() {
 }
 
 #[test]
-fn go_to_calls_the_trip_off_when_navigation_has_trouble() {
+fn go_to_cancels_the_trip_when_navigation_reports_an_error() {
     let mut skill = under_way();
     skill.tick();
     let mut said = skill.reply("Navigation", error("lost"));
@@ -187,7 +187,7 @@ fn go_to_calls_the_trip_off_when_navigation_has_trouble() {
 }
 
 #[test]
-fn go_to_calls_the_trip_off_when_navigation_is_silent() {
+fn go_to_cancels_the_trip_when_navigation_is_silent() {
     let mut skill = Conversation::with("GoToDestination");
     skill.tick();
     let late = skill.last_request("Navigation");
@@ -200,7 +200,7 @@ fn go_to_calls_the_trip_off_when_navigation_is_silent() {
 }
 
 #[test]
-fn go_to_returns_from_a_halt_when_navigation_has_taken_note() {
+fn go_to_returns_from_a_halt_when_navigation_has_confirmed_it() {
     let mut skill = under_way();
     assert_eq!(skill.halt(), [STOP]);
     assert_eq!(skill.location(), "halting");
@@ -218,7 +218,7 @@ fn go_to_returns_from_a_halt_when_navigation_is_silent() {
 }
 
 #[test]
-fn go_to_drops_the_running_of_a_trip_that_is_halted() {
+fn go_to_drops_the_running_of_a_halted_trip() {
     let mut skill = under_way();
     skill.tick();
     let status = skill.last_request("Navigation");
@@ -234,7 +234,7 @@ fn go_to_has_nothing_to_stop_before_the_first_tick() {
 }
 
 #[test]
-fn a_place_can_be_given() {
+fn the_place_can_be_set() {
     let mut skill = Conversation::with_parameters("GoToDestination", &[("place", "RechargingStation".into())]);
     assert_eq!(skill.tick(), ["Navigation [<start_navigation>, <RechargingStation>]"]);
 }
@@ -256,7 +256,7 @@ fn states_are_values() {
     assert_eq!(hash(&one), hash(&other));
 }
 
-/// What may befall a skill.
+/// Things that can happen to a skill.
 #[derive(Clone, Debug)]
 enum Happening {
     Call(&'static str),
@@ -281,7 +281,7 @@ fn happening() -> impl Strategy<Value = Happening> {
 }
 
 proptest! {
-    /// Whatever the partners do, a call is answered once and only once, at the latest when the timeout is over.
+    /// Whatever the partners do, a call is answered exactly once, at the latest when the timeout is over.
     #[test]
     fn every_call_is_answered_exactly_once(
         leaf in 0..SHIPPED.len(),
@@ -333,7 +333,7 @@ proptest! {
 }
 
 #[test]
-fn numbers_and_texts_of_parameters_are_taken_as_they_are() {
+fn numbers_and_texts_in_parameters_are_used_unchanged() {
     let skill = Conversation::with_parameters("BatteryLevel", &[("threshold", Datum::from(12.5))]);
     assert_eq!(skill.process.machine().datum("threshold"), Some(&12.5.into()));
 }

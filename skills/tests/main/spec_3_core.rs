@@ -40,14 +40,14 @@ fn spec_3_2_the_initial_attribute_may_name_a_state_in_each_region() {
 }
 
 #[test]
-fn spec_3_2_a_machine_without_a_name_has_that_of_its_file() {
+fn spec_3_2_a_machine_without_a_name_is_named_after_its_file() {
     let named = Chart::load("skills/Lamp.scxml", &file("name='Bulb'", "<state/>")).unwrap();
     let unnamed = Chart::load("skills/Lamp.scxml", &file("", "<state/>")).unwrap();
     assert_eq!((named.name(), unnamed.name()), ("Bulb", "Lamp"));
 }
 
 #[test]
-fn spec_3_3_a_compound_state_is_entered_before_and_left_after_its_children() {
+fn spec_3_3_a_compound_state_is_entered_before_and_exited_after_its_children() {
     let inside = traced("b", &traced("b1", ""));
     let mut stage = stage(&format!(
         "<state id='a'><transition event='go' target='b'/></state>{}<state id='c'/>",
@@ -83,7 +83,7 @@ fn spec_3_4_a_parallel_state_is_done_when_all_its_children_are() {
 }
 
 #[test]
-fn spec_3_4_regions_are_entered_in_document_order_and_left_in_reverse() {
+fn spec_3_4_regions_are_entered_in_document_order_and_exited_in_reverse() {
     let regions = format!("{}{}", traced("x", ""), traced("y", ""));
     let mut stage =
         stage(&format!("<parallel id='p'>{regions}<transition event='out' target='end'/></parallel><state id='end'/>"));
@@ -216,7 +216,7 @@ fn spec_3_10_history_is_recorded_before_exit_handlers_run() {
 }
 
 #[test]
-fn charts_tell_the_kinds_of_their_states() {
+fn charts_know_the_kinds_of_their_states() {
     let chart = Chart::load("t", &file("", "<state id='c'><history id='h' type='deep'><transition target='a'/></history><state id='a'/></state><parallel id='p'/><final id='f'/>")).unwrap();
     let kinds: Vec<_> = chart.states().map(|state| (chart.state(state).id(), chart.state(state).kind())).collect();
     let expected = [
@@ -230,7 +230,7 @@ fn charts_tell_the_kinds_of_their_states() {
 }
 
 #[test]
-fn spec_3_10_a_transition_from_inside_to_ones_own_history_enters_all_that_it_left() {
+fn spec_3_10_a_transition_to_the_own_history_enters_everything_it_exited() {
     // Appendix D, taken by the word, enters s2 alone here.
     let mut stage = stage(
         "<parallel id='p'><history id='h' type='deep'><transition target='s1'/></history>
@@ -240,7 +240,7 @@ fn spec_3_10_a_transition_from_inside_to_ones_own_history_enters_all_that_it_lef
     assert!(stage.machine.is_in("s1") && stage.machine.is_in("p"));
 }
 
-/// Whether a transition with that descriptor is taken on that event.
+/// Whether a transition with this descriptor is taken on this event.
 fn fires(descriptor: &str, event: &str) -> bool {
     let machine = format!("<state id='a'><transition event='{descriptor}' target='b'/></state><state id='b'/>");
     stage(&machine).send(event).active() == "b"
@@ -284,7 +284,7 @@ fn spec_3_12_2_an_error_is_an_event_that_can_be_handled() {
 }
 
 #[test]
-fn spec_3_12_2_an_error_that_nobody_handles_is_ignored() {
+fn spec_3_12_2_an_unhandled_error_is_ignored() {
     let stage =
         stage("<datamodel><data id='x'/></datamodel><state id='a'><onentry><log expr='x.y'/></onentry></state>");
     assert_eq!(stage.active(), "a");
@@ -300,7 +300,7 @@ fn spec_3_13_of_two_enabled_transitions_the_first_in_document_order_is_taken() {
 }
 
 #[test]
-fn spec_3_13_a_transition_whose_condition_fails_is_passed_over() {
+fn spec_3_13_a_transition_whose_condition_is_false_is_skipped() {
     let mut stage = stage(
         "<state id='a'><transition event='e' cond='1 > 2' target='b'/><transition event='e' target='c'/></state>
          <state id='b'/><state id='c'/>",
@@ -328,7 +328,7 @@ fn spec_3_13_transitions_of_orthogonal_regions_are_taken_together() {
 }
 
 #[test]
-fn spec_3_13_preemption_of_conflicting_regions_goes_by_document_order() {
+fn spec_3_13_conflicting_regions_are_preempted_in_document_order() {
     let mut stage = stage(
         "<parallel id='p'><state id='x'><transition event='e' target='out1'/></state>
            <state id='y'><transition event='e' target='out2'/></state></parallel><state id='out1'/><state id='out2'/>",
@@ -337,7 +337,7 @@ fn spec_3_13_preemption_of_conflicting_regions_goes_by_document_order() {
 }
 
 #[test]
-fn spec_3_13_preemption_a_deeper_source_wins_over_an_earlier_one() {
+fn spec_3_13_a_deeper_source_preempts_an_earlier_one() {
     // The transition of p is found first, through x. It gives way to that of y1, which lies inside p.
     let mut stage = stage(
         "<parallel id='p'><transition event='e' target='out'/><state id='x'/>
@@ -348,19 +348,19 @@ fn spec_3_13_preemption_a_deeper_source_wins_over_an_earlier_one() {
 }
 
 #[test]
-fn spec_3_13_a_transition_without_a_target_leaves_no_state() {
+fn spec_3_13_a_transition_without_a_target_exits_no_state() {
     let mut stage = stage(&traced("a", "<transition event='e'><log expr=\"'e'\"/></transition>"));
     assert_eq!(stage.send("e").log(), "+a e");
 }
 
 #[test]
-fn spec_3_13_a_transition_to_its_own_state_leaves_and_enters_it() {
+fn spec_3_13_a_transition_to_its_own_state_exits_and_enters_it() {
     let mut stage = stage(&traced("a", "<transition event='e' target='a'><log expr=\"'e'\"/></transition>"));
     assert_eq!(stage.send("e").log(), "+a -a e +a");
 }
 
 #[test]
-fn spec_3_13_an_external_transition_to_a_child_leaves_the_parent() {
+fn spec_3_13_an_external_transition_to_a_child_exits_the_parent() {
     let mut stage =
         stage(&traced("s", &format!("<transition event='e' target='b'/>{}{}", traced("a", ""), traced("b", ""))));
     assert_eq!(stage.send("e").log(), "+s +a -a -s +s +b");
@@ -410,7 +410,7 @@ fn spec_3_13_internal_events_go_before_external_ones() {
 }
 
 #[test]
-fn spec_3_13_states_are_left_then_the_transition_acts_then_states_are_entered() {
+fn spec_3_13_states_are_exited_then_content_runs_then_states_are_entered() {
     let mut stage = stage(&format!(
         "{}{}",
         traced("a", "<transition event='e' target='b'><log expr=\"'act'\"/></transition>"),
@@ -420,7 +420,7 @@ fn spec_3_13_states_are_left_then_the_transition_acts_then_states_are_entered() 
 }
 
 #[test]
-fn spec_3_13_all_transitions_of_a_microstep_act_before_any_state_is_entered() {
+fn spec_3_13_all_transitions_of_a_microstep_run_before_any_state_is_entered() {
     // One of the two traps of issue 4: what the second region assigns is seen by what the first region's target does.
     let mut stage = stage(
         "<datamodel><data id='x' expr='0'/><data id='seen'/></datamodel>
@@ -461,20 +461,20 @@ fn spec_d_exit_interpreter_runs_the_exit_handlers_from_the_inside_out() {
 }
 
 #[test]
-fn spec_d_a_machine_that_runs_in_circles_is_stopped() {
+fn spec_d_a_machine_that_never_comes_to_rest_is_stopped() {
     let stage = stage("<state id='a'><transition target='b'/></state><state id='b'><transition target='a'/></state>");
     assert_eq!(stage.machine.status(), Status::Stuck);
     assert!(stage.host.notes.iter().any(|note| matches!(note, Note::Stuck { .. })));
 }
 
 #[test]
-fn spec_d_a_machine_that_sends_itself_events_for_ever_is_stopped() {
+fn spec_d_a_machine_that_sends_itself_events_forever_is_stopped() {
     let mut stage = stage("<state id='a'><transition event='e'><send event='e'/></transition></state>");
     assert_eq!(stage.send("e").machine.status(), Status::Stuck);
 }
 
 #[test]
-fn spec_3_13_a_condition_that_is_wrong_in_itself_is_false_and_an_error() {
+fn spec_3_13_an_invalid_condition_is_false_and_an_error() {
     let stage = lenient(
         "<state id='a'><transition cond='return' target='b'/><transition event='error' target='c'/></state><state id='b'/><state id='c'/>",
     );

@@ -8,7 +8,7 @@ fn logged(content: &str) -> String {
 }
 
 #[test]
-fn spec_4_2_raise_puts_an_event_behind_those_in_the_internal_queue() {
+fn spec_4_2_raise_appends_an_event_to_the_internal_queue() {
     let stage = stage(
         "<state id='a'><onentry><raise event='one'/><raise event='two'/></onentry>
            <transition event='one'><raise event='three'/></transition>
@@ -39,7 +39,7 @@ fn spec_4_3_if_without_a_branch_that_holds_does_nothing() {
 }
 
 #[test]
-fn spec_4_3_if_a_condition_that_fails_is_false_and_the_block_goes_on() {
+fn spec_4_3_if_a_failing_condition_is_false_and_the_block_continues() {
     assert_eq!(logged("<if cond='x.y'><log expr='1'/><else/><log expr='2'/></if><log expr='3'/>"), "2 3");
 }
 
@@ -49,13 +49,13 @@ fn spec_4_3_if_an_error_inside_ends_the_whole_block() {
 }
 
 #[test]
-fn spec_4_6_foreach_goes_through_the_items_with_their_indices() {
+fn spec_4_6_foreach_visits_the_items_with_their_indices() {
     let body = "<foreach array='list' item='i' index='n'><log expr='n'/><log expr='i'/></foreach><log expr='i'/>";
     assert_eq!(logged(body), "0 10 1 20 2 30 30");
 }
 
 #[test]
-fn spec_4_6_foreach_goes_through_a_copy() {
+fn spec_4_6_foreach_visits_a_copy() {
     let body = "<foreach array='list' item='i'><assign location='list' expr='[]'/><assign location='sum' expr='sum + i'/></foreach><log expr='sum'/>";
     assert_eq!(logged(body), "60");
 }

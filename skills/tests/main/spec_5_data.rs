@@ -15,7 +15,7 @@ fn spec_5_3_data_have_the_values_of_their_expressions() {
 }
 
 #[test]
-fn spec_5_3_an_empty_expression_leaves_the_datum_undefined_and_the_machine_whole() {
+fn spec_5_3_an_empty_expression_leaves_the_datum_undefined() {
     // One of the two traps of issue 4.
     let mut stage = stage(
         "<datamodel><data id='x' expr=''/><data id='y' expr=' '/></datamodel>
@@ -27,7 +27,7 @@ fn spec_5_3_an_empty_expression_leaves_the_datum_undefined_and_the_machine_whole
 }
 
 #[test]
-fn spec_5_3_a_value_between_the_tags_is_json_or_a_text_with_single_blanks() {
+fn spec_5_3_a_value_between_tags_is_json_or_text_with_white_space_collapsed() {
     let stage = with_data(
         "<data id='x'>[1, {\"a\": null}]</data><data id='y'> all   work\n no play </data><data id='z'><![CDATA[7]]></data>",
     );
@@ -99,7 +99,7 @@ fn spec_5_4_assign_to_an_undeclared_datum_is_an_error_and_ends_the_block() {
 }
 
 #[test]
-fn spec_5_4_an_assignment_that_fails_changes_nothing() {
+fn spec_5_4_a_failing_assignment_changes_nothing() {
     let stage = stage(
         "<datamodel><data id='x' expr='{a: 1}'/></datamodel><state id='a'><onentry><assign location='x.a.b.c' expr='2'/></onentry></state>",
     );
@@ -128,7 +128,7 @@ fn spec_5_6_content_is_the_data_of_the_event() {
 }
 
 #[test]
-fn spec_5_7_a_parameter_that_fails_is_an_error_and_left_out() {
+fn spec_5_7_a_failing_parameter_is_an_error_and_left_out() {
     let stage = stage(
         "<datamodel><data id='x'/></datamodel>
          <state id='s'><final id='f'><donedata><param name='p' expr='x.y'/><param name='q' expr='2'/></donedata></final>
@@ -174,7 +174,7 @@ fn spec_5_9_1_a_condition_may_be_of_any_type() {
 }
 
 #[test]
-fn spec_5_9_1_a_condition_that_fails_is_false_and_an_error() {
+fn spec_5_9_1_a_failing_condition_is_false_and_an_error() {
     let mut stage = stage(
         "<state id='a'><transition event='e' cond='_event.data.x.y' target='wrong'/><transition event='error.execution' target='right'/></state>
          <state id='right'/><state id='wrong'/>",
@@ -255,7 +255,7 @@ fn spec_b_1_the_null_data_model_has_in() {
 }
 
 #[test]
-fn spec_b_2_undefined_is_greater_than_nothing() {
+fn spec_b_2_undefined_is_not_greater_than_anything() {
     let mut stage = stage(
         "<state id='a'><transition event='e' cond='_event.data.level > 30' target='wrong'/><transition event='e' target='right'/></state><state id='right'/><state id='wrong'/>",
     );
@@ -263,12 +263,12 @@ fn spec_b_2_undefined_is_greater_than_nothing() {
 }
 
 #[test]
-fn spec_b_2_strings_join_numbers() {
+fn spec_b_2_strings_concatenate_with_numbers() {
     assert_eq!(stage("<datamodel><data id='t' expr='0.5'/></datamodel><state id='a'><onentry><log expr=\"'in ' + t + ' s'\"/></onentry></state>").log(), "in 0.5 s");
 }
 
 #[test]
-fn spec_6_4_2_whoever_starts_a_machine_may_give_its_data() {
+fn spec_6_4_2_the_caller_that_starts_a_machine_may_set_its_data() {
     let content = "<datamodel><data id='x' expr='1'/><data id='y' expr='x + 1'/></datamodel><state id='a'><datamodel><data id='inner'/></datamodel></state>";
     let chart = Chart::load("t.scxml", &file("", content)).unwrap();
     let mut machine = Machine::with_parameters(chart.clone(), [("x", 10.0.into())]).unwrap();

@@ -9,12 +9,12 @@ use crate::stage::{Stage, file, lenient, stage};
 
 const MACHINE: &str = "<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'";
 
-/// An `<invoke>` with these attributes and, inside, a machine with that content and whatever else.
+/// An `<invoke>` with these attributes, a machine with this content inside, and possibly more.
 fn invoke(attributes: &str, machine: &str, more: &str) -> String {
     format!("<invoke {attributes}><content>{MACHINE}>{machine}</scxml></content>{more}</invoke>")
 }
 
-/// A machine that logs every event it gets, and invokes one with that content as `c`, with whatever else.
+/// A machine that logs every event it gets and invokes one with this content as `c`, and possibly more.
 fn parent(machine: &str, more: &str) -> Stage {
     stage(&parent_file(machine, more))
 }
@@ -44,7 +44,7 @@ const TELLS: &str = "<state id='s'><onentry><send target='#_parent' event='hello
     <transition event='*'><log expr='_event.name'/></transition></state>";
 
 #[test]
-fn spec_6_4_a_machine_is_invoked_and_can_tell_its_parent() {
+fn spec_6_4_an_invoked_machine_can_send_events_to_its_parent() {
     let stage = parent(TELLS, "");
     assert_eq!(stage.log(), "hello");
     let (id, machine) = stage.machine.invoked().next().unwrap();
@@ -57,7 +57,7 @@ fn spec_6_4_an_invoked_machine_that_ends_is_reported_as_done() {
 }
 
 #[test]
-fn spec_6_4_what_a_machine_sends_comes_before_its_end() {
+fn spec_6_4_events_of_a_machine_come_before_its_end() {
     let content = "<final id='f'><onentry><send target='#_parent' event='last'/></onentry></final>";
     assert_eq!(parent(content, "").log(), "last done.invoke.c");
 }
@@ -116,14 +116,14 @@ fn spec_6_4_leaving_the_state_ends_the_machine_and_runs_its_exit_handlers() {
 }
 
 #[test]
-fn spec_6_4_a_machine_that_is_cancelled_reports_no_end() {
+fn spec_6_4_a_cancelled_machine_reports_no_end() {
     let mut stage = parent("<state id='s'/>", "");
     stage.send("leave").send("other");
     assert_eq!(stage.log(), "idle other");
 }
 
 #[test]
-fn spec_6_4_what_a_cancelled_machine_says_on_its_way_out_is_not_heard() {
+fn spec_6_4_events_of_a_cancelled_machine_on_exit_are_dropped() {
     let mut stage = parent("<state id='s'><onexit><send target='#_parent' event='bye'/></onexit></state>", "");
     stage.send("leave");
     assert_eq!(stage.log(), "");
@@ -149,7 +149,7 @@ fn spec_6_4_entering_the_state_again_invokes_again() {
 }
 
 #[test]
-fn spec_6_4_1_an_id_that_is_made_up_begins_with_that_of_the_state() {
+fn spec_6_4_1_a_generated_id_begins_with_that_of_the_state() {
     let stage = stage(&format!(
         "<datamodel><data id='id'/></datamodel><state id='s'>{}</state>",
         invoke("idlocation='id'", "<state id='t'/>", "")
@@ -173,7 +173,7 @@ fn spec_6_4_1_an_unknown_type_is_an_error_of_execution() {
 }
 
 #[test]
-fn spec_6_4_2_parameters_and_names_replace_the_first_values_of_data_of_those_names() {
+fn spec_6_4_2_parameters_and_names_replace_the_initial_values_of_data() {
     let child = "<datamodel><data id='x' expr='7'/><data id='z' expr='8'/></datamodel>
         <state id='s'><onentry><send target='#_parent' eventexpr=\"'got.' + x + '.' + z\"/></onentry></state>";
     let stage = stage(&format!(
@@ -184,7 +184,7 @@ fn spec_6_4_2_parameters_and_names_replace_the_first_values_of_data_of_those_nam
 }
 
 #[test]
-fn spec_6_4_2_a_name_that_the_machine_has_no_datum_for_is_ignored() {
+fn spec_6_4_2_a_name_without_a_datum_is_ignored() {
     let stage = stage(&format!(
         "<datamodel><data id='x' expr='1'/></datamodel><state id='s'>{}</state>",
         invoke("id='c' namelist='x'", "<state id='t'/>", "")
@@ -193,7 +193,7 @@ fn spec_6_4_2_a_name_that_the_machine_has_no_datum_for_is_ignored() {
 }
 
 #[test]
-fn spec_6_4_what_cannot_be_evaluated_keeps_the_machine_from_being_invoked() {
+fn spec_6_4_a_machine_whose_arguments_fail_is_not_invoked() {
     let content = format!("<state id='s'>{}</state>", invoke("namelist='nothing'", "<state id='t'/>", ""));
     let stage = lenient(&content);
     assert_eq!(stage.errors(), ["error.execution"]);
@@ -217,7 +217,7 @@ fn spec_6_4_a_parent_sends_to_its_machine_by_its_id() {
 }
 
 #[test]
-fn spec_6_4_nobody_is_at_the_id_of_a_machine_that_has_ended() {
+fn spec_6_4_the_id_of_a_machine_that_has_ended_is_unknown() {
     let mut stage =
         parent("<final id='f'/>", "<transition event='ask'><send target='#_c' event='question'/></transition>");
     stage.send("ask");
@@ -252,7 +252,7 @@ fn spec_6_4_internal_events_are_not_forwarded() {
 }
 
 #[test]
-fn spec_6_5_finalize_runs_before_transitions_are_looked_for() {
+fn spec_6_5_finalize_runs_before_transitions_are_selected() {
     let child =
         "<final id='f'><onentry><send target='#_parent' event='r'><param name='v' expr='2'/></send></onentry></final>";
     let stage = stage(&format!(
@@ -275,7 +275,7 @@ fn spec_6_5_finalize_runs_only_for_events_of_its_own_machine() {
 }
 
 #[test]
-fn spec_6_5_an_empty_finalize_takes_what_comes_back_under_the_names_that_were_sent() {
+fn spec_6_5_an_empty_finalize_assigns_returned_values_to_the_names_sent() {
     let child = "<final id='f'><onentry><send target='#_parent' event='r'><param name='x' expr='9'/><param name='y' expr='8'/><param name='z' expr='7'/></send></onentry></final>";
     let stage = stage(&format!(
         "<datamodel><data id='x' expr='1'/><data id='here' expr='2'/><data id='z' expr='3'/></datamodel><state id='s'>{}</state>",
@@ -285,7 +285,7 @@ fn spec_6_5_an_empty_finalize_takes_what_comes_back_under_the_names_that_were_se
 }
 
 #[test]
-fn spec_6_4_machines_invoke_machines_and_hear_of_each_other_by_session() {
+fn spec_6_4_machines_invoke_machines_and_communicate_by_session() {
     let grandchild = "<state id='g'><onentry><send targetexpr=\"'#_scxml_test'\" event='deep'/></onentry></state>";
     let child = format!("<state id='s'>{}</state>", invoke("", grandchild, ""));
     let stage = parent(&child, "");
@@ -293,7 +293,7 @@ fn spec_6_4_machines_invoke_machines_and_hear_of_each_other_by_session() {
 }
 
 #[test]
-fn spec_c_1_an_event_from_another_session_says_how_to_answer_it() {
+fn spec_c_1_an_event_from_another_session_has_a_return_address() {
     let child = "<state id='s'><onentry><send target='#_parent' event='ping'/></onentry><transition event='pong'><log expr='_event.name'/></transition></state>";
     let stage = stage(&format!(
         "<state id='s'>{}<transition event='ping'><send event='pong' targetexpr='_event.origin' typeexpr='_event.origintype'/></transition></state>",
@@ -303,7 +303,7 @@ fn spec_c_1_an_event_from_another_session_says_how_to_answer_it() {
 }
 
 #[test]
-fn spec_c_1_a_machine_that_nobody_invoked_has_no_parent() {
+fn spec_c_1_a_machine_that_was_not_invoked_has_no_parent() {
     let stage = stage(
         "<state id='s'><onentry><send id='n' target='#_parent' event='e'/></onentry><transition event='error.communication'><log expr='_event.sendid'/></transition></state>",
     );
@@ -338,7 +338,7 @@ fn spec_6_4_2_a_machine_may_come_from_a_file_beside_it() {
 }
 
 #[test]
-fn spec_6_4_a_machine_that_invokes_itself_comes_to_an_end() {
+fn spec_6_4_recursion_of_machines_is_limited() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("self.scxml");
     let content = "<state id='s'><invoke src='self.scxml'/><invoke src='self.scxml'/></state>";
@@ -350,7 +350,7 @@ fn spec_6_4_a_machine_that_invokes_itself_comes_to_an_end() {
 }
 
 #[test]
-fn spec_6_4_2_a_file_that_is_not_there_is_an_error() {
+fn spec_6_4_2_a_missing_file_is_an_error() {
     assert!(Chart::load("m.scxml", &file("", "<state id='s'><invoke src='missing.scxml'/></state>")).is_err());
     assert_eq!(lenient("<state id='s'><invoke src='missing.scxml'/></state>").errors(), ["error.execution"]);
 }
@@ -364,7 +364,7 @@ fn spec_6_4_2_a_machine_may_be_computed() {
 }
 
 #[test]
-fn spec_6_4_what_is_no_machine_is_not_invoked() {
+fn spec_6_4_content_that_is_not_a_machine_is_not_invoked() {
     let content = "<state id='s'><invoke><content expr='5'/></invoke></state>";
     assert_eq!(stage(content).errors(), ["error.execution"]);
 }

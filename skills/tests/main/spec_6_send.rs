@@ -2,7 +2,7 @@
 
 use crate::stage::{Stage, lenient, stage};
 
-/// A machine that does this at first and logs the events that come.
+/// A machine that first executes this content and logs the events that follow.
 fn sending(content: &str) -> Stage {
     stage(&format!(
         "<datamodel><data id='x' expr='1'/><data id='id'/></datamodel>
@@ -53,7 +53,7 @@ fn spec_6_2_content_becomes_data() {
 }
 
 #[test]
-fn spec_6_2_a_delayed_event_comes_when_it_is_due_and_not_before() {
+fn spec_6_2_a_delayed_event_comes_exactly_when_it_is_due() {
     let mut stage = sending("<send event='e' delay='0.5s'/>");
     assert_eq!(stage.machine.next_timer(), Some(std::time::Duration::from_millis(500)));
     assert_eq!(stage.at_ms(499).log(), "");
@@ -70,7 +70,7 @@ fn spec_6_2_delayed_events_come_in_the_order_they_are_due() {
 }
 
 #[test]
-fn spec_6_2_the_data_of_a_delayed_event_are_those_of_the_moment_it_was_sent() {
+fn spec_6_2_the_data_of_a_delayed_event_are_evaluated_when_it_is_sent() {
     let mut stage = stage(
         "<datamodel><data id='x' expr='1'/></datamodel>
          <state id='a'><onentry><send event='e' delay='1s'><param name='x' expr='x'/></send><assign location='x' expr='2'/></onentry>
@@ -87,7 +87,7 @@ fn spec_6_2_a_delay_may_be_computed() {
 }
 
 #[test]
-fn spec_6_2_a_delay_that_is_none_is_an_error_and_nothing_is_sent() {
+fn spec_6_2_an_invalid_delay_is_an_error_and_nothing_is_sent() {
     let mut stage = sending("<send event='e' delayexpr=\"'soon'\"/>");
     assert_eq!(stage.at_ms(10_000).log(), "error.execution");
 }
@@ -101,17 +101,17 @@ fn spec_6_2_an_unknown_processor_is_an_error_of_execution() {
 }
 
 #[test]
-fn spec_6_2_a_target_that_is_none_is_an_error_of_execution() {
+fn spec_6_2_an_invalid_target_is_an_error_of_execution() {
     assert_eq!(sending("<send event='e' target='!nonsense'/>").errors(), ["error.execution"]);
 }
 
 #[test]
-fn spec_6_2_a_session_that_is_not_there_is_an_error_of_communication() {
+fn spec_6_2_an_unknown_session_is_an_error_of_communication() {
     assert_eq!(sending("<send event='e' target='#_scxml_elsewhere'/>").errors(), ["error.communication"]);
 }
 
 #[test]
-fn spec_6_2_what_cannot_be_evaluated_is_not_sent() {
+fn spec_6_2_an_event_that_cannot_be_evaluated_is_not_sent() {
     let stage = sending("<send eventexpr='id.x'/><log expr='9'/>");
     assert_eq!(stage.log(), "error.execution", "and the rest of the block is left out");
 }
@@ -125,7 +125,7 @@ fn spec_6_2_an_error_carries_the_id_of_the_send() {
 }
 
 #[test]
-fn spec_6_2_4_parameters_of_one_name_are_all_sent() {
+fn spec_6_2_4_parameters_with_the_same_name_are_all_sent() {
     let stage = stage(
         "<datamodel><data id='Var0' expr='1'/></datamodel><state id='a'><onentry><send event='e' namelist='Var0'><param name='Var1' expr='2'/><param name='Var1' expr=\"'3'\"/></send></onentry>
            <transition event='e'><log expr='_event.data.Var1'/><log expr='_event.raw'/></transition></state>",
@@ -135,7 +135,7 @@ fn spec_6_2_4_parameters_of_one_name_are_all_sent() {
 }
 
 #[test]
-fn spec_6_2_an_id_may_be_made_up_and_differs_each_time() {
+fn spec_6_2_a_generated_id_differs_each_time() {
     let stage = stage(
         "<datamodel><data id='one'/><data id='two'/></datamodel>
          <state id='a'><onentry><send event='e' idlocation='one'/><send event='e' idlocation='two'/></onentry>
@@ -145,7 +145,7 @@ fn spec_6_2_an_id_may_be_made_up_and_differs_each_time() {
 }
 
 #[test]
-fn spec_6_3_cancel_takes_a_delayed_event_back() {
+fn spec_6_3_cancel_stops_a_delayed_event() {
     let mut stage =
         sending("<send event='e' id='e' delay='1s'/><send event='f' id='f' delay='1s'/><cancel sendid='e'/>");
     assert_eq!(stage.at_ms(1000).log(), "f");
@@ -158,12 +158,12 @@ fn spec_6_3_cancel_may_compute_the_id() {
 }
 
 #[test]
-fn spec_6_3_cancel_of_what_is_not_there_does_nothing() {
+fn spec_6_3_cancel_of_an_unknown_id_does_nothing() {
     assert_eq!(sending("<cancel sendid='nothing'/><send event='e'/>").log(), "e");
 }
 
 #[test]
-fn spec_6_2_a_machine_that_ended_sends_nothing_any_more() {
+fn spec_6_2_a_machine_that_has_ended_sends_nothing() {
     let mut stage = stage(
         "<state id='a'><onentry><send event='e' delay='1s'/></onentry><transition event='go' target='f'/></state><final id='f'/>",
     );
@@ -172,7 +172,7 @@ fn spec_6_2_a_machine_that_ended_sends_nothing_any_more() {
 }
 
 #[test]
-fn channels_get_what_is_sent_to_them() {
+fn channels_get_the_events_sent_to_them() {
     let stage = stage(
         "<datamodel><data id='place' expr=\"'Dock'\"/></datamodel><state id='a'><onentry><send type='channel' target='Navigation' event='go'><param name='place' expr='place'/></send></onentry></state>",
     );

@@ -1,4 +1,4 @@
-//! SCXML clause B.2: all of ECMAScript, by the engine.
+//! SCXML clause B.2: all of ECMAScript, with the engine.
 
 use std::thread;
 use std::time::Duration;
@@ -86,7 +86,7 @@ fn spec_b_2_an_expression_may_change_data() {
 }
 
 #[test]
-fn spec_b_2_methods_change_objects_wherever_they_are_held() {
+fn spec_b_2_methods_change_objects_for_every_holder() {
     let stage = stage(
         "<datamodel><data id='a' expr='[1]'/><data id='b' expr='a'/><data id='c' expr='{inner: a}'/></datamodel>
          <state id='s'><onentry><script>b.push(2)</script><assign location='b[0]' expr='9'/></onentry></state>",
@@ -96,7 +96,7 @@ fn spec_b_2_methods_change_objects_wherever_they_are_held() {
 }
 
 #[test]
-fn spec_b_2_objects_are_equal_if_they_are_the_same() {
+fn spec_b_2_objects_are_equal_only_if_identical() {
     let data = "<script>var one = {n: 1}; var same = one; var other = {n: 1}</script>";
     assert_eq!(value_with(data, "[one == same, one == other, one === same].join()"), "true,false,true".into());
     assert_eq!(value_with(data, "one === same"), true.into());
@@ -111,7 +111,7 @@ fn spec_b_2_in_is_a_function() {
 }
 
 #[test]
-fn spec_5_10_system_variables_can_be_seen_and_not_changed() {
+fn spec_5_10_system_variables_are_read_only() {
     for change in ["_event = 1", "_name = 'x'", "_sessionid += 'x'", "_ioprocessors = [].concat()", "_x = {}"] {
         let stage = lenient(&format!(
             "<state id='s'><onentry><raise event='e'/></onentry><transition event='e'><script>{change}; [].concat()</script></transition></state>"
@@ -126,7 +126,7 @@ fn spec_5_10_system_variables_can_be_seen_and_not_changed() {
 }
 
 #[test]
-fn spec_b_2_what_is_thrown_is_an_error_of_execution_and_changes_nothing() {
+fn spec_b_2_a_thrown_error_is_an_error_of_execution_and_changes_nothing() {
     assert!(error("<script>x = 6; throw new TypeError('no')</script>").contains("TypeError: no"));
     let stage = lenient(
         "<datamodel><data id='x' expr='5'/></datamodel><state id='s'><onentry><script>x = 6; nothing()</script></onentry></state>",
@@ -135,7 +135,7 @@ fn spec_b_2_what_is_thrown_is_an_error_of_execution_and_changes_nothing() {
 }
 
 #[test]
-fn spec_b_2_xml_is_an_object_to_look_into() {
+fn spec_b_2_xml_is_a_readable_object() {
     let data = "<datamodel><data id='books'><books xmlns=''><book title='one'/><book title='two'>text</book></books></data><data id='title' expr=\"books.getElementsByTagName('book')[1].getAttribute('title')\"/><data id='text' expr='books.lastChild.textContent.trim() || books.children[1].textContent'/></datamodel><state id='s'/>";
     let stage = stage(data);
     assert_eq!(stage.datum("title"), "two".into());
@@ -144,7 +144,7 @@ fn spec_b_2_xml_is_an_object_to_look_into() {
 }
 
 #[test]
-fn what_data_cannot_hold_is_refused() {
+fn values_that_data_cannot_hold_are_refused() {
     for (script, reason) in [
         ("x = new Map([[1, 2]])", "an object of this class cannot be kept in data"),
         ("x = Symbol('s')", "a symbol cannot be kept in data"),
@@ -162,7 +162,7 @@ fn what_data_cannot_hold_is_refused() {
 }
 
 #[test]
-fn code_changes_nothing_that_outlives_it() {
+fn code_has_no_lasting_side_effects() {
     for script in [
         "undeclared = [].concat()",
         "this.leak = [].concat()",
@@ -196,7 +196,7 @@ fn code_changes_nothing_that_outlives_it() {
 }
 
 #[test]
-fn what_was_thrown_leaves_nothing_behind() {
+fn thrown_errors_leave_no_trace() {
     let content = "<datamodel><data id='x'/></datamodel><state id='s'>
         <transition event='e'><script>throw 1</script></transition>
         <transition event='g'><script>x = [1].map(function (q) { return q }).length</script></transition></state>";
@@ -209,10 +209,10 @@ fn what_was_thrown_leaves_nothing_behind() {
     assert_eq!((thrown, stage.errors().len(), stage.datum("x")), (2_000, 2_000, 1.0.into()));
 }
 
-/// On one thread, as a campaign's run after many others.
+/// On one thread, like a campaign's run after many others.
 #[test]
 #[ignore = "takes a minute"]
-fn after_a_hundred_thousand_errors_everything_holds_as_before() {
+fn nothing_changes_after_a_hundred_thousand_errors() {
     let mut thrower = lenient("<state id='s'><transition event='e'><script>throw 1</script></transition></state>");
     for _ in 0..100_000 {
         thrower.send("e");
@@ -224,19 +224,19 @@ fn after_a_hundred_thousand_errors_everything_holds_as_before() {
         spec_5_8_a_script_declares_functions_and_variables,
         spec_5_8_a_script_may_loop_and_branch,
         spec_b_2_an_expression_may_change_data,
-        spec_b_2_methods_change_objects_wherever_they_are_held,
-        spec_b_2_objects_are_equal_if_they_are_the_same,
+        spec_b_2_methods_change_objects_for_every_holder,
+        spec_b_2_objects_are_equal_only_if_identical,
         spec_b_2_in_is_a_function,
-        spec_5_10_system_variables_can_be_seen_and_not_changed,
-        spec_b_2_what_is_thrown_is_an_error_of_execution_and_changes_nothing,
-        spec_b_2_xml_is_an_object_to_look_into,
-        what_data_cannot_hold_is_refused,
-        code_changes_nothing_that_outlives_it,
-        what_was_thrown_leaves_nothing_behind,
-        promises_are_kept_before_a_script_has_ended,
-        dates_know_no_place,
-        code_that_does_not_end_is_stopped_and_the_engine_lives_on,
-        time_and_chance_are_those_of_the_run,
+        spec_5_10_system_variables_are_read_only,
+        spec_b_2_a_thrown_error_is_an_error_of_execution_and_changes_nothing,
+        spec_b_2_xml_is_a_readable_object,
+        values_that_data_cannot_hold_are_refused,
+        code_has_no_lasting_side_effects,
+        thrown_errors_leave_no_trace,
+        promises_are_settled_before_a_script_has_ended,
+        dates_do_not_depend_on_the_time_zone,
+        endless_code_is_stopped_and_the_engine_stays_usable,
+        time_and_random_numbers_are_those_of_the_run,
         mathematics_is_the_same_everywhere,
         machines_with_an_engine_are_values,
         deeply_nested_code_is_refused,
@@ -247,13 +247,13 @@ fn after_a_hundred_thousand_errors_everything_holds_as_before() {
 }
 
 #[test]
-fn promises_are_kept_before_a_script_has_ended() {
+fn promises_are_settled_before_a_script_has_ended() {
     let script = "x = 0; Promise.resolve(2).then((y) => { x += y }); (async () => { await null; x += 40 })()";
     assert_eq!(value_with(&format!("<script>{script}</script>"), "[].concat(x)[0]"), 42.0.into());
 }
 
 #[test]
-fn dates_know_no_place() {
+fn dates_do_not_depend_on_the_time_zone() {
     for (expression, expected) in [
         ("new Date(2020, 1, 2, 3, 4, 5).toISOString()", "2020-02-02T03:04:05.000Z"),
         ("new Date('2020-01-01T10:00:00').toISOString()", "2020-01-01T10:00:00.000Z"),
@@ -270,7 +270,7 @@ fn dates_know_no_place() {
 }
 
 #[test]
-fn code_that_does_not_end_is_stopped_and_the_engine_lives_on() {
+fn endless_code_is_stopped_and_the_engine_stays_usable() {
     for script in [
         "while (true) {}",
         "for (;;) { [].concat() }",
@@ -283,7 +283,7 @@ fn code_that_does_not_end_is_stopped_and_the_engine_lives_on() {
 }
 
 #[test]
-fn time_and_chance_are_those_of_the_run() {
+fn time_and_random_numbers_are_those_of_the_run() {
     let content = "<datamodel><data id='times' expr='[]'/><data id='numbers' expr='[]'/></datamodel>
         <state id='s'><onentry><send event='e' delay='1500ms'/></onentry><transition event='e'><script>times.push(Date.now(), new Date().getTimezoneOffset()); numbers.push(Math.random(), Math.random())</script></transition></state>";
     let run = || {
@@ -413,7 +413,7 @@ fn expressions() -> impl Strategy<Value = String> {
     })
 }
 
-/// What an expression comes to, by itself or behind something that only the engine can read.
+/// The value of an expression, alone or in a form that only the engine can evaluate.
 fn outcome(expression: &str, by_engine: bool) -> Result<String, ()> {
     let escape = |text: &str| text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
     let expression = if by_engine { format!("((f) => f())(() => ({expression}))") } else { expression.to_owned() };

@@ -1,4 +1,4 @@
-//! A machine alone on a stage: events go in, states and log lines are looked at.
+//! A machine alone on a stage: events go in, states and log lines are inspected.
 
 use std::time::Duration;
 
@@ -10,12 +10,12 @@ pub(crate) struct Stage {
     now: Duration,
 }
 
-/// A file with that content in its `<scxml>` element.
+/// A file with this content in its `<scxml>` element.
 pub(crate) fn file(attributes: &str, content: &str) -> String {
     format!("<scxml xmlns=\"http://www.w3.org/2005/07/scxml\" version=\"1.0\" {attributes}>{content}</scxml>")
 }
 
-/// Starts a machine with that content in its `<scxml>` element.
+/// Starts a machine with this content in its `<scxml>` element.
 pub(crate) fn stage(content: &str) -> Stage {
     stage_with("", content, Strictness::Strict)
 }
@@ -48,7 +48,7 @@ impl Stage {
         self
     }
 
-    /// Lets the time of the run reach so many milliseconds.
+    /// Advances the time of the run to this many milliseconds.
     pub(crate) fn at_ms(&mut self, now: u64) -> &mut Self {
         self.now = Duration::from_millis(now);
         self.machine.fire_timers(self.now, &mut self.host);
@@ -69,7 +69,7 @@ impl Stage {
         self.machine.datum(id).unwrap().clone()
     }
 
-    /// The error events that came up, in order.
+    /// The error events that occurred, in order.
     pub(crate) fn errors(&self) -> Vec<&str> {
         let error = |note: &'_ Note| match note {
             Note::Error { event, .. } => Some(*event),

@@ -1,4 +1,4 @@
-//! Skills in a real channel system: a tree's stub, the skills, components' stubs.
+//! Skills in a real channel system: stubs of a tree and of components, and the skills.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use skills::{SHIPPED, SkillProcess};
 
 use crate::conversation::{chart, ok, ok_state, topology};
 
-/// Sends what it is told to, in order, each after the answer to the one before.
+/// Sends its requests in order, each after the answer to the previous one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 struct Tree {
     calls: Vec<(ChannelId, ChannelId, &'static str)>,
@@ -154,7 +154,7 @@ fn said(scheduler: &mut dyn Scheduler) -> Vec<String> {
 }
 
 #[test]
-fn skills_and_their_partners_talk_the_same_under_every_scheduler() {
+fn conversations_are_the_same_under_every_scheduler() {
     let expected = [
         "BT BatteryLevel [<tick>]",
         "BatteryLevel BatteryReader [<get_level>]",

@@ -42,7 +42,7 @@ const ANSWERS: &str =
     "<transition event='BT.tick BT.halt'><send type='channel' target='BT' event='success'/></transition>";
 
 #[test]
-fn a_skill_that_hears_and_answers_fits() {
+fn a_skill_that_listens_and_answers_fits() {
     let content = format!("<state id='s'>{ASKS}{ANSWERS}<transition event='Reader.ok'/></state>");
     assert_eq!(complaints(&content, &["Look"]), Vec::<String>::new());
 }
@@ -54,7 +54,7 @@ fn a_leaf_without_a_skill_is_named() {
 }
 
 #[test]
-fn answers_that_nobody_reads_and_questions_that_nobody_hears_are_named() {
+fn unread_answers_and_unheard_requests_are_reported() {
     let content = format!("<state id='s'>{ASKS}<transition event='BT.tick'/></state>");
     assert_eq!(
         complaints(&content, &["Look"]),
@@ -68,7 +68,7 @@ fn answers_that_nobody_reads_and_questions_that_nobody_hears_are_named() {
 }
 
 #[test]
-fn services_that_do_not_exist_are_named() {
+fn unknown_services_are_reported() {
     let content = format!(
         "<state id='s'><onentry><send type='channel' target='Writer' event='get'/></onentry>{ANSWERS}<transition event='Reader'/></state>"
     );
@@ -76,7 +76,7 @@ fn services_that_do_not_exist_are_named() {
 }
 
 #[test]
-fn a_condition_is_never_halted_and_need_not_hear_it() {
+fn a_condition_need_not_take_halts() {
     let answers = ANSWERS.replace(" BT.halt", "");
     let content = format!("<state id='s'>{ASKS}{answers}<transition event='Reader.ok'/></state>");
     let leaf = |is_halted| [LeafOfSystem { name: "Look", is_halted }];
@@ -85,14 +85,14 @@ fn a_condition_is_never_halted_and_need_not_hear_it() {
 }
 
 #[test]
-fn whom_a_skill_answers_may_be_computed() {
+fn a_skill_may_compute_whom_it_answers() {
     let answers = ANSWERS.replace("target='BT'", "targetexpr='_event.origin'");
     let content = format!("<state id='s'>{ASKS}{answers}<transition event='Reader.ok'/></state>");
     assert_eq!(complaints(&content, &["Look"]), Vec::<String>::new());
 }
 
 #[test]
-fn an_invoked_machine_may_answer_and_hear() {
+fn an_invoked_machine_may_listen_and_answer() {
     let inner =
         format!("<scxml xmlns='http://www.w3.org/2005/07/scxml' version='1.0'><state id='i'>{ANSWERS}</state></scxml>");
     let invoke = |autoforward| format!("<invoke autoforward='{autoforward}'><content>{inner}</content></invoke>");

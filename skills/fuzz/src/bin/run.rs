@@ -5,7 +5,7 @@
 
 use std::time::Instant;
 
-/// An input that takes so long is one that hangs.
+/// An input that takes this long hangs.
 const HANG_S: u64 = 5;
 
 fn main() {
