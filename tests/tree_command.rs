@@ -179,8 +179,5 @@ fn what_goes_wrong_in_a_node_is_printed_and_is_exit_status_1() {
     let leaves = LEAVES.replace("Safe = \"success success failure success\"\n", "");
     let (_folder, tree, leaves) = files(&tree, &leaves);
     let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves), "--ticks", "1"], 1);
-    assert!(
-        table.contains("tick 1: ScriptCondition (node 1): there is no entry `missing` on the blackboard"),
-        "{table}"
-    );
+    assert!(table.contains("tick 1: ScriptCondition (node 1): the blackboard has no entry `missing`"), "{table}");
 }

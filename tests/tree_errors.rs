@@ -39,7 +39,7 @@ fn a_script_that_fails_is_reported_once_whichever_form_the_tree_has() {
     for form in ["whole", "nodes"] {
         let (report, page, summary) = run(form);
         let errors = &report["tree_errors"];
-        let message = "there is no entry `missing` on the blackboard";
+        let message = "the blackboard has no entry `missing`";
         let expected = json!([{
             "node": 2, "label": "ScriptCondition", "message": message, "tick": 0, "time_s": errors[0]["time_s"],
         }]);

@@ -1,4 +1,4 @@
-//! Speed of a tick and of loading.
+//! The speed of a tick and of loading.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -7,18 +7,18 @@ use std::time::Duration;
 use bt::{Execution, Leaf, Leaves, RECHARGE, Status, Tree};
 use divan::{AllocProfiler, Bencher, black_box};
 
-/// Shows allocations beside the times: a tick has none.
+/// Counts allocations as well: a tick has none.
 #[global_allocator]
 static ALLOCATOR: AllocProfiler = AllocProfiler::system();
 
-/// No node of these trees looks at the time.
+/// No node of these trees depends on time.
 const NOW: Duration = Duration::ZERO;
 
 fn main() {
     divan::main();
 }
 
-/// Leaves that answer always the same, by their number.
+/// Leaves that always give the same answer, by their number.
 struct Trivial(Vec<Status>);
 
 impl Leaves for Trivial {
@@ -46,7 +46,7 @@ fn recharge_driving(bencher: Bencher) {
     bencher.bench_local(|| execution.tick(NOW, black_box(&mut leaves)));
 }
 
-/// The paper's tree with a battery that is low at every other tick: at each tick an action is halted.
+/// The paper's tree with a battery that is low at every other tick: an action is halted at each tick.
 #[divan::bench]
 fn recharge_changing_its_mind(bencher: Bencher) {
     let tree = Arc::new(Tree::from_xml("recharge.xml", RECHARGE).expect("the shipped tree is right"));
@@ -86,7 +86,7 @@ fn balanced() -> String {
     format!("<ReactiveSequence>{thousand}</ReactiveSequence>")
 }
 
-/// A thousand leaves that are all ticked, and all succeed.
+/// A thousand leaves that are all ticked and all succeed.
 #[divan::bench(args = ["wide", "deep", "balanced"])]
 fn thousand_leaves(bencher: Bencher, shape: &str) {
     let body = match shape {

@@ -1,6 +1,6 @@
-//! Ticks a tree with leaves of your own: `cargo run --example own_leaves`.
+//! Ticks a tree with your own leaves: `cargo run --example own_leaves`.
 //!
-//! A robot pushes a door open and drives through. On its way the door falls shut once: the drive is halted, and the
+//! A robot pushes a door open and drives through it. On its way the door falls shut once: the drive is halted, and the
 //! robot opens the door again.
 
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use bt::{Execution, Leaf, Leaves, Status, Tree, Value};
 
-/// As BehaviorTree.CPP and Groot write it. The tree is reactive: it asks for the door at every tick.
+/// In the format of BehaviorTree.CPP and Groot. The tree is reactive: it checks the door at every tick.
 const TREE: &str = r#"
 <root BTCPP_format="4">
   <BehaviorTree ID="PassDoor">
@@ -27,7 +27,7 @@ const TREE: &str = r#"
   </TreeNodesModel>
 </root>"#;
 
-/// The robot and its door. Whatever carries out your leaves goes here.
+/// The robot and its door. Replace this with the code that runs your leaves.
 #[derive(Default)]
 struct Robot {
     is_pushing: bool,
@@ -61,7 +61,7 @@ impl Leaves for Robot {
     }
 
     fn halt(&mut self, leaf: Leaf<'_>) {
-        // A real robot stops its motors here. Nobody else halts: `OpenDoor` is never left half done.
+        // A real robot stops its motors here. Only `DriveThrough` is ever halted: `OpenDoor` always finishes.
         assert_eq!(leaf.node().type_id(), "DriveThrough");
     }
 }

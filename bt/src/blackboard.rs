@@ -1,4 +1,4 @@
-//! The blackboard: what nodes of a tree leave for one another to read.
+//! The blackboard: data that the nodes of a tree share.
 
 mod scopes;
 mod types;
@@ -14,13 +14,13 @@ pub use value::{Value, ValueError};
 
 use crate::shared::Shared;
 
-/// An entry: its value, its type, and how often it was written.
+/// An entry: its value, its type, and how often it has been written.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Entry {
-    /// None before it is written first.
+    /// None before it is first written.
     value: Option<Value>,
     of: Type,
-    /// It was declared by a port, or written. A script may not assign to what does not exist.
+    /// It was declared by a port, or written. A script may not assign to an entry that does not exist.
     exists: bool,
     writes: u64,
 }
@@ -31,10 +31,10 @@ impl Default for Entry {
     }
 }
 
-/// The blackboard of a tree at work, subtrees included: entries under their keys.
+/// The blackboard of a running tree, including its subtrees: entries with their keys.
 ///
-/// The keys here are those of the main tree; `@key` is the same as `key`. What a subtree keeps to itself can be seen
-/// with [`entries`](Self::entries) only.
+/// The keys here are those of the main tree; `@key` is the same as `key`. Entries private to a subtree are visible only
+/// through [`entries`](Self::entries).
 ///
 /// ```
 /// use std::sync::Arc;
@@ -52,35 +52,35 @@ impl Default for Entry {
 pub struct Blackboard {
     scopes: Shared<Scopes>,
     entries: Vec<Entry>,
-    /// Entries under keys that were made up while the tree ran; they come after those that the file names.
+    /// Entries with keys that were created while the tree ran; they come after those that the file names.
     extra: Vec<(ScopeId, Arc<str>)>,
-    /// What the loop nodes still have to go through where the blackboard does not keep it, by their numbers.
+    /// The remaining items of loop nodes whose queue is not on the blackboard, by loop number.
     queues: Vec<Option<VecDeque<Value>>>,
 }
 
 impl Blackboard {
-    /// The blackboard that a tree starts with: these entries, and room for so many loops.
+    /// The blackboard with which a tree starts: these entries, and room for this many loops.
     pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, loops: usize) -> Self {
         Self { scopes: scopes.into(), entries, extra: Vec::new(), queues: vec![None; loops] }
     }
 
-    /// What is under that key of the main tree; none if nothing was ever written there.
+    /// The value under this key of the main tree; `None` if it was never written.
     #[must_use]
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.value(self.find(Scopes::ROOT, key)?)
     }
 
-    /// Writes under that key of the main tree.
+    /// Writes a value under this key of the main tree.
     ///
     /// # Errors
-    /// If the entry has a type, and the value does not fit it.
+    /// If the entry has a type that the value does not fit.
     pub fn set(&mut self, key: &str, value: impl Into<Value>) -> Result<(), ValueError> {
         let slot = self.slot(Scopes::ROOT, key);
         self.write(slot, value.into())
     }
 
     /// All entries that exist and have a value, in the order in which the file names them: the number of the tree or
-    /// subtree that keeps it, counted from the main tree, which is 0, the key, and the value.
+    /// subtree that holds it (the main tree is 0), the key, and the value.
     pub fn entries(&self) -> impl Iterator<Item = (usize, &str, &Value)> {
         let names = self.scopes.names().iter().chain(&self.extra);
         names.zip(&self.entries).filter_map(|((scope, key), entry)| {
@@ -96,7 +96,7 @@ impl Blackboard {
         })
     }
 
-    /// The entry of a key that may never have been heard of.
+    /// The entry of a key that may be new.
     pub(crate) fn slot(&mut self, scope: ScopeId, key: &str) -> Slot {
         self.find(scope, key).unwrap_or_else(|| {
             let (scope, key) = self.scopes.resolve(scope, key);
@@ -110,7 +110,7 @@ impl Blackboard {
         self.entry(slot).value.as_ref()
     }
 
-    /// The value, for a loop node that takes things out of it. That is no writing.
+    /// The value, for a loop node that removes items from it. This does not count as a write.
     pub(crate) fn value_mut(&mut self, slot: Slot) -> Option<&mut Value> {
         self.entries[slot.0 as usize].value.as_mut()
     }
@@ -119,7 +119,7 @@ impl Blackboard {
         self.entry(slot).exists
     }
 
-    /// How often an entry was written; none if it does not exist.
+    /// How often an entry has been written; `None` if it does not exist.
     pub(crate) fn writes(&self, slot: Slot) -> Option<u64> {
         let entry = self.entry(slot);
         entry.exists.then_some(entry.writes)
@@ -129,7 +129,7 @@ impl Blackboard {
         &self.entry(slot).of
     }
 
-    /// What a port writes: it fits the entry's type, or the kind of value that is there.
+    /// Writes the value of a port: it must fit the entry's type, or the kind of the current value.
     pub(crate) fn write(&mut self, slot: Slot, value: Value) -> Result<(), ValueError> {
         let entry = self.entry(slot);
         let value = if entry.of.is_strong() { entry.of.convert(&value)? } else { value };
@@ -137,7 +137,7 @@ impl Blackboard {
         Ok(())
     }
 
-    /// Writes without asking for the type.
+    /// Writes without checking the type.
     pub(crate) fn put(&mut self, slot: Slot, value: Value) {
         let entry = &mut self.entries[slot.0 as usize];
         entry.value = Some(value);
@@ -145,12 +145,12 @@ impl Blackboard {
         entry.writes += 1;
     }
 
-    /// Makes an entry exist that has no value yet.
+    /// Creates an entry without a value.
     pub(crate) fn create(&mut self, slot: Slot) {
         self.entries[slot.0 as usize].exists = true;
     }
 
-    /// Makes an entry exist that is of that type for ever.
+    /// Creates an entry with a permanent type.
     pub(crate) fn declare(&mut self, slot: Slot, of: Type) {
         let entry = &mut self.entries[slot.0 as usize];
         (entry.exists, entry.of) = (true, of);
@@ -161,7 +161,7 @@ impl Blackboard {
         self.entries[slot.0 as usize] = Entry::default();
     }
 
-    /// The keys that this scope does not pass on: those that it can unset.
+    /// The keys that this scope does not remap: those that it can unset.
     pub(crate) fn is_own(&self, scope: ScopeId, key: &str) -> bool {
         !key.starts_with('@') && self.scopes.resolve(scope, key).0 == scope
     }
@@ -179,7 +179,7 @@ impl Blackboard {
     }
 }
 
-/// The entries that a tree starts with, while it is put together.
+/// The entries with which a tree starts, while it is being assembled.
 #[derive(Debug, Default)]
 pub(crate) struct Declared {
     pub(crate) entries: Vec<Entry>,
@@ -194,8 +194,8 @@ impl Declared {
         &mut self.entries[slot.0 as usize]
     }
 
-    /// A port of that type uses the entry: the first one says of which type it is. The type that it has already, if
-    /// they don't go together.
+    /// Registers a port of this type for the entry: the first one determines the entry's type. Returns the existing
+    /// type if the two do not agree.
     pub(crate) fn port(&mut self, slot: Slot, of: &Type) -> Result<(), Type> {
         let entry = self.entry(slot);
         if !entry.exists {
@@ -205,14 +205,14 @@ impl Declared {
         if agrees { Ok(()) } else { Err(entry.of.clone()) }
     }
 
-    /// A value that a subtree is given.
+    /// A value that is passed to a subtree.
     pub(crate) fn constant(&mut self, slot: Slot, text: &str) {
         let (value, of) = typed(text);
         *self.entry(slot) = Entry { value: Some(value), of, exists: true, writes: 1 };
     }
 }
 
-/// A constant as it is best understood: as a whole number, as a real one, or as a text, which may become anything.
+/// A constant in its most specific type: an integer, a real number, or a text, which can be read as anything.
 fn typed(text: &str) -> (Value, Type) {
     if let Ok(number) = text.parse::<i64>()
         && !text.starts_with('+')
@@ -227,7 +227,7 @@ fn typed(text: &str) -> (Value, Type) {
     }
 }
 
-/// The key that a port's value points to, if it is no value itself: `{key}`, or `{=}` for the port's own name.
+/// The key to which a port's value points, unless it is a constant: `{key}`, or `{=}` for the port's own name.
 pub(crate) fn pointed_key<'a>(port: &'a str, value: &'a str) -> Option<&'a str> {
     if value == "{=}" || value == "=" {
         return Some(port);

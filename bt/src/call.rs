@@ -1,18 +1,18 @@
-//! What a tree asks of its leaves, and what they answer.
+//! The calls of a tree to its leaves, and their answers.
 
 use crate::{NodeId, Status};
 
-/// What a tree asks of a leaf.
+/// A request to a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Request {
-    /// To go on, and to say how it stands.
+    /// Continue, and report the status.
     Tick,
-    /// To stop. Only actions that last answered running are asked to.
+    /// Stop. Only actions that last answered running get this request.
     Halt,
 }
 
 impl Request {
-    /// What is taken for the answer if none comes: the leaf has failed, or it has halted.
+    /// The reply to assume if none comes: the leaf has failed, or it has halted.
     pub(crate) fn unanswered(self) -> Reply {
         match self {
             Self::Tick => Reply::Status(Status::Failure),
@@ -26,36 +26,36 @@ impl Request {
 pub struct Call {
     /// The leaf.
     pub leaf: NodeId,
-    /// What it is asked.
+    /// The request.
     pub request: Request,
 }
 
-/// What a leaf answers.
+/// The answer of a leaf.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reply {
-    /// To a tick: how it stands.
+    /// To a tick: its status.
     Status(Status),
     /// To a halt: it has stopped.
     Halted,
 }
 
-/// How far an execution has come.
+/// The progress of an execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Step {
     /// It waits for the answer to this call.
     Call(Call),
-    /// The tick is over; this is the tree's status.
+    /// The tick is finished, with this status of the tree.
     Done(Status),
     /// The tree has been halted.
     Halted,
 }
 
-/// Something that went wrong in a node while it was ticked: a script that could not be evaluated, a port without a value.
-/// Where BehaviorTree.CPP throws an exception, the node fails here, its children are reset, and the fault is kept.
+/// An error in a node while it was ticked: a script that could not be evaluated, a port without a value. Where
+/// BehaviorTree.CPP throws an exception, the node fails here, its children are reset, and the fault is recorded.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Fault {
     /// The node.
     pub node: NodeId,
-    /// What went wrong, in words.
+    /// A description of the error.
     pub message: String,
 }

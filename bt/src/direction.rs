@@ -1,6 +1,6 @@
-//! Ways through a port.
+//! The directions of ports.
 
-/// Which way things go through a port.
+/// The direction of a port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Direction {
     /// The node reads it.
@@ -12,7 +12,7 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The element that declares such a port in a `<TreeNodesModel>`.
+    /// The element that declares a port of this direction in a `<TreeNodesModel>`.
     #[must_use]
     pub fn element(self) -> &'static str {
         match self {

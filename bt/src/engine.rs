@@ -1,8 +1,8 @@
-//! The engine: how ticks and halts go through a tree.
+//! The engine: how ticks and halts pass through a tree.
 //!
-//! Nodes are in one array in document order, so that a node's children, and all that is below it, are a stretch behind
-//! it. There is no stack: the way back up is each node's parent. The engine can stop at any leaf call, and what it needs
-//! to go on is the statuses of the nodes and one [`Point`].
+//! Nodes are in one array in document order, so a node's descendants directly follow it. There is no stack: the way
+//! back up is each node's parent. The engine can stop at any leaf call; to continue, it needs only the statuses of the
+//! nodes and one [`Point`].
 
 mod answering;
 mod context;
@@ -18,13 +18,13 @@ pub(crate) use state::{Next, State};
 
 use crate::{Call, NodeId, Reply, Request, Step};
 
-/// How often a tree is ticked again at most as part of one tick.
+/// The maximum number of repeated ticks of a tree within one tick.
 pub(crate) const MAX_REPEATS: u32 = 10_000;
-/// What is said when it would be ticked more often.
-pub(crate) const TOO_MANY_REPEATS: &str = "the tree wants to be ticked again and again, without end";
+/// The message if the limit is exceeded.
+pub(crate) const TOO_MANY_REPEATS: &str = "the tree asks to be ticked again without end";
 
 impl State {
-    /// The pending call, to be made again.
+    /// The pending call, to be repeated.
     pub(crate) fn pending_again<A>(&self, context: &mut Context<'_, A>) -> Option<Next> {
         match self.point {
             Point::Idle => None,
@@ -33,7 +33,7 @@ impl State {
         }
     }
 
-    /// What comes after that reply to the pending call, if it is one.
+    /// The continuation after this reply to the pending call, if it is one.
     pub(crate) fn replied<A>(&mut self, context: &mut Context<'_, A>, reply: Reply) -> Option<Next> {
         match (self.point, reply) {
             (Point::Ticking(leaf), Reply::Status(status)) => Some(Next::Answer(leaf, status)),
@@ -46,7 +46,7 @@ impl State {
         }
     }
 
-    /// Goes on until the tick is over or a leaf does not answer at once.
+    /// Continues until the tick is finished or a leaf does not answer at once.
     #[inline]
     pub(crate) fn run<A: Answers>(&mut self, context: &mut Context<'_, A>, mut next: Next) -> Step {
         loop {

@@ -1,10 +1,10 @@
-//! What can be wrong with a tree file.
+//! Errors of a tree file.
 
 use diagnostics::{Problem, Source};
 use miette::{Diagnostic, Severity, SourceCode};
 
-/// Everything that is wrong with a tree file, or looks wrong: the file, and its problems in the order of their places.
-/// Problems of files that it includes come with those files.
+/// All errors and warnings of a tree file, in the order of their places. Problems of included files are listed with
+/// those files.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{} {}", text.name(), verdict(self.is_error()))]
 pub struct TreeError {
@@ -25,19 +25,19 @@ impl TreeError {
         self
     }
 
-    /// The problems of the file itself, in the order of their places in it.
+    /// The problems of the file itself, in order of their places.
     #[must_use]
     pub fn problems(&self) -> &[Problem] {
         &self.problems
     }
 
-    /// What is wrong with the files that it includes.
+    /// The problems of included files.
     #[must_use]
     pub fn included(&self) -> &[Self] {
         &self.included
     }
 
-    /// Whether the file, or one that it includes, cannot be used. Else there are only warnings: see
+    /// Whether the file, or one that it includes, cannot be used. Otherwise there are only warnings: see
     /// [`Tree::concerns`](crate::Tree::concerns).
     #[must_use]
     pub fn is_error(&self) -> bool {
@@ -68,5 +68,5 @@ impl Diagnostic for TreeError {
 }
 
 fn verdict(is_error: bool) -> &'static str {
-    if is_error { "cannot be used as a behavior tree" } else { "can be used, but looks odd" }
+    if is_error { "cannot be used as a behavior tree" } else { "can be used, with warnings" }
 }

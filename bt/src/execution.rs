@@ -1,4 +1,4 @@
-//! A tree at work: ticks and halts, in one go or from leaf call to leaf call.
+//! A running tree: ticks and halts, at once or from leaf call to leaf call.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,10 +7,10 @@ use crate::engine::{Context, Later, Now, State};
 use crate::shared::Shared;
 use crate::{Blackboard, Call, Fault, Leaf, Leaves, NodeId, NodeState, Reply, Status, Step, Tree};
 
-/// A tree at work: the tree and the status of each of its nodes.
+/// A running tree: the tree and the status of each of its nodes.
 ///
-/// The state is a value: it can be copied, compared and hashed at any time, also in the middle of a tick. Where leaves
-/// answer at once, [`tick`](Self::tick) runs a whole tick; it allocates nothing. Where an answer takes time,
+/// The state is a value: it can be copied, compared and hashed at any time, even in the middle of a tick. If leaves
+/// answer at once, [`tick`](Self::tick) runs a whole tick without allocations. If answers take time,
 /// [`start_tick`](Self::start_tick) and [`resume`](Self::resume) run the same tick from call to call:
 ///
 /// ```
@@ -50,31 +50,31 @@ impl Execution {
         Self { tree: tree.into(), state }
     }
 
-    /// The tree that is at work.
+    /// The tree.
     #[must_use]
     pub fn tree(&self) -> &Arc<Tree> {
         &self.tree
     }
 
-    /// What the last tick that came to its end answered.
+    /// The answer of the last finished tick.
     #[must_use]
     pub fn last_status(&self) -> Option<Status> {
         self.state.last_status()
     }
 
-    /// The call whose answer the execution waits for; none between ticks.
+    /// The call for whose answer the execution waits; `None` between ticks.
     #[must_use]
     pub fn pending(&self) -> Option<Call> {
         self.state.pending()
     }
 
-    /// How all nodes stand, in document order.
+    /// The states of all nodes, in document order.
     #[must_use]
     pub fn states(&self) -> Vec<NodeState> {
         self.state.states(&self.tree.program.ops)
     }
 
-    /// What went wrong in the last tick, and in halts since.
+    /// The faults in the last tick and in halts since then.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         self.state.faults()
@@ -86,21 +86,21 @@ impl Execution {
         &self.state.board
     }
 
-    /// The blackboard, to be written to between ticks.
+    /// The blackboard, for writing between ticks.
     pub fn blackboard_mut(&mut self) -> &mut Blackboard {
         &mut self.state.board
     }
 
-    /// The leaf of a pending call, with its ports. `now` is what the leaf takes for the time.
+    /// The leaf of a pending call, with its ports. `now` is the time that the leaf sees.
     ///
     /// # Panics
-    /// If it is no leaf of this tree.
+    /// If it is not a leaf of this tree.
     pub fn leaf(&mut self, id: NodeId, now: Duration) -> Leaf<'_> {
         assert!(self.tree.node(id).kind().is_leaf(), "only leaves are called");
         Leaf { id, tree: &self.tree, board: &mut self.state.board, now }
     }
 
-    /// Begins a tick at that time of the run. None, and nothing happens, while a call is pending.
+    /// Begins a tick at this time of the run. While a call is pending, does nothing and returns `None`.
     pub fn start_tick(&mut self, now: Duration) -> Option<Step> {
         self.pending().is_none().then(|| {
             let tick = self.state.new_tick();
@@ -108,9 +108,9 @@ impl Execution {
         })
     }
 
-    /// Begins to halt the whole tree, the root too: every action that is running is told to stop, in document order,
-    /// and all nodes become idle. As BehaviorTree.CPP does it, every node is halted once more afterwards, whether it was
-    /// running or not, which shows in `_onHalted` scripts. None, and nothing happens, while a call is pending.
+    /// Begins to halt the whole tree, including the root: every running action is told to stop, in document order, and
+    /// all nodes become idle. As in BehaviorTree.CPP, every node is then halted once more, running or not, which is
+    /// visible in `_onHalted` scripts. While a call is pending, does nothing and returns `None`.
     pub fn start_halt(&mut self, now: Duration) -> Option<Step> {
         self.pending().is_none().then(|| {
             let mut context = Context::new(&self.tree, now, Later);
@@ -119,27 +119,27 @@ impl Execution {
         })
     }
 
-    /// Goes on with the answer to the pending call. None, and nothing happens, if there is no call pending or that is
-    /// no answer to it.
+    /// Continues with the answer to the pending call. Does nothing and returns `None` if no call is pending or the
+    /// reply does not answer it.
     pub fn resume(&mut self, now: Duration, reply: Reply) -> Option<Step> {
         let mut context = Context::new(&self.tree, now, Later);
         let next = self.state.replied(&mut context, reply)?;
         Some(self.state.run(&mut context, next))
     }
 
-    /// Goes on without the answer to the pending call, which has not come: a leaf that was ticked has failed, one that was
-    /// told to halt has halted. `reason` is kept as the leaf's [fault](Self::faults). None, and nothing happens, if there
-    /// is no call pending.
+    /// Continues without an answer to the pending call: a leaf that was ticked has failed, one that was told to halt
+    /// has halted. `reason` is recorded as the leaf's [fault](Self::faults). Does nothing and returns `None` if no call
+    /// is pending.
     pub fn give_up(&mut self, now: Duration, reason: String) -> Option<Step> {
         let Call { leaf, request } = self.pending()?;
         self.state.fault(leaf.0, reason);
         self.resume(now, request.unanswered())
     }
 
-    /// Runs a tick at that time of the run, with leaves that answer at once. Allocates nothing, unless a script joins
-    /// texts or something goes wrong.
+    /// Runs a tick at this time of the run, with leaves that answer at once. Allocates nothing, unless a script
+    /// concatenates texts or an error occurs.
     ///
-    /// If a call is pending, its leaf is asked again first, and it is that tick that is run to its end.
+    /// If a call is pending, its leaf is asked again, and that tick is completed.
     pub fn tick(&mut self, now: Duration, leaves: &mut impl Leaves) -> Status {
         let mut context = Context::new(&self.tree, now, Now(leaves));
         let mut next = self.state.pending_again(&mut context);
@@ -151,8 +151,8 @@ impl Execution {
         }
     }
 
-    /// Halts the whole tree, as [`start_halt`](Self::start_halt) does, with leaves that answer at once. A tick whose
-    /// call is pending is run to its end first.
+    /// Halts the whole tree like [`start_halt`](Self::start_halt), with leaves that answer at once. A tick with a
+    /// pending call is completed first.
     pub fn halt(&mut self, now: Duration, leaves: &mut impl Leaves) {
         let mut context = Context::new(&self.tree, now, Now(leaves));
         if let Some(next) = self.state.pending_again(&mut context) {

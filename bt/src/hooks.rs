@@ -1,4 +1,4 @@
-//! The scripts of a node, which are run around its ticks.
+//! The scripts of a node that run around its ticks.
 
 use crate::Status;
 use crate::blackboard::Blackboard;
@@ -17,23 +17,23 @@ pub(crate) struct Hooks {
     pub(crate) post: Option<Script>,
 }
 
-/// What a node's scripts say before it is ticked.
+/// The effect of a node's scripts before its tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Entrance {
     /// It is ticked.
     Open,
-    /// It answers that instead.
+    /// It gives this answer instead.
     Closed(Status),
     /// It was running and is halted; then it is skipped.
     Left,
 }
 
 impl Hooks {
-    /// The attributes that hold scripts.
+    /// The attributes that contain scripts.
     pub(crate) const NAMES: [&str; 8] =
         ["_failureIf", "_successIf", "_skipIf", "_while", "_onHalted", "_onFailure", "_onSuccess", "_post"];
 
-    /// Whether a node may be ticked that stands so; none is idle.
+    /// Whether a node with this status may be ticked; `None` is idle.
     pub(crate) fn enter(&self, was: Option<Status>, board: &mut Blackboard) -> Result<Entrance, ScriptError> {
         let mut holds = |script: &Option<Script>| script.as_ref().map(|script| script.holds(board)).transpose();
         match was {
@@ -54,7 +54,7 @@ impl Hooks {
         Ok(Entrance::Open)
     }
 
-    /// What is to be done when a node has succeeded or failed.
+    /// Runs the scripts for a node that has succeeded or failed.
     pub(crate) fn leave(&self, status: Status, board: &mut Blackboard) -> Result<(), ScriptError> {
         let own = match status {
             Status::Success => &self.on_success,
@@ -67,12 +67,12 @@ impl Hooks {
         Ok(())
     }
 
-    /// What is to be done when a node has been halted.
+    /// Runs the script for a node that has been halted.
     pub(crate) fn halted(&self, board: &mut Blackboard) -> Result<(), ScriptError> {
         self.on_halted.as_ref().map_or(Ok(()), |script| script.run(board).map(|_| ()))
     }
 
-    /// The script that an attribute of that name holds.
+    /// The script in the attribute with this name.
     pub(crate) fn script(&mut self, attribute: &str) -> Option<&mut Option<Script>> {
         Some(match attribute {
             "_failureIf" => &mut self.failure_if,

@@ -1,4 +1,4 @@
-//! Leaves: what a tree calls, and what they can see of it.
+//! Leaves: what a tree calls, and what they can see of the tree.
 
 use std::time::Duration;
 
@@ -7,19 +7,19 @@ use crate::program::LeafPort;
 use crate::settings::ReadError;
 use crate::{Direction, Node, NodeId, Status, Tree};
 
-/// The leaves of a tree, when they can answer at once.
+/// The leaves of a tree that answer at once.
 pub trait Leaves {
-    /// The leaf goes on, and says how it stands.
+    /// The leaf continues, and returns its status.
     fn tick(&mut self, leaf: Leaf<'_>) -> Status;
 
     /// The leaf, which was running, stops.
     fn halt(&mut self, leaf: Leaf<'_>);
 }
 
-/// A leaf that is called: which one it is, and its ports.
+/// A leaf that is called, and its ports.
 ///
-/// A port is an attribute of the leaf in the file. Its value is written there, or it is an entry of the blackboard:
-/// `{key}`. Its type, and what it is if the file says nothing, are declared in the file's `<TreeNodesModel>`.
+/// A port is an attribute of the leaf in the file. Its value is a constant, or an entry of the blackboard: `{key}`. Its
+/// type and its default are declared in the file's `<TreeNodesModel>`.
 #[derive(Debug)]
 pub struct Leaf<'a> {
     pub(crate) id: NodeId,
@@ -28,11 +28,11 @@ pub struct Leaf<'a> {
     pub(crate) now: Duration,
 }
 
-/// What is wrong with a port.
+/// An error of a port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PortError {
-    /// The leaf has no such port: neither the file nor its model says what it is.
+    /// The leaf has no such port: neither the file nor its model contains it.
     #[error("`{leaf}` has no port `{port}`")]
     Missing {
         /// The leaf's ID.
@@ -40,8 +40,8 @@ pub enum PortError {
         /// The port.
         port: String,
     },
-    /// The port does not stand for an entry of the blackboard, so that it cannot be written.
-    #[error("the port `{port}` of `{leaf}` is no entry of the blackboard")]
+    /// The port is not connected to a blackboard entry, so it cannot be written.
+    #[error("the port `{port}` of `{leaf}` is not connected to a blackboard entry")]
     NoEntry {
         /// The leaf's ID.
         leaf: String,
@@ -55,7 +55,7 @@ pub enum PortError {
         leaf: String,
         /// The port.
         port: String,
-        /// What is wrong with it.
+        /// The problem.
         message: String,
     },
 }
@@ -67,7 +67,7 @@ impl<'a> Leaf<'a> {
         self.id
     }
 
-    /// The leaf as the tree has it.
+    /// The leaf's node in the tree.
     #[must_use]
     pub fn node(&self) -> &'a Node {
         self.tree.node(self.id)
@@ -82,8 +82,8 @@ impl<'a> Leaf<'a> {
     /// Reads a port.
     ///
     /// # Errors
-    /// [`PortError::Missing`] if there is none of that name; [`PortError::Value`] if it has no value or one that is not
-    /// of the port's type.
+    /// [`PortError::Missing`] if there is no port with this name; [`PortError::Value`] if it has no value or one of the
+    /// wrong type.
     pub fn input(&self, port: &str) -> Result<Value, PortError> {
         let missing = || PortError::Missing { leaf: self.node().type_id().to_owned(), port: port.to_owned() };
         let found = self.tree.program.leaf_ports(self.id).get(port);
@@ -91,7 +91,7 @@ impl<'a> Leaf<'a> {
         input.read(self.board, of).map_err(|error: ReadError| self.value_error(port, &error))
     }
 
-    /// Reads all ports but those that are only written, in alphabetical order.
+    /// Reads all input and in-out ports, in alphabetical order.
     pub fn inputs(&self) -> impl Iterator<Item = (&'a str, Result<Value, PortError>)> {
         let ports = self.tree.program.leaf_ports(self.id).iter();
         let is_input = |port: &LeafPort| port.direction != Direction::Output && port.input.is_some();
@@ -101,8 +101,8 @@ impl<'a> Leaf<'a> {
     /// Writes a port.
     ///
     /// # Errors
-    /// [`PortError::Missing`] if there is none of that name; [`PortError::NoEntry`] if it is a constant;
-    /// [`PortError::Value`] if the entry is of another type.
+    /// [`PortError::Missing`] if there is no port with this name; [`PortError::NoEntry`] if it is a constant;
+    /// [`PortError::Value`] if the entry has another type.
     pub fn output(&mut self, port: &str, value: impl Into<Value>) -> Result<(), PortError> {
         let (leaf, port) = (self.node().type_id().to_owned(), port.to_owned());
         let found = self.tree.program.leaf_ports(self.id).get(&port).filter(|port| port.input.is_some());

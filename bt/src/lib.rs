@@ -1,20 +1,20 @@
-//! Behavior trees: the XML files of BehaviorTree.CPP and Groot, run with the meaning that BehaviorTree.CPP gives them.
+//! Behavior trees: the XML files of BehaviorTree.CPP and Groot, run with the semantics of BehaviorTree.CPP.
 //!
-//! A behavior tree decides, at every tick, what a robot does now. Ticks go down from the root. A *leaf* answers a tick
-//! with a [`Status`]: success, failure, or running if it needs more ticks. A *control node* asks its children one after
-//! the other and makes one answer of theirs: a sequence succeeds if all of them do, a fallback if one of them does. A
-//! *reactive* control node asks all its children again at every tick, so that a condition that no longer holds takes
-//! effect at once: the action that ran before is *halted*. [`Kind`] says what each kind of node means.
+//! A behavior tree decides at every tick what a robot does. Ticks go down from the root. A *leaf* answers a tick with a
+//! [`Status`]: success, failure, or running if it needs more ticks. A *control node* ticks its children in order and
+//! combines their answers: a sequence succeeds if all of them do, a fallback if one of them does. A *reactive* control
+//! node ticks all its children again at every tick, so a condition that no longer holds takes effect at once: the
+//! running action is *halted*. [`Kind`] defines the semantics of each kind of node.
 //!
-//! - A [`Tree`] is what a file says, checked: nodes in document order, with labels and symbols for drawing, and with
-//!   their places in the file for diagnostics. [`Loader`] reads it and reports all that is wrong with a file at once.
-//! - An [`Execution`] is a tree at work. Its leaves are whatever implements [`Leaves`]; or, where answers take time, it
-//!   runs from one leaf [`Call`] to the next.
-//! - In a channel system, leaves are skills: processes that answer on channels. The tree talks to them as one process
-//!   ([`TreeProcess`]) or as a process for every node, with handshakes between them ([`node_processes`]), which is how
-//!   the paper defines it. Both send the same messages.
+//! - A [`Tree`] is the checked content of a file: nodes in document order, with labels and symbols for drawing, and
+//!   with their places in the file for diagnostics. [`Loader`] reads it and reports all problems of a file at once.
+//! - An [`Execution`] is a running tree. Its leaves implement [`Leaves`]; or, if answers take time, it runs from one
+//!   leaf [`Call`] to the next.
+//! - In a channel system, leaves are skills: processes that answer on channels. The tree communicates with them as one
+//!   process ([`TreeProcess`]) or as one process per node with handshakes between them ([`node_processes`]), as the
+//!   paper defines it. Both send the same messages.
 //!
-//! The paper's tree, with a robot whose battery is low:
+//! This example runs the paper's tree with a robot whose battery is low:
 //!
 //! ```
 //! use std::sync::Arc;
@@ -88,6 +88,6 @@ pub use status::{NodeState, Outcome, Status};
 pub use tree::Tree;
 pub use xml::Loader;
 
-/// The paper's tree: drive to the destination, break off to recharge when the battery is low, and resume. It is the
-/// text of `trees/recharge.xml`, format 4.
+/// The paper's tree: drive to the destination, interrupt the trip to recharge when the battery is low, and resume it.
+/// This is the text of `trees/recharge.xml`, format 4.
 pub const RECHARGE: &str = include_str!("../trees/recharge.xml");

@@ -8,7 +8,7 @@ use miette::SourceSpan;
 
 use crate::Kind;
 
-/// A node of a tree: its place in document order (depth first, the root is 0).
+/// A node of a tree, as an index in document order (depth first, the root is 0).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub(crate) u32);
 
@@ -16,7 +16,7 @@ impl NodeId {
     /// The root of every tree.
     pub const ROOT: Self = Self(0);
 
-    /// Position in document order.
+    /// Index in document order.
     #[must_use]
     pub fn index(self) -> usize {
         self.0 as usize
@@ -29,7 +29,7 @@ impl fmt::Display for NodeId {
     }
 }
 
-/// What a node is and where it stands.
+/// A node's kind and its place in the tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Node {
     pub(crate) number: NodeId,
@@ -41,7 +41,7 @@ pub struct Node {
     pub(crate) parent: Option<NodeId>,
     pub(crate) depth: usize,
     pub(crate) subtree_end: u32,
-    /// Of a leaf; empty for the others.
+    /// For a leaf; empty for other nodes.
     pub(crate) process: String,
 }
 
@@ -52,41 +52,40 @@ impl Node {
         self.number
     }
 
-    /// What kind of node it is.
+    /// The node's kind.
     #[must_use]
     pub fn kind(&self) -> Kind {
         self.kind
     }
 
-    /// BehaviorTree.CPP's ID: of a leaf, the name under which it is registered, which says what it does; of a
-    /// [`Kind::SubTree`], the tree that it stands for; of all others, the kind's name. Several nodes may have the same.
+    /// BehaviorTree.CPP's ID. For a leaf, the name under which it is registered, which determines what it does. For a
+    /// [`Kind::SubTree`], the ID of its tree. For others, the name of the kind. Several nodes may have the same ID.
     #[must_use]
     pub fn type_id(&self) -> &str {
         &self.type_id
     }
 
-    /// The `name` that the file gives this one node, if it does.
+    /// The `name` that the file gives this node, if any.
     #[must_use]
     pub fn name(&self) -> Option<&str> {
         self.attribute("name")
     }
 
-    /// What people read: the name, else the ID.
+    /// The label for people: the name, or else the ID.
     #[must_use]
     pub fn label(&self) -> &str {
         self.name().filter(|name| !name.is_empty()).unwrap_or(&self.type_id)
     }
 
-    /// The name of the process that carries a leaf out, which is no other leaf's: the leaf's [label](Self::label). Where
-    /// several leaves have the same label, the first in document order is called so, and the others get a number behind
-    /// it: `GoTo`, `GoTo_2`, `GoTo_3`; a number that makes the label of some other leaf is left out. Of nodes that are no
-    /// leaves, the label.
+    /// The unique name of the process that executes a leaf: the leaf's [label](Self::label). If several leaves have the
+    /// same label, the first in document order has this name, and the others get a number: `GoTo`, `GoTo_2`, `GoTo_3`.
+    /// Numbers that would make the label of another leaf are left out. For nodes that are not leaves, the label.
     #[must_use]
     pub fn process(&self) -> &str {
         if self.process.is_empty() { self.label() } else { &self.process }
     }
 
-    /// All attributes in the order of the file, with those that mean nothing here.
+    /// All attributes in the order of the file, including those without a meaning here.
     #[must_use]
     pub fn attributes(&self) -> &[(String, String)] {
         &self.attributes
@@ -98,25 +97,25 @@ impl Node {
         self.attributes.iter().find(|(key, _)| key == name).map(|(_, value)| value.as_str())
     }
 
-    /// Where the node's start tag stands in its file, in bytes.
+    /// The place of the node's start tag in its file, in bytes.
     #[must_use]
     pub fn span(&self) -> SourceSpan {
         self.span
     }
 
-    /// Which file that is: 0 is the main file, and those that it includes come after it.
+    /// The index of this file: 0 is the main file, followed by the files that it includes.
     #[must_use]
     pub fn file(&self) -> usize {
         self.file
     }
 
-    /// The node above; none for the root.
+    /// The parent; none for the root.
     #[must_use]
     pub fn parent(&self) -> Option<NodeId> {
         self.parent
     }
 
-    /// How many nodes are above.
+    /// The number of ancestors.
     #[must_use]
     pub fn depth(&self) -> usize {
         self.depth
@@ -156,7 +155,7 @@ pub(crate) fn name_processes(nodes: &mut [Node]) {
     }
 }
 
-/// A text as it can stand on a line: control characters are escaped, `\n`.
+/// A text that fits on one line: control characters are escaped, such as `\n`.
 #[must_use]
 pub fn one_line(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {

@@ -1,5 +1,5 @@
-//! The ports of leaves, and what goes through them while a tree runs: from the blackboard to a leaf with each tick, and
-//! back with each answer.
+//! The ports of leaves, and the values that pass through them while a tree runs: from the blackboard to a leaf with
+//! each tick, and back with each answer.
 
 use channels::{FieldKind, Value as Field};
 
@@ -8,35 +8,35 @@ use crate::program::LeafPort;
 use crate::settings::Input;
 use crate::{Direction, NodeId, PortError, Tree};
 
-/// A port of a leaf, as the file gives it to this one node.
+/// A port of a leaf, as the file connects it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Port<'t> {
     /// Its name.
     pub name: &'t str,
-    /// Which way things go through it: both, if no model declares it.
+    /// Its direction: in and out, if no model declares it.
     pub direction: Direction,
     /// Its type; [`Type::Any`] if no model declares one.
     pub of: &'t Type,
-    /// What it stands for.
+    /// Its source.
     pub source: Source<'t>,
 }
 
-/// What a port stands for.
+/// The source of a port's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Source<'t> {
-    /// The value in the file, of the port's type.
+    /// The constant in the file, converted to the port's type.
     Constant(&'t Value),
-    /// The entry of the blackboard with that key.
+    /// The blackboard entry with this key.
     Entry(&'t str),
-    /// Nothing: the model declares the port, and the file gives it no value.
+    /// None: the model declares the port, but the file does not connect it.
     Nothing,
 }
 
 impl Tree {
-    /// The ports of a leaf, in alphabetical order: its attributes, and all that its model declares.
+    /// The ports of a leaf, in alphabetical order: its attributes, and all ports that its model declares.
     ///
     /// # Panics
-    /// If it is no leaf of this tree.
+    /// If it is not a leaf of this tree.
     pub fn ports(&self, leaf: NodeId) -> impl Iterator<Item = Port<'_>> {
         self.program.leaf_ports(leaf).iter().map(|(name, port)| Port {
             name,
@@ -51,7 +51,7 @@ impl Tree {
     }
 }
 
-/// The ports of a leaf through which values go in messages, in alphabetical order.
+/// The ports of a leaf whose values travel in messages, in alphabetical order.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Traffic {
     leaf: String,
@@ -59,7 +59,7 @@ pub(crate) struct Traffic {
     outputs: Vec<Lane>,
 }
 
-/// A port, and the entry of the blackboard that it stands for; outputs may go nowhere.
+/// A port, and its blackboard entry; outputs need not have one.
 #[derive(Debug, PartialEq, Eq)]
 struct Lane {
     port: String,
@@ -70,7 +70,7 @@ struct Lane {
 impl Traffic {
     pub(crate) fn of(tree: &Tree, leaf: NodeId) -> Self {
         let is_input = |port: &LeafPort| port.direction != Direction::Output && port.entry().is_some();
-        // A machine may write to every output that is declared; it goes nowhere where the file says nothing of it.
+        // A machine may write to every declared output; without a connection in the file, the value is dropped.
         let is_output =
             |port: &LeafPort| port.direction != Direction::Input && (port.is_declared || port.entry().is_some());
         let lanes = |goes: &dyn Fn(&LeafPort) -> bool| {
@@ -90,22 +90,22 @@ impl Traffic {
         !self.outputs.is_empty()
     }
 
-    /// The fields that come behind `<tick>`.
+    /// The fields after `<tick>`.
     pub(crate) fn input_fields(&self) -> impl Iterator<Item = (String, FieldKind)> {
         self.inputs.iter().map(Lane::field)
     }
 
-    /// The fields that come behind an answer.
+    /// The fields after an answer.
     pub(crate) fn output_fields(&self) -> impl Iterator<Item = (String, FieldKind)> {
         self.outputs.iter().map(Lane::field)
     }
 
-    /// What the inputs are now.
+    /// The current values of the inputs.
     pub(crate) fn read(&self, board: &Blackboard) -> Result<Vec<Field>, PortError> {
         self.inputs.iter().map(|lane| lane.read(board).map_err(|message| self.error(lane, message))).collect()
     }
 
-    /// Writes what has come behind an answer. What fails keeps nothing else from being written.
+    /// Writes the fields after an answer. A failure does not prevent the other writes.
     pub(crate) fn write(&self, fields: &[Field], board: &mut Blackboard) -> Result<(), PortError> {
         let mut failed = Ok(());
         for (lane, field) in self.outputs.iter().zip(fields) {
@@ -122,7 +122,7 @@ impl Traffic {
 }
 
 impl Lane {
-    /// Messages have the types that ports declare; what is no number or truth value there is a text.
+    /// Messages have the types that ports declare; anything that is not a number or truth value is a text.
     fn field(&self) -> (String, FieldKind) {
         let kind = match self.of {
             Type::Bool => FieldKind::Bool,
@@ -133,7 +133,7 @@ impl Lane {
         (self.port.clone(), FieldKind::Optional(Box::new(kind)))
     }
 
-    /// An entry that has no value yet is `<none>`.
+    /// An entry without a value is `<none>`.
     fn read(&self, board: &Blackboard) -> Result<Field, String> {
         let Some(value) = self.entry.and_then(|entry| board.value(entry)) else {
             return Ok(Field::symbol(FieldKind::NONE));

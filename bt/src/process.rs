@@ -1,16 +1,16 @@
 //! Trees as processes of a channel system.
 //!
-//! Two forms of one semantics: [`TreeProcess`] is the whole tree, [`node_processes`] is a process for every node, with
-//! handshakes between them. To everybody else they are the same: both receive `[<tick>, n]` from the tick generator,
-//! send `[<tick>]` and `[<halt>]` to the skills on the channels (BT, X), X being the name of a leaf's
-//! [process](crate::Node::process), and wait for the answers on (X, BT). What a leaf's ports read from the blackboard
-//! comes with each tick, and what they write with each answer ([`request_domain`], [`reply_domain`]). There is one
-//! request under way at a time. Requests are numbered from 1 on; a reply with another number, or one that does not
-//! answer the request, is received and dropped.
+//! There are two forms with the same semantics: [`TreeProcess`] is the whole tree, [`node_processes`] is one process
+//! per node with handshakes between them. To all other processes they are the same. Both receive `[<tick>, n]` from the
+//! tick generator, send `[<tick>]` and `[<halt>]` to the skills on the channels (BT, X), where X is the name of a
+//! leaf's [process](crate::Node::process), and wait for the answers on (X, BT). The values that a leaf's ports read
+//! from the blackboard come with each tick, and the values that they write with each answer ([`request_domain`],
+//! [`reply_domain`]). There is one pending request at a time. Requests are numbered from 1; a reply with another
+//! number, or one that does not answer the request, is received and dropped.
 //!
-//! A tree does not wait for ever: a leaf that does not answer a tick in time has failed, one that does not say in time
-//! that it has halted has halted, and either is a [`Fault`](crate::Fault). The time ([`LEAF_TIMEOUT`] if nothing else
-//! is said) runs from the moment at which the request is to be sent; one that could not even be sent is withdrawn.
+//! A tree does not wait forever: a leaf that does not answer a tick in time has failed, and one that does not confirm a
+//! halt in time has halted; both are a [`Fault`](crate::Fault). The timeout ([`LEAF_TIMEOUT`] by default) begins when
+//! the request is ready to be sent; a request that could not even be sent is withdrawn.
 
 mod board;
 mod composed;

@@ -1,4 +1,4 @@
-//! What the engine needs of a tree.
+//! The compiled form of a tree for the engine.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use crate::hooks::Hooks;
 use crate::settings::{Input, Setting};
 use crate::{Direction, Kind, NodeId};
 
-/// What the engine needs of a node, in a few bytes.
+/// The engine's view of a node, in a few bytes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Op {
     pub(crate) kind: Kind,
@@ -16,11 +16,11 @@ pub(crate) struct Op {
     pub(crate) parent: u32,
     /// The first node in document order that is not below this one: its next sibling, if it has one.
     pub(crate) end: u32,
-    /// Its place among the nodes that remember something; of leaves outside the tree, its place among them.
+    /// Its index among the nodes with memory; for leaves outside the tree, among these.
     pub(crate) place: u32,
 }
 
-/// Which scripts a node has, and whether it reads from the blackboard.
+/// The scripts that a node has, and whether it reads from the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub(crate) struct Flags(u8);
 
@@ -46,14 +46,14 @@ impl Flags {
 pub(crate) struct LeafPort {
     pub(crate) direction: Direction,
     pub(crate) of: Type,
-    /// None if the file does not say.
+    /// `None` if the file does not connect it.
     pub(crate) input: Option<Input>,
     /// By a model.
     pub(crate) is_declared: bool,
 }
 
 impl LeafPort {
-    /// The entry that it stands for.
+    /// The entry to which it is connected.
     pub(crate) fn entry(&self) -> Option<Slot> {
         match self.input {
             Some(Input::Entry(slot, _)) => Some(slot),
@@ -73,7 +73,7 @@ pub(crate) struct Program {
     /// By place of the leaf.
     pub(crate) leaves: Vec<BTreeMap<String, LeafPort>>,
     pub(crate) scopes: Arc<Scopes>,
-    /// What is on the blackboard at first.
+    /// The initial entries of the blackboard.
     pub(crate) entries: Vec<Entry>,
     pub(crate) loops: usize,
 }
@@ -101,7 +101,7 @@ impl Program {
         std::iter::successors(first, move |child| Some(self.ops[*child as usize].end).filter(|next| *next < end))
     }
 
-    /// Whether any node reads from the blackboard or has scripts, or a leaf has ports that stand for entries.
+    /// Whether any node reads from the blackboard or has scripts, or a leaf has ports connected to entries.
     pub(crate) fn uses_blackboard(&self) -> bool {
         let mut ports = self.leaves.iter().flat_map(BTreeMap::values);
         self.ops.iter().any(|op| op.flags != Flags::default()) || ports.any(|port| port.entry().is_some())

@@ -1,4 +1,4 @@
-//! Ticking a tree without a robot: its leaves answer by a script, and every node's status is written down.
+//! Ticking a tree without a robot: its leaves answer from a script, and every node's status is recorded.
 
 use std::fmt::Write;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::{Call, Execution, Fault, Leaf, Leaves, NodeId, NodeState, Outcome, Re
 /// What a leaf does at one of its ticks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cue {
-    /// What it answers.
+    /// Its answer.
     pub status: Status,
     /// What it writes to its ports before.
     pub outputs: Vec<(String, Value)>,
@@ -21,7 +21,7 @@ impl From<Status> for Cue {
     }
 }
 
-/// What a leaf does, tick by tick; after the last cue, that cue again, or all from the first on.
+/// What a leaf does, tick by tick. After the last cue, it repeats that cue, or all cues from the first on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Part {
     cues: Vec<Cue>,
@@ -29,7 +29,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// A part whose last cue is for all ticks that follow.
+    /// A part whose last cue is used for all further ticks.
     ///
     /// # Panics
     /// If there is no cue.
@@ -40,13 +40,13 @@ impl Part {
         Self { cues, repeats: false }
     }
 
-    /// The same, but after the last cue comes the first again.
+    /// The same, but after the last cue it starts over with the first.
     #[must_use]
     pub fn repeating(self) -> Self {
         Self { repeats: true, ..self }
     }
 
-    /// How many cues there are.
+    /// The number of cues.
     #[must_use]
     pub fn length(&self) -> usize {
         self.cues.len()
@@ -58,7 +58,7 @@ impl Part {
     }
 }
 
-/// A tree that is ticked with leaves that follow a script.
+/// A tree whose leaves follow a script.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -90,39 +90,40 @@ pub struct Rehearsal {
 struct Cast {
     /// By leaf, in document order.
     parts: Vec<Part>,
-    /// How often each has been ticked.
+    /// How often each leaf has been ticked.
     ticked: Vec<usize>,
-    /// By node, the place of its part.
+    /// By node, the index of its part.
     places: Vec<usize>,
     calls: Vec<Call>,
     inputs: Vec<Inputs>,
     faults: Vec<Fault>,
 }
 
-/// What a leaf read, by the names of its ports.
+/// The values that a leaf read, by the names of its ports.
 pub type Inputs = Vec<(String, Option<Value>)>;
 
 /// A tick of a rehearsal, or a halt of the tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RehearsedTick {
-    /// The number of the tick, from 1 on; of a halt, that of the tick before.
+    /// The number of the tick, from 1; for a halt, that of the previous tick.
     pub tick: u64,
-    /// When it was.
+    /// Its time.
     pub time: Duration,
-    /// What the tree answered; none if it was halted.
+    /// The tree's answer; `None` if it was halted.
     pub status: Option<Status>,
-    /// How the nodes stood then, in document order.
+    /// The states of the nodes afterwards, in document order.
     pub nodes: Vec<NodeState>,
-    /// The leaf calls that it made, in their order.
+    /// The leaf calls, in order.
     pub calls: Vec<Call>,
-    /// What the leaf of each call read from its ports: none of a port without a value, and nothing when it was halted.
+    /// The values that the leaf of each call read from its ports: `None` for a port without a value, and empty for a
+    /// halt.
     pub inputs: Vec<Inputs>,
-    /// What went wrong.
+    /// The faults.
     pub faults: Vec<Fault>,
 }
 
 impl Rehearsal {
-    /// A rehearsal of that tree, with a part for each of its [leaves](Tree::leaves).
+    /// A rehearsal of this tree, with a part for each of its [leaves](Tree::leaves).
     ///
     /// # Panics
     /// If there are fewer parts than leaves.
@@ -139,13 +140,13 @@ impl Rehearsal {
         Self { execution: Execution::new(tree), cast, ticks: 0 }
     }
 
-    /// The tree at work.
+    /// The running tree.
     #[must_use]
     pub fn execution(&self) -> &Execution {
         &self.execution
     }
 
-    /// The tree at work: to write to its blackboard.
+    /// The running tree, for writing to its blackboard.
     pub fn execution_mut(&mut self) -> &mut Execution {
         &mut self.execution
     }
@@ -163,7 +164,7 @@ impl Rehearsal {
         self.execution.halt(now, &mut self.cast);
         let mut moment = self.moment(now, None, old_faults);
         for (node, old) in moment.nodes.iter_mut().zip(before) {
-            // What it answered in the tick before is no news.
+            // Its answer in the previous tick is not part of the halt.
             node.outcome = node.outcome.filter(|outcome| Some(*outcome) != old.outcome);
         }
         moment
@@ -198,12 +199,12 @@ impl Leaves for Cast {
     }
 }
 
-/// How many ticks stand beside one another.
+/// The number of ticks side by side.
 const COLUMNS: usize = 25;
 
 /// The statuses of all nodes as a text: one line per node, one column per tick; long names are cut. `S`, `F`, `R` and
-/// `K` are success, failure, running and skipped, `H` is halted, and `·` is a node that the tick did not reach. What
-/// went wrong follows.
+/// `K` are success, failure, running and skipped, `H` is halted, and `·` is a node that the tick did not reach. Faults
+/// follow.
 #[must_use]
 pub fn table(tree: &Tree, moments: &[RehearsedTick]) -> String {
     let labels: Vec<String> = tree.nodes().iter().map(|node| shortened(node.outline())).collect();
@@ -233,7 +234,7 @@ pub fn table(tree: &Tree, moments: &[RehearsedTick]) -> String {
     text
 }
 
-/// How wide a node's name may be beside its statuses.
+/// The maximum width of a node's name beside its statuses.
 const LABEL_WIDTH: usize = 100;
 
 fn shortened(label: String) -> String {
@@ -263,7 +264,7 @@ fn letter(outcome: Option<Outcome>) -> &'static str {
 }
 
 impl Tree {
-    /// The tree in Graphviz's language, each node with its number and, if they are given, coloured by how it stands.
+    /// The tree in Graphviz's language, each node with its number and, if `states` are given, coloured by its state.
     ///
     /// ```
     /// let tree = bt::Tree::from_xml("wave.xml", r#"<root BTCPP_format="4"> <BehaviorTree ID="Greet">
@@ -298,7 +299,7 @@ impl Tree {
     }
 }
 
-/// A colour that goes with dark letters.
+/// A colour that is readable with dark letters.
 fn colour(outcome: Option<Outcome>) -> Option<&'static str> {
     Some(match outcome? {
         Outcome::Answered(Status::Success) => "#b7e1b0",

@@ -1,22 +1,22 @@
 //! BehaviorTree.CPP's scripting language.
 //!
-//! A script is a list of expressions with semicolons between them; its value is that of the last one. There are numbers,
-//! texts in single quotes, `true` and `false`, names of blackboard entries and of constants, and, from the loosest to
-//! the tightest, the operators
+//! A script is a list of expressions separated by semicolons; its value is that of the last one. Expressions consist of
+//! numbers, texts in single quotes, `true` and `false`, names of blackboard entries and of constants, and these
+//! operators, from the lowest to the highest precedence:
 //!
 //! | operators | meaning |
 //! |---|---|
-//! | `:=` `=` `+=` `-=` `*=` `/=` | assignment; only `:=` makes a new entry |
+//! | `:=` `=` `+=` `-=` `*=` `/=` | assignment; only `:=` creates an entry |
 //! | `c ? a : b` | choice |
 //! | `\|\|`, then `&&` | logic; both sides are evaluated |
-//! | `==` `!=` `<` `>` `<=` `>=` | comparison, which may be chained: `0 < x < 10` |
+//! | `==` `!=` `<` `>` `<=` `>=` | comparison, can be chained: `0 < x < 10` |
 //! | `\|` `^`, then `&` | bits |
-//! | `+` `-` `..` | addition, and joining of texts |
+//! | `+` `-` `..` | addition, and concatenation of texts |
 //! | `*` `/` | multiplication |
 //! | `-x` `!x` `~x` | |
 //!
-//! Arithmetic is that of real numbers, whatever goes in. An entry keeps the kind of value that it has: what is assigned
-//! is converted, and it is an error if it can't be.
+//! Arithmetic always uses real numbers. An entry keeps its kind of value: an assigned value is converted, and it is an
+//! error if that is impossible.
 
 mod evaluate;
 mod expression;

@@ -1,8 +1,8 @@
 //! What a node does when it is ticked, when a child has answered, and when it is halted: the semantics of all kinds,
 //! node by node.
 //!
-//! Both the engine and the node processes follow these functions. [`Kind`] says the same in words. What a node reads
-//! from the blackboard comes in as a [`Reading`].
+//! Both the engine and the node processes use these functions. [`Kind`] describes the same in words. The values that a
+//! node reads from the blackboard are passed as a [`Reading`].
 
 mod begin;
 mod react;
@@ -14,35 +14,36 @@ pub(crate) use react::{Answer, react};
 
 use crate::{Kind, Status};
 
-/// What a node remembers from tick to tick, besides the child that it goes on with. What the fields mean depends on the
-/// kind.
+/// What a node remembers between ticks, besides the child with which it continues. The meaning of the fields depends on
+/// the kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub(crate) struct Memory {
-    /// How many children there are. It never changes.
+    /// The number of children. It never changes.
     pub(crate) children: u32,
     /// Children that were skipped in this round.
     skipped: u32,
-    /// Children that have succeeded or are done, or successes or failures of the only child.
+    /// Children that have succeeded or are done, or the number of successes or failures of the only child.
     count: u32,
     /// Children that have failed.
     failures: u32,
-    /// The child that is being ticked, or, one more than it, the child that ran; 0 is the condition, or none.
+    /// The child that is being ticked or, for Switch and similar nodes, one more than the child that ran; 0 is the
+    /// condition, or none.
     at: u32,
-    /// Has begun waiting, is in its catch block, has run once, goes on with a running child.
+    /// Has begun to wait, is in its catch block, has run once, or continues with a running child.
     pub(crate) flag: bool,
     /// Ticks its last child because it is being halted.
     pub(crate) catches: bool,
-    /// What its child answered once for all.
+    /// The final answer of its child.
     kept: Option<Status>,
-    /// Its parameters, as they were read last.
+    /// Its parameters, as last read.
     pub(crate) limits: [i64; 2],
     /// When its time is up.
     until: Option<Duration>,
-    /// How often an entry had been written when it was looked at.
+    /// How often an entry had been written when it was last checked.
     seen: u64,
 }
 
-/// What a node has read from its ports and the blackboard.
+/// The values that a node has read from its ports and the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Reading {
     /// Nothing is to be read.
@@ -51,73 +52,73 @@ pub(crate) enum Reading {
     Numbers([i64; 2]),
     /// The child may be ticked.
     Proceed,
-    /// That is the answer.
+    /// The answer of the node.
     Status(Status),
-    /// How often an entry was written; none if it does not exist.
+    /// How often an entry has been written; `None` if it does not exist.
     Writes(Option<u64>),
 }
 
-/// What a node does next.
+/// The next action of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reaction {
     /// It ticks the next child.
     Next,
-    /// It resets some children, and then does something.
+    /// It resets some children, and then acts.
     Do {
         reset: Reset,
-        /// The child that its next tick starts with.
+        /// The child with which its next tick begins.
         resume: Resume,
         then: Then,
     },
 }
 
-/// What a node does after resetting children.
+/// The action of a node after resetting children.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Then {
     Tick(Which),
     Answer(Status),
     /// It answers running and has the whole tree ticked again.
     Again,
-    /// BehaviorTree.CPP would throw an exception: it fails, and this is why.
+    /// BehaviorTree.CPP would throw an exception: the node fails for this reason.
     Fault(&'static str),
 }
 
-/// Which child is ticked.
+/// The child to tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Which {
     First,
-    /// The one that the node's tick starts with.
+    /// The one with which the node's tick begins.
     Resumed,
-    /// The one behind the one that answered.
+    /// The one after the child that answered.
     Next,
     Nth(u32),
     Last,
 }
 
-/// Which children are reset.
+/// The children to reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Reset {
     None,
     All,
-    /// All but the one that answered.
+    /// All except the one that answered.
     Others,
-    /// The one that answered and those behind it.
+    /// The one that answered and those after it.
     FromHere,
     /// The one that answered.
     Here,
     Nth(u32),
 }
 
-/// Where a node's next tick starts.
+/// The beginning of a node's next tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Resume {
-    /// Where it would have started anyway.
+    /// Unchanged.
     Same,
     /// At the first child.
     First,
     /// At the child that answered.
     Here,
-    /// Behind the child that answered.
+    /// After the child that answered.
     Next,
 }
 
@@ -148,7 +149,7 @@ impl Memory {
     /// What a node forgets when it is halted.
     pub(crate) fn forget(&mut self, kind: Kind) {
         match kind {
-            // A RunOnce has run; a Precondition that was met stays so until its child is done; a loop looks whether it
+            // A RunOnce has run; a satisfied Precondition stays so until its child is done; a loop checks whether it
             // was idle when it is ticked again.
             Kind::SequenceWithMemory | Kind::RunOnce | Kind::Precondition | Kind::WasEntryUpdated | Kind::Loop(_) => {}
             Kind::SkipUnlessUpdated | Kind::WaitValueUpdate => self.flag = false,
@@ -159,14 +160,14 @@ impl Memory {
         }
     }
 
-    /// Whether a running node of that kind ticks its last child when it is halted, if it is told to by its port.
+    /// Whether a running node of this kind ticks its last child when it is halted, if its port demands it.
     pub(crate) fn catches_halts(&self, kind: Kind) -> bool {
         kind == Kind::TryCatch && !self.flag && !self.catches
     }
 }
 
 impl Kind {
-    /// Whether the first child that it ticks makes it running, in BehaviorTree.CPP's eyes: even if it is skipped then.
+    /// Whether, as in BehaviorTree.CPP, the first child that it ticks makes it running, even if the child is skipped.
     pub(crate) fn runs_when_begun(self) -> bool {
         !matches!(
             self,
@@ -179,7 +180,7 @@ impl Kind {
         )
     }
 
-    /// The answer of a child, not the last, after which a node of this kind ticks the next one and does nothing else.
+    /// The answer of a child, other than the last, after which a node of this kind simply ticks the next one.
     #[inline]
     pub(crate) fn goes_on_after(self) -> Option<Status> {
         match self {
@@ -189,7 +190,7 @@ impl Kind {
         }
     }
 
-    /// Whether children that are done are not ticked again until the node is.
+    /// Whether finished children are not ticked again until the node is finished.
     pub(crate) fn passes_over_completed(self) -> bool {
         matches!(self, Self::Parallel | Self::ParallelAll)
     }

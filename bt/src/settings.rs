@@ -1,4 +1,4 @@
-//! What nodes read from their ports and from the blackboard when they are ticked.
+//! The values that nodes read from their ports and from the blackboard when they are ticked.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -8,20 +8,20 @@ use crate::script::{Script, ScriptError};
 use crate::semantics::Reading;
 use crate::{Item, Kind, Status};
 
-/// Where a port's value comes from.
+/// The source of a port's value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Input {
-    /// It is written in the file.
+    /// A constant in the file.
     Constant(Value),
-    /// It is an entry of the blackboard, of that key.
+    /// The blackboard entry with this key.
     Entry(Slot, Arc<str>),
 }
 
-/// What a node has to read, beyond its kind.
+/// What a node must read, depending on its kind.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Setting {
     Nothing,
-    /// Numbers, which are the same at every tick.
+    /// Numbers that are the same at every tick.
     Constant([i64; 2]),
     /// Numbers or truth values; the second may be missing.
     Numbers([Option<(Input, Type)>; 2]),
@@ -49,21 +49,21 @@ pub(crate) enum Setting {
     },
 }
 
-/// What a loop goes through.
+/// The queue of a loop.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Loop {
     pub(crate) queue: Input,
     pub(crate) value: Option<Slot>,
     pub(crate) if_empty: Input,
     pub(crate) item: Item,
-    /// Its place among the loops of the tree.
+    /// Its number among the loops of the tree.
     pub(crate) number: usize,
 }
 
-/// Names that stand for numbers in scripts and switches.
+/// Names for numbers in scripts and switches.
 pub(crate) type Constants = std::collections::BTreeMap<String, i64>;
 
-/// What cannot be read.
+/// An error in reading a port.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ReadError {
     #[error("the entry `{0}` has no value")]
@@ -83,7 +83,7 @@ impl Input {
         }
     }
 
-    /// The value as one of that type.
+    /// The value, converted to this type.
     pub(crate) fn read(&self, board: &Blackboard, of: &Type) -> Result<Value, ReadError> {
         let value = self.value(board).ok_or_else(|| self.empty())?;
         Ok(match of {
@@ -108,12 +108,12 @@ impl Input {
 }
 
 impl Setting {
-    /// Whether reading it has nothing to do with the blackboard.
+    /// Whether reading it does not involve the blackboard.
     pub(crate) fn is_constant(&self) -> bool {
         self.constant().is_some()
     }
 
-    /// What is read if that has nothing to do with the blackboard.
+    /// The result of reading, if it does not involve the blackboard.
     pub(crate) fn constant(&self) -> Option<Reading> {
         match self {
             Self::Nothing => Some(Reading::Nothing),
@@ -122,7 +122,7 @@ impl Setting {
         }
     }
 
-    /// Reads what the node needs, writing what it writes. `starts` if the node was idle.
+    /// Reads what the node needs, and writes what it writes. `starts` if the node was idle.
     #[inline]
     pub(crate) fn read(&self, board: &mut Blackboard, starts: bool, kind: Kind) -> Result<Reading, ReadError> {
         match self {
@@ -162,14 +162,14 @@ impl Setting {
     }
 }
 
-/// One number or two; 0 where the node has no second.
+/// One or two numbers; 0 if the node has no second one.
 fn numbers(inputs: &[Option<(Input, Type)>; 2], board: &Blackboard, kind: Kind) -> Result<[i64; 2], ReadError> {
     let mut numbers = [0; 2];
     for (number, input) in numbers.iter_mut().zip(inputs) {
         if let Some((input, of)) = input {
             match input.number(board, of) {
                 Ok(read) => *number = read,
-                // What BehaviorTree.CPP does with a flag that it cannot read.
+                // As BehaviorTree.CPP does with an unreadable flag.
                 Err(_) if kind == Kind::RunOnce => *number = 1,
                 Err(_) if kind == Kind::TryCatch => *number = 0,
                 Err(error) => return Err(error),
@@ -179,7 +179,7 @@ fn numbers(inputs: &[Option<(Input, Type)>; 2], board: &Blackboard, kind: Kind) 
     Ok(numbers)
 }
 
-/// Removes an entry, if it is one of the tree's own.
+/// Removes an entry if it belongs to the tree.
 fn unset(board: &mut Blackboard, key: &Input, scope: ScopeId) -> Result<(), ReadError> {
     let key = key.read(board, &Type::Text)?.to_text();
     if board.is_own(scope, &key)
@@ -200,7 +200,7 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
     let Some(read) = read else { return Ok(false) };
     let slot = board.slot(scope, &key);
     if !board.exists(slot) {
-        // A new entry is of the type of the one that is copied; one that gets a text will be a text for ever.
+        // A new entry has the type of the copied one; one that gets a text stays a text.
         let of = if let Input::Entry(source, _) = value { board.type_of(*source).clone() } else { Type::Text };
         if of.convert(&read).is_ok() {
             board.declare(slot, of);
@@ -210,7 +210,7 @@ fn set(board: &mut Blackboard, key: &Input, value: &Input, scope: ScopeId) -> Re
     Ok(true)
 }
 
-/// The number of the case that a variable is equal to; that of the last child if there is none.
+/// The number of the case that equals a variable; that of the last child if there is none.
 fn choose(variable: Option<&Input>, cases: &[Option<Input>], constants: &Constants, board: &Blackboard) -> usize {
     let Some(value) = variable.and_then(|input| input.value(board)) else { return cases.len() };
     let is_equal = |case: &Option<Input>| {
@@ -219,7 +219,7 @@ fn choose(variable: Option<&Input>, cases: &[Option<Input>], constants: &Constan
     cases.iter().position(is_equal).unwrap_or(cases.len())
 }
 
-/// Whether two values are the same as texts, as whole numbers, or, within a small tolerance, as real numbers.
+/// Whether two values are equal as texts, as integers, or, within a small tolerance, as real numbers.
 fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
     match (left, right) {
         (Value::Int(left), Value::Int(right)) => return left == right,
@@ -240,10 +240,10 @@ fn are_equal(left: &Value, right: &Value, constants: &Constants) -> bool {
 }
 
 impl Loop {
-    /// Takes the first thing out of the queue and writes it down.
+    /// Takes the first item from the queue and writes it.
     fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
         if starts {
-            // A queue in the file is copied only now: a loop that was left standing with an answer has none.
+            // A queue in the file is copied only now: a loop that was left with an answer has none.
             *board.queue(self.number) = match &self.queue {
                 Input::Constant(constant) => Some(self.copy(constant)?),
                 Input::Entry(..) => None,

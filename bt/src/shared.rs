@@ -1,11 +1,11 @@
-//! What all states of a process have in common.
+//! Data shared by all states of a process.
 
 use std::hash::{Hash, Hasher};
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// Something that never changes while a process runs, kept beside its state. It takes part in comparisons, at the
-/// price of one pointer where states of one process are compared, and in no hash.
+/// Something that never changes while a process runs, kept beside its state. Comparing states of one process costs only
+/// a pointer comparison; it is not part of hashes.
 #[derive(Debug)]
 pub(crate) struct Shared<T>(Arc<T>);
 

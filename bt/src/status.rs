@@ -1,24 +1,24 @@
-//! What nodes answer, and how they stand.
+//! The answers and states of nodes.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// What a node answers to a tick.
+/// The answer of a node to a tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Status {
     /// It needs more ticks.
     Running,
-    /// It did what it is for.
+    /// It achieved its purpose.
     Success,
-    /// It could not do what it is for.
+    /// It could not achieve its purpose.
     Failure,
-    /// It was not to be asked at all: those above go on as if it were not there.
+    /// It should not have been asked: its parent continues as if it did not exist.
     Skipped,
 }
 
 impl Status {
-    /// The status in lower case, as the messages between tree and skills spell it.
+    /// The status in lower case, as in the messages between tree and skills.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -29,7 +29,7 @@ impl Status {
         }
     }
 
-    /// Whether it is over: success or failure.
+    /// Whether it is final: success or failure.
     #[must_use]
     pub fn is_completed(self) -> bool {
         matches!(self, Self::Success | Self::Failure)
@@ -54,7 +54,7 @@ impl fmt::Display for Status {
 /// What last happened to a node in a tick of the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Outcome {
-    /// It was ticked and answered this.
+    /// It was ticked and gave this answer.
     Answered(Status),
     /// It was running and was told to stop.
     Halted,
@@ -77,14 +77,14 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// How a node stands: what pictures and logs show of it.
+/// The state of a node, as pictures and logs show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub struct NodeState {
-    /// Its status as BehaviorTree.CPP keeps it; none is `IDLE`. A node goes back to idle as soon as its parent is done
-    /// with it, often within the tick that it succeeded or failed in.
+    /// Its status in BehaviorTree.CPP's sense; `None` is `IDLE`. A node becomes idle again as soon as its parent is
+    /// done with it, often within the tick in which it succeeded or failed.
     pub status: Option<Status>,
-    /// What happened to it in the last tick of the tree: what it answered, or that it was halted. None where the tick
-    /// did not reach it. A node that is being ticked right now counts as running.
+    /// What happened to it in the last tick of the tree: its answer, or a halt. `None` if the tick did not reach it. A
+    /// node that is being ticked counts as running.
     pub outcome: Option<Outcome>,
 }
 
@@ -98,21 +98,21 @@ pub(crate) enum Mark {
     Success,
     /// `FAILURE`.
     Failure,
-    /// Being ticked, and was idle before; is idle again if it is skipped.
+    /// Being ticked, idle before; idle again if it is skipped.
     Started,
-    /// Being ticked, and was idle before; counts as running from now on, even if it is skipped.
+    /// Being ticked, idle before; counts as running from now on, even if it is skipped.
     Begun,
-    /// Being ticked, and had succeeded before; stands so again if it is skipped.
+    /// Being ticked, after a success; keeps that status if it is skipped.
     AfterSuccess,
-    /// Being ticked, and had failed before; stands so again if it is skipped.
+    /// Being ticked, after a failure; keeps that status if it is skipped.
     AfterFailure,
     /// `RUNNING`.
     Running,
 }
 
 impl Mark {
-    /// The mark of a node that is ticked now and stood so before. A leaf that is asked a second time, because its
-    /// answer to this very tick is still missing, stands as before.
+    /// The mark of a node with this mark that is ticked now. A leaf that is asked a second time, because its answer to
+    /// this tick is still missing, keeps its mark.
     pub(crate) fn entered(self) -> Self {
         match self {
             Self::Idle | Self::Started | Self::Begun => Self::Started,
@@ -122,7 +122,7 @@ impl Mark {
         }
     }
 
-    /// The status that a node had when its tick began, or has if it is not being ticked; none is idle.
+    /// The status of a node when its tick began, or now if it is not being ticked; `None` is idle.
     pub(crate) fn before(self) -> Option<Status> {
         match self {
             Self::Started | Self::Begun => None,

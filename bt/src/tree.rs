@@ -1,4 +1,4 @@
-//! Trees: nodes in a flat array, in the order in which they stand in the file.
+//! Trees: nodes in a flat array, in the order of the file.
 
 use std::fmt;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use crate::program::Program;
 use crate::xml::Library;
 use crate::{Node, NodeId, TreeError};
 
-/// A behavior tree, checked and ready to run: the main tree of a file with its subtrees in their places.
+/// A behavior tree, checked and ready to run: the main tree of a file with its subtrees inserted.
 ///
 /// ```
 /// let tree = bt::Tree::from_xml("door.xml", r#"
@@ -31,15 +31,15 @@ pub struct Tree {
     pub(crate) program: Program,
     /// The main file, and those that it includes.
     pub(crate) sources: Vec<Source>,
-    /// All that the files say, to be written back.
+    /// The full contents of the files, for writing them back.
     pub(crate) library: Arc<Library>,
-    /// The place of the main tree among the definitions.
+    /// The index of the main tree among the definitions.
     pub(crate) main: usize,
     pub(crate) concerns: Option<TreeError>,
 }
 
 impl Tree {
-    /// The ID of the tree; the file's name without its ending where the only tree of a file has no ID.
+    /// The ID of the tree. If the only tree of a file has no ID, the file's name without its extension.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -54,46 +54,46 @@ impl Tree {
     /// A node.
     ///
     /// # Panics
-    /// If the number is of another, larger tree.
+    /// If the id belongs to another, larger tree.
     #[must_use]
     pub fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id.index()]
     }
 
-    /// The children of a node in their order.
+    /// The children of a node, in order.
     ///
     /// # Panics
-    /// If the number is of another, larger tree.
+    /// If the id belongs to another, larger tree.
     pub fn children(&self, id: NodeId) -> impl Iterator<Item = &Node> {
         let end = self.node(id).subtree_end as usize;
         let first = self.nodes[..end].get(id.index() + 1);
         std::iter::successors(first, move |child| self.nodes[..end].get(child.subtree_end as usize))
     }
 
-    /// The leaves that the tree calls, in document order: conditions and actions, several of them perhaps of one ID.
+    /// The leaves that the tree calls, in document order: conditions and actions. Several may have the same ID.
     pub fn leaves(&self) -> impl Iterator<Item = &Node> {
         self.nodes.iter().filter(|node| node.kind.is_leaf())
     }
 
-    /// The main file that the tree was loaded from, whole.
+    /// The whole main file from which the tree was loaded.
     #[must_use]
     pub fn source(&self) -> &Source {
         &self.sources[0]
     }
 
-    /// All files that the tree was loaded from: the main file, and those that it includes.
+    /// All files from which the tree was loaded: the main file, and those that it includes.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }
 
-    /// What looks odd in the files without making them unusable, to be rendered; none if there is nothing.
+    /// The warnings about the files, to be rendered; `None` if there are none.
     #[must_use]
     pub fn concerns(&self) -> Option<&TreeError> {
         self.concerns.as_ref()
     }
 
-    /// A problem with a node that only the surroundings know of (there is no skill for a leaf), with its place.
+    /// A problem of a node that depends on its environment (such as a leaf without a skill), with its place.
     /// [`error`](Self::error) makes a diagnostic of several.
     #[must_use]
     pub fn problem_at(
@@ -107,7 +107,7 @@ impl Tree {
         Problem::new(message).of(&self.sources[file]).at(span, label).with_help(help)
     }
 
-    /// The diagnostic of these problems, with the files that they are in.
+    /// The diagnostic of these problems, with their files.
     #[must_use]
     pub fn error(&self, problems: &[Problem]) -> TreeError {
         let of = |source| problems.iter().filter(move |problem| problem.is_of(source)).cloned().collect();
@@ -117,7 +117,7 @@ impl Tree {
     }
 }
 
-/// Nodes alike and in the same places; the files may differ.
+/// Two trees are equal if they have equal nodes in the same places; the files may differ.
 impl PartialEq for Tree {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name && self.nodes == other.nodes && self.program == other.program
@@ -126,8 +126,8 @@ impl PartialEq for Tree {
 
 impl Eq for Tree {}
 
-/// The tree as an indented outline, one node per line: leaves by the names of their processes, and in parentheses their
-/// IDs where those differ.
+/// The tree as an indented outline, one node per line: leaves with the names of their processes, followed by their IDs
+/// in parentheses if they differ.
 impl fmt::Display for Tree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.nodes.iter().try_for_each(|node| writeln!(f, "{}", node.outline()))

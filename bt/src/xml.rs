@@ -1,8 +1,8 @@
 //! Loading BehaviorTree.CPP's XML, formats 3 and 4, and writing format 4.
 //!
-//! A file is read in three steps, each of which goes on after a problem and reports them all: the document is parsed,
-//! with all that it includes ([`document`]), every tree in it is scanned into a flat list of nodes ([`scan`]), and the
-//! main tree is put together with its subtrees ([`assemble`]).
+//! A file is read in three steps, each of which continues after a problem and reports them all: the document is parsed
+//! with all its includes ([`document`]), every tree is scanned into a flat list of nodes ([`scan`]), and the main tree
+//! is assembled with its subtrees ([`assemble`]).
 
 mod assemble;
 mod compile;
@@ -31,20 +31,20 @@ pub use loader::Loader;
 use crate::{Tree, TreeError};
 
 impl Loader {
-    /// Loads the main tree from the text of a file. The file's name serves diagnostics only; nothing is opened, and a
-    /// file that includes others is refused.
+    /// Loads the main tree from the text of a file. The file's name is only used in diagnostics; no file is opened, and
+    /// a file that includes others is refused.
     ///
     /// # Errors
     /// A [`TreeError`] with everything that is wrong with the file, each with its place.
     pub fn load(&self, file: impl AsRef<Path>, text: &str) -> Result<Tree, TreeError> {
-        let refuse = |_: &Path| Err(io::Error::other("no other file is opened here"));
+        let refuse = |_: &Path| Err(io::Error::other("no other file may be opened here"));
         self.load_with(file, text, refuse)
     }
 
-    /// Loads the main tree from the text of a file, and gets the text of each file that it includes from `read`: by its
-    /// path, which is that of the including file with the `path` of the `<include>` at its end.
+    /// Loads the main tree from the text of a file. The text of each included file comes from `read`, which gets its
+    /// path: the `path` of the `<include>`, relative to the including file.
     ///
-    /// Where trees of several files have the same ID, that of the including file counts.
+    /// If trees in several files have the same ID, that of the including file counts.
     ///
     /// # Errors
     /// A [`TreeError`] with everything that is wrong with the files, each with its place.
@@ -72,7 +72,7 @@ impl Loader {
 }
 
 impl Tree {
-    /// Loads the main tree of a file in BehaviorTree.CPP's XML, format 3 or 4. See [`Loader`] for choices.
+    /// Loads the main tree of a file in BehaviorTree.CPP's XML, format 3 or 4. See [`Loader`] for options.
     ///
     /// # Errors
     /// A [`TreeError`] with everything that is wrong with the file, each with its place.
@@ -80,11 +80,11 @@ impl Tree {
         Loader::default().load(file, text)
     }
 
-    /// Opens a file and loads the main tree from it, with all files that it includes. See [`Loader`] for choices.
+    /// Opens a file and loads the main tree from it, with all files that it includes. See [`Loader`] for options.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself cannot
-    /// be read.
+    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself
+    /// cannot be read.
     pub fn from_file(file: impl AsRef<Path>) -> Result<Self, TreeError> {
         Loader::default().load_file(file)
     }

@@ -168,16 +168,16 @@ fn a_script_that_nobody_knows_is_a_warning() {
     let concerns = tree.concerns().unwrap();
     assert!(!concerns.is_error());
     insta::assert_snapshot!(report(text, concerns), @r#"
-    odd.xml can be used, but looks odd
-    the attribute `_skipIff` means nothing
+    odd.xml can be used, with warnings
+    unknown attribute `_skipIff`
       3:15 "_skipIff=\"x\"" has no effect
       help: did you mean `_skipIf`?
-    the attribute `_onsuccess` means nothing
+    unknown attribute `_onsuccess`
       3:28 "_onsuccess=\"x := 1\"" has no effect
       help: did you mean `_onSuccess`?
-    the attribute `_secret` means nothing
+    unknown attribute `_secret`
       3:48 "_secret=\"7\"" has no effect
-      help: its scripts may be `_failureIf`, `_successIf`, `_skipIf`, `_while`, `_onHalted`, `_onFailure`, `_onSuccess`, `_post`
+      help: the scripts are `_failureIf`, `_successIf`, `_skipIf`, `_while`, `_onHalted`, `_onFailure`, `_onSuccess`, `_post`
     "#);
     assert!(Tree::from_xml("recharge.xml", RECHARGE).unwrap().concerns().is_none());
 }

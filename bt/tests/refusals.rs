@@ -68,7 +68,7 @@ fn the_id_of_a_subtree_has_no_space() {
 #[test]
 fn the_name_of_a_port_has_no_space() {
     let model = "<SubTree ID=\"Arm\"><input_port name=\"how far\"/></SubTree>";
-    assert_eq!(refused(&file(&[("Main", "<AlwaysSuccess/>")], model)), ["no port can be called `how far`"]);
+    assert_eq!(refused(&file(&[("Main", "<AlwaysSuccess/>")], model)), ["`how far` is not a valid name of a port"]);
 }
 
 #[test]
@@ -163,7 +163,7 @@ fn in_order(nodes: &[&str]) -> String {
 fn a_whole_number_is_not_the_input_of_a_text() {
     assert_eq!(
         refused(&in_order(&["<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"])),
-        ["the entry `x` is of the type int already, and cannot be used as std::string"]
+        ["the entry `x` already has the type int and cannot be used as std::string"]
     );
 }
 
@@ -171,7 +171,7 @@ fn a_whole_number_is_not_the_input_of_a_text() {
 fn a_whole_number_is_not_the_input_of_a_real_one() {
     assert_eq!(
         refused(&in_order(&["<Count out=\"{x}\"/>", "<Measure in=\"{x}\"/>"])),
-        ["the entry `x` is of the type int already, and cannot be used as double"]
+        ["the entry `x` already has the type int and cannot be used as double"]
     );
 }
 

@@ -160,7 +160,7 @@ fn who_did_not_answer_is_said() {
         assert_eq!(stage.faults(), []);
         stage.long_tick(1);
         let said: Vec<String> = stage.faults().into_iter().map(|fault| fault.message).collect();
-        assert_eq!(said, ["GoToDestination did not say that it has halted within 2 s"]);
+        assert_eq!(said, ["GoToDestination did not confirm that it has halted within 2 s"]);
         stage.long_tick(2);
         assert_eq!(stage.faults(), [], "faults are those of the last tick");
     }

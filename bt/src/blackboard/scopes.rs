@@ -1,9 +1,9 @@
-//! Names on the blackboard: which entry a key means in which tree.
+//! Scopes of the blackboard: which entry a key refers to in which tree.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A tree or subtree, which has names of its own.
+/// A tree or subtree, which has its own names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct ScopeId(pub(crate) u32);
 
@@ -11,22 +11,22 @@ pub(crate) struct ScopeId(pub(crate) u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Slot(pub(crate) u32);
 
-/// What a subtree's own blackboard passes on to the tree that it is in.
+/// The names that a subtree shares with the tree that contains it.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Scope {
     pub(crate) parent: Option<ScopeId>,
-    /// Own keys, and what they are called above.
+    /// Its own keys, and their names in the parent scope.
     pub(crate) remapped: BTreeMap<String, String>,
-    /// Keys that have a value of their own here, whatever is called so above.
+    /// Keys that have their own value here, whatever the parent scope contains.
     pub(crate) constants: BTreeMap<String, ()>,
-    /// All keys that are not private (`_x`) mean the same above.
+    /// All keys that are not private (`_x`) are shared with the parent scope.
     pub(crate) autoremap: bool,
 }
 
 /// All scopes of a tree, and the entries that it names.
 ///
-/// A key means the entry of its own scope, unless the subtree remaps it; `@key` means the entry `key` of the main tree.
-/// So every key that is written in a file stands for an entry that is known when the file is loaded.
+/// A key refers to the entry of its own scope unless the subtree remaps it; `@key` refers to the entry `key` of the
+/// main tree. So every key in a file refers to an entry that is known when the file is loaded.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct Scopes {
     scopes: Vec<Scope>,
@@ -42,7 +42,7 @@ impl Scopes {
         ScopeId(u32::try_from(self.scopes.len() - 1).expect("there are fewer scopes than nodes"))
     }
 
-    /// The scope that a key ends up in, and its name there.
+    /// The scope in which a key is found in the end, and its name there.
     pub(crate) fn resolve<'a>(&'a self, mut scope: ScopeId, mut key: &'a str) -> (ScopeId, &'a str) {
         loop {
             if let Some(rest) = key.strip_prefix('@') {
@@ -61,13 +61,13 @@ impl Scopes {
         }
     }
 
-    /// The entry that a key means, if it is one that the file names.
+    /// The entry of a key, if the file names it.
     pub(crate) fn find(&self, scope: ScopeId, key: &str) -> Option<Slot> {
         let (scope, key) = self.resolve(scope, key);
         self.slots.get(&(scope, Arc::from(key))).copied()
     }
 
-    /// The entry that a key means; new if need be.
+    /// The entry of a key, created if necessary.
     pub(crate) fn slot(&mut self, scope: ScopeId, key: &str) -> Slot {
         let (scope, key) = self.resolve(scope, key);
         let name = (scope, Arc::from(key));

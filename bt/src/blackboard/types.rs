@@ -7,34 +7,34 @@ use crate::Status;
 
 /// The type of a port or of an entry.
 ///
-/// BehaviorTree.CPP knows the types of C++. Here all its integers are one type with a range, both its real numbers are
-/// another, and a type that is none of those below is known by its name only, its values being texts.
+/// BehaviorTree.CPP uses the types of C++. Here all its integers are one type with a range, and both its real types are
+/// one type. Any other type is known only by its name; its values are texts.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Type {
-    /// Whatever is written first.
+    /// The type of the first value written.
     Any,
     /// A truth value.
     Bool,
     /// A whole number from `min` to `max`.
     Int {
-        /// The least.
+        /// The minimum.
         min: i64,
-        /// The greatest.
+        /// The maximum.
         max: i64,
     },
     /// A real number.
     Real,
     /// A text.
     Text,
-    /// What a node answers, in capitals: `SUCCESS`.
+    /// The answer of a node, in capitals: `SUCCESS`.
     Status,
-    /// A queue or vector of these, written with semicolons: `1;2;3`.
+    /// A queue or vector, written with semicolons: `1;2;3`.
     List(Box<Type>),
-    /// A type of somebody's own.
+    /// A custom type.
     Other(String),
 }
 
-/// Lists of lists of lists: nobody needs more, and a type of a million would have no end.
+/// The maximum nesting of lists: no one needs more, and a type of a million levels would exhaust the stack.
 const MAX_LISTS: usize = 8;
 
 impl Type {
@@ -43,7 +43,7 @@ impl Type {
     /// C++'s `unsigned`.
     pub(crate) const UNSIGNED: Self = Self::Int { min: 0, max: u32::MAX as i64 };
 
-    /// The type that a `<TreeNodesModel>` means by this name.
+    /// The type for a name in a `<TreeNodesModel>`.
     #[must_use]
     pub fn named(name: &str) -> Self {
         let int = |min, max| Self::Int { min, max };
@@ -72,22 +72,22 @@ impl Type {
         }
     }
 
-    /// Whether an entry of this type keeps it for ever.
+    /// Whether an entry of this type keeps the type permanently.
     #[must_use]
     pub fn is_strong(&self) -> bool {
         *self != Self::Any
     }
 
-    /// Whether a port of that other type may use an entry that a port of this type has named first. As in
-    /// BehaviorTree.CPP, they are of one type, or one is of any, or the entry is a text, which is read as the port's
-    /// type.
+    /// Whether a port of the other type may use an entry that was first named by a port of this type. As in
+    /// BehaviorTree.CPP, the types must be equal, or one is any type, or the entry is a text, which is read as the
+    /// port's type.
     #[must_use]
     pub fn agrees_with(&self, other: &Self) -> bool {
         matches!(self, Self::Any | Self::Text) || *other == Self::Any || self == other
     }
 
-    /// Whether a constant of this type, that a subtree is given, serves a port of that other type: a text serves any
-    /// port, and a number those of numbers, truth values and texts.
+    /// Whether a constant of this type, passed to a subtree, can be read by a port of the other type: a text can be
+    /// read as any type, a number as a number, truth value or text.
     pub(crate) fn is_read_as(&self, other: &Self) -> bool {
         let is_number = |of: &Self| matches!(of, Self::Bool | Self::Int { .. } | Self::Real);
         self.agrees_with(other) || (is_number(self) && (is_number(other) || *other == Self::Text))
@@ -96,7 +96,7 @@ impl Type {
     /// Reads a text as a value of this type.
     ///
     /// # Errors
-    /// If it is none.
+    /// If it is not one.
     pub fn parse(&self, text: &str) -> Result<Value, ValueError> {
         let wrong = || ValueError::new(text, self.description());
         match self {
@@ -116,10 +116,10 @@ impl Type {
         }
     }
 
-    /// Makes a value fit this type, if it does.
+    /// Converts a value to this type.
     ///
     /// # Errors
-    /// If it does not.
+    /// If it does not fit.
     pub fn convert(&self, value: &Value) -> Result<Value, ValueError> {
         let wrong = || ValueError::new(value, self.description());
         match (self, value) {
@@ -139,18 +139,18 @@ impl Type {
         match self {
             Self::Any => "a value",
             Self::Bool => "true or false",
-            Self::Int { min: 0, .. } => "a whole number of at least 0",
+            Self::Int { min: 0, .. } => "a whole number that is not negative",
             Self::Int { .. } => "a whole number in range",
             Self::Real => "a number",
             Self::Text => "a text",
             Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
             Self::List(_) => "a list of such values",
-            Self::Other(_) => "a value of that type",
+            Self::Other(_) => "a value of this type",
         }
     }
 }
 
-/// The status that a port means by its name in capitals.
+/// The status with this name in capitals.
 pub(crate) fn status_named(name: &str) -> Option<Status> {
     Some(match name {
         "SUCCESS" => Status::Success,

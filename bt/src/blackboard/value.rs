@@ -1,14 +1,14 @@
-//! What an entry of the blackboard can hold.
+//! The values of blackboard entries.
 
 use std::collections::VecDeque;
 use std::fmt;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-/// What an entry of the blackboard holds.
+/// The value of a blackboard entry.
 ///
-/// As in BehaviorTree.CPP, numbers are whole or real, and a truth value is the whole number 0 or 1. Two values are
-/// equal if they are of one kind and the same to the last bit.
+/// As in BehaviorTree.CPP, numbers are integers or real numbers, and a truth value is the integer 0 or 1. Two values
+/// are equal if they have the same kind and the same bits.
 #[derive(Clone, Debug)]
 pub enum Value {
     /// A whole number.
@@ -21,7 +21,7 @@ pub enum Value {
     List(VecDeque<Value>),
 }
 
-/// A value that cannot be read as what is asked for.
+/// A value that cannot be read as the requested type.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{value}` is not {wanted}")]
 pub struct ValueError {
@@ -42,7 +42,7 @@ impl Value {
         matches!(self, Self::Int(_) | Self::Real(_))
     }
 
-    /// As a real number; a text is read as one.
+    /// As a real number; a text is parsed.
     ///
     /// # Errors
     /// If it is a list or a text that does not begin with a number.
@@ -56,10 +56,10 @@ impl Value {
         }
     }
 
-    /// As a whole number; a text is read as one, a real number must be one.
+    /// As an integer; a text is parsed, a real number must be whole.
     ///
     /// # Errors
-    /// If it is not.
+    /// If it is not an integer.
     #[expect(clippy::cast_possible_truncation, reason = "the number is in range, which is checked")]
     pub fn to_int(&self) -> Result<i64, ValueError> {
         let not_whole = || ValueError::new(self, "a whole number");
@@ -73,11 +73,11 @@ impl Value {
         }
     }
 
-    /// As a truth value: 0 or 1, or a real number that is not negative, of which zero alone is false, or `true` or
-    /// `false` as a text.
+    /// As a truth value: 0 or 1, a real number that is not negative (only zero is false), or the texts `true` and
+    /// `false`.
     ///
     /// # Errors
-    /// If it is something else.
+    /// If it is anything else.
     pub fn to_bool(&self) -> Result<bool, ValueError> {
         let neither = || ValueError::new(self, "true or false");
         match self {
@@ -89,7 +89,7 @@ impl Value {
         }
     }
 
-    /// As a text: a real number gets six decimals, as C writes it.
+    /// As a text: a real number is written with six decimals, as in C.
     #[must_use]
     pub fn to_text(&self) -> Arc<str> {
         match self {
@@ -98,7 +98,7 @@ impl Value {
         }
     }
 
-    /// Two values by their kind and bits.
+    /// The key for comparing two values by kind and bits.
     fn key(&self) -> (u8, u64, &str, Option<&VecDeque<Self>>) {
         match self {
             Self::Int(number) => (0, number.cast_unsigned(), "", None),
@@ -109,7 +109,7 @@ impl Value {
     }
 }
 
-/// 2^63: a real number below it, and not below its negative, is in the range of whole numbers.
+/// 2^63: a real number below it and not below its negative is in the range of integers.
 const MAX_WHOLE: f64 = 9_223_372_036_854_775_808.0;
 
 /// `true` or `false`, in three spellings, or a digit.
@@ -121,7 +121,7 @@ pub(crate) fn parse_bool(text: &str) -> Option<bool> {
     }
 }
 
-/// The whole number that a text begins with; decimals behind it are cut off.
+/// The integer with which a text begins; decimals after it are cut off.
 pub(crate) fn leading_int(text: &str) -> Option<i64> {
     let digits = text.strip_prefix('-').unwrap_or(text);
     let length = digits.len() - digits.trim_start_matches(|c: char| c.is_ascii_digit()).len();

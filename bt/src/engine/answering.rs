@@ -1,4 +1,4 @@
-//! Going up: a node answers, and its parent reacts.
+//! The way up: a node answers, and its parent reacts.
 
 use super::reset::{After, Halting};
 use super::{Context, MAX_REPEATS, Next, Point, State, TOO_MANY_REPEATS};
@@ -8,7 +8,7 @@ use crate::status::Mark;
 use crate::{Kind, Outcome, Status};
 
 impl State {
-    /// The root answers: what comes next, or the tree's answer.
+    /// The root answers: returns the next action, or the tree's answer.
     pub(super) fn finish(&mut self, status: Status) -> Result<Next, Status> {
         if status.is_completed() {
             self.marks[0] = Mark::Idle;
@@ -62,7 +62,7 @@ impl State {
         }
     }
 
-    /// A node reacts to what a child has answered.
+    /// A node reacts to the answer of a child.
     #[inline]
     fn react<A>(&mut self, context: &mut Context<'_, A>, node: u32, child: u32, answer: Answer) -> Next {
         let Op { kind, place, flags, .. } = context.op(node);
@@ -81,14 +81,14 @@ impl State {
         self.carry_out(context, node, child, reaction)
     }
 
-    /// A child that is done is passed over, and its parent reacts to that.
+    /// Skips a child that is done, to which its parent reacts.
     pub(super) fn pass<A>(&mut self, context: &mut Context<'_, A>, node: u32) -> Next {
         let Op { parent, end: sibling, .. } = context.op(node);
         let answer = Answer { status: None, was_idle: false, is_last: sibling == context.op(parent).end };
         self.react(context, parent, node, answer)
     }
 
-    /// Does what a node wants done; `here` is the child that answered.
+    /// Carries out a node's reaction; `here` is the child that answered.
     #[inline]
     pub(super) fn carry_out<A>(
         &mut self,
@@ -124,7 +124,7 @@ impl State {
         }
     }
 
-    /// Resets children up to the first that is running, and says which that is.
+    /// Resets children up to the first running one, and returns that one.
     #[inline]
     fn reset_idle(&mut self, program: &Program, start: u32, end: u32, spared: u32) -> Option<u32> {
         let mut child = start;

@@ -1,4 +1,4 @@
-//! What a run of the engine is about: the tree, the time, the leaves.
+//! The context of a run of the engine: the tree, the time, the leaves.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use super::reset::Halting;
 use crate::program::{Op, Program};
 use crate::{Leaf, Leaves, Status, Tree};
 
-/// The leaves as the engine sees them: an answer may be a long time coming.
+/// The leaves as the engine sees them: an answer may take time.
 pub(crate) trait Answers {
     fn tick(&mut self, leaf: Leaf<'_>) -> Option<Status>;
     fn halt(&mut self, leaf: Leaf<'_>) -> Option<()>;
@@ -42,12 +42,12 @@ impl Answers for Later {
     }
 }
 
-/// What a run of the engine is about.
+/// The context of a run of the engine.
 pub(crate) struct Context<'a, A> {
     pub(super) tree: &'a Tree,
     pub(super) now: Duration,
     pub(super) leaves: A,
-    /// The halting that is going on, if one is.
+    /// The halt in progress, if there is one.
     pub(super) halting: Halting,
 }
 

@@ -1,4 +1,4 @@
-//! Resetting nodes, and halting those that run.
+//! Resetting nodes, and halting running ones.
 
 use super::reset::{After, Halting};
 use super::{Answers, Context, Next, State};
@@ -8,15 +8,15 @@ use crate::status::Mark;
 use crate::{Kind, Leaf, NodeId, Outcome, Status};
 
 impl<A> Context<'_, A> {
-    /// Halting the whole tree: the root, and then, as BehaviorTree.CPP does it to make sure, every single node.
+    /// Halts the whole tree: first the root, and then, as BehaviorTree.CPP does to be sure, every single node.
     pub(crate) fn halt_all(&mut self) -> Next {
         self.reset(Halting::forced(self.program(), 0, After::HaltFrom(0)))
     }
 }
 
 impl State {
-    /// Resets nodes until all are done, or until a leaf that is to halt does not do so at once (then the cursor is at
-    /// that leaf). Nothing below a node that is not running is looked at.
+    /// Resets nodes until all are done, or until a leaf does not halt at once (then the cursor is at that leaf).
+    /// Nothing below a node that is not running is visited.
     #[inline]
     pub(super) fn reset<A: Answers>(&mut self, context: &mut Context<'_, A>) -> Option<After> {
         let mut halting = context.halting;
@@ -55,7 +55,7 @@ impl State {
         Some(halting.after)
     }
 
-    /// Whether a node that is being halted is to tick its catch block first.
+    /// Whether a node that is being halted must tick its catch block first.
     fn catches(&mut self, program: &Program, node: u32) -> bool {
         let place = program.ops[node as usize].place as usize;
         let wants = program.settings[place].read(&mut self.board, false, Kind::TryCatch);
@@ -65,8 +65,8 @@ impl State {
         catches
     }
 
-    /// Where the cursor goes after a node that is done with, in a stretch that starts there. Nodes above it whose last
-    /// child it was are finished: they have been halted with all that is below them.
+    /// The position of the cursor after a finished node, in a range that begins at `start`. Ancestors whose last child
+    /// it was are finished as well: they have been halted with everything below them.
     #[inline]
     pub(super) fn climb(&mut self, program: &Program, start: u32, node: u32) -> u32 {
         let Op { parent, end, .. } = program.ops[node as usize];
@@ -89,7 +89,7 @@ impl State {
         }
     }
 
-    /// A node has been halted, and nothing is below it that has to be.
+    /// A node has been halted, with everything below it.
     pub(super) fn halted(&mut self, program: &Program, node: u32) {
         self.mark_halted(program, node);
         self.run_halted_script(program, node);
@@ -98,7 +98,7 @@ impl State {
     #[inline]
     fn mark_halted(&mut self, program: &Program, node: u32) {
         let outcome = &mut self.outcomes[node as usize];
-        // A node that was skipped counts as running for BehaviorTree.CPP once it has begun. It did not run.
+        // In BehaviorTree.CPP a node that was skipped counts as running once it has begun. It did not run.
         if self.marks[node as usize].is_running() && *outcome != Some(Outcome::Answered(Status::Skipped)) {
             *outcome = Some(Outcome::Halted);
         }
@@ -106,7 +106,7 @@ impl State {
         self.forget(program, node);
     }
 
-    /// A node starts over, as far as it does after a halt.
+    /// Resets a node's memory, as far as a halt does.
     pub(super) fn forget(&mut self, program: &Program, node: u32) {
         let Op { kind, place, .. } = program.ops[node as usize];
         if !kind.is_leaf() {
@@ -126,7 +126,7 @@ impl State {
         }
     }
 
-    /// What comes after a resetting that is done.
+    /// The continuation after a reset.
     #[inline]
     pub(super) fn after_reset<A>(&mut self, context: &mut Context<'_, A>, after: After) -> Next {
         let program = context.program();

@@ -1,33 +1,32 @@
-//! What is being reset, and what comes after it.
+//! The nodes being reset, and the continuation.
 
 use crate::program::Program;
 use crate::semantics::Then;
 
-/// The resetting of a stretch of nodes, in document order: a node, or some neighbouring children of one node, with all
-/// that is below.
+/// The reset of a range of nodes in document order: a node, or some adjacent children of a node, with everything below.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Halting {
     pub(super) cursor: u32,
-    /// Where the stretch starts.
+    /// The beginning of the range.
     pub(super) start: u32,
     pub(super) end: u32,
-    /// A node that is left alone, with all below it; zero is none.
+    /// A node that is left alone with everything below it; zero means none.
     pub(super) spared: u32,
-    /// The node at the start is halted even if it is not running.
+    /// The first node is halted even if it is not running.
     pub(super) forced: bool,
     pub(super) after: After,
 }
 
-/// What comes after a resetting.
+/// The continuation after a reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum After {
-    /// This node goes on, because of that child.
+    /// This node continues, because of this child.
     Do(u32, u32, Then),
-    /// This node, which has been halted, is skipped.
+    /// This node has been halted and is skipped.
     Skip(u32),
-    /// This node, which is being halted, ticks its catch block.
+    /// This node is being halted and ticks its catch block.
     Catch(u32),
-    /// The catch block of this node is done, and the node is halted.
+    /// The catch block of this node is finished, and the node is halted.
     Caught(u32),
     /// The next node of the whole tree is halted.
     HaltFrom(u32),
@@ -55,7 +54,7 @@ impl Halting {
         Self { cursor: node, start: node, end, spared: 0, forced: false, after }
     }
 
-    /// Resets neighbouring children of a node, but for one.
+    /// Resets adjacent children of a node, except one.
     pub(super) fn of_children(start: u32, end: u32, spared: u32, after: After) -> Self {
         Self { cursor: start, start, end, spared, forced: false, after }
     }

@@ -1,4 +1,4 @@
-//! How a tree stands.
+//! The state of a tree.
 
 use super::reset::Halting;
 use crate::blackboard::Blackboard;
@@ -7,29 +7,29 @@ use crate::semantics::Memory;
 use crate::status::Mark;
 use crate::{Call, Fault, NodeId, NodeState, Outcome, Request, Status};
 
-/// How the nodes of a tree stand, and where in a tick the tree is.
+/// The state of a tree's nodes, and the position within a tick.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct State {
     pub(super) marks: Box<[Mark]>,
     /// What happened to each node in the last tick.
     pub(super) outcomes: Box<[Option<Outcome>]>,
-    /// The child that the next tick of a node starts with; zero is the first.
+    /// The child with which a node's next tick begins; zero is the first.
     pub(super) resume: Box<[u32]>,
-    /// What nodes remember, by their place.
+    /// The memories of nodes, by their index among nodes with memory.
     pub(super) memories: Box<[Memory]>,
     pub(crate) board: Blackboard,
-    /// Somebody wants the tree ticked again at once.
+    /// A node has asked for another tick of the tree.
     pub(super) again: bool,
-    /// How often that has been done in this tick.
+    /// The number of such repetitions in this tick.
     pub(super) repeats: u32,
     pub(super) point: Point,
-    /// Haltings that wait for a catch block.
+    /// Halts that wait for a catch block.
     pub(super) outer: Vec<Halting>,
     pub(super) last: Option<Status>,
     pub(super) faults: Vec<Fault>,
 }
 
-/// Where an execution is suspended.
+/// The point at which an execution is suspended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Point {
     /// Between ticks.
@@ -40,17 +40,17 @@ pub(super) enum Point {
     Halting(Halting),
 }
 
-/// What the engine does next.
+/// The engine's next action.
 #[derive(Clone, Copy)]
 pub(crate) enum Next {
-    /// Ticks a node, if its scripts let it.
+    /// Tick a node, if its scripts permit.
     Enter(u32),
-    /// Ticks a node.
+    /// Tick a node.
     Begin(u32),
-    /// Passes over a child that is done.
+    /// Skip a child that is done.
     Pass(u32),
     Answer(u32, Status),
-    /// Goes on with the [`Context`]'s halting.
+    /// Continue the [`Context`]'s halt.
     Reset,
 }
 
@@ -92,7 +92,7 @@ impl State {
         Some(Call { leaf: NodeId(leaf), request })
     }
 
-    /// How all nodes stand. Those that are in the middle of their tick count as running.
+    /// The states of all nodes. Nodes within their tick count as running.
     pub(crate) fn states(&self, ops: &[Op]) -> Vec<NodeState> {
         let state = |(mark, outcome): (&Mark, &Option<Outcome>)| NodeState { status: mark.status(), outcome: *outcome };
         let mut states: Vec<NodeState> = self.marks.iter().zip(&self.outcomes).map(state).collect();

@@ -1,4 +1,4 @@
-//! Going down: a node is ticked.
+//! The way down: a node is ticked.
 
 use super::reset::{After, Halting};
 use super::{Answers, Context, Next, State};
@@ -9,7 +9,8 @@ use crate::status::Mark;
 use crate::{Leaf, NodeId, Status};
 
 impl State {
-    /// Ticks a node, if its scripts let it: what comes next, or none if it is a leaf that does not answer at once.
+    /// Ticks a node if its scripts permit. Returns the next action, or `None` if it is a leaf that does not answer at
+    /// once.
     #[inline]
     pub(super) fn enter<A: Answers>(&mut self, context: &mut Context<'_, A>, node: u32) -> Option<Next> {
         if context.op(node).flags.has(Flags::ENTRANCE)
@@ -20,7 +21,7 @@ impl State {
         self.begin(context, node)
     }
 
-    /// What comes next if a node's scripts say that it is not ticked.
+    /// The next action if a node's scripts prevent its tick.
     #[inline(never)]
     fn turned_away<A>(&mut self, context: &mut Context<'_, A>, node: u32) -> Option<Next> {
         let was = self.marks[node as usize].status();
@@ -35,7 +36,7 @@ impl State {
         }
     }
 
-    /// Ticks a node: what comes next, or none if it is a leaf that does not answer at once.
+    /// Ticks a node. Returns the next action, or `None` if it is a leaf that does not answer at once.
     #[inline]
     pub(super) fn begin<A: Answers>(&mut self, context: &mut Context<'_, A>, node: u32) -> Option<Next> {
         let Op { kind, .. } = context.op(node);
@@ -49,7 +50,7 @@ impl State {
         if kind.has_settings() {
             return Some(self.begin_with_settings(context, node, was));
         }
-        // Such a node ticks a child in any case.
+        // Such a node always ticks a child.
         self.marks[node as usize] = was.entered().begun();
         let memory = &mut self.memories[context.op(node).place as usize];
         let reading = Reading::Nothing;
@@ -62,7 +63,7 @@ impl State {
         })
     }
 
-    /// Ticks a node that may have something to read.
+    /// Ticks a node that may have ports to read.
     #[inline(never)]
     fn begin_with_settings<A>(&mut self, context: &mut Context<'_, A>, node: u32, was: Mark) -> Next {
         let Op { kind, place, end, .. } = context.op(node);

@@ -1,4 +1,4 @@
-//! The blackboard as a process of its own.
+//! The blackboard as a separate process.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -17,18 +17,18 @@ use crate::semantics::Reading;
 use crate::shared::Shared;
 use crate::{Fault, Node, NodeId, Status, Tree};
 
-/// The blackboard of a tree whose nodes are processes: what the paper calls the shared variables of a composite
-/// process, kept by one more process, which does for a node whatever the node's ports and scripts say.
+/// The blackboard of a tree whose nodes are processes: the paper calls it the shared variables of a composite process.
+/// It is kept by an additional process, which evaluates the ports and scripts of the nodes.
 ///
-/// A node asks `[<question>, node, <how it stands>]` and waits for the answer; a leaf asks for what its ports read, and
-/// tells what they write. So the blackboard is a value like every
-/// other state, and all that nodes know of it comes to them in messages.
+/// A node sends `[<question>, node, <status>]` and waits for the answer; a leaf asks for the values that its ports
+/// read, and reports those that they write. So the blackboard is a value like every other state, and nodes know it only
+/// through messages.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct BlackboardProcess {
     wiring: Shared<Wiring>,
     board: Blackboard,
     faults: Vec<Fault>,
-    /// Who gets which answer.
+    /// The pending answer and its recipient.
     answer: Option<(usize, Message)>,
 }
 
@@ -36,37 +36,37 @@ pub struct BlackboardProcess {
 struct Wiring {
     tree: Arc<Tree>,
     lines: Vec<Line>,
-    /// Of the leaves with ports that stand for entries.
+    /// For leaves with ports connected to entries.
     traffic: BTreeMap<u32, Traffic>,
 }
 
 impl Eq for Wiring {}
 
-/// What a node asks the blackboard.
+/// A question of a node to the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Question {
-    /// What its scripts say before it is ticked.
+    /// Run its scripts before its tick.
     Enter,
-    /// What it reads from its ports.
+    /// Read its ports.
     Read,
-    /// To run the scripts for that it has answered so.
+    /// Run the scripts for this answer.
     Leave(Status),
-    /// To run the script for that it has been halted.
+    /// Run the script for a halt.
     Halted,
 }
 
-/// What the blackboard answers.
+/// The answer of the blackboard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Told {
     Entrance(Entrance),
     Reading(Reading),
     Done,
-    /// Something went wrong.
+    /// An error occurred.
     Fault,
 }
 
 const ANSWER: TransitionId = TransitionId(0);
-/// Being asked by the first node.
+/// The transition of receiving a question from the first node.
 const FIRST_NODE: u32 = 1;
 
 impl BlackboardProcess {
@@ -84,7 +84,7 @@ impl BlackboardProcess {
         &self.board
     }
 
-    /// All that went wrong so far in scripts and ports, each thing once.
+    /// All faults so far in scripts and ports, each once.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         &self.faults
@@ -166,7 +166,7 @@ impl Process for BlackboardProcess {
 }
 
 impl Question {
-    /// The question as a node asks it that stands so.
+    /// The question of a node with this status.
     pub(super) fn message(self, node: NodeId, stands: Option<Status>) -> Message {
         let (question, stands) = match self {
             Self::Enter => ("enter", stands),
@@ -178,18 +178,18 @@ impl Question {
     }
 }
 
-/// What a leaf asks for: `[<inputs>, node]`.
+/// The request of a leaf for its inputs: `[<inputs>, node]`.
 pub(super) fn inputs_question(leaf: NodeId) -> Message {
     Message::new([Value::symbol("inputs"), Value::Int(leaf.0.into())])
 }
 
-/// What a leaf wants written: `[<outputs>, node, …]`, with what came behind the skill's answer.
+/// The request of a leaf to write its outputs: `[<outputs>, node, …]`, with the fields of the skill's answer.
 pub(super) fn outputs_question(leaf: NodeId, answer: &Message) -> Message {
     let outputs = answer.fields().get(1..).unwrap_or_default().iter().cloned();
     Message::new([Value::symbol("outputs"), Value::Int(leaf.0.into())].into_iter().chain(outputs))
 }
 
-/// Whether a leaf has ports that stand for entries.
+/// Whether a leaf has ports connected to entries.
 pub(super) fn has_entries(tree: &Tree, leaf: NodeId) -> bool {
     tree.program.leaf_ports(leaf).values().any(|port| port.entry().is_some())
 }
@@ -217,7 +217,7 @@ pub(super) fn told_domain() -> Domain {
     Domain::new([told_shape()])
 }
 
-/// All answers have one shape: a word, and two numbers, which mean something for some of them.
+/// All answers have one shape: a word, and two numbers, which only some of them use.
 fn told_shape() -> Shape {
     let words = [
         "open",
@@ -256,7 +256,7 @@ impl Told {
         Message::new([Value::symbol(word), Value::Int(first), Value::Int(second)])
     }
 
-    /// The answer to that question.
+    /// The answer to this question.
     pub(super) fn of(message: &Message, question: Question) -> Self {
         let numbers = [2, 3].map(|field| number(message, field).unwrap_or_default());
         let word = message.head().unwrap_or("fault");

@@ -1,4 +1,4 @@
-//! A tree as a process for every node.
+//! A tree as one process per node.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,22 +16,22 @@ use crate::program::Flags;
 use crate::semantics::Reading;
 use crate::{Fault, Kind, Node, NodeId, NodeState, Tree};
 
-/// A process and its place in the topology, as a channel system takes them.
+/// A process and its id in the topology, as a channel system takes them.
 pub type WiredProcess = (ProcessId, Box<dyn Process>);
 
-/// The processes of a tree whose nodes are processes, which are the paper's semantics: "the BT is a subsystem whose
+/// The processes of a tree whose nodes are processes, according to the paper's semantics: "the BT is a subsystem whose
 /// nodes interact in a synchronous way".
 ///
-/// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; one more
-/// for a leaf that has scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses
-/// its blackboard, that is a member, too ("BT/blackboard"). The channels between the tree and the others are declared
-/// already (see [`declare_channels`](crate::declare_channels)). `bt` itself gets no behaviour: it is the sum of its
-/// members. To everybody else they do what a [`TreeProcess`] does, message for message and number for number; each
-/// leaf's answer is waited for so long as `leaf_timeout` says.
+/// Declares a member of the process `bt` for every node ("BT/3 ReactiveFallback"; an additional one for a leaf with
+/// scripts, "BT/5 scripts of GoTo"), and handshake channels between them. If the tree uses its blackboard, that is a
+/// member, too ("BT/blackboard"). The channels between the tree and other processes must be declared already (see
+/// [`declare_channels`](crate::declare_channels)). `bt` itself has no behavior: it is composed of its members. To other
+/// processes they behave like a [`TreeProcess`], message for message and number for number. `leaf_timeout` is the time
+/// to wait for each leaf's answer.
 ///
 /// # Errors
-/// [`WiringError::MissingChannel`] if a channel between the tree and the others is missing,
-/// [`WiringError::MissingProcess`] if there is no process `bt`, [`WiringError::DuplicateProcess`] if a member is there
+/// [`WiringError::MissingChannel`] if a channel between the tree and another process is missing,
+/// [`WiringError::MissingProcess`] if there is no process `bt`, [`WiringError::DuplicateProcess`] if a member exists
 /// already.
 pub fn node_processes(
     tree: &Arc<Tree>,
@@ -69,8 +69,8 @@ pub fn node_processes(
     Ok(processes)
 }
 
-/// How all nodes of a tree stand, in document order, where the tree is the process `bt` of a system: in one process or
-/// in one for every node.
+/// The states of all nodes of a tree, in document order, for a tree that is the process `bt` of a system, in either
+/// form.
 #[must_use]
 pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<NodeState> {
     if let Some(process) = system.process::<TreeProcess>(bt) {
@@ -87,8 +87,8 @@ pub fn states_in(tree: &Tree, system: &ChannelSystem, bt: ProcessId) -> Vec<Node
     states
 }
 
-/// What has gone wrong in a tree that is the process `bt` of a system: in its last tick if it is one process, so far if
-/// its nodes are processes. Looking after every step of the system misses nothing.
+/// The faults of a tree that is the process `bt` of a system: those of its last tick if it is one process, all so far
+/// if its nodes are processes. A caller that asks after every step of the system misses none.
 #[must_use]
 pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
     if let Some(process) = system.process::<TreeProcess>(bt) {
@@ -104,8 +104,8 @@ pub fn faults_in(system: &ChannelSystem, bt: ProcessId) -> Vec<Fault> {
     of_boards.chain(nodes.filter_map(NodeProcess::fault)).chain(of_leaves).collect()
 }
 
-/// The blackboard of a tree that is the process `bt` of a system, in either form. None where the tree's nodes are
-/// processes and make no use of it.
+/// The blackboard of a tree that is the process `bt` of a system, in either form. `None` if the tree's nodes are
+/// processes and do not use it.
 #[must_use]
 pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboard> {
     if let Some(process) = system.process::<TreeProcess>(bt) {
@@ -120,17 +120,17 @@ struct Composition<'a> {
     tree: &'a Arc<Tree>,
     topology: &'a mut Topology,
     above_root: ProcessId,
-    /// What a node's parent asks: the node's process, or the one that runs its scripts.
+    /// The process that a node's parent asks: the node's own, or the one that runs its scripts.
     members: Vec<ProcessId>,
-    /// Those that ask the skills.
+    /// The processes that communicate with skills.
     leaves: BTreeMap<NodeId, ProcessId>,
-    /// The channels from one that asks to one that answers, and back.
+    /// The channels from a process that asks to one that answers, and back.
     lines: BTreeMap<(ProcessId, ProcessId), Line>,
     board: Option<ProcessId>,
 }
 
 impl Composition<'_> {
-    /// Whether a node has a process of its own: all do but leaves without scripts.
+    /// Whether a node has its own process: all but leaves without scripts do.
     fn has_process(&self, node: &Node) -> bool {
         !node.kind().is_leaf() || self.flags(node) != Flags::default()
     }
@@ -196,12 +196,12 @@ impl Composition<'_> {
         self.members[node.id().index()]
     }
 
-    /// The process of a leaf that asks its skill.
+    /// The process of a leaf that communicates with its skill.
     fn leaf_of(&self, node: &Node) -> Option<ProcessId> {
         self.leaves.get(&node.id()).copied()
     }
 
-    /// The channels to the blackboard, if that process has any.
+    /// The channels to the blackboard, if this process has any.
     fn to_board(&self, asking: ProcessId) -> Option<Line> {
         self.lines.get(&(asking, self.board?)).copied()
     }

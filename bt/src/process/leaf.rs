@@ -1,4 +1,4 @@
-//! A leaf as a process of its own.
+//! A leaf as a separate process.
 
 use std::time::Duration;
 
@@ -11,30 +11,30 @@ use super::whole::tick_number;
 use crate::shared::Shared;
 use crate::{Fault, Reply, Request};
 
-/// The leaf of a tree whose nodes are processes: passes the requests of its parent on to the skill, and the skill's
-/// answers back. What its ports read and write it asks the [`BlackboardProcess`](super::BlackboardProcess) for.
+/// The leaf of a tree whose nodes are processes: passes its parent's requests on to the skill, and the skill's answers
+/// back. It asks the [`BlackboardProcess`](super::BlackboardProcess) to read and write its ports.
 ///
-/// Between nodes, an envelope's number says how many requests the tree has made so far. It goes down and up with the
-/// messages, so that a tree numbers its requests without anybody who counts them all.
+/// Between nodes, an envelope's number is the number of requests that the tree has made so far. It travels with the
+/// messages, so a tree can number its requests without a central counter.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct LeafProcess {
     wiring: Shared<Wiring>,
     stage: Stage,
-    /// The number of the last request that is known here.
+    /// The number of the last request known here.
     request: RequestNumber,
     patience: Patience,
     /// The number of the tree's tick in which the leaf was last asked.
     tick: Option<i64>,
-    /// What went wrong in that tick.
+    /// The faults in that tick.
     faults: Vec<Fault>,
 }
 
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Wiring {
     pub(super) skill: Skill,
-    /// To whoever asks the leaf.
+    /// To the process that asks the leaf.
     pub(super) parent: Line,
-    /// If the leaf has ports that stand for entries of the blackboard.
+    /// If the leaf has ports connected to blackboard entries.
     pub(super) board: Option<Line>,
 }
 
@@ -49,9 +49,9 @@ enum Stage {
     Asking(Request, Message),
     /// Waiting for the skill.
     Waiting(Request),
-    /// About to tell the blackboard the outputs, with the skill's answer.
+    /// About to send the outputs to the blackboard, with the skill's answer.
     Writing(Reply, Message),
-    /// Waiting for it to have written them.
+    /// Waiting until they are written.
     Written(Reply),
     /// About to answer.
     Answering(Reply),
@@ -74,13 +74,13 @@ impl LeafProcess {
         }
     }
 
-    /// The answers that did not come, in the last tick of the tree in which the leaf was asked.
+    /// The missing answers in the last tick of the tree in which the leaf was asked.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         &self.faults
     }
 
-    /// The number of that tick; none before the first.
+    /// The number of that tick; `None` before the first.
     #[must_use]
     pub fn tick(&self) -> Option<i64> {
         self.tick
@@ -120,7 +120,7 @@ impl LeafProcess {
         }
     }
 
-    /// The blackboard has answered. What was wrong is a fault of the blackboard's.
+    /// Handles an answer of the blackboard. Its faults are recorded by the blackboard.
     fn take_told(&mut self, message: &Message, now: Duration) {
         let failed = message.head() == Some("fault");
         match self.stage {
@@ -206,7 +206,7 @@ impl Process for LeafProcess {
     }
 }
 
-/// What a leaf says to its parent.
+/// A leaf's answer to its parent.
 fn said_by_leaf(reply: Reply) -> Said {
     match reply {
         Reply::Status(status) => Said { status: Some(status), stands: Some(status), again: false },

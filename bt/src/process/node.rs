@@ -1,4 +1,4 @@
-//! An inner node as a process of its own.
+//! An inner node as a separate process.
 
 mod halting;
 mod stage;
@@ -22,31 +22,31 @@ use crate::{Fault, Kind, NodeId, NodeState, Outcome, Request};
 
 /// An inner node of a tree whose nodes are processes.
 ///
-/// It waits for its parent's `[<tick>, n, <how it stands>]` or `[<halt>, …]`, asks its children one at a time, and says
-/// what it answers, how it stands then, and whether the whole tree is to be ticked again at once. A node keeps the
-/// statuses of its children, for it is the parent that resets them. What it needs from the blackboard it asks the
-/// [`BlackboardProcess`](super::BlackboardProcess). A leaf that has scripts has such a process before it.
+/// It waits for its parent's `[<tick>, n, <status>]` or `[<halt>, …]`, asks its children one at a time, and reports its
+/// answer, its status afterwards, and whether the whole tree must be ticked again at once. A node keeps the statuses of
+/// its children, because the parent resets them. It asks the [`BlackboardProcess`](super::BlackboardProcess) for values
+/// of the blackboard. A leaf with scripts has such a process in front of it.
 ///
-/// One more such process, which is no node, is above the root: it takes the ticks of the tick generator.
+/// One more such process, which is not a node, is above the root: it receives the ticks of the tick generator.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct NodeProcess {
     wiring: Shared<Wiring>,
     records: Box<[Record]>,
     memory: Memory,
-    /// The child that the next tick starts with.
+    /// The child with which the next tick begins.
     resume: usize,
-    /// How this node stands, in the middle of a tick.
+    /// The status of this node, within a tick.
     mark: Mark,
     stage: Stage,
-    /// Somebody wants the whole tree ticked again.
+    /// A node has asked for another tick of the whole tree.
     again: bool,
-    /// How often that has been done in this tick; above the root only.
+    /// The number of such repetitions in this tick; only above the root.
     repeats: u32,
-    /// How many requests the tree has made, as far as is known here.
+    /// The number of the tree's requests so far, as known here.
     request: RequestNumber,
-    /// The number of the tick of the tree that this node was last asked in.
+    /// The number of the tree's tick in which this node was last asked.
     tick: Option<i64>,
-    /// What went wrong here last, other than on the blackboard.
+    /// The last fault here, except on the blackboard.
     fault: Option<&'static str>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Wiring {
 /// Who asks a node, and what it does with its children.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Takes ticks from this channel, and has the root for its only child.
+    /// Receives ticks from this channel; the root is its only child.
     Root(ChannelId),
     Node(Node),
 }
@@ -70,7 +70,7 @@ pub(super) struct Node {
     pub(super) id: NodeId,
     pub(super) kind: Kind,
     pub(super) flags: Flags,
-    /// What it reads if it need not ask the blackboard.
+    /// What it reads, if it need not ask the blackboard.
     pub(super) reading: Reading,
     pub(super) parent: Line,
     pub(super) board: Option<Line>,
@@ -81,17 +81,17 @@ pub(super) struct Node {
 pub(super) struct Child {
     pub(super) node: NodeId,
     pub(super) kind: Kind,
-    /// It is a leaf with scripts: what is asked is the process that runs them.
+    /// It is a leaf with scripts: its parent asks the process that runs them.
     pub(super) is_guarded: bool,
     pub(super) line: Line,
 }
 
-/// How a child stands.
+/// The status of a child.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Default)]
 struct Record {
     mark: Mark,
     outcome: Option<Outcome>,
-    /// The tick that the outcome is of.
+    /// The tick to which the outcome belongs.
     tick: Option<i64>,
 }
 
@@ -117,16 +117,16 @@ impl NodeProcess {
         }
     }
 
-    /// What went wrong here last, other than on the blackboard.
+    /// The last fault here, except on the blackboard.
     pub(super) fn fault(&self) -> Option<Fault> {
         let node = self.node().map_or(NodeId(0), |node| node.id);
         self.fault.map(|why| Fault { node, message: why.to_owned() })
     }
 
-    /// Writes down how the children stand, as seen in that tick.
+    /// Writes the statuses of the children, as seen in this tick.
     pub(super) fn show(&self, tick: Option<i64>, states: &mut [NodeState]) {
         if self.node().is_some_and(|node| node.kind.is_leaf()) {
-            // It stands before the leaf: the parent knows how the leaf stands.
+            // It is in front of the leaf: the parent knows the leaf's status.
             return;
         }
         for (child, record) in self.wiring.children.iter().zip(&self.records) {
@@ -147,7 +147,7 @@ impl NodeProcess {
         }
     }
 
-    /// The kind of the node; what is above the root does nothing but pass on what its child says.
+    /// The kind of the node; the process above the root only passes on its child's answer.
     fn kind(&self) -> Kind {
         self.node().map_or(Kind::SubTree, |node| node.kind)
     }
@@ -156,13 +156,13 @@ impl NodeProcess {
         self.node().is_some_and(|node| node.flags.has(flag))
     }
 
-    /// `[<tick>, n, <how the child stands>]` or `[<halt>, …]`.
+    /// `[<tick>, n, <status of the child>]` or `[<halt>, …]`.
     fn question(&self, child: usize, request: Request) -> Message {
         let head = match request {
             Request::Tick => "tick",
             Request::Halt => "halt",
         };
-        // That the child is being asked is noted already: it stands as before.
+        // The child is already marked as being asked; send its status before that.
         let stands = self.records[child].mark.before();
         let tick = Value::Int(self.tick.unwrap_or_default());
         Message::new([Value::symbol(head), tick, Value::symbol(stands_name(stands))])

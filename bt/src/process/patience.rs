@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use crate::Request;
 
-/// How long a tree waits for a leaf's answer, unless it is told otherwise: long enough for a skill to have noticed that
-/// its own component is silent.
+/// The default time that a tree waits for a leaf's answer: long enough for a skill to notice that its component is
+/// silent.
 pub const LEAF_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// Until when the answer to a request may come.
+/// The deadline for the answer to a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Patience {
     timeout: Duration,
@@ -21,7 +21,7 @@ impl Patience {
         Self { timeout, deadline: None }
     }
 
-    /// A request is made: it is to be sent and answered within the timeout.
+    /// Starts the timeout for a request: it must be sent and answered within it.
     pub(super) fn begin(&mut self, now: Duration) {
         self.deadline = Some(now.saturating_add(self.timeout));
     }
@@ -39,11 +39,11 @@ impl Patience {
         self.deadline.is_some_and(|deadline| deadline <= now)
     }
 
-    /// What to say of a leaf that has not answered.
+    /// The message about a leaf that has not answered.
     pub(super) fn reason(&self, leaf: &str, request: Request) -> String {
         let what = match request {
             Request::Tick => "answer its tick",
-            Request::Halt => "say that it has halted",
+            Request::Halt => "confirm that it has halted",
         };
         format!("{leaf} did not {what} within {} s", self.timeout.as_secs_f64())
     }

@@ -1,4 +1,4 @@
-//! What a tree and the skills say to each other.
+//! The messages between a tree and its skills.
 
 use channels::{
     Capacity, ChannelId, Domain, FieldKind, Message, ProcessId, Shape, TickGenerator, Topology, Use, Value, WiringError,
@@ -13,8 +13,9 @@ pub fn tick_domain() -> Domain {
     Domain::new([TickGenerator::shape()])
 }
 
-/// What a tree sends to the process of a leaf: `[<tick>, …]`, with what the leaf's ports read from the blackboard in
-/// alphabetical order (`<none>` for an entry without a value), or `[<halt>]`. Each field has its port's name and type.
+/// The messages from a tree to the process of a leaf: `[<tick>, …]`, with the values that the leaf's ports read from
+/// the blackboard in alphabetical order (`<none>` for an entry without a value), or `[<halt>]`. Each field has its
+/// port's name and type.
 #[must_use]
 pub fn request_domain(tree: &Tree, leaf: NodeId) -> Domain {
     let traffic = Traffic::of(tree, leaf);
@@ -25,9 +26,9 @@ pub fn request_domain(tree: &Tree, leaf: NodeId) -> Domain {
     Domain::new([Shape::new(std::iter::once(head("tick")).chain(traffic.input_fields())), Shape::new([head("halt")])])
 }
 
-/// What the process of a leaf answers: `[<running>, …]`, `[<success>, …]` or `[<failure>, …]` to a tick, `[<halted>,
-/// …]` to a halt, with what its ports write to the blackboard in alphabetical order (`<none>` for a port that is not
-/// written).
+/// The answers of a leaf's process: `[<running>, …]`, `[<success>, …]` or `[<failure>, …]` to a tick, `[<halted>, …]`
+/// to a halt, with the values that its ports write to the blackboard in alphabetical order (`<none>` for a port that is
+/// not written).
 #[must_use]
 pub fn reply_domain(tree: &Tree, leaf: NodeId) -> Domain {
     let head = ("reply".to_owned(), FieldKind::symbols(["running", "success", "failure", "halted"]));
@@ -38,9 +39,9 @@ pub fn reply_domain(tree: &Tree, leaf: NodeId) -> Domain {
 /// [process](crate::Node::process) of each leaf.
 ///
 /// # Errors
-/// [`WiringError::MissingChannel`] if a channel can't be, since there is no process for a leaf (check the
-/// [leaves](Tree::leaves) first: [`Tree::problem_at`] can say where in the file the leaf is);
-/// [`WiringError::DuplicateChannel`] if a channel is there already.
+/// [`WiringError::MissingChannel`] if there is no process for a leaf (check the [leaves](Tree::leaves) first:
+/// [`Tree::problem_at`] reports the place of a leaf in the file); [`WiringError::DuplicateChannel`] if a channel exists
+/// already.
 pub fn declare_channels(
     tree: &Tree,
     topology: &mut Topology,
@@ -59,19 +60,19 @@ pub fn declare_channels(
     Ok(())
 }
 
-/// A leaf outside the tree: who carries it out, and what passes between them.
+/// A leaf outside the tree: its process, and its messages.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Skill {
     pub(super) leaf: NodeId,
     pub(super) process: String,
     pub(super) line: Line,
     pub(super) traffic: Traffic,
-    /// Whether it is ever told to halt.
+    /// Whether it can be told to halt.
     halts: bool,
 }
 
 impl Skill {
-    /// The skill of a leaf of the tree that is the process of that name.
+    /// The skill of a leaf of the tree that is the process with this name.
     pub(super) fn find(tree: &Tree, leaf: &Node, topology: &Topology, bt: &str) -> Result<Self, WiringError> {
         Ok(Self {
             leaf: leaf.id(),
@@ -82,7 +83,7 @@ impl Skill {
         })
     }
 
-    /// What the tree does on the channels to the skill.
+    /// The tree's use of the channels to the skill.
     pub(super) fn uses(&self) -> impl Iterator<Item = Use> {
         let Line { requests, replies } = self.line;
         let tick = (!self.traffic.reads()).then(|| request_message(Request::Tick, Vec::new()));
@@ -91,7 +92,7 @@ impl Skill {
     }
 }
 
-/// The channels to somebody and back.
+/// The channels to a process and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Line {
     pub(super) requests: ChannelId,
@@ -107,7 +108,7 @@ impl Line {
     }
 }
 
-/// The channel between the processes of these names, which `user` needs.
+/// The channel between the processes with these names, which `user` needs.
 pub(super) fn find_channel(
     topology: &Topology,
     user: &str,
@@ -119,19 +120,19 @@ pub(super) fn find_channel(
     topology.find_channel(source, target).ok_or_else(missing)
 }
 
-/// What a node says to its parent.
+/// A node's message to its parent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Said {
-    /// What it answers to a tick; none if it has been halted.
+    /// Its answer to a tick; `None` if it has been halted.
     pub(super) status: Option<Status>,
-    /// How it stands now; none is idle.
+    /// Its status now; `None` is idle.
     pub(super) stands: Option<Status>,
-    /// The whole tree is to be ticked again at once.
+    /// The whole tree must be ticked again at once.
     pub(super) again: bool,
 }
 
-/// What a node asks another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, n being the number of the tree's tick,
-/// and the last how the node that is asked stands.
+/// A node's question to another: `[<tick>, n, <idle>]` or `[<halt>, n, <running>]`, where n is the number of the tree's
+/// tick, and the last field is the status of the asked node.
 pub(super) fn question_domain() -> Domain {
     Domain::new([Shape::new([
         ("request", FieldKind::symbols(["tick", "halt"])),
@@ -140,7 +141,7 @@ pub(super) fn question_domain() -> Domain {
     ])])
 }
 
-/// What a node answers another.
+/// A node's answer to another.
 pub(super) fn said_domain() -> Domain {
     Domain::new([Shape::new([
         ("reply", FieldKind::symbols(["running", "success", "failure", "skipped", "halted"])),
@@ -162,12 +163,12 @@ pub(super) fn said_of(message: &Message) -> Said {
     }
 }
 
-/// How a node stands, in a word.
+/// The name of a node's status.
 pub(super) fn stands_name(status: Option<Status>) -> &'static str {
     status.map_or("idle", Status::name)
 }
 
-/// The status of that name.
+/// The status with this name.
 pub(super) fn status_of(name: &str) -> Option<Status> {
     [Status::Running, Status::Success, Status::Failure, Status::Skipped]
         .into_iter()
@@ -190,7 +191,7 @@ pub(super) fn number(message: &Message, field: usize) -> Option<i64> {
     }
 }
 
-/// The message that makes a request, with what the leaf's ports read.
+/// The message of a request, with the values that the leaf's ports read.
 pub(super) fn request_message(request: Request, inputs: Vec<Value>) -> Message {
     let head = match request {
         Request::Tick => "tick",
@@ -199,7 +200,7 @@ pub(super) fn request_message(request: Request, inputs: Vec<Value>) -> Message {
     Message::new(std::iter::once(Value::symbol(head)).chain(inputs))
 }
 
-/// The reply that a message is, if it is one.
+/// The reply that a message contains, if it is one.
 pub(super) fn reply_of(message: &Message) -> Option<Reply> {
     Some(match message.head()? {
         "running" => Reply::Status(Status::Running),
@@ -210,7 +211,7 @@ pub(super) fn reply_of(message: &Message) -> Option<Reply> {
     })
 }
 
-/// Whether that is an answer to that request.
+/// Whether the reply answers the request.
 pub(super) fn answers(reply: Reply, request: Request) -> bool {
     matches!((reply, request), (Reply::Status(_), Request::Tick) | (Reply::Halted, Request::Halt))
 }

@@ -15,11 +15,11 @@ use crate::{Call, Execution, Fault, NodeId, NodeState, PortError, Request, Step,
 
 /// A tree as one process.
 ///
-/// It waits for a tick, and then makes one leaf call after the other: it sends a request, waits for the answer, and
-/// goes on until the tick is over. It takes the next tick only then. Requests are numbered from 1 on, throughout the
-/// tree; a skill echoes the number of the request that it answers. A reply with another number, or one that does not
-/// answer the request, is received and dropped. A leaf that does not answer within [`LEAF_TIMEOUT`] (or what
-/// [`with_leaf_timeout`](Self::with_leaf_timeout) says) is not waited for any longer.
+/// It waits for a tick, and then makes one leaf call after another: it sends a request, waits for the answer, and
+/// continues until the tick is finished. Only then does it take the next tick. Requests are numbered from 1 throughout
+/// the tree; a skill repeats the number of the request that it answers. A reply with another number, or one that does
+/// not answer the request, is received and dropped. If a leaf does not answer within [`LEAF_TIMEOUT`] (or the time set
+/// by [`with_leaf_timeout`](Self::with_leaf_timeout)), the tree continues without its answer.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -56,13 +56,13 @@ struct Wiring {
     ticks: ChannelId,
     /// In document order.
     skills: Vec<Skill>,
-    /// The messages that make requests of leaves that read nothing, made once.
+    /// The messages to leaves that read nothing, created once.
     tick: Message,
     halt: Message,
 }
 
 impl Wiring {
-    /// The place of a leaf's skill.
+    /// The index of a leaf's skill.
     fn place(&self, leaf: NodeId) -> usize {
         let place = self.skills.binary_search_by_key(&leaf, |skill| skill.leaf);
         place.expect("every leaf of the tree has a skill")
@@ -73,11 +73,11 @@ impl Wiring {
 const TICK: TransitionId = TransitionId(0);
 /// Sending the pending call.
 const SEND: TransitionId = TransitionId(1);
-/// Receiving a reply from the first skill; those of the others follow.
+/// Receiving a reply from the first skill; the others follow.
 const FIRST_REPLY: u32 = 2;
 
 impl TreeProcess {
-    /// The process `bt` of that tree, which the process `tick_generator` ticks, on channels that are declared already
+    /// The process `bt` of this tree, which the process `tick_generator` ticks, on channels that are declared already
     /// (see [`declare_channels`](crate::declare_channels)).
     ///
     /// # Errors
@@ -97,32 +97,32 @@ impl TreeProcess {
         })
     }
 
-    /// The same tree, which waits so long for a leaf's answer.
+    /// The same tree, with another timeout for leaves' answers.
     #[must_use]
     pub fn with_leaf_timeout(mut self, timeout: Duration) -> Self {
         self.patience = Patience::new(timeout);
         self
     }
 
-    /// The tree at work.
+    /// The running tree.
     #[must_use]
     pub fn execution(&self) -> &Execution {
         &self.execution
     }
 
-    /// How all nodes stand, in document order.
+    /// The states of all nodes, in document order.
     #[must_use]
     pub fn states(&self) -> Vec<NodeState> {
         self.execution.states()
     }
 
-    /// What went wrong in the last tick, leaves that did not answer included.
+    /// The faults in the last tick, including missing answers of leaves.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
         self.execution.faults()
     }
 
-    /// The number of the last tick that was taken; none before the first.
+    /// The number of the last tick taken; `None` before the first.
     #[must_use]
     pub fn tick(&self) -> Option<i64> {
         self.tick
@@ -134,7 +134,7 @@ impl TreeProcess {
         self.execution.pending().is_none()
     }
 
-    /// The envelope that makes the pending call, and its channel.
+    /// The envelope of the pending call, and its channel.
     fn pending_request(&self) -> Option<(ChannelId, Envelope)> {
         let call = self.execution.pending()?;
         let channel = self.wiring.skills[self.wiring.place(call.leaf)].line.requests;
@@ -175,7 +175,7 @@ impl TreeProcess {
         let Some(call) = self.execution.pending().filter(|call| self.is_sent && call.leaf == skill.leaf) else {
             return;
         };
-        // A reply that is no answer to the request leaves the execution where it is.
+        // A reply that does not answer the request leaves the execution unchanged.
         let answer = reply_of(&envelope.message).filter(|reply| answers(*reply, call.request));
         let Some(reply) = answer.filter(|_| envelope.request == self.request) else { return };
         let outputs = envelope.message.fields().get(1..).unwrap_or_default();

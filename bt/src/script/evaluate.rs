@@ -7,12 +7,12 @@ use std::sync::Arc;
 use super::expression::{Assignment, Binary, Comparison, Expression, Script, Unary};
 use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError};
 
-/// What goes wrong while a script runs.
+/// An error while a script runs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum ScriptError {
-    #[error("there is no entry `{0}` on the blackboard")]
+    #[error("the blackboard has no entry `{0}`")]
     Missing(Arc<str>),
-    #[error("there is no entry `{0}` on the blackboard; `:=` makes one")]
+    #[error("the blackboard has no entry `{0}`; use `:=` to create one")]
     MissingToAssign(Arc<str>),
     #[error("the entry `{0}` has no value yet")]
     Empty(Arc<str>),
@@ -22,13 +22,13 @@ pub(crate) enum ScriptError {
     Operands { operator: &'static str, left: String, right: String },
     #[error("`{operator}` cannot be applied to `{operand}`")]
     Operand { operator: &'static str, operand: String },
-    #[error("the entry `{name}` holds `{old}`, and cannot take `{new}`")]
+    #[error("the entry `{name}` holds `{old}` and cannot take `{new}`")]
     Assignment { name: Arc<str>, old: String, new: String },
-    #[error("a text may be {MAX_TEXT_BYTES} bytes long at most")]
+    #[error("a text may have at most {MAX_TEXT_BYTES} bytes")]
     TooLong,
 }
 
-/// No script makes a longer text: one that doubles it in a loop would soon have all memory.
+/// The longest text that a script can make: one that doubles a text in a loop would soon use up all memory.
 const MAX_TEXT_BYTES: usize = 1 << 20;
 
 type Evaluated = Result<Value, ScriptError>;
@@ -43,10 +43,10 @@ impl Script {
         last.evaluate(board)
     }
 
-    /// Runs the script and takes its value for a truth value.
+    /// Runs the script and converts its value to a truth value.
     pub(crate) fn holds(&self, board: &mut Blackboard) -> Result<bool, ScriptError> {
         match self.run(board)? {
-            // A text is no truth value in a script, not even `'true'`.
+            // A text is not a truth value in a script, not even `'true'`.
             text @ (Value::Text(_) | Value::List(_)) => Err(ValueError::new(text, "true or false").into()),
             value => Ok(value.to_bool()?),
         }
@@ -113,7 +113,7 @@ fn assign(operator: Assignment, slot: Slot, name: &Arc<str>, right: &Expression,
     Ok(fitting)
 }
 
-/// The value as it is stored: an entry keeps the kind of value that it has, and a text is read as what it is to be.
+/// The value as it is stored: an entry keeps its kind of value, and a text is parsed as that kind.
 fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated {
     let (of, old) = (board.type_of(slot), board.value(slot));
     let refused = || ScriptError::Assignment {
@@ -135,7 +135,7 @@ fn fit(board: &Blackboard, slot: Slot, name: &Arc<str>, new: Value) -> Evaluated
     }
 }
 
-/// The number that a text means where a number is needed.
+/// The number in a text, where a number is needed.
 fn number_in(text: &Arc<str>) -> Result<f64, ScriptError> {
     match &**text {
         "true" => Ok(1.0),
@@ -164,7 +164,7 @@ impl Unary {
     }
 }
 
-/// A whole number as the real number that all operators answer.
+/// An integer as the real number that all operators return.
 #[expect(clippy::cast_precision_loss, reason = "BehaviorTree.CPP's arithmetic is that of doubles")]
 fn bits(number: i64) -> f64 {
     number as f64
@@ -200,7 +200,7 @@ impl Binary {
         }
     }
 
-    /// As `+=` and its like do it: to a text, a text can be added.
+    /// For `+=` and similar operators: a text can be appended to a text.
     fn apply_in_place(self, left: &Value, right: &Value) -> Evaluated {
         match (left, right) {
             (Value::Text(left), Value::Text(right)) if self == Self::Add => joined(left, right),
@@ -241,7 +241,7 @@ fn is_list(value: &Value) -> bool {
     matches!(value, Value::List(_))
 }
 
-/// Real numbers that differ by no more are equal.
+/// Real numbers that differ by at most this are equal.
 const EQUAL_WITHIN: f64 = f32::EPSILON as f64;
 
 impl Comparison {
@@ -262,7 +262,7 @@ impl Comparison {
         }
     }
 
-    /// What is neither less nor greater nor the same, as 0 / 0, makes all four of the others true.
+    /// If the operands are not comparable, as with 0 / 0, the four ordering relations are all true.
     fn decide(self, equal: bool, order: Option<Ordering>) -> bool {
         match self {
             Self::Equal => equal,

@@ -1,11 +1,11 @@
-//! What a script is made of.
+//! The parts of a script.
 
 use std::sync::Arc;
 
 use crate::Value;
 use crate::blackboard::Slot;
 
-/// A script, ready to run: its entries have been found.
+/// A script, ready to run: its entries have been resolved.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Script {
     pub(super) statements: Vec<Expression>,
@@ -14,11 +14,11 @@ pub(crate) struct Script {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Expression {
     Literal(Value),
-    /// An entry, and its name for what goes wrong.
+    /// An entry, and its name for error messages.
     Name(Slot, Arc<str>),
     Unary(Unary, Box<Expression>),
     Binary(Binary, Box<Expression>, Box<Expression>),
-    /// The first operand, and the others with what they are compared by.
+    /// The first operand, and the others with their comparisons.
     Comparison(Box<Expression>, Vec<(Comparison, Expression)>),
     Choice(Box<[Expression; 3]>),
     Assignment(Assignment, Slot, Arc<str>, Box<Expression>),
@@ -61,6 +61,6 @@ pub(super) enum Assignment {
     Create,
     /// `=`
     Existing,
-    /// `+=` and its like.
+    /// `+=` and similar operators.
     With(Binary),
 }

@@ -1,4 +1,4 @@
-//! From the words of a script to expressions, by the binding power of operators.
+//! Parses the tokens of a script by the binding power of operators.
 
 use std::ops::Range;
 
@@ -7,9 +7,9 @@ use super::reading::{Names, SyntaxError};
 use super::token::{Token, TokenKind, tokens};
 use crate::Value;
 
-/// How deep expressions may be inside one another.
+/// The maximum nesting of expressions.
 const MAX_DEPTH: usize = 100;
-/// How many operators and operands an expression may have; for left-leaning chains are deep, too.
+/// The maximum number of operators and operands in an expression, because left-leaning chains are deep, too.
 const MAX_CHAIN: usize = 1000;
 
 const CHOICE: u8 = 2;
@@ -40,7 +40,7 @@ struct Parser<'a, 'n> {
     names: &'n mut dyn Names,
 }
 
-/// An operator between two operands.
+/// A binary operator.
 #[derive(Clone, Copy)]
 enum Infix {
     Assignment(Assignment),
@@ -49,7 +49,7 @@ enum Infix {
     Binary(Binary),
 }
 
-/// The operator that a sign is, and how tightly it binds.
+/// The operator for a sign, and its binding power.
 fn infix(sign: &str) -> Option<(Infix, u8)> {
     let binary = |operator, power| (Infix::Binary(operator), power);
     let comparison = |operator| (Infix::Comparison(operator), COMPARISON);
@@ -101,7 +101,7 @@ impl<'a> Parser<'a, '_> {
         SyntaxError { message: format!("expected {wanted}"), range: self.range() }
     }
 
-    /// An expression whose operators bind at least so tightly.
+    /// An expression whose operators have at least this binding power.
     fn expression(&mut self, power: u8) -> Result<Expression, SyntaxError> {
         if self.depth == MAX_DEPTH {
             return Err(SyntaxError { message: "this is nested too deeply".to_owned(), range: self.range() });
@@ -141,7 +141,7 @@ impl<'a> Parser<'a, '_> {
     fn assignment(&mut self, left: Expression, operator: Assignment, start: usize) -> Result<Expression, SyntaxError> {
         let range = self.tokens[start].range.start..self.tokens[self.next - 1].range.end;
         let Expression::Name(slot, name) = left else {
-            return Err(SyntaxError { message: "only a blackboard entry can be assigned to".to_owned(), range });
+            return Err(SyntaxError { message: "only blackboard entries can be assigned to".to_owned(), range });
         };
         self.next += 1;
         let right = self.expression(0)?;
@@ -152,7 +152,7 @@ impl<'a> Parser<'a, '_> {
         self.next += 1;
         let then = self.expression(0)?;
         if !self.accept(":") {
-            return Err(self.unexpected("`:` and what is to be taken otherwise"));
+            return Err(self.unexpected("`:` and the other choice"));
         }
         let otherwise = self.expression(CHOICE)?;
         Ok(Expression::Choice(Box::new([condition, then, otherwise])))

@@ -1,10 +1,10 @@
-//! What reading a script takes, and what may be wrong with its text.
+//! The context of parsing a script, and the errors in its text.
 
 use std::ops::Range;
 
 use crate::blackboard::Slot;
 
-/// What is wrong with the text of a script, and where.
+/// An error in the text of a script, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SyntaxError {
     pub(crate) message: String,
@@ -12,11 +12,11 @@ pub(crate) struct SyntaxError {
     pub(crate) range: Range<usize>,
 }
 
-/// What names in scripts mean.
+/// The meaning of names in scripts.
 pub(crate) trait Names {
-    /// The number that a constant stands for.
+    /// The number of a constant.
     fn constant(&self, name: &str) -> Option<i64>;
 
-    /// The entry that a name means.
+    /// The entry of a name.
     fn slot(&mut self, name: &str) -> Slot;
 }

@@ -1,4 +1,4 @@
-//! Scripts and what they amount to.
+//! Scripts and their values.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ impl Names for Table {
     }
 }
 
-/// What the last expression of a script amounts to, or what goes wrong.
+/// The value of a script's last expression, or its error.
 fn value(script: &str) -> String {
     let mut table = Table(Scopes::default());
     table.0.push(Scope::default());
@@ -70,8 +70,8 @@ amounts_to! {
     an_assignment_makes_an_entry_and_is_its_value: ["x := 3" => "3", "x := 3; x" => "3", "x := y := 2; x + y" => "4.0"];
     an_assignment_takes_all_that_follows: ["x := 1 < 2 ? 3 : 4" => "3"];
     assignments_that_calculate: ["x := 6; x += 2; x -= 1; x *= 4; x /= 2" => "14", "x := 'a'; x += 'b'" => "'ab'", "x := 'a'; x -= 'b'" => "`-` cannot be applied to `a` and `b`"];
-    an_entry_that_does_not_exist_is_not_assigned_to: ["x = 1" => "there is no entry `x` on the blackboard; `:=` makes one"];
-    an_entry_that_does_not_exist_is_not_read: ["x" => "there is no entry `x` on the blackboard"];
+    an_entry_that_does_not_exist_is_not_assigned_to: ["x = 1" => "the blackboard has no entry `x`; use `:=` to create one"];
+    an_entry_that_does_not_exist_is_not_read: ["x" => "the blackboard has no entry `x`"];
     an_entry_without_a_value_is_not_read: ["x := x + 1" => "the entry `x` has no value yet"];
     statements_are_separated_by_semicolons: ["1; 2;; 3;" => "3", "1 2" => "2..3: expected an operator, or `;` before the next expression"];
     names_may_have_an_at_sign: ["@x := 4; x" => "4"];
@@ -79,13 +79,13 @@ amounts_to! {
         "" => "0..0: the script is empty",
         "1 +" => "3..3: expected a number, a text or a name",
         "(1" => "2..2: expected `)`",
-        "1 = 2" => "0..1: only a blackboard entry can be assigned to",
+        "1 = 2" => "0..1: only blackboard entries can be assigned to",
         "'abc" => "0..4: this text has no closing quote",
-        "1 $ 2" => "2..3: `$` means nothing in a script",
-        "3foo" => "0..4: `3foo` is no number",
-        "65." => "0..3: `65.` is no number",
-        "99999999999999999999" => "0..20: `99999999999999999999` is no number, or too large",
-        "1 ? 2" => "5..5: expected `:` and what is to be taken otherwise",
+        "1 $ 2" => "2..3: `$` is not allowed in a script",
+        "3foo" => "0..4: `3foo` is not a number",
+        "65." => "0..3: `65.` is not a number",
+        "99999999999999999999" => "0..20: `99999999999999999999` is not a number, or too large",
+        "1 ? 2" => "5..5: expected `:` and the other choice",
     ];
 }
 
@@ -101,5 +101,5 @@ fn deep_nesting_is_refused() {
 fn a_text_does_not_grow_without_end() {
     let doubled = |times: usize| value(&format!("x := 'a'{}; 1", "; x += x".repeat(times)));
     assert_eq!(doubled(20), "1", "a text of a megabyte");
-    assert_eq!(doubled(21), "a text may be 1048576 bytes long at most");
+    assert_eq!(doubled(21), "a text may have at most 1048576 bytes");
 }

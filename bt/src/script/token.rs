@@ -1,10 +1,10 @@
-//! The words of a script.
+//! The tokens of a script.
 
 use std::ops::Range;
 
 use super::reading::SyntaxError;
 
-/// A word and where it stands.
+/// A token and its place.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Token<'a> {
     pub(super) kind: TokenKind<'a>,
@@ -22,7 +22,7 @@ pub(super) enum TokenKind<'a> {
     End,
 }
 
-/// Signs, the longer before the shorter.
+/// Signs, longer ones before shorter ones.
 const SIGNS: [&str; 30] = [
     "..", "&&", "||", "==", "!=", "<=", ">=", ":=", "+=", "-=", "*=", "/=", "+", "-", "*", "/", "&", "|", "^", "~",
     "!", "<", ">", "=", "?", ":", "(", ")", ";", ",",
@@ -43,7 +43,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, SyntaxError> {
     }
 }
 
-/// The first word of a text that does not begin with space, and its length.
+/// The first token of a text that does not begin with white space, and its length.
 fn token(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
     let Some(first) = text.chars().next() else { return Ok((TokenKind::End, 0)) };
     if let Some(rest) = text.strip_prefix('\'') {
@@ -59,7 +59,7 @@ fn token(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
     }
     let sign = SIGNS.iter().find(|sign| text.starts_with(**sign));
     sign.map(|sign| (TokenKind::Sign(sign), sign.len()))
-        .ok_or_else(|| (format!("`{first}` means nothing in a script"), first.len_utf8()))
+        .ok_or_else(|| (format!("`{first}` is not allowed in a script"), first.len_utf8()))
 }
 
 fn is_name_start(c: char) -> bool {
@@ -95,7 +95,7 @@ fn number(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
     let joins_texts = rest.starts_with("..") && hexadecimal.is_none();
     if rest.starts_with(|c| is_name_start(c) || is_name_part(c) || c == '.') && !joins_texts {
         let length = end + rest.find(|c| !is_name_part(c) && c != '.').unwrap_or(rest.len());
-        return Err((format!("`{}` is no number", &text[..length]), length));
+        return Err((format!("`{}` is not a number", &text[..length]), length));
     }
     let number = if is_real {
         text[..end].parse().ok().map(TokenKind::Real)
@@ -104,5 +104,5 @@ fn number(text: &str) -> Result<(TokenKind<'_>, usize), (String, usize)> {
     } else {
         text[..end].parse().ok().map(TokenKind::Int)
     };
-    number.map(|number| (number, end)).ok_or_else(|| (format!("`{}` is no number, or too large", &text[..end]), end))
+    number.map(|number| (number, end)).ok_or_else(|| (format!("`{}` is not a number, or too large", &text[..end]), end))
 }

@@ -8,7 +8,7 @@ use crate::{Kind, Status};
 /// The tick of a node, as the node sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beginning {
-    /// How it stood before; none is idle.
+    /// Its status before; `None` is idle.
     pub(crate) was: Option<Status>,
     pub(crate) reading: Reading,
     pub(crate) now: Duration,
@@ -16,7 +16,7 @@ pub(crate) struct Beginning {
     pub(crate) child_runs: bool,
 }
 
-/// Whether a node of that kind has anything to read, as it stands.
+/// Whether a node of this kind has anything to read in its current state.
 pub(crate) fn needs_reading(kind: Kind, memory: &Memory, was_idle: bool) -> bool {
     match kind {
         Kind::Precondition | Kind::SkipUnlessUpdated | Kind::WaitValueUpdate => !memory.flag,
@@ -27,7 +27,7 @@ pub(crate) fn needs_reading(kind: Kind, memory: &Memory, was_idle: bool) -> bool
     }
 }
 
-/// What a node of that kind does when it is ticked.
+/// What a node of this kind does when it is ticked.
 #[inline]
 pub(crate) fn begin(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reaction {
     match kind {
@@ -86,7 +86,7 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
     }
 }
 
-/// Answers if that is what was read, and ticks the child otherwise.
+/// Gives the answer that was read, or else ticks the child.
 fn proceed(reading: Reading) -> Reaction {
     match reading {
         Reading::Status(status) => Reaction::answer(status),
@@ -127,7 +127,7 @@ fn begin_parallel(kind: Kind, memory: &mut Memory, reading: Reading) -> Reaction
     }
 }
 
-/// A number of children: −1 is all of them, −2 all but one, and so on.
+/// A number of children: −1 means all of them, −2 all but one, and so on.
 pub(super) fn threshold(limit: i64, children: u32) -> i64 {
     if limit < 0 { (i64::from(children) + limit + 1).max(0) } else { limit }
 }
@@ -144,7 +144,7 @@ fn begin_repetition(kind: Kind, memory: &mut Memory, reading: Reading) -> Reacti
 }
 
 impl Memory {
-    /// Whether a repetition goes on.
+    /// Whether a repetition continues.
     pub(super) fn may_go_on(&self) -> bool {
         self.limits[0] == -1 || i64::from(self.count) < self.limits[0]
     }

@@ -7,7 +7,7 @@ use crate::{Kind, Status};
 /// A child's answer, as its parent sees it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answer {
-    /// None if the child was done before and has not been ticked.
+    /// `None` if the child was done before and has not been ticked.
     pub(crate) status: Option<Status>,
     /// The child was idle when it was ticked.
     pub(crate) was_idle: bool,
@@ -15,7 +15,7 @@ pub(crate) struct Answer {
     pub(crate) is_last: bool,
 }
 
-/// What a node of that kind does when a child answers so.
+/// What a node of this kind does when a child gives this answer.
 #[inline]
 pub(crate) fn react(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction {
     let Some(status) = answer.status else { return react_parallel(kind, memory, answer) };
@@ -31,7 +31,7 @@ pub(crate) fn react(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction
     }
 }
 
-/// Nodes that start over at every tick. `neutral` is the answer that makes them go on to the next child.
+/// Nodes that start over at every tick. `neutral` is the answer after which they continue with the next child.
 #[inline]
 fn react_reactive(memory: &mut Memory, neutral: Status, status: Status, is_last: bool) -> Reaction {
     match status {
@@ -51,7 +51,7 @@ fn react_reactive(memory: &mut Memory, neutral: Status, status: Status, is_last:
     }
 }
 
-/// Nodes that go on with the child that was running.
+/// Nodes that continue with the running child.
 #[inline]
 fn react_in_order(kind: Kind, memory: &mut Memory, neutral: Status, status: Status, answer: Answer) -> Reaction {
     let yields = matches!(kind, Kind::SequenceWithMemory | Kind::AsyncSequence | Kind::AsyncFallback);
@@ -94,7 +94,7 @@ fn react_parallel(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction {
 }
 
 impl Memory {
-    /// What a parallel node's children amount to so far, if that is decided.
+    /// The result of a parallel node's children so far, if it is decided.
     fn verdict(&self, kind: Kind, is_last: bool) -> Option<Status> {
         let [children, skipped, successes, failures] =
             [self.children, self.skipped, self.count, self.failures].map(i64::from);
@@ -141,19 +141,19 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) 
             Reaction::finish(status)
         }
         (_, status) => {
-            // A Delay or a Timeout starts anew, and a Precondition is asked again.
+            // A Delay or a Timeout starts again, and a Precondition is checked again.
             (memory.flag, memory.until) = (false, None);
             Reaction::finish(status)
         }
     }
 }
 
-/// The node answers what its child does.
+/// The node passes on its child's answer.
 fn pass_on(status: Status) -> Reaction {
     if status.is_completed() { Reaction::finish(status) } else { Reaction::answer(status) }
 }
 
-/// The node answers running for whatever its child does but fail.
+/// The node answers running unless its child fails.
 fn until_failure(status: Status) -> Reaction {
     match status {
         Status::Failure => Reaction::finish(Status::Failure),
@@ -176,7 +176,7 @@ fn react_conditional(kind: Kind, memory: &mut Memory, status: Status) -> Reactio
         _ => return Reaction::fault("its condition was skipped"),
     };
     if chosen == memory.children {
-        // Without a third child. An IfThenElse leaves its condition as it is.
+        // There is no third child. An IfThenElse leaves its condition unchanged.
         return if kind == Kind::WhileDoElse { Reaction::finish(status) } else { Reaction::answer(status) };
     }
     memory.at = chosen;

@@ -1,4 +1,4 @@
-//! The main tree with its subtrees in their places.
+//! Assembles the main tree with its subtrees.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -20,7 +20,7 @@ use crate::script::Names;
 use crate::settings::Constants;
 use crate::{Category, Kind, Node, NodeId, Tree};
 
-/// The trees of a file by their IDs; of two with the same, the first.
+/// The trees of a file by ID; of two with the same ID, the first.
 pub(super) struct Index<'a>(BTreeMap<&'a str, usize>);
 
 impl<'a> Index<'a> {
@@ -38,7 +38,7 @@ impl<'a> Index<'a> {
     }
 }
 
-/// Every subtree exists, and no tree contains itself.
+/// Checks that every subtree exists and that no tree contains itself.
 pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, files: &mut [SourceFile]) {
     let mut references: Vec<Vec<(usize, SourceSpan)>> = Vec::new();
     for definition in definitions {
@@ -50,7 +50,7 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
                 None => {
                     let problems = &mut files[definition.file].problems;
                     let help = hint(id, index.ids(), problems.len());
-                    let problem = Problem::new(format!("there is no tree `{id}`")).at(node.span, "no such tree");
+                    let problem = Problem::new(format!("unknown tree `{id}`")).at(node.span, "no such tree");
                     problems.push(problem.with_help_if(help));
                 }
             }
@@ -67,20 +67,20 @@ pub(super) fn check_references(definitions: &[Definition], index: &Index<'_>, fi
 /// A depth-first search for trees that contain themselves.
 struct CycleSearch<'a> {
     definitions: &'a [Definition],
-    /// By tree: the trees that it asks for, and where.
+    /// By tree: its subtrees, with their places.
     references: Vec<Vec<(usize, SourceSpan)>>,
     files: &'a mut [SourceFile],
-    /// The trees from the start of the search to where it is, with the number of references followed in each.
+    /// The trees from the start of the search to the current one, with the number of references followed in each.
     path: Vec<(usize, usize)>,
     stands: Vec<Visit>,
 }
 
-/// How the search stands to a tree.
+/// The progress of the search at a tree.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Visit {
-    /// It has not been there.
+    /// Not visited yet.
     Open,
-    /// The tree is on the path, at this place.
+    /// The tree is on the path, at this index.
     OnPath(usize),
     Done,
 }
@@ -104,7 +104,7 @@ impl CycleSearch<'_> {
                     let cycle = self.circle(first, target);
                     let problem = Problem::new(format!("a tree would contain itself: {}", cycle.join(" → ")));
                     let help = "trees cannot be recursive; repeat a tree by ticking it again";
-                    let problem = problem.at(span, "closes the circle").with_help(help);
+                    let problem = problem.at(span, "this closes the cycle").with_help(help);
                     self.files[self.definitions[tree].file].problems.push(problem);
                 }
                 Visit::Done => {}
@@ -133,7 +133,7 @@ impl CycleSearch<'_> {
     }
 }
 
-/// Puts the main tree together. All subtrees exist and none contains itself.
+/// Assembles the main tree. All subtrees exist and none contains itself.
 pub(super) fn assemble(
     loader: &Loader,
     sources: &[Source],
@@ -181,26 +181,27 @@ struct Assembly<'a> {
     index: &'a Index<'a>,
     nodes: Vec<Node>,
     program: Program,
-    /// How many ports the models of the nodes placed so far declare.
+    /// The number of ports declared by the models of the nodes placed so far.
     ports: usize,
     names: Directory,
     files: &'a mut [SourceFile],
 }
 
-/// There may be so many declared ports for each node that a tree may have.
+/// The maximum number of declared ports per allowed node of a tree.
 const PORTS_PER_NODE: usize = 20;
 
-/// A tree that is being placed: where its nodes have come to stand, and how many there are so far.
+/// A tree that is being placed: the ids of its nodes so far, and their number.
 struct Placing {
     definition: usize,
-    /// The node that stands for the tree, if it is a subtree.
+    /// The node of the tree, if it is a subtree.
     under: Option<NodeId>,
     places: Vec<NodeId>,
     scope: ScopeId,
 }
 
 impl Assembly<'_> {
-    /// Places a tree and, depth first, all its subtrees. A tree that becomes too large is a problem of a file.
+    /// Places a tree and, depth first, all its subtrees. A tree that becomes too large is reported as a problem of a
+    /// file.
     fn place(&mut self, main: usize) -> Result<(), (usize, Problem)> {
         let scope = self.names.scopes.push(Scope::default());
         let mut stack = vec![Placing { definition: main, under: None, places: Vec::new(), scope }];
@@ -246,7 +247,7 @@ impl Assembly<'_> {
         Ok(NodeId(id))
     }
 
-    /// What the engine needs of a node.
+    /// Compiles a node for the engine.
     fn compile(&mut self, scanned: &Scanned, id: u32, parent: Option<NodeId>, file: usize) {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
         let problems = &mut self.files[file].problems;
@@ -271,7 +272,7 @@ impl Assembly<'_> {
         self.program.ops.push(Op { kind, flags, parent: parent.map_or(0, |id| id.0), end: id + 1, place });
     }
 
-    /// The names of a subtree: what its attributes remap, and what they set to a value.
+    /// The scope of a subtree: the keys that its attributes remap or set to a value.
     fn subtree_scope(&mut self, scanned: &Scanned, parent: ScopeId) -> ScopeId {
         let autoremap =
             scanned.attribute("_autoremap").is_some_and(|value| matches!(value, "1" | "true" | "True" | "TRUE"));
@@ -303,11 +304,11 @@ impl Assembly<'_> {
     }
 }
 
-/// The names of the tree as far as it has been put together.
+/// The names of the tree that has been assembled so far.
 struct Directory {
     scopes: Scopes,
     declared: Declared,
-    /// That of the node at hand.
+    /// The scope of the current node.
     scope: ScopeId,
     loops: usize,
     constants: Arc<Constants>,

@@ -1,4 +1,4 @@
-//! From a node's attributes to what it reads when it is ticked.
+//! From a node's attributes to its settings.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,12 +18,12 @@ use crate::script::{Names, Script};
 use crate::settings::{Constants, Input, Loop, Setting};
 use crate::{Direction, Item, Kind};
 
-/// Where names lead to.
+/// Resolves names.
 pub(super) trait Surroundings: Names {
-    /// The scope that the node is in.
+    /// The scope of the node.
     fn scope(&self) -> ScopeId;
 
-    /// The entry of a key that a port of that type points to; or the type that it has already, which does not agree.
+    /// The entry of a key to which a port of this type points; or its existing type, if the two do not agree.
     fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type>;
 
     /// The number of a loop.
@@ -33,7 +33,7 @@ pub(super) trait Surroundings: Names {
     fn constants(&self) -> Arc<Constants>;
 }
 
-/// Surroundings in which all names lead to the same place: to see whether the attributes are right.
+/// Surroundings in which all names refer to the same entry, for checking attributes.
 pub(super) struct Nowhere(pub(super) Arc<Constants>);
 
 impl Names for Nowhere {
@@ -64,10 +64,10 @@ impl Surroundings for Nowhere {
     }
 }
 
-/// The compiling of one node.
+/// Compiles one node.
 pub(super) struct Compiler<'a> {
     pub(super) kind: Kind,
-    /// What the node is called in messages.
+    /// The name of the node in messages.
     pub(super) name: &'a str,
     pub(super) attributes: &'a [Attribute],
     /// Of the node's start tag.
@@ -77,7 +77,7 @@ pub(super) struct Compiler<'a> {
 }
 
 impl Compiler<'_> {
-    /// What the node reads. Where it is wrong, there is a problem that says so.
+    /// The values that the node reads. Errors are reported as problems.
     pub(super) fn setting(&mut self) -> Setting {
         self.compile().unwrap_or(Setting::Nothing)
     }
@@ -113,7 +113,7 @@ impl Compiler<'_> {
         })
     }
 
-    /// One number or two; constant ones are read now.
+    /// One or two numbers; constants are read now.
     fn numbers(&mut self, first: Option<&Port>, second: Option<&Port>) -> Option<Setting> {
         let mut inputs = [None, None];
         for (input, port) in inputs.iter_mut().zip([first, second]) {
@@ -142,7 +142,7 @@ impl Compiler<'_> {
         Some(Setting::Loop(Loop { queue: self.queue(queue?, item), value, if_empty: if_empty?, item, number }))
     }
 
-    /// The entry that a port names, in braces or not.
+    /// The entry named by a port, with or without braces.
     fn entry(&mut self, port: &Port) -> Option<Slot> {
         let attribute = self.required(port)?;
         match pointed_key(port.name, &attribute.value) {
@@ -168,18 +168,18 @@ impl Compiler<'_> {
         self.attributes.iter().find(|attribute| attribute.name == name).cloned()
     }
 
-    /// The attribute of a port that a node can't do without.
+    /// The attribute of a required port.
     fn required(&mut self, port: &Port) -> Option<Attribute> {
         let found = self.attribute(port.name);
         if found.is_none() {
             let near = self.meant_to_be(port.name);
-            let help = near.map(|near| format!("was `{near}` meant to be `{}`?", port.name));
+            let help = near.map(|near| format!("did you mean `{near}` to be `{}`?", port.name));
             self.problems.push(missing_port(self.name, port.name, self.span, help));
         }
         found
     }
 
-    /// Where the value of a port comes from; none if it is missing or wrong.
+    /// The source of a port's value; `None` if it is missing or wrong.
     fn input(&mut self, port: &Port) -> Option<Input> {
         match (self.attribute(port.name), port.default) {
             (Some(attribute), _) => self.value(&attribute, &port.of.type_of()),
@@ -199,7 +199,7 @@ impl Compiler<'_> {
             return match self.names.port(key, of) {
                 Ok(slot) => Some(Input::Entry(slot, key.into())),
                 Err(is) => {
-                    let message = format!("the entry `{key}` is of the type {is} already, and cannot be used as {of}");
+                    let message = format!("the entry `{key}` already has the type {is} and cannot be used as {of}");
                     let problem = Problem::new(message).at(attribute.value_span, format!("used as {of} here"));
                     self.problems.push(problem);
                     None
@@ -224,7 +224,7 @@ impl Compiler<'_> {
     fn code(&mut self, port: &Port) -> Option<Script> {
         let attribute = self.required(port)?;
         if pointed_key(&attribute.name, &attribute.value).is_some() {
-            let (what, help) = ("a script that is itself on the blackboard", "write the script into the file");
+            let (what, help) = ("a script that is on the blackboard", "write the script in the file");
             self.problems.push(not_supported(what, attribute.value_span, help));
             return None;
         }
@@ -238,19 +238,19 @@ impl Compiler<'_> {
                 let whole = attribute.value_span;
                 let span = if attribute.is_plain {
                     let start = whole.offset() + error.range.start;
-                    // At its end there is nothing to point at but what is before.
+                    // At its end there is nothing to mark but the text before.
                     span(start..whole.offset() + error.range.end)
                 } else {
                     whole
                 };
-                let problem = Problem::new(format!("this script cannot be read: {}", error.message));
+                let problem = Problem::new(format!("cannot parse this script: {}", error.message));
                 self.problems.push(problem.at(span, "here"));
                 None
             }
         }
     }
 
-    /// The scripts that are attributes.
+    /// The scripts in attributes.
     pub(super) fn hooks(&mut self) -> Option<Hooks> {
         let mut hooks = Hooks::default();
         let mut has_any = false;
@@ -263,7 +263,7 @@ impl Compiler<'_> {
         has_any.then_some(hooks)
     }
 
-    /// The ports of a leaf outside the tree: those that are attributes, and those that its model declares.
+    /// The ports of a leaf outside the tree: those given as attributes, and those that its model declares.
     pub(super) fn leaf_ports(&mut self, model: Option<&Model>) -> BTreeMap<String, LeafPort> {
         let mut leaf_ports = self.given_ports(model);
         for port in model.iter().flat_map(|model| &model.ports) {
@@ -280,7 +280,7 @@ impl Compiler<'_> {
         leaf_ports
     }
 
-    /// The ports of a leaf that are attributes.
+    /// The ports of a leaf that are given as attributes.
     pub(super) fn given_ports(&mut self, model: Option<&Model>) -> BTreeMap<String, LeafPort> {
         let mut given = BTreeMap::new();
         for attribute in self.attributes.iter().filter(|attribute| is_port_name(&attribute.name)) {

@@ -1,5 +1,4 @@
-//! The files as a whole: well-formedness, the root element, what they include, which trees there are, which is the main
-//! one.
+//! The files as a whole: well-formedness, the root element, includes, the trees, and the main tree.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
@@ -22,7 +21,7 @@ use super::source_file::SourceFile;
 use super::vocabulary::{self, Builtin};
 use crate::{Category, Tree, TreeError};
 
-/// How many files may be involved.
+/// The maximum number of files.
 const MAX_FILES: usize = 100;
 
 /// Loads a file and those that it includes. The main file is the first.
@@ -49,7 +48,7 @@ pub(super) fn unreadable(path: &Path, error: &io::Error) -> TreeError {
     TreeError::new(Source::new(&path.display().to_string(), ""), vec![problem])
 }
 
-/// All that is said of the files.
+/// The error with all problems of the files.
 fn error(files: Vec<SourceFile>) -> TreeError {
     let mut errors = files.into_iter().map(|file| (file.text, file.problems));
     let (source, problems) = errors.next().expect("the main file is there");
@@ -58,15 +57,15 @@ fn error(files: Vec<SourceFile>) -> TreeError {
         .with_included(included.map(|(source, problems)| TreeError::new(source, problems)).collect())
 }
 
-/// Reads all files that are included, and says in which order they count: those that are included before those that
-/// include them. A file that is included twice counts once.
+/// Reads all included files, and determines their order: included files come before those that include them. A file
+/// that is included twice counts once.
 fn find_included(
     files: &mut Vec<SourceFile>,
     loader: &Loader,
     read: &dyn Fn(&Path) -> io::Result<String>,
 ) -> Vec<usize> {
     let mut order = Vec::new();
-    // Files that are being looked at, with what they include that has not been followed yet.
+    // The files in progress, with their remaining includes.
     let mut stack = vec![(0, includes_of(&mut files[0], loader))];
     while let Some((file, includes)) = stack.last_mut() {
         let file = *file;
@@ -95,7 +94,7 @@ fn find_included(
     order
 }
 
-/// What a file includes, the last first. A file that is no tree file is complained about when it is read for good.
+/// The includes of a file, the last first. A file that is not a tree file is reported when it is finally read.
 fn includes_of(file: &mut SourceFile, loader: &Loader) -> Vec<(String, SourceSpan)> {
     let text = file.text.clone();
     let Ok(document) = parse(text.text(), loader) else { return Vec::new() };
@@ -117,7 +116,7 @@ fn includes_of(file: &mut SourceFile, loader: &Loader) -> Vec<(String, SourceSpa
     includes
 }
 
-/// The path of a file that another includes, without `.` and, where that is possible, `..`.
+/// The path of an included file, without `.` and, if possible, `..`.
 fn resolved(including: &Path, written: &str) -> PathBuf {
     let joined = including.parent().unwrap_or(Path::new("")).join(written);
     let mut path = PathBuf::new();
@@ -134,7 +133,7 @@ fn resolved(including: &Path, written: &str) -> PathBuf {
 }
 
 fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
-    // Comments and the space between elements count as nodes, too: leave room for them.
+    // Comments and white space between elements count as nodes, too: leave room for them.
     let nodes_limit = u32::try_from(loader.max_nodes.saturating_mul(8)).unwrap_or(u32::MAX);
     let options = ParsingOptions { allow_dtd: false, nodes_limit, ..ParsingOptions::default() };
     diagnostics::xml::check_attributes(text, MAX_ATTRIBUTES)?;
@@ -153,7 +152,7 @@ fn parse<'a>(text: &'a str, loader: &Loader) -> Result<Document<'a>, Problem> {
     }
 }
 
-/// Reads the main tree of the files. Where there is none, there is a problem that says why.
+/// Reads the main tree of the files. If there is none, a problem tells why.
 fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<Tree> {
     let sources: Vec<Source> = files.iter().map(|file| file.text.clone()).collect();
     let mut documents = Vec::new();
@@ -202,14 +201,14 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     assemble::assemble(loader, &sources, &library, main, files)
 }
 
-/// The format that the file says it has; 3 where it says nothing, as nothing was said in its days.
+/// The format that the file declares; 3 if it declares none, as was usual then.
 fn check_format(root: Node<'_, '_>, problems: &mut Problems) -> u8 {
     let Some(attribute) = root.attribute_node("BTCPP_format") else { return 3 };
     match attribute.value().trim() {
         "3" => 3,
         "4" => 4,
         found => {
-            let problem = Problem::new(format!("there is no format `{found}`")).at(attribute.range(), "unknown format");
+            let problem = Problem::new(format!("unknown format `{found}`")).at(attribute.range(), "unknown format");
             let help = "write BTCPP_format=\"4\" (or \"3\", or leave it out, for files of Groot 1)";
             problems.push(problem.with_help(help));
             4
@@ -217,7 +216,7 @@ fn check_format(root: Node<'_, '_>, problems: &mut Problems) -> u8 {
     }
 }
 
-/// No tree is called like a node.
+/// Checks that no tree has the name of a node.
 fn check_categories(loader: &Loader, definitions: &[Definition], models: &Models, files: &mut [SourceFile]) {
     for &Definition { ref id, span, file, .. } in definitions {
         let Some(id) = id else { continue };
@@ -231,20 +230,20 @@ fn check_categories(loader: &Loader, definitions: &[Definition], models: &Models
     }
 }
 
-/// Several trees of a file need IDs, each its own.
+/// Checks that several trees of a file have different IDs.
 fn check_ids(definitions: &[Definition], problems: &mut Problems) {
     let mut seen = BTreeMap::new();
     for Definition { id, span, .. } in definitions {
         let Some(id) = id else {
             if definitions.len() > 1 {
-                let problem = Problem::new("a tree without ID cannot stand beside others");
-                problems.push(problem.at(*span, "this tree needs an ID").with_help("write <BehaviorTree ID=\"…\">"));
+                let problem = Problem::new("a tree needs an ID if there are others");
+                problems.push(problem.at(*span, "this tree has no ID").with_help("write <BehaviorTree ID=\"…\">"));
             }
             continue;
         };
         match seen.get(id) {
             Some(first) => {
-                let problem = Problem::new(format!("there are two trees `{id}`")).at(*span, "again here");
+                let problem = Problem::new(format!("there are two trees named `{id}`")).at(*span, "again here");
                 problems.push(problem.at(*first, "first here").with_help("give one of them another ID"));
             }
             None => {
@@ -254,7 +253,7 @@ fn check_ids(definitions: &[Definition], problems: &mut Problems) {
     }
 }
 
-/// Which tree is the main one: the loader's choice, the main file's, or the only one.
+/// The main tree: the loader's choice, the main file's, or the only one.
 fn main_tree(
     loader: &Loader,
     root: Node<'_, '_>,
@@ -264,7 +263,7 @@ fn main_tree(
 ) -> Option<usize> {
     if definitions.is_empty() {
         let problem = Problem::new("there is no <BehaviorTree> in this file");
-        problems.push(problem.at(tag_span(root), "no tree in here"));
+        problems.push(problem.at(tag_span(root), "this contains no tree"));
         return None;
     }
     let choice: Option<(&str, SourceSpan)> = match (&loader.main_tree, root.attribute_node("main_tree_to_execute")) {
@@ -276,15 +275,15 @@ fn main_tree(
         if definitions.len() == 1 {
             return Some(0);
         }
-        let message = format!("nothing says which of the {} trees is the main tree", definitions.len());
+        let message = format!("the main tree is not set, and there are {} trees", definitions.len());
         let problem = Problem::new(message).at(tag_span(root), "no main_tree_to_execute");
-        let help = format!("write main_tree_to_execute=\"…\" in <root>; there is {}", listed(index.ids()));
+        let help = format!("write main_tree_to_execute=\"…\" in <root>; the trees are {}", listed(index.ids()));
         problems.push(problem.with_help(help));
         return None;
     };
     let found = index.find(id);
     if found.is_none() {
-        let problem = Problem::new(format!("there is no tree `{id}` to be the main tree")).at(span, "no such tree");
+        let problem = Problem::new(format!("the main tree `{id}` does not exist")).at(span, "no such tree");
         problems.push(problem.with_help_if(hint(id, index.ids(), problems.len())));
     }
     found

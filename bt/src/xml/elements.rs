@@ -1,29 +1,29 @@
-//! Elements and attributes: where they stand, and how many there may be.
+//! Elements and attributes: their places and their limits.
 
 use diagnostics::Problem;
 use miette::SourceSpan;
 
 use super::problems::Problems;
 
-/// Where the value of an attribute stands, without its quotes.
+/// The place of an attribute's value, without its quotes.
 pub(super) fn value_span(element: roxmltree::Node<'_, '_>, attribute: &str) -> Option<SourceSpan> {
     element.attribute_node(attribute).map(|attribute| span(attribute.range_value()))
 }
 
-/// The ID of an element that must have one.
+/// The ID of an element that requires one.
 pub(super) fn required_id(element: roxmltree::Node<'_, '_>, meaning: &str, problems: &mut Problems) -> Option<String> {
     match element.attribute("ID").map(str::trim) {
         Some(id) if !id.is_empty() => Some(id.to_owned()),
         _ => {
             let problem = Problem::new(format!("<{}> has no ID", element.tag_name().name()));
             let problem = problem.at(tag_span(element), "needs ID=\"…\"");
-            problems.push(problem.with_help(format!("the ID says {meaning}")));
+            problems.push(problem.with_help(format!("the ID tells {meaning}")));
             None
         }
     }
 }
 
-/// Where an element's start tag stands, without its closing bracket: up to its last attribute.
+/// The place of an element's start tag, up to its last attribute.
 pub(super) fn tag_span(element: roxmltree::Node<'_, '_>) -> SourceSpan {
     let start = element.range().start;
     let name_end = start + 1 + element.tag_name().name().len();
@@ -35,7 +35,7 @@ pub(super) fn span(range: std::ops::Range<usize>) -> SourceSpan {
     (range.start, range.len()).into()
 }
 
-/// So many attributes an element may have, and so many ports a node.
+/// The maximum number of attributes of an element, and of ports of a node.
 pub(super) const MAX_ATTRIBUTES: usize = 1000;
 
 pub(super) const MAX_PORTS: usize = MAX_ATTRIBUTES;

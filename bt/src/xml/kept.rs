@@ -1,30 +1,30 @@
-//! What files say that means nothing here: kept, to be written back.
+//! Parts of files without a meaning here: kept, to be written back.
 
 use std::collections::BTreeMap;
 
 use roxmltree::{Attribute, Document, Node as Element};
 
-/// Attributes by their names as they are written, in the order of the file.
+/// Attributes by their names as written, in the order of the file.
 pub(crate) type Kept = Vec<(String, String)>;
 
-/// An attribute's name as it is written, with its prefix.
+/// An attribute's name as written, with its prefix.
 pub(super) fn written_name<'a>(element: Element<'a, '_>, attribute: &Attribute<'_, '_>) -> &'a str {
     element.document().input_text().get(attribute.range_qname()).unwrap_or_default()
 }
 
-/// The attributes of an element but those that are known.
+/// The attributes of an element except the known ones.
 pub(super) fn other_attributes(element: Element<'_, '_>, known: &[&str]) -> Kept {
     let all = element.attributes().map(|attribute| (written_name(element, &attribute).to_owned(), attribute.value()));
     let others = all.filter(|(name, _)| !known.contains(&name.as_str()));
     others.map(|(name, value)| (name, value.to_owned())).collect()
 }
 
-/// An element with all that is in it, letter by letter.
+/// An element with its contents, unchanged.
 pub(super) fn verbatim(element: Element<'_, '_>) -> String {
     element.document().input_text().get(element.range()).unwrap_or_default().to_owned()
 }
 
-/// The namespaces that documents declare anywhere, as the attributes that declare them.
+/// The namespaces that documents declare, as attributes.
 pub(super) fn namespaces<'a, 'i: 'a>(documents: impl Iterator<Item = &'a Document<'i>>) -> Kept {
     let mut declared = BTreeMap::new();
     let documents = documents.filter(|document| document.input_text().contains("xmlns"));

@@ -1,4 +1,4 @@
-//! What files say: trees as lists of nodes, and models.
+//! The contents of files: trees as lists of nodes, and models.
 
 use miette::SourceSpan;
 
@@ -6,18 +6,18 @@ use super::kept::Kept;
 use super::model::{Model, Models};
 use crate::Kind;
 
-/// All that files say: their trees, and what they declare of nodes.
+/// The contents of files: their trees, and their declarations of nodes.
 #[derive(Debug, Default)]
 pub(crate) struct Library {
-    /// The trees that count: of several with one ID, that of the including file.
+    /// The effective trees: of several with one ID, that of the including file.
     pub(crate) definitions: Vec<Definition>,
     pub(super) models: Models,
-    /// What the main file's root says besides its format and its main tree, and the namespaces of all files.
+    /// The main file's root attributes besides its format and its main tree, and the namespaces of all files.
     pub(super) kept: Kept,
 }
 
 impl Library {
-    /// What is declared or known of an ID.
+    /// The model of an ID.
     pub(crate) fn model(&self, id: &str) -> Option<&Model> {
         self.models.get(id)
     }
@@ -27,28 +27,28 @@ impl Library {
 #[derive(Debug)]
 pub(crate) struct Definition {
     pub(crate) id: Option<String>,
-    /// What the element says besides its ID.
+    /// The element's attributes besides its ID.
     pub(super) kept: Kept,
     pub(super) span: SourceSpan,
-    /// In which of the files.
+    /// The index of its file.
     pub(super) file: usize,
-    /// In document order, the root first; none where it has no root.
+    /// In document order, the root first; empty if the tree has no root.
     pub(crate) nodes: Vec<Scanned>,
 }
 
-/// A node as the file has it.
+/// A node in the file.
 #[derive(Debug)]
 pub(crate) struct Scanned {
     pub(crate) kind: Kind,
     pub(crate) type_id: String,
     pub(super) attributes: Vec<Attribute>,
     pub(super) span: SourceSpan,
-    /// Its place in the list of its tree.
+    /// Its index in the list of its tree.
     pub(crate) parent: Option<usize>,
 }
 
 impl Scanned {
-    /// The attributes that are kept: all but those that spell out what the node is.
+    /// The attributes that are kept: all except those that identify the node.
     pub(crate) fn kept_attributes(&self) -> impl Iterator<Item = (&str, &str)> {
         let kept = self.attributes.iter().filter(|attribute| attribute.name != "ID");
         kept.map(|attribute| (attribute.name.as_str(), attribute.value.as_str()))
@@ -63,13 +63,13 @@ impl Scanned {
 #[derive(Clone, Debug)]
 pub(super) struct Attribute {
     pub(super) name: String,
-    /// The name in the file: version 3 called some ports otherwise.
+    /// The name in the file: some ports had other names in version 3.
     pub(super) written: String,
     pub(super) value: String,
-    /// Of all of it.
+    /// The place of the whole attribute.
     pub(super) span: SourceSpan,
-    /// Of the value, between the quotes.
+    /// The place of the value, between the quotes.
     pub(super) value_span: SourceSpan,
-    /// The value stands in the file as it is, without `&lt;` and its like.
+    /// The value is written literally, without entities such as `&lt;`.
     pub(super) is_plain: bool,
 }

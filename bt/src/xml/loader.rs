@@ -1,4 +1,4 @@
-//! Choices for reading a tree.
+//! Options for loading a tree.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use crate::settings::Constants;
 /// Reads tree files.
 ///
 /// Both spellings of nodes are read: `<Action ID="GoTo"/>` and `<GoTo/>`, `<Control ID="Sequence">` and `<Sequence>`.
-/// The short spelling of a leaf needs to be told what the leaf is: by the file's `<TreeNodesModel>`, or by
-/// [`leaves`](Self::leaves). What means nothing here (a description, what Groot notes down) is kept. What
-/// BehaviorTree.CPP 4 refuses when it loads a tree is refused: IDs with a space or another forbidden character, two subtrees
-/// of one name in a tree, ports that no model declares, ports of two types that name one entry. In files of version 3, whose
-/// models are notes of Groot's, a port that they do not declare is a warning, as is an attribute that is no script
-/// ([`Tree::concerns`](crate::Tree::concerns)).
+/// The short form of a leaf requires a declaration of the leaf, in the file's `<TreeNodesModel>` or by
+/// [`leaves`](Self::leaves). Parts without a meaning here (descriptions, Groot's annotations) are kept. Trees that
+/// BehaviorTree.CPP 4 refuses to load are refused: IDs with a space or another forbidden character, two subtrees with
+/// the same name in a tree, ports that no model declares, ports of two types that use one entry. In files of version 3,
+/// whose models are only Groot's annotations, an undeclared port is a warning, as is an unknown attribute that looks
+/// like a script ([`Tree::concerns`](crate::Tree::concerns)).
 ///
-/// All trees of a file are checked, also those that the main tree does not use.
+/// All trees of a file are checked, even those that the main tree does not use.
 ///
 /// ```
 /// use bt::Loader;
@@ -44,15 +44,15 @@ impl Default for Loader {
 }
 
 impl Loader {
-    /// Knows leaves of these IDs, so that `<ID/>` is an action where the file itself does not say what it is.
+    /// Declares leaves with these IDs, so that `<ID/>` is an action if the file itself does not declare it.
     #[must_use]
     pub fn leaves(mut self, ids: impl IntoIterator<Item: Into<String>>) -> Self {
         self.leaves.extend(ids.into_iter().map(Into::into));
         self
     }
 
-    /// Knows these names for numbers in scripts and switches, as BehaviorTree.CPP knows the enumerators that a program
-    /// registers.
+    /// Defines names for numbers in scripts and switches, like the enumerators that a program registers with
+    /// BehaviorTree.CPP.
     #[must_use]
     pub fn constants(mut self, constants: impl IntoIterator<Item = (impl Into<String>, i64)>) -> Self {
         let constants = constants.into_iter().map(|(name, number)| (name.into(), number));
@@ -60,21 +60,21 @@ impl Loader {
         self
     }
 
-    /// Takes this tree for the main tree, whatever the file says.
+    /// Uses this tree as the main tree, whatever the file declares.
     #[must_use]
     pub fn main_tree(mut self, id: impl Into<String>) -> Self {
         self.main_tree = Some(id.into());
         self
     }
 
-    /// Refuses trees that are deeper than this, subtrees included. 256 if not set, as in BehaviorTree.CPP.
+    /// Refuses trees deeper than this, including subtrees. The default is 256, as in BehaviorTree.CPP.
     #[must_use]
     pub fn max_depth(mut self, nodes: usize) -> Self {
         self.max_depth = nodes;
         self
     }
 
-    /// Refuses trees of more nodes than this, subtrees included. 100 000 if not set.
+    /// Refuses trees with more nodes than this, including subtrees. The default is 100 000.
     #[must_use]
     pub fn max_nodes(mut self, nodes: usize) -> Self {
         self.max_nodes = nodes;

@@ -1,4 +1,4 @@
-//! What a file declares of nodes: its `<TreeNodesModel>`.
+//! The declarations of nodes in a file: its `<TreeNodesModel>`.
 
 use std::collections::BTreeMap;
 
@@ -14,24 +14,23 @@ use super::vocabulary;
 use crate::blackboard::{Type, pointed_key};
 use crate::{Category, Direction};
 
-/// What is declared of a node's ID.
+/// The declaration of a node's ID.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Model {
     pub(crate) category: Category,
     pub(crate) ports: Vec<PortModel>,
-    /// Where each port is among them.
+    /// The index of each port.
     pub(super) places: BTreeMap<String, usize>,
-    /// A `<TreeNodesModel>` declares it, and with it all its ports; else it is only used as a node of that category.
+    /// A `<TreeNodesModel>` declares it with all its ports; otherwise it is only used as a node of this category.
     pub(super) is_declared: bool,
-    /// What the declaration says besides: attributes, and elements as they stand in the file, such as `<MetadataFields>`
-    /// and `<description>`.
+    /// Other contents of the declaration: attributes, and elements such as `<MetadataFields>` and `<description>`.
     pub(super) kept: Kept,
     pub(super) notes: Vec<String>,
-    /// Where it is declared or used first, and in which of the files.
+    /// The place of its declaration or first use, and the index of the file.
     pub(crate) declared: Option<(usize, SourceSpan)>,
 }
 
-/// What is declared of a port.
+/// The declaration of a port.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct PortModel {
     pub(crate) name: String,
@@ -45,7 +44,7 @@ pub(crate) struct PortModel {
 }
 
 impl Model {
-    /// A model of which nothing is declared.
+    /// A model without a declaration.
     pub(super) fn of(category: Category) -> Self {
         Self {
             category,
@@ -58,7 +57,7 @@ impl Model {
         }
     }
 
-    /// Whether it says more than what the node is.
+    /// Whether it contains more than the category.
     pub(super) fn says_something(&self) -> bool {
         !self.ports.is_empty() || !self.notes.is_empty() || self.kept.iter().any(|(name, _)| name != "editable")
     }
@@ -76,7 +75,7 @@ impl Model {
 /// Models by ID.
 pub(crate) type Models = BTreeMap<String, Model>;
 
-/// Reads what a file declares, besides what is declared already.
+/// Reads the declarations of a file, in addition to existing ones.
 pub(super) fn read_models(root: Element<'_, '_>, file: usize, models: &mut Models, problems: &mut Problems) {
     let mut elements = root.children().filter(|element| element.has_tag_name("TreeNodesModel"));
     if let Some(first) = elements.next() {
@@ -106,7 +105,7 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
             problems.push(wrong_category(&id, is, used_as, span, None));
             return;
         }
-        // Groot writes down what it knows of BehaviorTree.CPP's own nodes, too. So do we know it, but for its notes.
+        // Groot also lists BehaviorTree.CPP's own nodes. They are known here, so only its annotations are kept.
         let model = declaration(element, category, (file, span), &mut Problems::new());
         if builtin.is_called(&id) && !model.notes.is_empty() {
             models.insert(id, model);
@@ -126,7 +125,7 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
     }
 }
 
-/// What an element declares of a node.
+/// The declaration of a node by an element.
 fn declaration(
     element: Element<'_, '_>,
     category: Category,
@@ -148,7 +147,7 @@ fn declaration(
     model
 }
 
-/// The direction of the port that an element declares; none if it declares no port.
+/// The direction of the port that an element declares; `None` if it does not declare a port.
 fn direction(element: Element<'_, '_>) -> Option<Direction> {
     let directions = [Direction::Input, Direction::Output, Direction::InOut];
     directions.into_iter().find(|direction| direction.element() == element.tag_name().name())
@@ -160,7 +159,7 @@ fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Prob
         let help = "a port's name begins with a letter, has no space, dot or other special character, and is not `name` \
                     or `ID`";
         let unnamed = || "this port has no name".to_owned();
-        let problem = Problem::new(name.map_or_else(unnamed, |name| format!("no port can be called `{name}`")));
+        let problem = Problem::new(name.map_or_else(unnamed, |name| format!("`{name}` is not a valid name of a port")));
         problems.push(problem.at(tag_span(element), "give it a name").with_help(help));
         return None;
     };
@@ -186,6 +185,6 @@ fn read_port(element: Element<'_, '_>, direction: Direction, problems: &mut Prob
 }
 
 pub(super) fn misplaced(element: Element<'_, '_>, help: &str, problems: &mut Problems) {
-    let problem = Problem::new(format!("<{}> does not belong here", element.tag_name().name()));
+    let problem = Problem::new(format!("<{}> is not allowed here", element.tag_name().name()));
     problems.push(problem.at(tag_span(element), "unexpected").with_help(help));
 }

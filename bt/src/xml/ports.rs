@@ -4,25 +4,25 @@ use super::vocabulary;
 use crate::blackboard::Type;
 use crate::{Item, Kind};
 
-/// A port of a kind of nodes.
+/// A port of a kind of node.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Port {
     pub(super) name: &'static str,
     pub(super) of: Of,
-    /// What it is if the file says nothing.
+    /// Its default.
     pub(super) default: Option<&'static str>,
-    /// Whether the node does without it.
+    /// Whether the node works without it.
     pub(super) optional: bool,
 }
 
 impl Port {
-    /// Whether the node cannot do without it.
+    /// Whether the node requires it.
     pub(super) fn is_required(&self) -> bool {
         !self.optional && self.default.is_none()
     }
 }
 
-/// The type of a port, or that it holds a script.
+/// The type of a port, or a script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
     Any,
@@ -34,7 +34,7 @@ pub(super) enum Of {
     Item(Item),
     /// A script.
     Code,
-    /// The name of an entry, in braces or not.
+    /// The name of an entry, with or without braces.
     Key,
 }
 
@@ -114,7 +114,7 @@ pub(super) fn ports(kind: Kind) -> &'static [Port] {
     }
 }
 
-/// Whether an attribute of that name can be a port: it begins with a letter, is neither `name` nor `ID`, and has no
+/// Whether an attribute with this name can be a port: it begins with a letter, is neither `name` nor `ID`, and has no
 /// character that BehaviorTree.CPP forbids.
 pub(super) fn is_port_name(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic())

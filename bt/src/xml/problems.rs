@@ -1,4 +1,4 @@
-//! What is said of tree files in more than one place.
+//! Problems of tree files that are reported in several places.
 
 use diagnostics::{MAX_HINTS, Problem, nearest};
 use miette::SourceSpan;
@@ -18,20 +18,20 @@ pub(super) fn too_many(what: &str, limit: usize, span: SourceSpan) -> Problem {
 /// Nodes are nested too deeply.
 pub(super) fn too_deep(limit: usize, span: SourceSpan) -> Problem {
     let problem = Problem::new(format!("nodes are nested more than {limit} deep")).at(span, "one level too deep");
-    problem.with_help("move a part into a tree of its own, or loosen the nesting; BehaviorTree.CPP has the same limit")
+    problem.with_help("move a part into its own tree, or reduce the nesting; BehaviorTree.CPP has the same limit")
 }
 
-/// BehaviorTree.CPP knows or knew it; this crate does not.
+/// BehaviorTree.CPP supports or supported it; this crate does not.
 pub(super) fn not_supported(what: &str, span: SourceSpan, help: &str) -> Problem {
     Problem::new(format!("{what} is not supported")).at(span, "not supported").with_help(help)
 }
 
 /// A node has the wrong number of children.
 pub(super) fn child_count(node: &str, expected: &str, found: usize, span: SourceSpan) -> Problem {
-    Problem::new(format!("{node} must have {expected}, and has {found}")).at(span, format!("must have {expected}"))
+    Problem::new(format!("{node} must have {expected}, but has {found}")).at(span, format!("must have {expected}"))
 }
 
-/// A node is used as something else than what it is; `declared` is where the file says what.
+/// A node is used with another category than declared; `declared` is the place of the declaration.
 pub(super) fn wrong_category(
     id: &str,
     is: Category,
@@ -52,7 +52,7 @@ fn with_article(category: Category) -> String {
     format!("{article} <{category}>")
 }
 
-/// An element has a name that nobody knows, and so have that many more of the file.
+/// An element has an unknown name, and so have `more` others in the file.
 pub(super) fn unknown_node(name: &str, more: usize) -> Problem {
     let repeated = match more {
         0 => String::new(),
@@ -62,32 +62,32 @@ pub(super) fn unknown_node(name: &str, more: usize) -> Problem {
     Problem::new(format!("unknown node type <{name}>{repeated}"))
 }
 
-/// A port that a node can't do without is not there.
+/// A required port is missing.
 pub(super) fn missing_port(node: &str, port: &str, span: SourceSpan, help: Option<String>) -> Problem {
     let problem = Problem::new(format!("{node} needs the port `{port}`"));
     problem.at(span, format!("needs {port}=\"…\"")).with_help_if(help)
 }
 
-/// An attribute is none of a node's ports.
+/// An attribute is not one of the node's ports.
 pub(super) fn unknown_port(node: &str, port: &str, span: SourceSpan, help: Option<String>) -> Problem {
     Problem::new(format!("{node} has no port `{port}`")).at(span, "no such port").with_help_if(help)
 }
 
-/// A port's value is not of its type, or cannot be right.
+/// A port's value has the wrong type, or cannot be valid.
 pub(super) fn port_value(port: &str, message: &str, span: SourceSpan, help: Option<String>) -> Problem {
     Problem::new(format!("the port `{port}`: {message}")).at(span, "not accepted here").with_help_if(help)
 }
 
-/// The name that one was probably meant to be, or else all there are, as help. Nothing after very many problems: a
-/// hostile file must not keep us searching.
+/// The name that was probably meant, or else all known names, as help. `None` after very many problems, so that a
+/// malicious file does not cause endless searching.
 pub(super) fn hint<'a>(unknown: &str, known: impl Iterator<Item = &'a str> + Clone, problems: usize) -> Option<String> {
     if let Some(near) = near(unknown, known.clone(), problems) {
         return Some(format!("did you mean `{near}`?"));
     }
-    (problems < MAX_HINTS && known.clone().next().is_some()).then(|| format!("there is {}", listed(known)))
+    (problems < MAX_HINTS && known.clone().next().is_some()).then(|| format!("known names are {}", listed(known)))
 }
 
-/// The name that one was probably meant to be.
+/// The name that was probably meant.
 pub(super) fn near<'a>(unknown: &str, known: impl Iterator<Item = &'a str>, problems: usize) -> Option<&'a str> {
     if problems < MAX_HINTS { nearest(unknown, known) } else { None }
 }
@@ -99,7 +99,7 @@ pub(super) fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     quoted.join(", ")
 }
 
-/// After so many problems, a file is not read on.
+/// After this many problems, a file is not read further.
 pub(super) const MAX_PROBLEMS: usize = 100_000;
 
 /// The problems found so far.

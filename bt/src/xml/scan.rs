@@ -1,4 +1,4 @@
-//! The elements of a document: which nodes they are, and all that can be said of them one by one.
+//! The elements of a document: their nodes, and all checks that concern a single node.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -28,16 +28,16 @@ pub(super) struct Scan<'a> {
     pub(super) format: u8,
     pub(super) file: usize,
     pub(super) problems: &'a mut Problems,
-    /// What all files declare, and what the nodes read so far have been used as.
+    /// The declarations of all files, and the categories in which the nodes read so far were used.
     pub(super) models: &'a mut Models,
     /// The IDs of all trees.
     pub(super) trees: &'a BTreeSet<String>,
-    /// Where among the problems are names of elements that nobody knows, and how many more elements have them.
+    /// The indices of problems about unknown element names, and how many more elements have these names.
     pub(super) unknown: BTreeMap<String, (usize, usize)>,
 }
 
 impl Scan<'_> {
-    /// Reads all that is in the root element.
+    /// Reads the contents of the root element.
     pub(super) fn read_root(&mut self, root: Element<'_, '_>) -> Vec<Definition> {
         let mut definitions = Vec::new();
         for element in root.children().filter(Element::is_element) {
@@ -47,9 +47,10 @@ impl Scan<'_> {
                 name => {
                     let known = ["BehaviorTree", "TreeNodesModel", "include"];
                     let near = near(name, known.into_iter(), self.problems.len());
-                    let help = near.map_or("<root> holds <BehaviorTree> and <TreeNodesModel>".to_owned(), |near| {
-                        format!("did you mean <{near}>?")
-                    });
+                    let help = near
+                        .map_or("<root> may contain <BehaviorTree> and <TreeNodesModel>".to_owned(), |near| {
+                            format!("did you mean <{near}>?")
+                        });
                     misplaced(element, &help, self.problems);
                 }
             }
@@ -78,7 +79,7 @@ impl Scan<'_> {
         definition
     }
 
-    /// BehaviorTree.CPP 4 allows this ID.
+    /// Checks that BehaviorTree.CPP 4 allows this ID.
     fn check_id(&mut self, id: Option<&str>, span: Option<SourceSpan>) {
         let (Some(id), Some(span)) = (id, span) else { return };
         let (reason, help) = match vocabulary::forbidden(id) {
@@ -100,8 +101,8 @@ impl Scan<'_> {
         self.problems.push(problem.with_help(help));
     }
 
-    /// Names that a tree's subtrees share, which would make their paths the same, and asynchronous nodes that would halt
-    /// each other for ever.
+    /// Checks for names that several subtrees of a tree share, which would make their paths equal, and for asynchronous
+    /// nodes that would halt each other forever.
     fn check_neighbours(&mut self, nodes: &[Scanned]) {
         let (mut names, mut parents) = (BTreeMap::new(), BTreeMap::new());
         for node in nodes {
@@ -110,9 +111,9 @@ impl Scan<'_> {
             if let Some(name) = name
                 && let Some(first) = earlier(&mut names, name, span)
             {
-                let problem = Problem::new(format!("there are two subtrees `{name}` in this tree"));
+                let problem = Problem::new(format!("there are two subtrees named `{name}` in this tree"));
                 let problem = problem.at(span, "again here").at(first, "first here");
-                self.problems.push(problem.with_help("give one of them another name, or leave the name out"));
+                self.problems.push(problem.with_help("give one of them another name, or remove the name"));
             }
             let reactive = node.parent.filter(|parent| nodes[*parent].kind == Kind::ReactiveSequence);
             if let Some(parent) = reactive.filter(|_| node.kind == Kind::AsyncSequence)
@@ -126,7 +127,7 @@ impl Scan<'_> {
         }
     }
 
-    /// Reads a node and all below it.
+    /// Reads a node and everything below it.
     fn read_node(&mut self, element: Element<'_, '_>, parent: Option<usize>, depth: usize, nodes: &mut Vec<Scanned>) {
         if self.problems.len() >= MAX_PROBLEMS {
             return;
@@ -135,7 +136,7 @@ impl Scan<'_> {
             self.problems.push(too_deep(self.loader.max_depth, tag_span(element)));
             return;
         }
-        // Below a node that is not understood, the others are read on, for their own problems.
+        // Below an unknown node, the others are still read, for their own problems.
         let mut place = parent;
         if let Some((kind, type_id)) = self.resolve(element) {
             self.check_children(element, kind);
@@ -150,14 +151,14 @@ impl Scan<'_> {
         }
     }
 
-    /// The attributes of a node, under the names and with the meaning that they have in format 4.
+    /// The attributes of a node, with their names and meaning in format 4.
     fn read_attributes(&self, element: Element<'_, '_>, kind: Kind) -> Vec<Attribute> {
         let text = element.document().input_text();
         let is_old = self.format == 3 && element.tag_name().name() == "SubTree";
         let read = |attribute: roxmltree::Attribute<'_, '_>| {
             let (written, mut value) = (written_name(element, &attribute), attribute.value().to_owned());
             if is_old && is_port_name(written) && value.parse::<f64>().is_err() && !value.contains('{') {
-                // Version 3 had no values here, but names of entries.
+                // In version 3 these were names of entries, not values.
                 value = format!("{{{value}}}");
             }
             let is_plain = text.get(attribute.range_value()) == Some(&value);
@@ -173,15 +174,15 @@ impl Scan<'_> {
         element.attributes().map(read).collect()
     }
 
-    /// What node an element is, and of which ID.
+    /// The kind and ID of an element.
     fn resolve(&mut self, element: Element<'_, '_>) -> Option<(Kind, String)> {
         let name = element.tag_name().name();
         let explicit = vocabulary::explicit(name).or_else(|| (name == "SubTreePlus").then_some(Category::SubTree));
         if let Some(category) = explicit {
             let meaning = match category {
-                Category::SubTree => "the tree that stands in this place",
-                Category::Action | Category::Condition => "the skill that this leaf asks",
-                Category::Control | Category::Decorator => "what kind of node it is",
+                Category::SubTree => "the tree to insert here",
+                Category::Action | Category::Condition => "which skill this leaf calls",
+                Category::Control | Category::Decorator => "the kind of node",
             };
             let id = required_id(element, meaning, self.problems)?;
             return self.resolve_explicit(element, category, id);
@@ -208,7 +209,7 @@ impl Scan<'_> {
         Some((kind, name.to_owned()))
     }
 
-    /// `<Control ID="Sequence">`, `<Action ID="GoTo"/>` and their like.
+    /// `<Control ID="Sequence">`, `<Action ID="GoTo"/>` and similar forms.
     fn resolve_explicit(&mut self, element: Element<'_, '_>, used_as: Category, id: String) -> Option<(Kind, String)> {
         if used_as == Category::SubTree {
             self.check_id(element.attribute("ID"), value_span(element, "ID"));
@@ -244,7 +245,7 @@ impl Scan<'_> {
         }
     }
 
-    /// An ID is one thing throughout: what it was declared, or used as first.
+    /// Checks that an ID has the same category everywhere, as declared or first used.
     fn check_category(&mut self, id: &str, used_as: Category, span: SourceSpan) {
         let here = || Model { declared: Some((self.file, span)), ..Model::of(used_as) };
         let model = match self.models.get(id) {
@@ -258,11 +259,11 @@ impl Scan<'_> {
         }
     }
 
-    /// Format 4 knows one spelling or the other; in format 3 an ID beside a name that says it all was ignored.
+    /// In format 4 only one of both forms is allowed; in format 3 a redundant ID was ignored.
     fn check_needless_id(&mut self, element: Element<'_, '_>, kind: Kind) {
         let Some(attribute) = element.attribute_node("ID").filter(|_| self.format == 4) else { return };
         let name = element.tag_name().name();
-        let problem = Problem::new(format!("<{name}> is the ID already; the attribute ID is not allowed"));
+        let problem = Problem::new(format!("<{name}> is the ID already, so the attribute ID is not allowed"));
         let help = format!("write <{name}/>, or <{kind} ID=\"{}\"/>", attribute.value());
         self.problems.push(problem.at(attribute.range(), "a second ID").with_help(help));
     }
@@ -275,7 +276,7 @@ impl Scan<'_> {
         }
     }
 
-    /// What the attributes say is right, as far as can be seen without knowing where the node will stand.
+    /// Checks the attributes, as far as this does not depend on the node's place in the tree.
     fn check_ports(&mut self, element: Element<'_, '_>, scanned: &Scanned) {
         let &Scanned { kind, span, ref attributes, ref type_id, .. } = scanned;
         let model = self.models.get(type_id);
@@ -298,7 +299,7 @@ impl Scan<'_> {
         }
     }
 
-    /// A subtree is given all that its model asks for.
+    /// Checks that a subtree gets all ports that its model requires.
     fn check_subtree_ports(&mut self, scanned: &Scanned) {
         if let Some(attribute) = scanned.attributes.iter().find(|attribute| attribute.name == "_autoremap") {
             match crate::blackboard::Type::Bool.parse(&attribute.value) {
@@ -351,12 +352,12 @@ impl Scan<'_> {
             .chain(self.models.keys().map(String::as_str))
             .chain(self.loader.leaves.iter().map(String::as_str));
         let help = if self.trees.contains(name) {
-            format!("for the tree of that name, write <SubTree ID=\"{name}\"/>")
+            format!("to insert the tree with this name, write <SubTree ID=\"{name}\"/>")
         } else if let Some(near) = near(name, known, self.problems.len()) {
             format!("did you mean <{near}>?")
         } else {
             format!(
-                "for a skill, write <Action ID=\"{name}\"/> or <Condition ID=\"{name}\"/>, or declare it so in <TreeNodesModel>"
+                "for a skill, write <Action ID=\"{name}\"/> or <Condition ID=\"{name}\"/>, or declare it in <TreeNodesModel>"
             )
         };
         self.problems.push(unknown_node(name, 0).at(tag_span(element), "unknown").with_help(help));
@@ -364,15 +365,16 @@ impl Scan<'_> {
 
     fn custom(&mut self, element: Element<'_, '_>, category: Category, id: &str) {
         let near = near(id, vocabulary::builtins_of(category), self.problems.len());
-        let help = near.map_or("only leaves can be of your own making: they are skills".to_owned(), |near| {
+        let help = near.map_or("only leaves can be custom nodes: they are skills".to_owned(), |near| {
             format!("did you mean `{near}`?")
         });
-        let message = format!("`{id}` is none of BehaviorTree.CPP's own nodes, and cannot be run as a <{category}>");
+        let message =
+            format!("`{id}` is not one of BehaviorTree.CPP's own nodes, so it cannot be run as a <{category}>");
         self.problems.push(Problem::new(message).at(tag_span(element), "unknown").with_help(help));
     }
 }
 
-/// Where a key was seen before; if it was not, that is noted down.
+/// The place where a key was seen before; a new key is recorded.
 fn earlier<K: Ord>(seen: &mut BTreeMap<K, SourceSpan>, key: K, span: SourceSpan) -> Option<SourceSpan> {
     let first = *seen.entry(key).or_insert(span);
     (first != span).then_some(first)

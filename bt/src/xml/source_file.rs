@@ -6,7 +6,7 @@ use diagnostics::{Problem, Source};
 
 use super::problems::Problems;
 
-/// A file, and what is wrong with it.
+/// A file and its problems.
 pub(super) struct SourceFile {
     pub(super) path: PathBuf,
     pub(super) text: Source,
@@ -18,7 +18,7 @@ impl SourceFile {
         Self { path: path.to_owned(), text: Source::new(&path.display().to_string(), text), problems: Vec::new() }
     }
 
-    /// Whether there is more to say of it than warnings.
+    /// Whether it has problems other than warnings.
     pub(super) fn is_wrong(&self) -> bool {
         self.problems.iter().any(Problem::is_error)
     }

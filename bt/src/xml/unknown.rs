@@ -1,4 +1,4 @@
-//! Attributes that are none of a node's.
+//! Unknown attributes of nodes.
 
 use std::collections::BTreeSet;
 
@@ -11,13 +11,13 @@ use super::ports::{is_port_name, ports};
 use super::problems::{listed, near, unknown_port};
 use crate::hooks::Hooks;
 
-/// Attributes that begin with `_` and are no scripts: what BehaviorTree.CPP and Groot write or read besides.
+/// Attributes that begin with `_` but are not scripts: other annotations of BehaviorTree.CPP and Groot.
 const NOTES: [&str; 7] =
     ["_description", "_autoremap", "_fullpath", "_fullPath", "_uid", "__autoremap", "__shared_blackboard"];
 
 impl<'a> Compiler<'a> {
-    /// Attributes that begin with `_` and that nobody knows. BehaviorTree.CPP keeps them for the node's own use, so that a
-    /// misspelt script is never run.
+    /// Unknown attributes that begin with `_`. BehaviorTree.CPP reserves them for the node itself, so a misspelt script
+    /// would never run.
     pub(super) fn check_scripts(&mut self) {
         for attribute in self.attributes.iter().filter(|attribute| attribute.name.starts_with('_')) {
             let name = attribute.name.as_str();
@@ -26,19 +26,19 @@ impl<'a> Compiler<'a> {
             }
             let known = Hooks::NAMES.into_iter().chain(NOTES.into_iter().take(2));
             let near = near(name, known, self.problems.len()).map(|near| format!("did you mean `{near}`?"));
-            let help = near.or_else(|| self.all("its scripts may be", Hooks::NAMES.into_iter()));
-            let problem = Problem::new(format!("the attribute `{name}` means nothing")).as_warning();
+            let help = near.or_else(|| self.all("the scripts are", Hooks::NAMES.into_iter()));
+            let problem = Problem::new(format!("unknown attribute `{name}`")).as_warning();
             self.problems.push(problem.at(attribute.span, "has no effect").with_help_if(help));
         }
     }
 
-    /// Attributes of one of BehaviorTree.CPP's own nodes that are none of its ports. It refuses them, and so do we.
+    /// Attributes of a built-in node that are not its ports. Refused as in BehaviorTree.CPP.
     pub(super) fn check_builtin_ports(&mut self) {
         let known: Vec<&str> = ports(self.kind).iter().map(|port| port.name).collect();
         let missing: Vec<&str> =
             ports(self.kind).iter().filter(|port| port.is_required()).map(|port| port.name).collect();
         let missing: Vec<&str> = missing.into_iter().filter(|port| !self.is_given(port)).collect();
-        // Where a port is missing, that is said with what was probably meant to be it.
+        // If a port is missing, that problem also names the attribute that was probably meant.
         let said: Vec<&str> = missing.iter().filter_map(|port| self.meant_to_be(port)).collect();
         let open: Vec<&str> = known.iter().copied().filter(|port| !self.is_given(port)).collect();
         for attribute in self.strangers(&known) {
@@ -48,14 +48,14 @@ impl<'a> Compiler<'a> {
             let candidates = open.iter().copied().chain(Hooks::NAMES);
             let near = near(&attribute.name, candidates, self.problems.len());
             let near = near.map(|near| format!("did you mean `{near}`?"));
-            let help = near.or_else(|| self.all("its ports are", known.iter().copied()));
+            let help = near.or_else(|| self.all("the ports are", known.iter().copied()));
             self.problems.push(unknown_port(self.name, &attribute.name, attribute.span, help));
         }
     }
 
-    /// Attributes of a leaf that its model does not declare as ports. BehaviorTree.CPP refuses them. The models that files
-    /// of version 3 have are Groot's notes: there it is a warning, but for a name that is nearly that of a port which is
-    /// not given.
+    /// Attributes of a leaf that its model does not declare as ports. BehaviorTree.CPP refuses them. In files of
+    /// version 3, models are only Groot's annotations: there it is a warning, unless the name is similar to that of a
+    /// missing port.
     pub(super) fn check_leaf_ports(&mut self, model: Option<&Model>, format: u8) {
         let says_ports = |model: &&Model| model.is_declared && (format == 4 || !model.ports.is_empty());
         let Some(model) = model.filter(says_ports) else { return };
@@ -80,7 +80,7 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// The attribute that was probably meant to be a port that is missing.
+    /// The attribute that was probably meant to be a missing port.
     pub(super) fn meant_to_be(&self, port: &str) -> Option<&'a str> {
         let names = self.attributes.iter().map(|attribute| attribute.name.as_str()).filter(|name| is_port_name(name));
         near(port, names, self.problems.len())
@@ -90,13 +90,13 @@ impl<'a> Compiler<'a> {
         self.attributes.iter().any(|attribute| attribute.name == port)
     }
 
-    /// The attributes that could be ports, and are not among the known ones.
+    /// The attributes that could be ports but are not known.
     fn strangers(&self, known: &[&str]) -> Vec<&'a Attribute> {
         let ports = self.attributes.iter().filter(|attribute| is_port_name(&attribute.name));
         ports.filter(|attribute| !known.contains(&attribute.name.as_str())).collect()
     }
 
-    /// All names that there are, unless so much has been said already.
+    /// All known names, unless very many problems have been reported.
     fn all<'b>(&self, what: &str, names: impl Iterator<Item = &'b str>) -> Option<String> {
         if self.problems.len() >= MAX_HINTS {
             return None;

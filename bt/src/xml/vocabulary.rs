@@ -2,12 +2,12 @@
 
 use crate::{Category, Kind};
 
-/// What a name of BehaviorTree.CPP's stands for.
+/// The meaning of a name in BehaviorTree.CPP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Builtin {
-    /// A kind that we run.
+    /// A supported kind.
     Known(Kind),
-    /// A node of version 3 that version 4 no longer has, and what to write instead.
+    /// A node of version 3 that version 4 no longer has, and its replacement.
     Gone(Category, &'static str),
 }
 
@@ -19,16 +19,16 @@ impl Builtin {
         }
     }
 
-    /// Whether that is what version 4 calls it.
+    /// Whether this is its name in version 4.
     pub(super) fn is_called(self, name: &str) -> bool {
         matches!(self, Self::Known(kind) if kind.name() == name)
     }
 }
 
-/// What to write instead of version 3's comparisons.
-const PRECONDITION: &str = "write <Precondition if=\"…\"> with a script, as version 4 has it";
+/// The replacement of version 3's comparisons.
+const PRECONDITION: &str = "write <Precondition if=\"…\"> with a script, as in version 4";
 
-/// Names that are not those of a kind.
+/// Names that differ from the name of the kind.
 const OTHER_NAMES: [(&str, Builtin); 8] = [
     ("SequenceStar", Builtin::Known(Kind::SequenceWithMemory)),
     ("RetryUntilSuccesful", Builtin::Known(Kind::RetryUntilSuccessful)),
@@ -37,34 +37,34 @@ const OTHER_NAMES: [(&str, Builtin); 8] = [
     ("BlackboardCheckDouble", Builtin::Gone(Category::Decorator, PRECONDITION)),
     ("BlackboardCheckString", Builtin::Gone(Category::Decorator, PRECONDITION)),
     ("BlackboardCheckBool", Builtin::Gone(Category::Decorator, PRECONDITION)),
-    ("ManualSelector", Builtin::Gone(Category::Control, "it asks a person at a terminal; write a <Switch2> instead")),
+    ("ManualSelector", Builtin::Gone(Category::Control, "it asks a person at a terminal; use <Switch2> instead")),
 ];
 
-/// The elements that spell a category out.
+/// The elements of the explicit form.
 const EXPLICIT: [Category; 5] =
     [Category::Action, Category::Condition, Category::Control, Category::Decorator, Category::SubTree];
 
-/// Characters that BehaviorTree.CPP allows neither in the ID of a tree nor in the name of a node or a port. Control
-/// characters are not allowed, either.
+/// Characters that BehaviorTree.CPP forbids in the ID of a tree and in the name of a node or a port. Control characters
+/// are forbidden as well.
 const FORBIDDEN: &str = " <>&\"'/\\:*?|.";
 
-/// The first character of a name that BehaviorTree.CPP does not allow there.
+/// The first forbidden character of a name.
 pub(super) fn forbidden(name: &str) -> Option<char> {
     name.chars().find(|c| c.is_ascii_control() || FORBIDDEN.contains(*c))
 }
 
-/// BehaviorTree.CPP's node of that name.
+/// The built-in node with this name.
 pub(super) fn builtin(name: &str) -> Option<Builtin> {
     let kind = Kind::BUILTIN.into_iter().find(|kind| kind.name() == name).map(Builtin::Known);
     kind.or_else(|| OTHER_NAMES.iter().find(|(other, _)| *other == name).map(|(_, builtin)| *builtin))
 }
 
-/// The category that an element spells out.
+/// The category of an element in explicit form.
 pub(super) fn explicit(element: &str) -> Option<Category> {
     EXPLICIT.into_iter().find(|category| category.element() == element)
 }
 
-/// All names that an element may have without being declared.
+/// All names that elements may have without a declaration.
 pub(super) fn names<'a>() -> impl Iterator<Item = &'a str> {
     let kinds = Kind::BUILTIN.into_iter().map(|kind| -> &'a str { kind.name() });
     let others = OTHER_NAMES.iter().map(|(name, _)| -> &'a str { name });
@@ -76,7 +76,7 @@ pub(super) fn builtins_of(category: Category) -> impl Iterator<Item = &'static s
     Kind::BUILTIN.into_iter().filter(move |kind| kind.category() == category).map(Kind::name)
 }
 
-/// What version 3 called a port of that kind.
+/// The name in version 4 of a port of this kind.
 pub(super) fn current_port_name(kind: Kind, name: &str) -> &str {
     match (kind, name) {
         (Kind::Parallel, "success_threshold" | "threshold") => "success_count",

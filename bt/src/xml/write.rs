@@ -10,13 +10,13 @@ use super::vocabulary;
 use crate::{Category, Direction, Kind, Tree};
 
 impl Tree {
-    /// All trees of the files that the tree was loaded from, as one file of format 4, as Groot2 opens it: in the short
-    /// spelling, the main tree first, with a `<TreeNodesModel>` of all leaves at the end. What version 3 spelled
-    /// otherwise is spelled as in version 4. Attributes are kept, also those that mean nothing here, and so is what a model
-    /// notes down besides ports; of included files, what their roots say is not, and comments never are.
+    /// All trees of the files from which the tree was loaded, as one file of format 4 that Groot2 can open: in short
+    /// form, the main tree first, with a `<TreeNodesModel>` of all leaves at the end. Names of version 3 are replaced
+    /// with those of version 4. Attributes are kept, even those without a meaning here, and so are a model's contents
+    /// besides ports. Root attributes of included files and comments are not kept.
     ///
-    /// The model of a leaf has all ports that any of the trees gives it: BehaviorTree.CPP refuses others. Those that no file
-    /// declares are `<inout_port>`s without a type, as which they are treated here.
+    /// The model of a leaf has all ports that any of the trees uses, because BehaviorTree.CPP refuses undeclared ones.
+    /// Ports that no file declares are written as `<inout_port>`s without a type, as they are treated here.
     ///
     /// ```
     /// let tree = bt::Tree::from_xml("old.xml", r#"<root> <BehaviorTree ID="Wave">
@@ -100,7 +100,7 @@ impl Xml {
 
     fn tree(&mut self, id: &str, definition: &Definition) {
         self.open("BehaviorTree", std::iter::once(("ID", id)).chain(pairs(&definition.kept)));
-        // The nodes that are open, from the outermost.
+        // The open nodes, from the outermost.
         let mut open: Vec<(usize, &str)> = Vec::new();
         for (place, node) in definition.nodes.iter().enumerate() {
             while let Some((above, element)) = open.last()
@@ -128,7 +128,7 @@ impl Xml {
         self.tag(element_of(node), id.into_iter().chain(node.kept_attributes()), end);
     }
 
-    /// What is declared of a node, and the ports that are not declared.
+    /// The declaration of a node, and its undeclared ports.
     fn model<'a>(&mut self, id: &str, model: &Model, undeclared: impl Iterator<Item = &'a str>) {
         let is_free = vocabulary::builtin(id).is_none() && model.kept.iter().all(|(name, _)| name != "editable");
         let editable = is_free.then_some(("editable", "true"));
@@ -164,7 +164,7 @@ impl Xml {
     }
 }
 
-/// By the IDs of leaves: the ports that they are given anywhere.
+/// By ID of a leaf: the ports that are used anywhere.
 fn used_ports(definitions: &[Definition]) -> BTreeMap<&str, BTreeSet<&str>> {
     let mut used: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
     let leaves = definitions.iter().flat_map(|definition| &definition.nodes).filter(|node| node.kind.is_leaf());
@@ -179,8 +179,8 @@ fn pairs(kept: &[(String, String)]) -> impl Iterator<Item = (&str, &str)> {
     kept.iter().map(|(name, value)| (name.as_str(), value.as_str()))
 }
 
-/// The element that a node is written as. An ID that cannot be the name of an element, or that means something else,
-/// is spelled out.
+/// The element of a node. An ID that cannot be the name of an element, or that has another meaning, is written in
+/// explicit form.
 fn element_of(node: &Scanned) -> &str {
     let is_name = |id: &str| {
         id.starts_with(|c: char| c.is_alphabetic() || c == '_')
@@ -197,7 +197,7 @@ fn element_of(node: &Scanned) -> &str {
     }
 }
 
-/// A text as it can stand in an attribute or between tags.
+/// A text in a form that is valid in an attribute or between tags.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {

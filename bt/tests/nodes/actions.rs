@@ -44,12 +44,12 @@ fn fault(body: &str) -> String {
 
 #[test]
 fn script_that_cannot_be_evaluated_fails_and_says_why() {
-    assert_eq!(fault(r#"<Script code="x = 1"/>"#), "there is no entry `x` on the blackboard; `:=` makes one");
-    assert_eq!(fault(r#"<Script code="x := y"/>"#), "there is no entry `y` on the blackboard");
+    assert_eq!(fault(r#"<Script code="x = 1"/>"#), "the blackboard has no entry `x`; use `:=` to create one");
+    assert_eq!(fault(r#"<Script code="x := y"/>"#), "the blackboard has no entry `y`");
     assert_eq!(fault(r#"<Script code="x := 'a' * 2"/>"#), "`*` cannot be applied to `a` and `2`");
     assert_eq!(fault(r#"<Script code="x := 1; x = 'a'"/>"#), "`a` is not a number");
-    assert_eq!(fault(r#"<Script code="x := 'a'; x = 1"/>"#), "the entry `x` holds `a`, and cannot take `1`");
-    assert_eq!(fault(r#"<Script code="x := 1; x = 0.5"/>"#), "the entry `x` holds `1`, and cannot take `0.500000`");
+    assert_eq!(fault(r#"<Script code="x := 'a'; x = 1"/>"#), "the entry `x` holds `a` and cannot take `1`");
+    assert_eq!(fault(r#"<Script code="x := 1; x = 0.5"/>"#), "the entry `x` holds `1` and cannot take `0.500000`");
 }
 
 #[test]

@@ -83,5 +83,5 @@ fn precondition_whose_script_cannot_be_evaluated_is_a_fault() {
     let tree = tree(r#"<Precondition if="missing"><a/></Precondition>"#);
     let mut execution = Execution::new(tree.clone());
     assert_eq!(execution.tick(NOW, &mut Script::new(&tree, "")), Status::Failure);
-    assert_eq!(execution.faults()[0].message, "there is no entry `missing` on the blackboard");
+    assert_eq!(execution.faults()[0].message, "the blackboard has no entry `missing`");
 }

@@ -82,7 +82,7 @@ fn a_node_whose_scripts_cannot_be_evaluated_fails_and_says_why() {
         let tree = tree(body);
         let mut execution = Execution::new(tree.clone());
         assert_eq!(execution.tick(NOW, &mut Script::new(&tree, "")), Status::Failure);
-        assert_eq!(execution.faults()[0].message, "there is no entry `missing` on the blackboard");
+        assert_eq!(execution.faults()[0].message, "the blackboard has no entry `missing`");
     }
     let tree = tree(r#"<a _onSuccess="missing += 1"/>"#);
     let mut execution = Execution::new(tree.clone());

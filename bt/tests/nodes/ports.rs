@@ -107,7 +107,7 @@ fn a_port_that_does_not_exist_is_an_error() {
 fn a_constant_cannot_be_written() {
     let mut execution = execution(r#"<Go tries="3"/>"#);
     let error = write(&mut execution, "tries", Value::Int(1)).unwrap_err();
-    assert_eq!(error.to_string(), "the port `tries` of `Go` is no entry of the blackboard");
+    assert_eq!(error.to_string(), "the port `tries` of `Go` is not connected to a blackboard entry");
 }
 
 #[test]

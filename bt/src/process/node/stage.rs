@@ -20,21 +20,21 @@ pub(super) enum Stage {
     Answering(Said),
 }
 
-/// What comes after a child has answered.
+/// The continuation after a child has answered.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum After {
-    /// The child was ticked: its answer is what comes.
+    /// The child was ticked; handle its answer.
     Tick,
-    /// These children are to be reset as well, and then that is done.
+    /// Reset these children as well, then continue with the goal.
     Reset(Vec<usize>, Goal),
 }
 
-/// What comes after children have been reset.
+/// The continuation after children have been reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Goal {
-    /// Because of that child.
+    /// Continue because of this child.
     Do(usize, Then),
-    /// This node is halted; it is skipped then, or says that it has halted.
+    /// This node is halted; then it is skipped, or confirms the halt.
     Halt { skips: bool },
     /// The last child is ticked, and then this node is halted.
     Catch,
@@ -44,12 +44,12 @@ pub(super) enum Goal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Purpose {
     Tick,
-    /// A child has failed that was idle or not, and the number of attempts is read again.
+    /// A child has failed; the number of attempts is read again.
     Retry {
         child: usize,
         was_idle: bool,
     },
-    /// To see whether the last child is ticked before this node is halted.
+    /// To decide whether the last child is ticked before this node is halted.
     Halt,
     /// This node has been halted.
     Halted {

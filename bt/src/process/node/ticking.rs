@@ -34,7 +34,7 @@ impl NodeProcess {
         self.read(now)
     }
 
-    /// Reads what is to be read, and begins.
+    /// Reads the ports if necessary, and begins.
     pub(super) fn read(&mut self, now: Duration) -> Stage {
         if self.has(Flags::READS) && needs_reading(self.kind(), &self.memory, self.mark.was_idle()) {
             return Stage::Consulting(Question::Read, Purpose::Tick);
@@ -55,7 +55,7 @@ impl NodeProcess {
         self.carry_out(0, reaction)
     }
 
-    /// The blackboard has answered.
+    /// Handles an answer of the blackboard.
     pub(super) fn take_told(&mut self, question: Question, purpose: Purpose, told: Told, now: Duration) -> Stage {
         match (purpose, told) {
             (Purpose::Tick, Told::Entrance(Entrance::Open)) => self.read(now),
@@ -118,7 +118,7 @@ impl NodeProcess {
         }
     }
 
-    /// A child has answered a tick.
+    /// Handles a child's answer to a tick.
     pub(super) fn answered(&mut self, child: usize, status: Status, stands: Option<Status>) -> Stage {
         let record = &mut self.records[child];
         let was_idle = record.mark.was_idle();
@@ -142,7 +142,7 @@ impl NodeProcess {
         self.carry_out(child, reaction)
     }
 
-    /// Does what the node wants done; `here` is the child that answered.
+    /// Carries out the node's reaction; `here` is the child that answered.
     pub(super) fn carry_out(&mut self, here: usize, reaction: Reaction) -> Stage {
         let Reaction::Do { reset, resume, then } = reaction else { return self.tick_child(here + 1) };
         match resume {
@@ -185,7 +185,7 @@ impl NodeProcess {
         }
     }
 
-    /// Runs the scripts for an answer, and answers.
+    /// Runs the scripts for an answer, then answers.
     pub(super) fn leave(&mut self, status: Status) -> Stage {
         if self.has(Flags::EXIT) && status.is_completed() {
             return Stage::Consulting(Question::Leave(status), Purpose::Tick);
@@ -198,7 +198,7 @@ impl NodeProcess {
         Stage::Answering(Said { status: Some(status), stands, again: std::mem::take(&mut self.again) })
     }
 
-    /// The root has answered: the tick is over, unless a node wants another at once.
+    /// The root has answered: the tick is finished, unless a node wants another at once.
     pub(super) fn root_answered(&mut self, status: Status) -> Stage {
         if status.is_completed() {
             self.records[0].mark = Mark::Idle;
@@ -214,7 +214,7 @@ impl NodeProcess {
     }
 }
 
-/// How a node stands, as another has said it.
+/// The status of a node, as another node reported it.
 fn mark_of(stands: Option<Status>) -> Mark {
     match stands {
         Some(Status::Running) => Mark::Running,
