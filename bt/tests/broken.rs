@@ -6,7 +6,7 @@ use bt::{Kind, Loader, RECHARGE, Tree, TreeError};
 use miette::Diagnostic;
 use proptest::prelude::*;
 
-/// The diagnostic in short: for each problem what it says, what it points at with line and column, and its help.
+/// The diagnostic in short form: for each problem its message, its marked text with line and column, and its help.
 fn report(text: &str, error: &TreeError) -> String {
     let mut out = format!("{error}\n");
     for problem in error.problems() {
@@ -35,7 +35,7 @@ fn snapshot(name: &str, report: String) {
 }
 
 #[test]
-fn an_element_that_ends_by_another_name_is_said_to_be_misspelt() {
+fn an_element_closed_by_another_name_is_reported_as_misspelt() {
     let said =
         |body: &str| refused(&format!("<root BTCPP_format=\"4\"><BehaviorTree ID=\"T\">{body}</BehaviorTree></root>"));
     let secuence = said("<Secuence><A/></Sequence>");
@@ -46,7 +46,7 @@ fn an_element_that_ends_by_another_name_is_said_to_be_misspelt() {
 }
 
 #[test]
-fn broken_1_nodes_that_are_none() {
+fn broken_1_unknown_nodes() {
     let text = r#"<root BTCPP_format="4">
   <BehaviorTree ID="Main">
     <Sequence>
@@ -156,7 +156,7 @@ fn broken_5_ports_that_are_missing_or_misspelled() {
 }
 
 #[test]
-fn a_script_that_nobody_knows_is_a_warning() {
+fn an_unknown_script_attribute_is_a_warning() {
     let text = r#"<root BTCPP_format="4">
   <BehaviorTree ID="Main">
     <Sequence _skipIff="x" _onsuccess="x := 1" _secret="7" _description="a" _fullpath="b" _uid="1" _skipIf="false">
@@ -182,9 +182,9 @@ fn a_script_that_nobody_knows_is_a_warning() {
     assert!(Tree::from_xml("recharge.xml", RECHARGE).unwrap().concerns().is_none());
 }
 
-/// As BehaviorTree.CPP, which says "a port with name [foo] is found in the XML but not in the providedPorts()".
+/// As in BehaviorTree.CPP, which says "a port with name [foo] is found in the XML but not in the providedPorts()".
 #[test]
-fn none_of_behavior_tree_cpps_own_nodes_has_ports_besides_its_own() {
+fn built_in_nodes_have_only_their_own_ports() {
     for kind in Kind::BUILTIN {
         let element = kind.category().element();
         let node = format!(r#"<{element} ID="{kind}" zzz="1"/>"#);
@@ -260,7 +260,7 @@ fn broken_8_types_of_entries() {
 }
 
 #[test]
-fn broken_9_subtrees_without_what_they_need() {
+fn broken_9_subtrees_without_required_ports() {
     let text = r#"<root BTCPP_format="4" main_tree_to_execute="Main">
   <BehaviorTree ID="Main">
     <Sequence>
@@ -324,7 +324,7 @@ fn mistakes_in_files() {
 }
 
 #[test]
-fn a_problem_that_the_surroundings_find_is_shown_at_its_place() {
+fn a_problem_of_the_environment_is_shown_at_its_place() {
     let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
     let leaf = tree.leaves().find(|leaf| leaf.type_id() == "WaitForUser").unwrap();
     let problem =
@@ -375,7 +375,7 @@ fn a_tree_that_doubles_with_every_subtree_is_refused() {
 }
 
 #[test]
-fn a_file_of_nothing_but_mistakes_is_refused_in_good_time() {
+fn a_file_with_nothing_but_mistakes_is_refused_quickly() {
     let mistakes: String = (0..50_000).map(|n| format!(r#"<Sequenc{n}/><SubTree ID="T{n}"/>"#)).collect();
     let trees: String =
         (0..20_000).map(|n| format!(r#"<BehaviorTree ID="Tree{n}"><AlwaysSuccess/></BehaviorTree>"#)).collect();
@@ -384,7 +384,7 @@ fn a_file_of_nothing_but_mistakes_is_refused_in_good_time() {
     assert_eq!(error.problems().len(), 100_001);
 }
 
-/// Elements, attributes and scraps of text that make many kinds of nonsense.
+/// Elements, attributes and pieces of text that combine to many kinds of nonsense.
 fn scrap() -> impl Strategy<Value = String> {
     let names = [
         "root",

@@ -1,4 +1,4 @@
-//! Random trees, and leaves that answer by a script.
+//! Random trees, and leaves that answer from a script.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -9,19 +9,19 @@ use std::sync::Arc;
 use bt::{Category, Kind, Leaf, Leaves, Loader, Node, Request, Status, Tree};
 use proptest::prelude::*;
 
-/// A tree as it is written down, before anything of the crate has seen it.
+/// A tree as data, independent of the crate.
 #[derive(Clone, Debug)]
 pub(crate) struct Spec {
     pub(crate) kind: Kind,
     /// Of a leaf.
     pub(crate) id: Option<String>,
-    /// What stands in its ports, as far as its kind has any.
+    /// The values of its ports, if its kind has any.
     pub(crate) numbers: [i64; 2],
     pub(crate) guard: Option<(Guard, i64)>,
     pub(crate) children: Vec<Spec>,
 }
 
-/// What follows if the entry [`KEY`] is a number, as a text, when a node is ticked.
+/// The effect of a guard: what happens if the entry [`KEY`] has a certain value when a node is ticked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Guard {
     FailureIf,
@@ -30,7 +30,7 @@ pub(crate) enum Guard {
     While,
 }
 
-/// The entry that scripts write, guards compare and switches look at: a number as a text.
+/// The entry that scripts write, guards compare and switches use: a number as a text.
 pub(crate) const KEY: &str = "k";
 
 impl Spec {
@@ -116,7 +116,7 @@ pub(crate) fn spec() -> impl Strategy<Value = Spec> {
     })
 }
 
-/// With numbers in its ports, and now and then a guard.
+/// With numbers in its ports, and sometimes a guard.
 fn furnished(spec: BoxedStrategy<Spec>) -> BoxedStrategy<Spec> {
     let guards = vec![Guard::FailureIf, Guard::SuccessIf, Guard::SkipIf, Guard::While];
     let guard = prop::option::weighted(0.1, (prop::sample::select(guards), 0..3_i64));
@@ -129,7 +129,7 @@ fn furnished(spec: BoxedStrategy<Spec>) -> BoxedStrategy<Spec> {
     (spec, [-2..4_i64, -2..4_i64], guard).prop_map(furnish).boxed()
 }
 
-/// Control nodes, with how many children they may have.
+/// Control nodes, with the allowed number of children.
 const CONTROL_KINDS: [(Kind, usize, usize); 13] = [
     (Kind::Sequence, 1, 4),
     (Kind::ReactiveSequence, 1, 4),
@@ -156,7 +156,7 @@ const DECORATOR_KINDS: [Kind; 7] = [
     Kind::RunOnce,
 ];
 
-/// The tree of a body, with subtrees `S0` and `S1` and leaves that are spelled out.
+/// The tree of a body, with subtrees `S0` and `S1` and leaves in explicit form.
 pub(crate) fn tree_of(body: &str, subtrees: &[String]) -> Arc<Tree> {
     let mut text =
         format!("<root main_tree_to_execute=\"T\" BTCPP_format=\"4\"><BehaviorTree ID=\"T\">{body}</BehaviorTree>");
@@ -200,7 +200,7 @@ const DEEDS: [&str; 10] = [
     "k4 := 1 - k4",
 ];
 
-/// Scripts among the attributes: mostly none.
+/// Scripts in attributes: usually none.
 fn hooks() -> impl Strategy<Value = String> {
     let before = (
         prop::sample::select(vec!["_failureIf", "_successIf", "_skipIf", "_while"]),
@@ -251,7 +251,7 @@ fn wild_leaf(subtrees: bool) -> impl Strategy<Value = String> {
     (tag, hooks()).prop_map(|(tag, hooks)| format!("<{tag}{hooks}/>"))
 }
 
-/// Control nodes, with how many children they may have.
+/// Control nodes, with the allowed number of children.
 const CONTROLS: [(&str, usize, usize); 17] = [
     ("Sequence", 1, 4),
     ("ReactiveSequence", 1, 4),
@@ -313,7 +313,7 @@ fn wild_body(depth: u32, subtrees: bool) -> impl Strategy<Value = String> {
     })
 }
 
-/// The children of a reactive sequence, which may have one <AsyncSequence> only.
+/// The children of a reactive sequence, which may have only one <AsyncSequence>.
 fn with_one_async(children: &[String]) -> String {
     let mut found = false;
     let other = |child: &String| match child.strip_prefix("<AsyncSequence") {
@@ -325,7 +325,7 @@ fn with_one_async(children: &[String]) -> String {
     children.iter().map(other).collect()
 }
 
-/// What the leaves of each ID answer, tick by tick, over and over.
+/// The answers of the leaves with each ID, tick by tick, repeated.
 pub(crate) type Script = BTreeMap<String, Vec<Status>>;
 
 pub(crate) fn script() -> impl Strategy<Value = Script> {
@@ -352,10 +352,10 @@ pub(crate) fn by_process(tree: &Tree, script: &Script) -> Script {
     tree.leaves().map(|leaf| (leaf.process().to_owned(), script[leaf.type_id()].clone())).collect()
 }
 
-/// A leaf call: whose, and what was asked.
+/// A leaf call: the leaf, and the request.
 pub(crate) type Called = (String, Request);
 
-/// Leaves that answer by a script and remember their calls.
+/// Leaves that answer from a script and remember their calls.
 #[derive(Clone, Debug)]
 pub(crate) struct Actors {
     script: Script,
@@ -382,12 +382,12 @@ impl Actors {
     }
 }
 
-/// Actors on the stage of one tree.
+/// Actors for one tree.
 #[derive(Debug)]
 pub(crate) struct Cast {
     pub(crate) tree: Arc<Tree>,
     pub(crate) actors: Rc<RefCell<Actors>>,
-    /// Who acts for a leaf.
+    /// The actor of a leaf.
     actor: fn(&Node) -> &str,
 }
 
@@ -401,7 +401,7 @@ impl Cast {
         Self { actor: Node::process, ..Self::new(tree, &by_process(tree, script)) }
     }
 
-    /// Other actors, who have got as far as these.
+    /// Other actors, with the same progress as these.
     pub(crate) fn understudy(&self) -> Self {
         Self { actors: Rc::new(RefCell::new(self.actors.borrow().clone())), tree: self.tree.clone(), ..*self }
     }

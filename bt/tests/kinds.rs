@@ -1,4 +1,4 @@
-//! What the nodes of the paper's tree do, and their relatives; and what the states say of it.
+//! The behavior of the nodes in the paper's tree and of related nodes, and what the states tell about it.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ fn with_abc(kind: &str) -> String {
 }
 
 #[test]
-fn sequence_goes_on_with_the_child_that_was_running() {
+fn sequence_continues_with_the_running_child() {
     play(&with_abc("Sequence"), &["a=S b=R -> R", "b=R -> R", "b=S c=S -> S", "a=R -> R"]);
 }
 
@@ -29,12 +29,12 @@ fn sequence_starts_over_after_it_was_halted() {
 }
 
 #[test]
-fn fallback_goes_on_with_the_child_that_was_running() {
+fn fallback_continues_with_the_running_child() {
     play(&with_abc("Fallback"), &["a=F b=R -> R", "b=F c=F -> F", "a=F b=S -> S", "a=S -> S"]);
 }
 
 #[test]
-fn reactive_sequence_asks_all_children_again() {
+fn reactive_sequence_ticks_all_children_again() {
     play(&with_abc("ReactiveSequence"), &["a=S b=R -> R", "a=S b=S c=R -> R", "a=S b=S c=S -> S"]);
 }
 
@@ -59,7 +59,7 @@ fn reactive_fallback_halts_a_later_child_when_an_earlier_one_runs() {
 }
 
 #[test]
-fn sequence_with_memory_does_not_ask_children_again_that_have_succeeded() {
+fn sequence_with_memory_does_not_tick_successful_children_again() {
     play(&with_abc("SequenceWithMemory"), &["a=S b=F -> F", "b=F -> F", "b=S c=S -> S", "a=F -> F"]);
 }
 
@@ -75,13 +75,13 @@ fn sequence_with_memory_has_the_tree_ticked_again_after_each_success() {
 }
 
 #[test]
-fn sequence_with_memory_goes_on_at_once_when_the_child_was_running_before() {
+fn sequence_with_memory_continues_at_once_when_the_child_was_running() {
     let body = r#"<ReactiveSequence><Condition ID="ok"/><SequenceWithMemory><Action ID="a"/><Action ID="b"/></SequenceWithMemory></ReactiveSequence>"#;
     play(body, &["ok=S a=R -> R", "ok=S a=S b=R -> R"]);
 }
 
 #[test]
-fn inverter_inverts_what_is_over() {
+fn inverter_inverts_final_results() {
     play(r#"<Inverter><Action ID="a"/></Inverter>"#, &["a=R -> R", "a=S -> F", "a=F -> S"]);
 }
 
@@ -92,7 +92,7 @@ fn forced_results_wait_for_the_child() {
 }
 
 #[test]
-fn always_success_and_always_failure_call_nobody() {
+fn always_success_and_always_failure_call_no_leaf() {
     play(r#"<Sequence><AlwaysSuccess/><Action ID="a"/><AlwaysFailure/></Sequence>"#, &["a=S -> F", "a=R -> R"]);
 }
 
@@ -103,7 +103,7 @@ fn a_condition_is_never_halted() {
 }
 
 #[test]
-fn children_are_halted_in_their_order_and_only_those_that_run() {
+fn running_children_are_halted_in_order_and_others_not_at_all() {
     // Two actions run at once only below nodes that are halted together; a halt goes down to both.
     let body = r#"<ReactiveFallback>
         <Condition ID="stop"/>
@@ -139,7 +139,7 @@ fn a_subtree_is_ticked_and_halted_as_part_of_the_tree() {
 }
 
 #[test]
-fn the_states_say_what_the_last_tick_did() {
+fn the_states_show_what_the_last_tick_did() {
     let tree = tree(&with_abc("ReactiveFallback"));
     let mut execution = Execution::new(tree.clone());
     let mut tick = |line: &'static str| {

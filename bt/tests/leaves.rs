@@ -1,4 +1,4 @@
-//! Leaves are instances: each is a process of its own, and its ports are its own.
+//! Leaves are instances: each has its own process and its own ports.
 
 use std::sync::Arc;
 
@@ -18,13 +18,13 @@ fn processes(tree: &Tree) -> Vec<&str> {
     tree.leaves().map(|leaf| leaf.process()).collect()
 }
 
-/// Every leaf of these IDs succeeds.
+/// Every leaf with one of these IDs succeeds.
 fn succeeding(ids: &[&str]) -> Script {
     ids.iter().map(|id| ((*id).to_owned(), vec![Status::Success])).collect()
 }
 
 #[test]
-fn every_leaf_is_a_process_of_its_own_by_its_name_or_else_its_id() {
+fn every_leaf_is_a_process_named_by_its_name_or_else_its_id() {
     let tree = tree(
         r#"<BehaviorTree ID="T"> <Sequence>
             <Action ID="GoTo"/> <Action ID="GoTo" name="ToDock"/> <Action ID="GoTo"/> <Action ID="GoTo" name=""/>
@@ -53,7 +53,7 @@ fn every_instance_of_a_subtree_has_its_own_leaves() {
 }
 
 #[test]
-fn the_leaves_of_the_shipped_tree_keep_the_names_of_the_paper() {
+fn the_leaves_of_the_shipped_tree_have_the_names_of_the_paper() {
     let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
     assert!(tree.leaves().all(|leaf| leaf.process() == leaf.type_id()));
 }
@@ -70,7 +70,7 @@ const ERRAND: &str = r#"<BehaviorTree ID="T"> <Sequence>
     </Action> </TreeNodesModel>"#;
 
 #[test]
-fn ports_are_constants_entries_or_nothing() {
+fn ports_are_constants_entries_or_unconnected() {
     let tree = tree(ERRAND);
     let find = tree.leaves().next().unwrap();
     let ports: Vec<(&str, Source<'_>)> = tree.ports(find.id()).map(|port| (port.name, port.source)).collect();
@@ -87,7 +87,7 @@ fn ports_are_constants_entries_or_nothing() {
 }
 
 #[test]
-fn entries_come_with_the_tick_and_outputs_with_the_answer() {
+fn inputs_come_with_the_tick_and_outputs_with_the_answer() {
     let tree = tree(ERRAND);
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = Stage::new(&tree, form, &succeeding(&["Find", "GoTo"]), 0, 1);

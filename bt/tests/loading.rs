@@ -1,8 +1,8 @@
-//! What files are read, and as what.
+//! Which files are read, and with which result.
 
 use bt::{Kind, Loader, NodeId, RECHARGE, Tree};
 
-/// The paper's tree as Groot 1 writes it for version 3: every leaf spelled out, no format attribute.
+/// The paper's tree as Groot 1 writes it for version 3: leaves in explicit form, no format attribute.
 const RECHARGE_V3: &str = r#"<?xml version="1.0"?>
 <root main_tree_to_execute="BehaviorTree">
     <!-- ////////// -->
@@ -67,7 +67,7 @@ fn the_papers_tree_in_version_3_is_the_same_tree() {
 }
 
 #[test]
-fn every_node_knows_its_place() {
+fn every_node_knows_its_place_in_the_file() {
     let tree = Tree::from_xml("trees/recharge.xml", RECHARGE).unwrap();
     for node in tree.nodes() {
         let tag = &RECHARGE[node.span().offset()..][..node.span().len()];
@@ -83,7 +83,7 @@ fn every_node_knows_its_place() {
 }
 
 #[test]
-fn both_spellings_are_read() {
+fn both_forms_of_nodes_are_read() {
     let text = r#"<root BTCPP_format="4"><BehaviorTree ID="T">
         <Control ID="Sequence" name="all of it">
             <Decorator ID="Inverter"> <Wait msec="{delay}" note="kept"/> </Decorator>
@@ -103,7 +103,7 @@ fn both_spellings_are_read() {
 }
 
 #[test]
-fn the_main_tree_is_the_one_that_is_asked_for() {
+fn the_requested_main_tree_is_used() {
     let trees =
         r#"<BehaviorTree ID="A"><AlwaysSuccess/></BehaviorTree><BehaviorTree ID="B"><AlwaysFailure/></BehaviorTree>"#;
     let file = |attributes: &str| format!("<root {attributes}>{trees}</root>");
@@ -120,7 +120,7 @@ fn the_only_tree_needs_no_id() {
 }
 
 #[test]
-fn subtrees_are_read_into_their_places() {
+fn subtrees_are_inserted_in_their_places() {
     let text = r#"<root main_tree_to_execute="A">
         <BehaviorTree ID="C"><Action ID="c"/></BehaviorTree>
         <BehaviorTree ID="B"><Fallback><SubTree ID="C" goal="home"/><SubTree ID="C" name="again" goal="{x}" _autoremap="true"/></Fallback></BehaviorTree>
@@ -158,7 +158,7 @@ fn included_files_are_read_relative_to_the_file_that_includes_them() {
 }
 
 #[test]
-fn the_including_files_tree_counts_where_two_have_the_same_id() {
+fn of_two_trees_with_one_id_that_of_the_including_file_counts() {
     let main = r#"<root main_tree_to_execute="Main" BTCPP_format="4"><include path="a.xml"/>
         <BehaviorTree ID="Main"><SubTree ID="S"/></BehaviorTree><BehaviorTree ID="S"><AlwaysFailure/></BehaviorTree></root>"#;
     let files = [("a.xml", r#"<root BTCPP_format="4"><BehaviorTree ID="S"><AlwaysSuccess/></BehaviorTree></root>"#)];
@@ -167,7 +167,7 @@ fn the_including_files_tree_counts_where_two_have_the_same_id() {
 }
 
 #[test]
-fn a_file_is_opened_and_so_are_those_that_it_includes() {
+fn a_file_is_opened_with_its_includes() {
     let folder = std::env::temp_dir().join(format!("bt-loading-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let main = r#"<root main_tree_to_execute="M" BTCPP_format="4"><include path="part.xml"/><BehaviorTree ID="M"><SubTree ID="P"/></BehaviorTree></root>"#;
@@ -182,7 +182,7 @@ fn a_file_is_opened_and_so_are_those_that_it_includes() {
 }
 
 #[test]
-fn what_is_written_is_the_same_tree() {
+fn a_written_tree_reads_back_as_the_same_tree() {
     let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
     let again = Tree::from_xml("again.xml", &tree.to_xml()).unwrap();
     assert_eq!(again.to_string(), tree.to_string());
@@ -196,7 +196,7 @@ fn what_is_written_is_the_same_tree() {
 }
 
 #[test]
-fn attributes_and_ports_are_written_as_they_were() {
+fn attributes_and_ports_are_written_unchanged() {
     let text = r#"<root BTCPP_format="4" main_tree_to_execute="A"><BehaviorTree ID="A">
         <Parallel failure_count="2" _x="12" _description="&lt;red&gt;"><Action ID="not a name" goal="{x}" name="a &quot;b&quot;&#10;c"/>
         <SubTree ID="B" in="{x}" _autoremap="true"/></Parallel></BehaviorTree>
@@ -235,7 +235,7 @@ fn attributes_and_ports_are_written_as_they_were() {
 }
 
 #[test]
-fn what_tools_note_down_is_written_as_it_was() {
+fn annotations_of_tools_are_written_unchanged() {
     let text = r#"<root BTCPP_format="4" project_name="Door" xmlns:my="urn:mine" my:author="Ann"><BehaviorTree ID="A" _fullpath="" _description="opens">
         <Sequence my:colour="red"><Condition ID="C1" msg="hi" my:colour="blue"/><C2 there="{x}"/></Sequence></BehaviorTree>
         <TreeNodesModel><Condition ID="C2" editable="false"><description>looks &lt;twice&gt;</description><output_port name="there" type="bool" my:unit="1"/>
@@ -277,7 +277,7 @@ fn what_tools_note_down_is_written_as_it_was() {
 
 /// BehaviorTree.CPP refuses an attribute that is not among a node's ports.
 #[test]
-fn what_is_written_declares_every_port_that_a_leaf_is_given() {
+fn a_written_file_declares_every_port_that_a_leaf_uses() {
     let text = r#"<root BTCPP_format="4" main_tree_to_execute="A">
         <BehaviorTree ID="A"><Sequence><Action ID="Say" msg="hi"/><SubTree ID="B"/></Sequence></BehaviorTree>
         <BehaviorTree ID="B"><Action ID="Say" msg="ho" volume="{v}" name="louder"/></BehaviorTree></root>"#;
@@ -287,7 +287,7 @@ fn what_is_written_declares_every_port_that_a_leaf_is_given() {
 }
 
 #[test]
-fn the_namespaces_of_all_files_are_declared_in_what_is_written() {
+fn a_written_file_declares_the_namespaces_of_all_files() {
     let main = r#"<root BTCPP_format="4" main_tree_to_execute="M"><include path="part.xml"/>
         <BehaviorTree ID="M"><SubTree ID="P"/></BehaviorTree></root>"#;
     let part = r#"<root BTCPP_format="4" project_name="Part"><BehaviorTree ID="P">
@@ -307,7 +307,7 @@ fn version_3_ports_have_their_new_names() {
 }
 
 #[test]
-fn a_port_is_called_in_messages_what_the_file_calls_it() {
+fn messages_use_the_port_names_of_the_file() {
     for port in ["success_threshold", "failure_threshold", "success_count"] {
         let node = format!("<Parallel {port}=\"\"><AlwaysSuccess/></Parallel>");
         let text = format!("<root><BehaviorTree ID=\"T\">{node}</BehaviorTree></root>");
@@ -318,7 +318,7 @@ fn a_port_is_called_in_messages_what_the_file_calls_it() {
 }
 
 #[test]
-fn a_blank_line_before_the_xml_declaration_is_called_that() {
+fn a_blank_line_before_the_xml_declaration_is_reported_as_that() {
     let text = "\n<?xml version=\"1.0\"?><root><BehaviorTree ID=\"T\"><AlwaysSuccess/></BehaviorTree></root>";
     let error = Tree::from_xml("t.xml", text).unwrap_err();
     assert!(

@@ -1,4 +1,4 @@
-//! Tests of behavior trees from the outside, on files, random trees and whole channel systems.
+//! Tests of behavior trees from outside the crate: on files, random trees and whole channel systems.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 

@@ -1,5 +1,5 @@
-//! What every kind of node does, in the words of BehaviorTree.CPP's documentation: one behaviour a test, named after
-//! the node and the behaviour.
+//! The behavior of every kind of node, as BehaviorTree.CPP's documentation describes it: one behavior per test, named
+//! after the node and the behavior.
 
 mod actions;
 mod asynchronous;

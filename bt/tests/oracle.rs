@@ -1,6 +1,6 @@
-//! The engine against an oracle that shares nothing with it: one object a node, with the methods that BehaviorTree.CPP
-//! documents (`executeTick`, `haltNode`, `resetStatus`), calling each other recursively. Everything but what depends on
-//! time or on scripts of any length is in it.
+//! The engine against an independent oracle: one object per node, with the methods that BehaviorTree.CPP documents
+//! (`executeTick`, `haltNode`, `resetStatus`), calling each other recursively. Everything but what depends on time or
+//! on scripts of any length is in it.
 
 mod controls;
 mod decorators;
@@ -25,7 +25,7 @@ fn orders() -> impl Strategy<Value = Vec<Order>> {
     prop::collection::vec(prop_oneof![8 => Just(Order::Tick), 1 => Just(Order::HaltTree)], 1..30)
 }
 
-/// What is written to the blackboard before each order, if anything is.
+/// The value written to the blackboard before each order, if any.
 fn writes() -> impl Strategy<Value = Vec<Option<i64>>> {
     prop::collection::vec(prop::option::weighted(0.3, 0..3_i64), 30)
 }
@@ -38,7 +38,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn the_engine_does_what_the_oracle_does(
+    fn the_engine_agrees_with_the_oracle(
         spec in spec(), script in script_with_skips(), orders in orders(), writes in writes(),
     ) {
         let tree = spec.tree();
@@ -108,7 +108,7 @@ proptest! {
     }
 
     #[test]
-    fn a_wild_tree_does_the_same_from_call_to_call(
+    fn a_random_tree_does_the_same_from_call_to_call(
         tree in wild_tree(), script in script(), orders in orders(),
     ) {
         let (mut cast, mut others) = (Cast::new(&tree, &script), Cast::new(&tree, &script));
@@ -147,7 +147,7 @@ proptest! {
     }
 
     #[test]
-    fn a_tick_that_is_under_way_can_be_finished_at_once(spec in spec(), script in script(), stop in 0..6_usize) {
+    fn a_tick_in_progress_can_be_finished_at_once(spec in spec(), script in script(), stop in 0..6_usize) {
         let tree = spec.tree();
         let mut cast = Cast::new(&tree, &script);
         let mut execution = Execution::new(tree);

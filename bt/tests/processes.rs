@@ -1,4 +1,4 @@
-//! The two forms of a tree in a channel system, against each other and against the engine alone.
+//! The two forms of a tree in a channel system, compared with each other and with the engine alone.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,14 +18,14 @@ use rand_chacha::rand_core::SeedableRng;
 use crate::NOW;
 use crate::forest::{Called, Cast, Script, by_process, script, spec, wild_tree};
 
-/// A skill that answers by a script. `echoes` says how many wrong replies it sends before each right one.
+/// A skill that answers from a script. `echoes` is the number of wrong replies that it sends before each right one.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Skill {
     name: String,
     requests: ChannelId,
     replies: ChannelId,
     answers: Vec<Status>,
-    /// What comes behind each answer.
+    /// The outputs with each answer.
     outputs: Vec<Value>,
     tick: usize,
     echoes: u64,
@@ -127,7 +127,7 @@ impl Stage {
         Self { tree: tree.clone(), system, bt, generator, skills, scheduler }
     }
 
-    /// Lets a skill write these to its ports with each answer.
+    /// Lets a skill write these values to its ports with each answer.
     pub(crate) fn writes(&mut self, skill: &str, outputs: &[Value]) {
         let id = self.system.topology().find_process(skill).unwrap();
         self.system.process_mut::<Skill>(id).unwrap().outputs = outputs.to_vec();
@@ -157,7 +157,7 @@ impl Stage {
         states_in(&self.tree, &self.system, self.bt)
     }
 
-    /// What each skill was asked, with the numbers of the requests.
+    /// The requests to each skill, with their numbers.
     fn asked(&self) -> Vec<Vec<Envelope>> {
         let asked = |id: &ProcessId| self.system.process::<Skill>(*id).unwrap().asked.clone();
         self.skills.iter().map(asked).collect()
@@ -176,7 +176,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn whole_tree_and_node_processes_do_what_the_engine_does(
+    fn whole_tree_and_node_processes_agree_with_the_engine(
         spec in spec(), script in script(), seeds in any::<(u64, u64)>(), ticks in 1..12_usize,
     ) {
         let tree = spec.tree();
@@ -244,7 +244,7 @@ proptest! {
     }
 }
 
-/// The paper's tree with leaves that answer always the same.
+/// The paper's tree with leaves that always give the same answer.
 pub(crate) fn recharge(answers: &[(&str, Status)]) -> (Arc<Tree>, Script) {
     let tree = Tree::from_xml("recharge.xml", RECHARGE).unwrap();
     let answer = |id: &str| answers.iter().find(|(name, _)| *name == id).map_or(Status::Failure, |(_, status)| *status);
@@ -253,7 +253,7 @@ pub(crate) fn recharge(answers: &[(&str, Status)]) -> (Arc<Tree>, Script) {
 }
 
 #[test]
-fn the_recharging_robot_of_the_paper_breaks_off_its_trip_when_the_battery_is_low() {
+fn the_papers_robot_interrupts_its_trip_when_the_battery_is_low() {
     use Status::{Failure, Running, Success};
     let (tree, mut script) =
         recharge(&[("BatteryNotCharging", Success), ("GotoRechargingStation", Running), ("GoToDestination", Running)]);
@@ -292,7 +292,7 @@ fn requests_are_numbered_throughout_the_tree() {
 }
 
 #[test]
-fn a_tree_whose_skill_is_silent_takes_no_further_tick_while_it_waits() {
+fn a_tree_with_a_silent_skill_takes_no_further_tick_while_it_waits() {
     let (tree, script) = recharge(&[]);
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = Stage::new(&tree, form, &script, 0, 1);

@@ -1,4 +1,4 @@
-//! What BehaviorTree.CPP 4 refuses when a tree is loaded, case by case, and what it accepts beside it.
+//! Trees that BehaviorTree.CPP 4 refuses to load, case by case, and similar ones that it accepts.
 
 use bt::{Loader, Tree, TreeError};
 
@@ -15,7 +15,7 @@ fn load(text: &str) -> Result<Tree, TreeError> {
     Tree::from_xml("tree.xml", text)
 }
 
-/// All that is wrong with a file, which is refused.
+/// The problems of a refused file.
 fn refused(text: &str) -> Vec<String> {
     let error = load(text).expect_err(text);
     error.problems().iter().filter(|problem| problem.is_error()).map(ToString::to_string).collect()
@@ -27,20 +27,20 @@ fn accepted(text: &str) {
     assert!(tree.concerns().is_none(), "{:?}", tree.concerns());
 }
 
-/// The same file as version 3 wrote it: what it is warned of.
+/// The warnings about the same file in version 3.
 fn warned(text: &str) -> Vec<String> {
     let tree = load(&text.replace(" BTCPP_format=\"4\"", "")).unwrap_or_else(|error| panic!("{error:?}"));
     tree.concerns().map_or(Vec::new(), |concerns| concerns.problems().iter().map(ToString::to_string).collect())
 }
 
 #[test]
-fn the_id_of_a_tree_has_no_space() {
+fn an_id_of_a_tree_with_a_space_is_refused() {
     let text = file(&[("Clean Up", "<AlwaysSuccess/>")], "");
     assert_eq!(refused(&text), ["`Clean Up` cannot be an ID: it contains a space"]);
 }
 
 #[test]
-fn the_id_of_a_tree_has_no_dot() {
+fn an_id_of_a_tree_with_a_dot_is_refused() {
     assert_eq!(
         refused(&file(&[("Clean.Up", "<AlwaysSuccess/>")], "")),
         ["`Clean.Up` cannot be an ID: it contains `.`"]
@@ -48,7 +48,7 @@ fn the_id_of_a_tree_has_no_dot() {
 }
 
 #[test]
-fn a_tree_is_not_called_root() {
+fn a_tree_named_root_is_refused() {
     for id in ["Root", "root"] {
         let text = file(&[(id, "<AlwaysSuccess/>")], "");
         assert_eq!(refused(&text), [format!("`{id}` cannot be an ID: BehaviorTree.CPP reserves it")]);
@@ -56,7 +56,7 @@ fn a_tree_is_not_called_root() {
 }
 
 #[test]
-fn the_id_of_a_subtree_has_no_space() {
+fn an_id_of_a_subtree_with_a_space_is_refused() {
     let text = file(&[("Main", "<SubTree ID=\"Clean Up\"/>"), ("Clean Up", "<AlwaysSuccess/>")], "");
     assert_eq!(
         refused(&text),
@@ -66,13 +66,13 @@ fn the_id_of_a_subtree_has_no_space() {
 }
 
 #[test]
-fn the_name_of_a_port_has_no_space() {
+fn a_port_name_with_a_space_is_refused() {
     let model = "<SubTree ID=\"Arm\"><input_port name=\"how far\"/></SubTree>";
     assert_eq!(refused(&file(&[("Main", "<AlwaysSuccess/>")], model)), ["`how far` is not a valid name of a port"]);
 }
 
 #[test]
-fn no_id_has_any_of_the_forbidden_characters() {
+fn ids_with_forbidden_characters_are_refused() {
     for written in
         [" ", "\t", "&#10;", "&#13;", "&lt;", ">", "&amp;", "&quot;", "'", "/", "\\", ":", "*", "?", "|", ".", "\u{7f}"]
     {
@@ -89,35 +89,35 @@ fn no_id_has_any_of_the_forbidden_characters() {
 }
 
 #[test]
-fn letters_of_all_languages_and_hyphens_are_allowed_in_ids_and_anything_in_names() {
+fn ids_may_have_letters_of_all_languages_and_hyphens_and_names_anything() {
     accepted(&file(&[("检查门", "<SubTree ID=\"Türöffner-2_b\"/>"), ("Türöffner-2_b", "<AlwaysSuccess/>")], ""));
     accepted(&file(&[("Main", "<AlwaysSuccess name=\"Clean up, root: 1/2 done? *\"/>")], ""));
     accepted(&file(&[("Main", "<Action ID=\"Clean Up\"/>")], ""));
 }
 
 #[test]
-fn two_subtrees_of_a_parallel_node_do_not_have_the_same_name() {
+fn two_subtrees_of_a_parallel_node_need_different_names() {
     let pair = "<ParallelAll><SubTree ID=\"Arm\" name=\"left\"/><SubTree ID=\"Arm\" name=\"left\"/></ParallelAll>";
     let text = file(&[("Main", pair), ("Arm", "<AlwaysSuccess name=\"lift\"/>")], "");
     assert_eq!(refused(&text), ["there are two subtrees `left` in this tree"]);
 }
 
 #[test]
-fn two_subtrees_of_a_sequence_do_not_have_the_same_name() {
+fn two_subtrees_of_a_sequence_need_different_names() {
     let pair = "<Sequence><SubTree ID=\"Arm\" name=\"one\"/><SubTree ID=\"Leg\" name=\"one\"/></Sequence>";
     let trees = [("Main", pair), ("Arm", "<AlwaysSuccess/>"), ("Leg", "<AlwaysSuccess/>")];
     assert_eq!(refused(&file(&trees, "")), ["there are two subtrees `one` in this tree"]);
 }
 
 #[test]
-fn two_subtrees_of_one_tree_do_not_have_the_same_name_wherever_they_stand() {
+fn two_subtrees_anywhere_in_a_tree_need_different_names() {
     let pair = "<Sequence><SubTree ID=\"Arm\" name=\"one\"/><Inverter><SubTree ID=\"Arm\" name=\"one\"/></Inverter></Sequence>";
     let trees = [("Main", "<SubTree ID=\"Body\" name=\"one\"/>"), ("Body", pair), ("Arm", "<AlwaysSuccess/>")];
     assert_eq!(refused(&file(&trees, "")), ["there are two subtrees `one` in this tree"]);
 }
 
 #[test]
-fn subtrees_of_other_names_or_none_and_leaves_of_one_name_are_accepted() {
+fn subtrees_without_names_and_leaves_with_equal_names_are_accepted() {
     let others = "<Sequence><SubTree ID=\"Arm\" name=\"left\"/><SubTree ID=\"Arm\" name=\"right\"/>\
                   <SubTree ID=\"Arm\"/><SubTree ID=\"Arm\"/></Sequence>";
     let leaves = "<Sequence><AlwaysSuccess name=\"left\"/><AlwaysSuccess name=\"left\"/></Sequence>";
@@ -125,7 +125,7 @@ fn subtrees_of_other_names_or_none_and_leaves_of_one_name_are_accepted() {
 }
 
 #[test]
-fn a_tree_is_not_called_like_a_node() {
+fn a_tree_with_the_id_of_a_node_is_refused() {
     let say = "<Action ID=\"Say\"><input_port name=\"text\"/></Action>";
     let trees =
         [("Main", "<Sequence><Say text=\"hi\"/><SubTree ID=\"Say\"/></Sequence>"), ("Say", "<Say text=\"there\"/>")];
@@ -139,7 +139,7 @@ fn a_tree_is_not_called_like_a_node() {
 }
 
 #[test]
-fn a_reactive_sequence_does_not_have_two_asynchronous_children() {
+fn a_reactive_sequence_with_two_asynchronous_children_is_refused() {
     let child = "<AsyncSequence><AlwaysSuccess/><AlwaysSuccess/></AsyncSequence>";
     let reactive = |inside: &str| file(&[("Main", &format!("<ReactiveSequence>{inside}</ReactiveSequence>"))], "");
     assert_eq!(refused(&reactive(&child.repeat(2))), ["a <ReactiveSequence> cannot have two <AsyncSequence>"]);
@@ -160,7 +160,7 @@ fn in_order(nodes: &[&str]) -> String {
 }
 
 #[test]
-fn a_whole_number_is_not_the_input_of_a_text() {
+fn an_integer_cannot_be_used_as_a_text() {
     assert_eq!(
         refused(&in_order(&["<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"])),
         ["the entry `x` already has the type int and cannot be used as std::string"]
@@ -168,7 +168,7 @@ fn a_whole_number_is_not_the_input_of_a_text() {
 }
 
 #[test]
-fn a_whole_number_is_not_the_input_of_a_real_one() {
+fn an_integer_cannot_be_used_as_a_real_number() {
     assert_eq!(
         refused(&in_order(&["<Count out=\"{x}\"/>", "<Measure in=\"{x}\"/>"])),
         ["the entry `x` already has the type int and cannot be used as double"]
@@ -176,7 +176,7 @@ fn a_whole_number_is_not_the_input_of_a_real_one() {
 }
 
 #[test]
-fn a_text_is_the_input_of_anything_and_an_entry_of_any_type_too() {
+fn a_text_can_be_used_as_anything_and_so_can_an_untyped_entry() {
     accepted(&in_order(&["<Say out=\"{x}\"/>", "<Measure in=\"{x}\"/>", "<Count out=\"{x}\"/>"]));
     // The first port to name an entry says of which type it is.
     accepted(&in_order(&["<Any both=\"{x}\"/>", "<Count out=\"{x}\"/>", "<Say in=\"{x}\"/>"]));

@@ -1,11 +1,11 @@
-//! Files that are very large, or made to be slow: each test would run for minutes or hours, or use up the stack or the
+//! Very large files, or files made to be slow: each test would take minutes or hours, or use up the stack or the
 //! memory, if the work grew faster than the file.
 
 use std::fmt::Write;
 
 use bt::{Tree, TreeError, table};
 
-/// A file of format 4 with this tree, and what follows it.
+/// A file of format 4 with this tree, followed by `rest`.
 fn file(body: &str, rest: &str) -> String {
     format!(
         "<root BTCPP_format=\"4\" main_tree_to_execute=\"T\"><BehaviorTree ID=\"T\">{body}</BehaviorTree>{rest}</root>"
@@ -25,7 +25,7 @@ fn refused(text: &str) -> TreeError {
 }
 
 #[test]
-fn every_one_of_very_many_problems_is_found_once() {
+fn each_of_very_many_problems_is_found_once() {
     const COUNT: usize = 50_000;
     let bodies = [
         many(COUNT, |n| format!("<Unknown{n}/>")),
@@ -48,7 +48,7 @@ fn every_one_of_very_many_problems_is_found_once() {
 }
 
 #[test]
-fn an_element_has_a_limited_number_of_attributes() {
+fn the_number_of_attributes_of_an_element_is_limited() {
     let wide = |count| file(&format!("<Action ID=\"A\" {}/>", many(count, |n| format!("a{n}=\"&quot;'>\" "))), "");
     assert!(Tree::from_xml("wide.xml", &wide(999)).is_ok());
     let error = refused(&wide(1_000_000));
@@ -60,7 +60,7 @@ fn an_element_has_a_limited_number_of_attributes() {
 }
 
 #[test]
-fn a_node_has_a_limited_number_of_ports_and_so_has_a_tree() {
+fn the_number_of_ports_of_a_node_and_of_a_tree_is_limited() {
     let model = |count| {
         let ports = many(count, |n| format!("<input_port name=\"p{n}\" default=\"1\"/>"));
         format!("<TreeNodesModel><Action ID=\"A\">{ports}</Action></TreeNodesModel>")
@@ -72,7 +72,7 @@ fn a_node_has_a_limited_number_of_ports_and_so_has_a_tree() {
 }
 
 #[test]
-fn very_deep_nesting_is_refused_without_a_stack() {
+fn very_deep_nesting_is_refused_without_recursion() {
     let deep = "<Sequence>".repeat(1_000_000) + "<AlwaysSuccess/>" + &"</Sequence>".repeat(1_000_000);
     assert!(refused(&file(&deep, "")).problems()[0].to_string().contains("too large"));
     let deep = "<Sequence>".repeat(100_000) + "<AlwaysSuccess/>" + &"</Sequence>".repeat(100_000);
@@ -84,7 +84,7 @@ fn very_deep_nesting_is_refused_without_a_stack() {
 }
 
 #[test]
-fn trees_in_many_long_circles_are_named_in_a_line_each() {
+fn long_cycles_of_trees_are_reported_on_one_line_each() {
     const COUNT: usize = 20_000;
     let tree = |n| {
         format!(
@@ -103,7 +103,7 @@ fn trees_in_many_long_circles_are_named_in_a_line_each() {
 }
 
 #[test]
-fn nearest_names_are_not_looked_for_among_very_long_ones() {
+fn nearest_names_are_not_searched_among_very_long_ones() {
     let name = "n".repeat(200_000);
     let body = many(100, |n| format!("<{name}{n}/>"));
     let model = format!("<TreeNodesModel><Action ID=\"{name}\"/></TreeNodesModel>");
@@ -111,7 +111,7 @@ fn nearest_names_are_not_looked_for_among_very_long_ones() {
 }
 
 #[test]
-fn a_tree_of_names_with_line_breaks_or_of_any_length_is_shown_with_one_line_per_node() {
+fn a_tree_with_strange_names_is_shown_with_one_line_per_node() {
     let mut body = "<AlwaysSuccess name=\"a&#10;b&#9;&#x9b;\"/>".to_owned();
     write!(body, "<AlwaysSuccess name=\"{}\"/>", "long ".repeat(50_000)).unwrap();
     let tree = Tree::from_xml("names.xml", &file(&sequence(&body), "")).unwrap();

@@ -1,9 +1,4 @@
-//! One behaviour a test, as a play: a body of nodes, and a line a tick.
-//!
-//! A line has the calls that the tree makes, with the answers to ticks (S, F, R, K for skipped) and `halt` where a leaf
-//! is halted; `->` and what the tree answers; and, behind a bar, what is on the blackboard then (`x=-` is nothing). It
-//! may begin with the time in milliseconds (`@250`); without, it is that of the line before. `halt tree:` halts the
-//! tree.
+//! One behavior per test, as a play: a body of nodes, and one line per tick.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -23,7 +18,7 @@ pub(crate) fn file(trees: &str) -> Arc<Tree> {
     Arc::new(loader.load("test.xml", &text).unwrap_or_else(|error| panic!("{error:?}")))
 }
 
-/// Leaves that follow the script of one tick and insist on it.
+/// Leaves that follow the script of one tick and check that they are called in its order.
 pub(crate) struct Script<'a> {
     tree: Arc<Tree>,
     calls: VecDeque<&'a str>,
@@ -113,7 +108,7 @@ pub(crate) fn shown(value: Option<&Value>) -> String {
     }
 }
 
-/// A test for each behaviour: its name, the body, and the lines.
+/// A test for each behavior: its name, the body, and the lines.
 macro_rules! behaviours {
     ($($name:ident: $body:expr => [$($line:expr),* $(,)?];)*) => {
         $(

@@ -1,4 +1,4 @@
-//! Leaves that do not answer: the tree goes on without them, and says so.
+//! Leaves that do not answer: the tree continues without them and reports it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -24,7 +24,7 @@ impl Stage {
         topology.channels().filter(is_outer).collect()
     }
 
-    /// This happens to the `nth` message between tree and skills, counted from 0.
+    /// Applies this effect to the `nth` message between tree and skills, counted from 0.
     fn disturb_nth(&mut self, nth: u64, effect: &Effect) {
         let sent = Arc::new(AtomicU64::new(0));
         for channel in self.leaf_channels() {
@@ -34,7 +34,7 @@ impl Stage {
         }
     }
 
-    /// Generates a tick and lets time pass until nothing more can come of it: the calls that arrived.
+    /// Generates a tick and lets time pass until nothing more can happen: the calls that arrived.
     fn long_tick(&mut self, tick: u32) -> Vec<Called> {
         let start = PERIOD * tick;
         self.system.advance(start);
@@ -46,7 +46,7 @@ impl Stage {
         calls(&messages)
     }
 
-    /// What went wrong in the last tick.
+    /// The faults in the last tick.
     fn faults(&self) -> Vec<Fault> {
         if let Some(tree) = self.system.process::<TreeProcess>(self.bt) {
             return tree.faults().to_vec();
@@ -57,7 +57,7 @@ impl Stage {
     }
 }
 
-/// A tick by the engine alone, with leaves whose messages may be lost: the first to come is number `sent`.
+/// A tick by the engine alone, with leaves whose messages may be lost: the first one has number `sent`.
 fn lossy_tick(execution: &mut Execution, actors: &mut Actors, sent: &mut u64, lost: u64) {
     let mut arrives = || {
         *sent += 1;
@@ -80,14 +80,14 @@ fn lossy_tick(execution: &mut Execution, actors: &mut Actors, sent: &mut u64, lo
     }
 }
 
-/// The leaves that did not answer; guards and scripts go wrong in other ways.
+/// The leaves that did not answer; guards and scripts have other faults.
 fn silent_leaves(faults: &[Fault]) -> Vec<usize> {
     let silent = faults.iter().filter(|fault| fault.message.contains(" did not "));
     silent.map(|fault| fault.node.index()).collect()
 }
 
 proptest! {
-    /// Whichever message is lost, a leaf whose answer does not come has failed or halted, and all else is as ever.
+    /// Whichever message is lost: a leaf without an answer has failed or halted, and everything else is unchanged.
     #[test]
     fn a_lost_message_is_a_leaf_that_failed_or_halted(
         spec in spec(), script in script(), seeds in any::<(u64, u64)>(), ticks in 1..6_u32, lost in 0..40_u64,
@@ -114,9 +114,9 @@ proptest! {
         }
     }
 
-    /// Whatever happens to a message, the next tick finds a tree that waits for it, and the system becomes quiet.
+    /// Whatever happens to a message, the tree then waits for the next tick, and the system becomes quiet.
     #[test]
-    fn a_tree_always_comes_round(
+    fn a_tree_always_recovers(
         spec in spec(), script in script(), seed: u64, nth in 0..30_u64, effect in 0..4_usize,
     ) {
         let tree = spec.tree();
@@ -133,7 +133,7 @@ proptest! {
     }
 }
 
-/// The station of the paper's robot, whose GoToDestination runs and is then halted.
+/// The paper's robot, whose GoToDestination runs and is then halted.
 fn interrupted(form: Form, silent: &str) -> Stage {
     use Status::{Failure, Running, Success};
     let (tree, mut script) =
@@ -148,7 +148,7 @@ fn interrupted(form: Form, silent: &str) -> Stage {
 }
 
 #[test]
-fn who_did_not_answer_is_said() {
+fn the_leaf_that_did_not_answer_is_named() {
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = interrupted(form, "running");
         stage.long_tick(0);
@@ -167,7 +167,7 @@ fn who_did_not_answer_is_said() {
 }
 
 #[test]
-fn the_tree_waits_as_long_as_it_is_told_and_no_longer() {
+fn the_tree_waits_exactly_as_long_as_it_is_told() {
     for form in [Form::Whole, Form::Nodes] {
         let mut stage = interrupted(form, "running");
         stage.tick();

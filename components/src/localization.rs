@@ -48,7 +48,7 @@ impl Localization {
         }
         Some(match self.at.get(place.name()) {
             Some(&there) => Message::new([Value::symbol("ok"), there.into()]),
-            None => error(&format!("unknown place {}", place.name())),
+            None => error(&format!("there is no place {}", place.name())),
         })
     }
 }

@@ -1,14 +1,11 @@
-//! What is done with a text that may be a tree file, and texts that come close to one.
+//! The operations on a text that may be a tree file, and texts that come close to one.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Execution, Leaf, Leaves, Loader, Status, Tree};
 
-/// Loads a text. If it is a tree, writes it, reads what was written, and ticks and halts the tree.
-///
-/// # Panics
-/// If something is wrong with this crate: no text may make it panic, and what it writes it must be able to read.
+/// Loads a text. If it is a tree, writes it, reads the result, and ticks and halts the tree.
 pub fn exercise(text: &str) {
     let loader = Loader::default().max_nodes(2000);
     let tree = match loader.load("fuzz.xml", text) {
@@ -101,7 +98,7 @@ const VALUES: [&str; 40] = [
     "ü", "x = x / 0",
 ];
 
-/// Nodes that are right, with the least and greatest number of children.
+/// Valid nodes, with the least and greatest number of children.
 const RIGHT: [(&str, usize, usize); 44] = [
     ("Sequence", 1, 3), ("ReactiveSequence", 1, 3), ("SequenceWithMemory", 1, 3), ("AsyncSequence", 1, 3),
     ("Fallback", 1, 3), ("ReactiveFallback", 1, 3), ("AsyncFallback", 1, 3), ("Parallel failure_count=\"-1\"", 1, 3),
@@ -120,7 +117,7 @@ const RIGHT: [(&str, usize, usize); 44] = [
     ("AlwaysSuccess", 0, 0), ("AlwaysFailure", 0, 0),
 ];
 
-/// A node that is right, with all that is below it.
+/// A valid node, with everything below it.
 fn right_node(random: &mut Random, depth: usize, text: &mut String) {
     let mut choice = RIGHT[random.below(RIGHT.len())];
     while depth > 5 && choice.2 > 0 {
@@ -135,7 +132,7 @@ fn right_node(random: &mut Random, depth: usize, text: &mut String) {
     text.push_str(&format!("</{name}>"));
 }
 
-/// A tree file that is right.
+/// A valid tree file.
 fn right_text(random: &mut Random) -> String {
     let mut text = "<root BTCPP_format=\"4\" main_tree_to_execute=\"T\">".to_owned();
     for (id, subtree) in [("T", false), ("A", true), ("B", true)] {
@@ -150,7 +147,7 @@ fn right_text(random: &mut Random) -> String {
     text
 }
 
-/// A text that looks like a tree file, more or less.
+/// A text that resembles a tree file.
 pub fn text(random: &mut Random) -> String {
     if random.below(2) == 0 {
         let mut text = right_text(random);
@@ -203,7 +200,7 @@ fn node(random: &mut Random, depth: usize, text: &mut String) {
     text.push_str(&format!("</{name}>"));
 }
 
-/// Cuts, doubles or changes a piece, as a file may have been damaged.
+/// Cuts, doubles or changes a piece, as in a damaged file.
 fn damage(random: &mut Random, text: &mut String) {
     for _ in 0..=random.below(3) {
         let mut place = random.below(text.len() + 1);

@@ -33,7 +33,7 @@ behaviours! {
     unset_blackboard_does_not_reach_the_main_tree: r#"<Sequence><Script code="x := 1"/><UnsetBlackboard key="@x"/></Sequence>"# => ["-> S | x=1"];
 }
 
-/// What went wrong in the first tick, which fails.
+/// The fault in the first tick, which fails.
 fn fault(body: &str) -> String {
     let tree = tree(body);
     let mut execution = Execution::new(tree.clone());
@@ -43,7 +43,7 @@ fn fault(body: &str) -> String {
 }
 
 #[test]
-fn script_that_cannot_be_evaluated_fails_and_says_why() {
+fn script_that_cannot_be_evaluated_fails_with_a_reason() {
     assert_eq!(fault(r#"<Script code="x = 1"/>"#), "the blackboard has no entry `x`; use `:=` to create one");
     assert_eq!(fault(r#"<Script code="x := y"/>"#), "the blackboard has no entry `y`");
     assert_eq!(fault(r#"<Script code="x := 'a' * 2"/>"#), "`*` cannot be applied to `a` and `2`");
@@ -53,18 +53,18 @@ fn script_that_cannot_be_evaluated_fails_and_says_why() {
 }
 
 #[test]
-fn script_condition_that_is_no_truth_value_fails_and_says_why() {
+fn script_condition_that_is_not_a_truth_value_fails_with_a_reason() {
     assert_eq!(fault(r#"<ScriptCondition code="'yes'"/>"#), "`yes` is not true or false");
     assert_eq!(fault(r#"<ScriptCondition code="2"/>"#), "`2` is not true or false");
 }
 
 #[test]
-fn set_blackboard_from_an_entry_that_does_not_exist_fails_and_says_why() {
+fn set_blackboard_from_an_unknown_entry_fails_with_a_reason() {
     assert_eq!(fault(r#"<SetBlackboard value="1" output_key="{k}"/>"#), "the entry `k` has no value");
 }
 
 #[test]
-fn set_blackboard_cannot_write_a_text_where_a_number_is_wanted() {
+fn set_blackboard_cannot_write_a_text_to_a_number() {
     let body =
         r#"<Sequence><SetBlackboard value="many" output_key="n"/><Repeat num_cycles="{n}"><a/></Repeat></Sequence>"#;
     assert_eq!(fault(body), "`many` is not a whole number in range");

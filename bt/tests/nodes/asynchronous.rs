@@ -1,4 +1,4 @@
-//! AsyncSequence, AsyncFallback, and the ticking again that they ask for.
+//! AsyncSequence, AsyncFallback, and the repeated ticks that they ask for.
 
 use bt::{Execution, Status};
 
@@ -36,7 +36,7 @@ behaviours! {
 }
 
 #[test]
-fn a_tree_that_wants_to_be_ticked_again_for_ever_is_stopped() {
+fn a_tree_that_asks_for_endless_ticks_is_stopped() {
     let twice = "<Repeat num_cycles=\"2\"><AlwaysSuccess/></Repeat>";
     let body = &format!("<ReactiveSequence>{twice}{twice}</ReactiveSequence>");
     let tree = tree(body);

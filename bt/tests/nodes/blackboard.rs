@@ -12,7 +12,7 @@ behaviours! {
 }
 
 #[test]
-fn what_was_never_written_is_not_there() {
+fn an_entry_that_was_never_written_does_not_exist() {
     let execution = Execution::new(tree("<AlwaysSuccess/>"));
     assert_eq!(execution.blackboard().get("x"), None);
     assert_eq!(execution.blackboard().entries().count(), 0);
@@ -32,7 +32,7 @@ fn entries_can_be_written_from_outside() {
 }
 
 #[test]
-fn an_entry_with_a_type_refuses_what_does_not_fit() {
+fn a_typed_entry_refuses_values_of_other_types() {
     let mut execution = Execution::new(tree(r#"<Repeat num_cycles="{n}"><a/></Repeat>"#));
     let board = execution.blackboard_mut();
     assert_eq!(board.set("n", "many").unwrap_err().to_string(), "`many` is not a whole number in range");
@@ -53,7 +53,7 @@ fn blackboards_are_values() {
 }
 
 #[test]
-fn types_are_known_by_their_names_in_cpp() {
+fn types_are_known_by_their_cpp_names() {
     for name in ["bool", "int", "unsigned int", "double", "std::string", "std::vector<double>", "int64_t", "Pose2D"] {
         assert_eq!(Type::named(name).to_string(), name);
     }

@@ -57,7 +57,7 @@ behaviours! {
 }
 
 #[test]
-fn a_condition_that_is_skipped_is_a_fault_and_the_node_fails() {
+fn a_skipped_condition_is_a_fault_and_the_node_fails() {
     for kind in ["IfThenElse", "WhileDoElse"] {
         let tree = tree(&format!("<{kind}><a/><b/></{kind}>"));
         let mut execution = Execution::new(tree.clone());

@@ -69,7 +69,7 @@ behaviours! {
 }
 
 #[test]
-fn precondition_is_not_asked_again_while_its_child_runs() {
+fn precondition_is_not_checked_again_while_its_child_runs() {
     let tree = tree(r#"<Precondition if="x == 1"><a/></Precondition>"#);
     let mut execution = Execution::new(tree);
     execution.blackboard_mut().set("x", 1).unwrap();

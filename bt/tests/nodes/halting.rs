@@ -1,4 +1,4 @@
-//! Who is halted, when, and in which order.
+//! Which nodes are halted, when, and in which order.
 
 use bt::{Part, Rehearsal, Status, table};
 
@@ -68,9 +68,9 @@ behaviours! {
     ];
 }
 
-/// For BehaviorTree.CPP a sequence is running once it has begun, and so it is halted; but it has not run.
+/// In BehaviorTree.CPP a sequence is running once it has begun, so it is halted; but it has not run.
 #[test]
-fn a_control_node_that_was_skipped_is_shown_as_skipped_though_it_is_reset() {
+fn a_control_node_that_was_skipped_is_shown_as_skipped_after_its_reset() {
     let tree = tree("<ReactiveSequence><Sequence><AlwaysSuccess _skipIf=\"true\"/></Sequence><a/></ReactiveSequence>");
     let mut rehearsal = Rehearsal::new(tree.clone(), [Part::new([Status::Running.into()])]);
     let moments = [rehearsal.tick(NOW), rehearsal.tick(NOW), rehearsal.halt(NOW)];

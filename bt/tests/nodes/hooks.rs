@@ -53,7 +53,7 @@ behaviours! {
 }
 
 #[test]
-fn only_while_is_looked_at_while_a_node_runs() {
+fn only_while_is_checked_while_a_node_runs() {
     let body = r#"<a _failureIf="x == 1" _successIf="x == 2" _skipIf="x == 3" _while="x != 4"/>"#;
     let mut execution = Execution::new(tree(body));
     for (x, line) in
@@ -65,7 +65,7 @@ fn only_while_is_looked_at_while_a_node_runs() {
 }
 
 #[test]
-fn while_on_a_control_node_halts_what_runs_below() {
+fn while_on_a_control_node_halts_its_running_children() {
     let body = r#"<Fallback><Sequence _while="x == 1" _onHalted="y := 1"><a/><b/></Sequence><c/></Fallback>"#;
     let mut execution = Execution::new(tree(body));
     execution.blackboard_mut().set("x", 1).unwrap();
@@ -77,7 +77,7 @@ fn while_on_a_control_node_halts_what_runs_below() {
 }
 
 #[test]
-fn a_node_whose_scripts_cannot_be_evaluated_fails_and_says_why() {
+fn a_node_whose_scripts_cannot_be_evaluated_fails_with_a_reason() {
     for body in [r#"<a _skipIf="missing"/>"#, r#"<a _while="missing == 1"/>"#] {
         let tree = tree(body);
         let mut execution = Execution::new(tree.clone());

@@ -1,4 +1,4 @@
-//! Sequence, Fallback, their reactive forms and SequenceWithMemory, where children are skipped.
+//! Sequence, Fallback, their reactive forms and SequenceWithMemory, with skipped children.
 
 use crate::stage::behaviours;
 

@@ -48,7 +48,7 @@ behaviours! {
 }
 
 #[test]
-fn loop_takes_things_out_of_a_list_on_the_blackboard() {
+fn loop_removes_items_from_a_list_on_the_blackboard() {
     let mut execution = Execution::new(tree(r#"<LoopInt queue="{q}" value="{x}"><a/></LoopInt>"#));
     execution.blackboard_mut().set("q", [1, 2].into_iter().map(Value::Int).collect::<Value>()).unwrap();
     play_with(&mut execution, &["a=S -> R | x=1 q=2", "a=S -> R | x=2", "-> S"]);
@@ -57,7 +57,7 @@ fn loop_takes_things_out_of_a_list_on_the_blackboard() {
 }
 
 #[test]
-fn loop_over_something_else_is_a_fault() {
+fn loop_over_something_other_than_a_queue_is_a_fault() {
     for (queue, text) in [("{q}", "3"), ("{q}", "1;two")] {
         let tree = tree(&format!(r#"<LoopInt queue="{queue}" value="{{x}}"><a/></LoopInt>"#));
         let mut execution = Execution::new(tree.clone());

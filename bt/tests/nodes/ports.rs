@@ -30,7 +30,7 @@ fn execution(leaf: &str) -> Execution {
     Execution::new(Arc::new(Tree::from_xml("ports.xml", &text).unwrap_or_else(|error| panic!("{error:?}"))))
 }
 
-/// What the leaf reads from a port in a tick.
+/// The value or error when the leaf reads a port in a tick.
 fn read(execution: &mut Execution, port: &str) -> Result<String, PortError> {
     let mut seen = None;
     execution.tick(
@@ -43,7 +43,7 @@ fn read(execution: &mut Execution, port: &str) -> Result<String, PortError> {
     seen.unwrap().map(|value| shown(Some(&value)))
 }
 
-/// What comes of writing a port in a tick.
+/// The result of writing a port in a tick.
 fn write(execution: &mut Execution, port: &str, value: Value) -> Result<(), PortError> {
     let mut done = None;
     execution.tick(
@@ -57,7 +57,7 @@ fn write(execution: &mut Execution, port: &str, value: Value) -> Result<(), Port
 }
 
 #[test]
-fn a_constant_is_read_as_its_type() {
+fn a_constant_is_read_with_its_type() {
     let mut declared = execution(r#"<Go goal="7" tries="7"/>"#);
     assert_eq!(read(&mut declared, "goal").unwrap(), "'7'");
     assert_eq!(read(&mut declared, "tries").unwrap(), "7");
@@ -66,7 +66,7 @@ fn a_constant_is_read_as_its_type() {
 }
 
 #[test]
-fn a_port_that_is_left_out_has_its_default() {
+fn an_omitted_port_has_its_default() {
     let mut execution = execution("<Go/>");
     assert_eq!(read(&mut execution, "goal").unwrap(), "'home'");
     execution.blackboard_mut().set("speed", 2).unwrap();
@@ -88,7 +88,7 @@ fn a_port_reads_and_writes_an_entry() {
 }
 
 #[test]
-fn an_entry_of_another_kind_is_read_as_the_ports_type() {
+fn an_entry_of_another_kind_is_read_with_the_ports_type() {
     let mut execution = execution(r#"<Go goal="{x}" tries="{y}"/>"#);
     execution.blackboard_mut().set("y", "12").unwrap();
     assert_eq!(read(&mut execution, "tries").unwrap(), "12");

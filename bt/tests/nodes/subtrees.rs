@@ -1,4 +1,4 @@
-//! SubTree: what its blackboard shares with the tree that it is in.
+//! SubTree: what its blackboard shares with the containing tree.
 
 use bt::Execution;
 
@@ -13,7 +13,7 @@ fn with_subtree(attributes: &str, inside: &str) -> String {
 }
 
 #[test]
-fn subtree_has_a_blackboard_of_its_own() {
+fn subtree_has_its_own_blackboard() {
     play_file(&with_subtree("", r#"<Script code="x := 5; y := 6"/>"#), &["-> S | x=1 y=-"]);
 }
 
@@ -28,7 +28,7 @@ fn subtree_reads_and_writes_remapped_entries() {
 }
 
 #[test]
-fn subtree_makes_remapped_entries() {
+fn subtree_creates_remapped_entries() {
     play_file(&with_subtree(r#"inner="{fresh}""#, r#"<Script code="inner := 7"/>"#), &["-> S | fresh=7"]);
 }
 
@@ -43,23 +43,23 @@ fn subtree_with_autoremap_shares_all_entries() {
 }
 
 #[test]
-fn subtree_with_autoremap_keeps_private_entries_to_itself() {
+fn subtree_with_autoremap_does_not_share_private_entries() {
     play_file(&with_subtree(r#"_autoremap="true""#, r#"<Script code="_z := 3"/>"#), &["-> S | _z=-"]);
 }
 
 #[test]
-fn subtree_without_autoremap() {
+fn subtree_without_autoremap_shares_nothing() {
     play_file(&with_subtree(r#"_autoremap="false""#, r#"<Script code="y := 3"/>"#), &["-> S | y=-"]);
 }
 
 #[test]
-fn subtree_is_given_constants_as_numbers_and_texts() {
+fn subtree_gets_constants_as_numbers_and_texts() {
     let inside = r#"<Script code="@a := n; @b := r; @c := t"/>"#;
     play_file(&with_subtree(r#"n="3" r="2.5" t="home""#, inside), &["-> S | a=3 b=2.5 c='home'"]);
 }
 
 #[test]
-fn subtree_constants_are_not_seen_above_even_with_autoremap() {
+fn subtree_constants_are_invisible_above_even_with_autoremap() {
     play_file(&with_subtree(r#"x="9" _autoremap="true""#, r#"<Script code="x += 1; y := x"/>"#), &["-> S | x=1 y=10"]);
 }
 
@@ -96,20 +96,20 @@ fn subtree_ports_have_the_defaults_of_the_model() {
 }
 
 #[test]
-fn subtree_has_scripts_of_its_own() {
+fn subtree_has_its_own_scripts() {
     play_file(&with_subtree(r#"_skipIf="x == 1""#, "<a/>"), &["-> S"]);
     play_file(&with_subtree(r#"_onSuccess="x := 7""#, "<a/>"), &["a=S -> S | x=7"]);
 }
 
 #[test]
-fn subtree_answers_what_its_tree_does() {
+fn subtree_gives_the_answer_of_its_tree() {
     play_file(&with_subtree("", "<a/>"), &["a=R -> R", "a=F -> F", "a=S -> S"]);
     let trees = r#"<BehaviorTree ID="T"><Fallback><SubTree ID="S"/><b/></Fallback></BehaviorTree><BehaviorTree ID="S"><a/></BehaviorTree>"#;
     play_file(trees, &["a=K b=S -> S"]);
 }
 
 #[test]
-fn subtree_of_version_3_has_names_of_entries_for_its_attributes() {
+fn subtree_of_version_3_has_names_of_entries_in_its_attributes() {
     let text = r#"<root main_tree_to_execute="T">
         <BehaviorTree ID="T"><Sequence><SetBlackboard value="go" output_key="x"/><SubTree ID="S" inner="x"/></Sequence></BehaviorTree>
         <BehaviorTree ID="S"><SetBlackboard value="done" output_key="inner"/></BehaviorTree></root>"#;

@@ -16,7 +16,7 @@ fn play_with_x(steps: &[(&str, &str)]) {
 }
 
 #[test]
-fn switch_ticks_the_child_of_the_case_that_is_equal() {
+fn switch_ticks_the_child_of_the_equal_case() {
     play_with_x(&[("1", "a=S -> S"), ("two", "b=S -> S")]);
 }
 
@@ -26,7 +26,7 @@ fn switch_ticks_the_last_child_if_no_case_is_equal() {
 }
 
 #[test]
-fn switch_halts_the_child_that_ran_when_another_case_is_equal() {
+fn switch_halts_the_running_child_when_another_case_is_equal() {
     play_with_x(&[("1", "a=R -> R"), ("1", "a=R -> R"), ("two", "a=halt b=R -> R"), ("none", "b=halt c=S -> S")]);
 }
 
@@ -57,9 +57,9 @@ behaviours! {
     ];
 }
 
-/// The first node to name an entry says of which type it is.
+/// The first node that names an entry determines its type.
 #[test]
-fn switch_compares_a_number_of_an_entry_that_a_node_above_it_names() {
+fn switch_compares_a_number_in_an_entry_named_by_an_earlier_node() {
     let switch = "<Switch2 variable=\"{y}\" case_1=\"0\" case_2=\"1\"><a/><b/><c/></Switch2>";
     let mut execution = Execution::new(tree(&format!("<WaitValueUpdate entry=\"{{y}}\">{switch}</WaitValueUpdate>")));
     execution.blackboard_mut().set("y", 0).unwrap();

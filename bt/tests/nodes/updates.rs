@@ -34,7 +34,7 @@ fn skip_unless_updated_ticks_its_child_once_after_each_update() {
 }
 
 #[test]
-fn skip_unless_updated_goes_on_with_a_running_child() {
+fn skip_unless_updated_continues_with_a_running_child() {
     let body = r#"<Fallback><SkipUnlessUpdated entry="{x}"><a/></SkipUnlessUpdated><b/></Fallback>"#;
     play_with_updates(body, &["!a=R -> R", "a=R -> R", "a=S -> S", "b=S -> S"]);
 }
@@ -54,12 +54,12 @@ fn wait_value_update_answers_running_without_an_update() {
 }
 
 #[test]
-fn wait_value_update_goes_on_with_a_running_child() {
+fn wait_value_update_continues_with_a_running_child() {
     play_with_updates(r#"<WaitValueUpdate entry="{x}"><a/></WaitValueUpdate>"#, &["!a=R -> R", "a=S -> S", "-> R"]);
 }
 
 #[test]
-fn wait_value_update_knows_its_entry_without_braces() {
+fn wait_value_update_accepts_its_entry_without_braces() {
     play_with_updates(r#"<WaitValueUpdate entry="x"><a/></WaitValueUpdate>"#, &["-> R", "!a=S -> S"]);
 }
 
@@ -69,7 +69,7 @@ fn was_entry_updated_succeeds_once_after_each_update() {
 }
 
 #[test]
-fn an_entry_that_is_written_with_the_same_value_was_updated() {
+fn writing_the_same_value_is_an_update() {
     play_with_updates(
         r#"<Sequence><Script code="x := 5"/><WasEntryUpdated entry="{x}"/></Sequence>"#,
         &["-> S", "-> S"],
@@ -77,7 +77,7 @@ fn an_entry_that_is_written_with_the_same_value_was_updated() {
 }
 
 #[test]
-fn each_node_looks_for_itself_whether_an_entry_was_updated() {
+fn each_node_tracks_updates_of_an_entry_separately() {
     let body = r#"<Sequence><WasEntryUpdated entry="{x}"/><WasEntryUpdated entry="{x}"/></Sequence>"#;
     play_with_updates(body, &["!-> S", "-> F"]);
 }

@@ -22,7 +22,7 @@ impl Object {
         }
     }
 
-    /// Sequences and fallbacks that go on where they were: `go_on` moves to the next child, `stop` ends the node.
+    /// Sequences and fallbacks that continue where they were: `go_on` moves to the next child, `stop` ends the node.
     fn tick_in_order(&mut self, context: &mut Context, go_on: Status, stop: Status) -> Status {
         let is_asynchronous = !matches!(self.kind, Kind::Sequence | Kind::Fallback);
         if self.status.is_none() {
@@ -51,7 +51,7 @@ impl Object {
         if all_skipped { Skipped } else { go_on }
     }
 
-    /// A child has ended the node. A node with memory keeps its place, and what has succeeded.
+    /// A child has ended the node. A node with memory keeps its position, and its successful children.
     fn stop(&mut self, context: &mut Context, status: Status) -> Status {
         if self.kind == Kind::SequenceWithMemory {
             for child in self.current_child..self.children.len() {
@@ -88,7 +88,7 @@ impl Object {
         if all_skipped { Skipped } else { go_on }
     }
 
-    /// A number of children: −1 is all of them, −2 all but one, and so on.
+    /// A number of children: −1 means all of them, −2 all but one, and so on.
     fn threshold(&self, number: i64) -> i64 {
         if number < 0 { (self.children.len() as i64 + number + 1).max(0) } else { number }
     }
@@ -195,7 +195,7 @@ impl Object {
         status
     }
 
-    /// Its cases are 0 and 1; the third child is for all other numbers. It is not running before its child is.
+    /// Its cases are 0 and 1; the third child is the default. It is not running before its child is.
     fn tick_switch(&mut self, context: &mut Context) -> Status {
         let chosen = usize::try_from(context.entry).unwrap_or(2).min(2);
         if let Some(running) = self.running_child.filter(|running| *running != chosen) {

@@ -1,10 +1,10 @@
-//! Nodes as BehaviorTree.CPP has them, and the tree around them.
+//! Nodes as objects like BehaviorTree.CPP's, and the tree around them.
 
 use bt::{Kind, Status};
 
 use crate::forest::{Actors, Called, Guard, Script, Spec};
 
-/// A node. Its status is none while it is idle. What a node remembers goes by the names that BehaviorTree.CPP gives it.
+/// A node. Its status is `None` while it is idle. Its memory has the names that BehaviorTree.CPP uses.
 pub(super) struct Object {
     pub(super) kind: Kind,
     pub(super) numbers: [i64; 2],
@@ -27,7 +27,7 @@ pub(super) struct Object {
 /// What the nodes of a tree share.
 pub(super) struct Context {
     actors: Actors,
-    /// `emitWakeUpSignal` was called, and nobody has heard it yet.
+    /// `emitWakeUpSignal` was called and has not been handled yet.
     pub(super) woken: bool,
     /// The only entry of the blackboard.
     pub(super) entry: i64,
@@ -101,7 +101,7 @@ impl Object {
         }
     }
 
-    /// Where BehaviorTree.CPP throws an exception, which ends the program, the engine has the node fail and start over.
+    /// Where BehaviorTree.CPP throws an exception, which ends the program, the node fails and starts over.
     pub(super) fn throw(&mut self, context: &mut Context) -> Status {
         self.reset_children(context);
         self.forget();
@@ -177,7 +177,7 @@ fn is_decorator(kind: Kind) -> bool {
     )
 }
 
-/// Trees of this size are ticked again less often, if they ever come to an end.
+/// Trees of this size need fewer repetitions, if they ever finish.
 const MANY: u32 = 200;
 
 /// Tree::tickOnce and Tree::haltTree.
@@ -192,7 +192,7 @@ impl Oracle {
         Self { root: Object::new(spec), context }
     }
 
-    /// What the tree answers; none if it wants to be ticked again without end.
+    /// The tree's answer; `None` if it asks to be ticked again without end.
     pub(super) fn tick_once(&mut self) -> Option<Status> {
         for _ in 0..MANY {
             let status = self.root.execute_tick(&mut self.context);
