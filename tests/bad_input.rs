@@ -179,7 +179,7 @@ fn a_machine_that_calls_itself_otherwise_is_meant_to_be() {
     let text = std::fs::read_to_string(&scenario).unwrap() + "\n[execution]\nmax_time_s = 2\n";
     std::fs::write(&scenario, text.replace("properties = [", "properties = [] # [").replace("phi", "# phi")).unwrap();
     let said = refusal(&["check", scenario.to_str().unwrap()]);
-    says(&said, &["skills/GoToLobby.scxml, calls itself `GoToDestination`", "[leaves.GoToLobby] machine ="]);
+    says(&said, &["skills/GoToLobby.scxml, has the name `GoToDestination`", "[leaves.GoToLobby] machine ="]);
     let meant = ["--set", "leaves.GoToLobby.machine=GoToLobby.scxml", "--no-snapshots", "--out"];
     let output = steward(
         &[&["--scenario", scenario.to_str().unwrap()], &meant[..], &[folder.path().join("out").to_str().unwrap()]]

@@ -104,16 +104,16 @@ fn places_that_the_robot_does_not_get_to_are_refused_before_a_run() {
     };
     let fine = ("[2.4, 1.0]", "[1.2, 1.4]");
     for (station, destination, wanted) in [
-        ("[9.0, 1.0]", fine.1, "`RechargingStation` is outside of the map, at (9.00, 1.00)"),
-        ("[9.0, 1.0]", fine.1, "the map goes from (0.00, 0.00) to (6.00, 2.00)"),
+        ("[9.0, 1.0]", fine.1, "`RechargingStation` is outside the map, at (9.00, 1.00)"),
+        ("[9.0, 1.0]", fine.1, "the map extends from (0.00, 0.00) to (6.00, 2.00)"),
         ("[9.0, 1.0]", fine.1, "rooms.places.toml:5:14"),
-        ("[9.0, 1.0]", fine.1, "the scenario needs it as `sites.station`"),
+        ("[9.0, 1.0]", fine.1, "the scenario requires it as `sites.station`"),
         ("[3.02, 1.0]", fine.1, "the robot cannot stand at `RechargingStation`: (3.02, 1.00) is in a wall"),
-        ("[2.8, 1.0]", fine.1, "(2.80, 1.00) is 0.23 m from a wall, and it needs 0.30 m"),
-        ("[2.8, 1.0]", fine.1, "the nearest place that the robot gets to is (2.68, 1.03)"),
-        (fine.0, "[4.0, 1.0]", "no way leads from the start (0.60, 1.00) to `Destination` at (4.00, 1.00)"),
+        ("[2.8, 1.0]", fine.1, "(2.80, 1.00) is 0.23 m from a wall, but it needs 0.30 m"),
+        ("[2.8, 1.0]", fine.1, "the nearest reachable place is (2.68, 1.03)"),
+        (fine.0, "[4.0, 1.0]", "there is no path from the start (0.60, 1.00) to `Destination` at (4.00, 1.00)"),
         (fine.0, "[4.0, 1.0]", "rooms.places.toml:8:14"),
-        ("[9.0, 1.0]", "[4.0, 1.0]", "no way leads from the start"),
+        ("[9.0, 1.0]", "[4.0, 1.0]", "there is no path from the start"),
     ] {
         let said = with(station, destination);
         assert!(said.contains(wanted), "{wanted} is not said: {said}");
@@ -122,7 +122,7 @@ fn places_that_the_robot_does_not_get_to_are_refused_before_a_run() {
     assert!(refused(&format!("{START}{STATION}{area}")).contains("there is no room for the robot in `Destination`"));
     let start = START.replace("[0.6, 1.0]", "[3.02, 1.0]");
     let said = refused(&format!("{start}{STATION}{DESTINATION}"));
-    assert!(said.contains("the robot cannot set out from the start (3.02, 1.00)"), "{said}");
+    assert!(said.contains("the robot cannot drive away from the start (3.02, 1.00)"), "{said}");
     assert!(said.contains("rooms.places.toml:2:14"), "{said}");
 }
 

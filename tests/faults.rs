@@ -191,7 +191,7 @@ fn faults_that_name_what_is_not_there_are_refused_all_at_once() {
         { kind = "wrong_map", at_s = 5, map = "maps/house.yaml" },
     ]"#;
     let said = refusal(&["--scenario", "errand", "--set", faults]);
-    for word in ["BatteryLevl", "a wrong map is wrong all the time"] {
+    for word in ["BatteryLevl", "a wrong map lasts for the whole run"] {
         assert!(said.contains(word), "{word} is missing in\n{said}");
     }
     let said = refusal(&[

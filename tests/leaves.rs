@@ -206,7 +206,7 @@ fn a_leaf_cannot_have_the_name_of_a_component() {
     let tree = TOLD_APART_BY_NAME.replace("name=\"Charge\"", "name=\"Navigation\"");
     let files = scenario(&tree, &TABLE.replace("leaves.Charge", "leaves.Navigation"));
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
-    assert!(said.contains("a leaf cannot be called `Navigation`"), "{said}");
+    assert!(said.contains("a leaf cannot be named `Navigation`"), "{said}");
 }
 
 #[test]

@@ -122,7 +122,7 @@ fn what_is_wrong_with_a_ready_made_monitor_is_said_at_its_place() {
         ("(TickGenerator, BT, true)", "(TickGenerator, BTs, true)", "BTs"),
         ("ChargeWatch.scxml", "ChargeWatcher.scxml", "cannot read"),
         ("charge = \"m[2]\"", "charge = \"m[0]\"", "for a field of the message"),
-        ("name = \"trip\"", "name = \"charge\"", "there is a property `charge` already"),
+        ("name = \"trip\"", "name = \"charge\"", "there is already a property `charge`"),
         ("violated_in = \"tooLow\"", "", "`violated_in`"),
         ("machine = \"ChargeWatch.scxml\"", "figure = \"5 (c)\"", "5 (c)"),
     ] {

@@ -1,4 +1,4 @@
-//! Conducts a run from its start to its end.
+//! Conducts a run from start to end.
 
 use std::io;
 use std::ops::ControlFlow;
@@ -12,12 +12,12 @@ use crate::Error;
 use crate::ending::Ending;
 use crate::live::Live;
 
-/// Runs a scenario to its end. `follow` is called at the start and then after every step, and may break the run off, which
-/// then has no [end](RunView::end); it sees as much as `detail` says, or more. All that can be told of the run goes to
-/// `record`, if there is one: an event log if [`is_log`] says so, or else a recording.
+/// Runs a scenario to its end. `follow` is called at the start and after every step, and may stop the run, which then
+/// has no [end](RunView::end); it sees at least as much as `detail` demands. If there is a `record`, the run is written
+/// to it: as an event log if [`is_log`] says so, or else as a recording.
 ///
 /// # Errors
-/// What could not be written; why the run cannot go on; what `follow` says.
+/// A file that could not be written; the reason why the run cannot continue; an error of `follow`.
 pub fn conduct<E: From<Error>>(
     mut live: Live,
     detail: Detail,
@@ -33,7 +33,7 @@ pub fn conduct<E: From<Error>>(
     while follow(&view)?.is_continue() && view.end().is_none() {
         let failure = live.step().err();
         let step = live.record(detail);
-        // A step that failed is told, too: it may say why.
+        // A failed step is recorded, too: it may show the reason.
         if let Some(archive) = &mut archive {
             archive.record(|| Record::Step(step.clone()))?;
         }
@@ -57,16 +57,16 @@ pub fn conduct<E: From<Error>>(
     Ok(view)
 }
 
-/// What holds of the records of a run that is going on.
-pub const FITS: &str = "a run tells of nothing that its header does not have";
+/// The guarantee about the records of a run in progress.
+pub const FITS: &str = "a run's records refer only to what its header contains";
 
-/// Whether a file of that name is to be an event log.
+/// Whether a file with this name is an event log.
 #[must_use]
 pub fn is_log(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("jsonl"))
 }
 
-/// What is told of a run on its way to a file.
+/// The records of a run on their way to a file.
 struct Archive {
     path: PathBuf,
     form: Form,
@@ -91,13 +91,13 @@ impl Archive {
         Ok(archive)
     }
 
-    /// Adds a record, if that is what it is made of.
+    /// Adds a record, if the file consists of records.
     fn record(&mut self, record: impl FnOnce() -> Record) -> Result<(), Error> {
         let Form::Recording(writer) = &mut self.form else { return Ok(()) };
         writer.write(&record()).map_err(|source| unwritten(&self.path, source))
     }
 
-    /// Adds what the last step says, if it is the event log.
+    /// Adds the events of the last step, if the file is an event log.
     fn follow(&mut self, view: &RunView) -> Result<(), Error> {
         let Form::Log(log) = &mut self.form else { return Ok(()) };
         log.follow(view).map_err(|source| unwritten(&self.path, source))

@@ -1,4 +1,4 @@
-//! When a run is over, and why.
+//! When and why a run ends.
 
 use std::time::Duration;
 
@@ -10,12 +10,12 @@ use crate::scenario::{ScenarioFile, Stop};
 /// Watches for the end of a run.
 #[derive(Debug, Default)]
 pub(crate) struct Ending {
-    /// What the scenario stops at, once it has happened, and when the run ends for it.
+    /// The stop condition that has been met, and when the run ends because of it.
     met: Option<(Ended, Duration)>,
 }
 
 impl Ending {
-    /// Why the run ends now, if it does.
+    /// The reason why the run ends now, if it does.
     pub(crate) fn reached(&mut self, file: &ScenarioFile, view: &RunView) -> Option<Ended> {
         if self.met.is_none() {
             self.met = reason(&file.stop, view).map(|why| (why, view.time() + file.stop.after));
@@ -26,7 +26,7 @@ impl Ending {
     }
 }
 
-/// What has happened in this step that the scenario stops at: a violation before an arrival.
+/// The stop condition met in this step: a violation takes precedence over an arrival.
 fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
     let violation = view.happenings().iter().find_map(|happening| match happening {
         Happening::Verdict { monitor, decision } if decision.verdict == Verdict::False => {

@@ -7,46 +7,46 @@ use miette::Diagnostic;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The files or arguments are wrong: everything that was found, each a diagnostic of its own.
+    /// The files or arguments are wrong: every problem found, each as a separate diagnostic.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
     BadInput(Vec<Box<dyn Diagnostic + Send + Sync>>),
-    /// The processes that the files describe cannot go on.
-    #[error("the run cannot go on: {0}")]
+    /// The processes that the files describe cannot continue.
+    #[error("the run cannot continue: {0}")]
     Run(#[from] channels::RunError),
-    /// A run had more communications than this, as many as its scenario allows.
-    #[error("the run was given up: it had more than {0} communications (`execution.run_budget`)")]
+    /// A run had more communications than its scenario allows.
+    #[error("the run was stopped after more than {0} communications (`execution.run_budget`)")]
     Budget(u64),
     /// A file could not be written.
     #[error(transparent)]
     Write(diagnostics::Error),
 }
 
-/// Why a run cannot go on.
+/// Why a run cannot continue.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StepError {
-    /// The processes cannot go on.
+    /// The processes cannot continue.
     #[error(transparent)]
     Run(#[from] channels::RunError),
-    /// There have been more communications than this, as many as the scenario allows.
+    /// There have been more communications than the scenario allows.
     #[error("there have been more than {0} communications")]
     Budget(u64),
 }
 
 impl Error {
-    /// The error that one diagnostic makes.
+    /// The error that consists of one diagnostic.
     #[must_use]
     pub fn bad_input(diagnostic: impl Diagnostic + Send + Sync + 'static) -> Self {
         Self::BadInput(vec![Box::new(diagnostic)])
     }
 
-    /// Bad input that no place in a file stands for, with what would be accepted.
+    /// Bad input that has no place in a file, with advice on what is accepted.
     #[must_use]
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::bad_input(Problem::new(message).with_help(help))
     }
 
-    /// Everything that is wrong, in a line.
+    /// All problems, on one line.
     #[must_use]
     pub fn reasons(&self) -> String {
         let Self::BadInput(diagnostics) = self else { return self.to_string() };
@@ -86,17 +86,17 @@ impl From<maps::Error> for Error {
     }
 }
 
-/// Collects what is wrong with several files, so that all of it is said at once.
+/// Collects the problems of several files, so that all are reported at once.
 #[derive(Debug, Default)]
 pub struct Complaints(Vec<Box<dyn Diagnostic + Send + Sync>>);
 
 impl Complaints {
-    /// The value, or nothing after noting what is wrong.
+    /// The value, or `None` after recording the problem.
     pub fn note<T, E: Diagnostic + Send + Sync + 'static>(&mut self, result: Result<T, E>) -> Option<T> {
         result.map_err(|error| self.0.push(Box::new(error))).ok()
     }
 
-    /// The value, or nothing after noting everything that is wrong.
+    /// The value, or `None` after recording all problems.
     pub fn take<T>(&mut self, result: Result<T, Error>) -> Option<T> {
         match result {
             Ok(value) => Some(value),
@@ -111,13 +111,13 @@ impl Complaints {
         }
     }
 
-    /// Notes what is wrong.
+    /// Records a problem.
     pub fn push(&mut self, diagnostic: impl Diagnostic + Send + Sync + 'static) {
         self.0.push(Box::new(diagnostic));
     }
 
     /// # Errors
-    /// Everything that was noted, if anything was.
+    /// All recorded problems, if there are any.
     pub fn check(&mut self) -> Result<(), Error> {
         if self.0.is_empty() { Ok(()) } else { Err(Error::BadInput(std::mem::take(&mut self.0))) }
     }

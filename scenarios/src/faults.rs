@@ -1,17 +1,17 @@
-//! Faults: what can go wrong on purpose.
+//! Faults: things that go wrong on purpose.
 //!
 //! A fault is an entry of a scenario's `[[faults]]`: its `kind`, with that kind's parameters; one trigger (`at_s`,
-//! `at_tick`, `near`, `when`, `in_state`), perhaps with a `probability`; and how long (`lasts_s`) and how often (`times`,
-//! `every_s`) it holds. The catalogue ([`KINDS`]) has every kind with its parameters, and where it acts. No fault touches
-//! code, and one that is taken out of the file gives back the unfaulted run bit for bit: each draws its random numbers from
-//! streams of its own, and what is wrong at the moment is computed anew from the faults that hold.
+//! `at_tick`, `near`, `when`, `in_state`), optionally with a `probability`; and its duration (`lasts_s`) and
+//! repetitions (`times`, `every_s`). The catalogue ([`KINDS`]) lists every kind with its parameters and its place. No
+//! fault modifies code. Without its faults, a scenario gives the unfaulted run bit for bit: each fault draws its random
+//! numbers from its own streams, and the current effects are recomputed from the active faults.
 //!
-//! So faults combine. A component stands still as long as one of them wants it to. A skill runs the machine with the
-//! mistakes of all that hold, put into the last of its replacements in the scenario if there is one; combinations that
-//! contradict one another are refused when the scenario is loaded. A message meets the faults of its channel in the order
-//! in which they began.
+//! So faults combine. A component is frozen as long as any active fault freezes it. A skill runs its machine, or the
+//! last active replacement in the order of the scenario, with the mistakes of all active faults; contradicting
+//! combinations are refused when the scenario is loaded. The faults of a channel act on a message in the order in which
+//! they began.
 //!
-//! The `Timetable` says when faults begin and end; the `Injector` makes them take hold.
+//! The `Timetable` determines when faults begin and end; the `Injector` applies them.
 
 mod argument;
 mod catalogue;
@@ -33,21 +33,21 @@ pub use kind::{FaultKind, Place};
 pub(crate) use timetable::{Change, Observation, Timetable};
 pub use trigger::{Timing, Trigger};
 
-/// Something that goes wrong, as a scenario says it.
+/// A fault of a scenario.
 #[derive(Clone, Debug)]
 pub struct Fault {
     kind: &'static FaultKind,
     arguments: Arguments,
-    /// When it holds.
+    /// When it is active.
     pub timing: Timing,
 }
 
 impl Fault {
-    /// Reads an entry of `[[faults]]`. `None` if something is wrong with it, which has been recorded.
+    /// Reads an entry of `[[faults]]`. `None` after recording its problems.
     pub(crate) fn read(table: Table<'_>) -> Option<Self> {
         let choices: Vec<(&str, &'static FaultKind)> = KINDS.iter().map(|kind| (kind.name, *kind)).collect();
         let Some(kind) = table.one_of("kind", &choices).required() else {
-            // What else the entry says, nobody can judge.
+            // Without a kind, the other keys cannot be checked.
             table.allow_other_keys();
             return None;
         };
@@ -56,7 +56,7 @@ impl Fault {
         Some(Self { kind, arguments: arguments?, timing: timing? })
     }
 
-    /// What kind of fault it is.
+    /// The kind of the fault.
     #[must_use]
     pub fn kind(&self) -> &'static FaultKind {
         self.kind
@@ -68,13 +68,13 @@ impl Fault {
         &self.arguments
     }
 
-    /// What it does, in words.
+    /// Its effect, in words.
     #[must_use]
     pub fn words(&self) -> String {
         (self.kind.words)(&self.arguments)
     }
 
-    /// What records tell of it.
+    /// Its record.
     pub(crate) fn told(&self) -> recording::Fault {
         recording::Fault {
             kind: self.kind.name.to_owned(),
@@ -89,8 +89,8 @@ impl Fault {
     }
 }
 
-/// The name of a fault's stream of random numbers: its kind and its place among the faults of that kind, so that another
-/// kind of fault that is added or taken out changes nothing.
+/// The name of a fault's stream of random numbers: its kind and its number among the faults of this kind. So adding or
+/// removing faults of other kinds changes nothing.
 fn stream_name(faults: &[Arc<Fault>], index: usize) -> String {
     let kind = faults[index].kind().name;
     let number = faults[..index].iter().filter(|other| other.kind().name == kind).count();

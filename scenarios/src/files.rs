@@ -1,4 +1,4 @@
-//! Where files come from: beside the scenario, or out of the program itself.
+//! The sources of files: beside the scenario, or inside the program itself.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -7,7 +7,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use include_dir::{Dir, include_dir};
 
-/// The folders whose files come with the program, by the paths that scenarios call them by.
+/// The shipped folders, by the paths that scenarios use.
 static FOLDERS: [(&str, Dir<'static>); 4] = [
     ("properties", include_dir!("$CARGO_MANIFEST_DIR/../monitors/properties")),
     ("scenarios/faults", include_dir!("$CARGO_MANIFEST_DIR/faults")),
@@ -15,7 +15,7 @@ static FOLDERS: [(&str, Dir<'static>); 4] = [
     ("trees", include_dir!("$CARGO_MANIFEST_DIR/../bt/trees")),
 ];
 
-/// The files that come with the program and stand among others.
+/// The shipped files whose folders contain other files, too.
 const FILES: &[(&str, &[u8])] = &[
     ("scenarios/nominal.toml", include_bytes!("../nominal.toml")),
     ("scenarios/battery_fault.toml", include_bytes!("../battery_fault.toml")),
@@ -35,11 +35,11 @@ const FILES: &[(&str, &[u8])] = &[
     ("maps/house_corridor.places.toml", include_bytes!("../../maps/house_corridor.places.toml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
-    // WaitForUser is no skill of the paper's published system: it has the ordinary one.
+    // WaitForUser is not a skill of the paper's published system; it has the ordinary one.
     ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
 ];
 
-/// All files that come with the program.
+/// All shipped files.
 static SHIPPED: LazyLock<BTreeMap<String, &[u8]>> = LazyLock::new(|| {
     let mut files: BTreeMap<String, &[u8]> = FILES.iter().map(|(path, bytes)| ((*path).to_owned(), *bytes)).collect();
     FOLDERS.iter().for_each(|(name, folder)| add(name, folder, &mut files));
@@ -51,7 +51,7 @@ fn add(name: &str, folder: &Dir<'static>, files: &mut BTreeMap<String, &[u8]>) {
     folder.dirs().for_each(|inner| add(name, inner, files));
 }
 
-/// The campaigns that come with the program, by the paths that they have in its sources.
+/// The shipped campaigns, by their paths in the sources.
 const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/battery_reserve.toml", include_str!("../campaigns/battery_reserve.toml")),
     ("scenarios/campaigns/bug_hunt.toml", include_str!("../campaigns/bug_hunt.toml")),
@@ -60,40 +60,39 @@ const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
 ];
 
-/// Where a scenario's files are looked for: first beside the scenario's own file, then among those that come with the
-/// program.
+/// Where a scenario's files are looked up: first beside the scenario's own file, then among the shipped files.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
-    /// The folder of the scenario's file; none for a scenario that comes with the program.
+    /// The folder of the scenario's file; `None` for a shipped scenario.
     beside: Option<PathBuf>,
-    /// What was read from disk, where it is to be remembered.
+    /// The contents of files read from disk, if they are remembered.
     memory: Option<Arc<Mutex<Memory>>>,
 }
 
-/// What files held when they were first read, by the paths that they were asked for by.
+/// The contents of files when they were first read, by the requested paths.
 type Memory = BTreeMap<PathBuf, Arc<[u8]>>;
 
 impl Files {
-    /// Only what comes with the program.
+    /// Only the shipped files.
     #[must_use]
     pub fn shipped() -> Self {
         Self::default()
     }
 
-    /// What lies in `folder`, and what comes with the program.
+    /// The files in `folder`, and the shipped files.
     #[must_use]
     pub fn beside(folder: impl Into<PathBuf>) -> Self {
         Self { beside: Some(folder.into()), memory: None }
     }
 
-    /// The same files, but each is read from disk once: whoever asks for it later, of these or of a clone, gets what it
-    /// held then.
+    /// The same files, but each is read from disk only once: later readers, including those of a clone, get the first
+    /// contents.
     #[must_use]
     pub fn remembering(self) -> Self {
         Self { memory: Some(Arc::default()), ..self }
     }
 
-    /// A fingerprint of what is remembered: which files there were on disk, and what they held.
+    /// A fingerprint of the remembered files: their paths and contents.
     #[must_use]
     pub fn fingerprint(&self) -> String {
         let mut hash = blake3::Hasher::new();
@@ -107,7 +106,7 @@ impl Files {
         hash.finalize().to_hex().to_string()
     }
 
-    /// The files on disk that were read, by the paths that they were asked for by.
+    /// The files that were read from disk, by the requested paths.
     #[must_use]
     pub fn remembered(&self) -> Vec<PathBuf> {
         let memory = self.memory.iter().flat_map(|memory| {
@@ -116,15 +115,15 @@ impl Files {
         memory.collect()
     }
 
-    /// The same files, but those on disk are looked for in that folder: one beside these, or, where these are only the
-    /// shipped ones, one of the current folder.
+    /// The same files, but those on disk are looked up in this folder: relative to the current one or, if these are
+    /// only the shipped files, to the working directory.
     #[must_use]
     pub fn in_folder(&self, folder: &Path) -> Self {
         let beside = self.beside.as_deref().unwrap_or(Path::new("")).join(folder);
         Self { beside: Some(beside), ..self.clone() }
     }
 
-    /// Where the file would be on disk, if it is there.
+    /// The path of the file on disk, if it exists there.
     #[must_use]
     pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
         let folder = self.beside.as_deref().unwrap_or(Path::new(""));
@@ -135,7 +134,7 @@ impl Files {
     /// Reads a file.
     ///
     /// # Errors
-    /// What the system says; `NotFound` if the file is neither on disk nor among the shipped ones.
+    /// The error of the operating system; `NotFound` if the file is neither on disk nor shipped.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
         if let Some(known) = memory().and_then(|memory| memory.get(path).cloned()) {
@@ -145,7 +144,7 @@ impl Files {
             return shipped(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into());
         };
         let bytes = diagnostics::from_disk(&found)?;
-        // Whoever was first to read it settles what it holds.
+        // The first reader determines the contents.
         let first =
             memory().map(|mut memory| Arc::clone(memory.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
         Ok(first.map_or(bytes, |first| first.to_vec()))
@@ -160,24 +159,24 @@ impl Files {
     }
 }
 
-/// A file that comes with the program.
+/// A shipped file.
 fn shipped(path: &Path) -> Option<&'static [u8]> {
     let path = path.strip_prefix(".").unwrap_or(path);
     SHIPPED.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
 }
 
-/// The paths of all files that come with the program, in alphabetical order.
+/// The paths of all shipped files, in alphabetical order.
 pub fn shipped_paths() -> impl Iterator<Item = &'static str> {
     SHIPPED.keys().map(String::as_str)
 }
 
-/// The campaigns that come with the program: the name and the text of each, in alphabetical order.
+/// The shipped campaigns: the name and the text of each, in alphabetical order.
 pub fn shipped_campaigns() -> impl Iterator<Item = (&'static str, &'static str)> {
     let name = |path: &'static str| path.strip_prefix("scenarios/campaigns/")?.strip_suffix(".toml");
     CAMPAIGNS.iter().filter_map(move |(path, text)| Some((name(path)?, *text)))
 }
 
-/// The names of the scenarios that come with the program, but for those that show a kind of fault, in alphabetical order.
+/// The names of the shipped scenarios in alphabetical order, without those that demonstrate a kind of fault.
 #[must_use]
 pub fn shipped_scenarios() -> Vec<&'static str> {
     let name = |path: &'static str| path.strip_prefix("scenarios/")?.strip_suffix(".toml");

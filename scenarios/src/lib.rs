@@ -1,8 +1,9 @@
 //! Scenarios: the simulated service robot with its whole software stack, run under formal monitors.
 //!
 //! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a map with places, a behavior tree, a
-//! skill for each of its leaves, properties, faults, and what the run must come to. [`Live`](live::Live) is a scenario at
-//! work, step by step, and tells of itself in records; [`conduct`](conduct::conduct) runs one from start to end.
+//! skill for each of its leaves, properties, faults, and the expected results. [`Live`](live::Live) is a running
+//! scenario, which advances step by step and describes itself in records; [`conduct`](conduct::conduct) runs one from
+//! start to end.
 
 pub mod conduct;
 mod ending;

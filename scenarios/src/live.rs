@@ -1,4 +1,4 @@
-//! A scenario at work: the simulated robot, its software, the channel system and the monitors, step by step.
+//! A running scenario: the simulated robot, its software, the channel system and the monitors, step by step.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -26,14 +26,14 @@ use crate::tick_clock::TickClock;
 use crate::tree_errors::TreeErrors;
 use crate::wiring::{Ids, wire};
 
-/// A robot slower than this is at rest, in m/s and rad/s.
+/// A robot slower than this counts as at rest, in m/s and rad/s.
 const AT_REST: f64 = 1e-3;
 
-/// A scenario at work.
+/// A running scenario.
 ///
-/// A [`step`](Self::step) does, in this order: faults that are due, physics and sensors, drivers, timers that are due,
-/// the tick if it is time for one, and then the channel system until it is quiet. What can be told of a run is in its
-/// records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
+/// A [`step`](Self::step) consists of, in this order: faults that are due, physics and sensors, drivers, timers that
+/// are due, the tick if it is due, and then the channel system until it is quiet. A run is described by its records: a
+/// [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
 /// [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
@@ -45,10 +45,10 @@ pub struct Live {
     ids: Ids,
     /// The events of the last step.
     events: Vec<Event>,
-    /// None in a run without monitors.
+    /// `None` in a run without monitors.
     monitoring: Option<Arc<Monitoring>>,
     injector: Injector,
-    /// What the last step brought.
+    /// What happened in the last step.
     happenings: Vec<Happening>,
     tree_errors: TreeErrors,
     skill_errors: SkillErrors,
@@ -64,11 +64,11 @@ pub struct Live {
     told: Told,
 }
 
-/// What records have told: only what is new has to be told again.
+/// The contents of earlier records: only changes must be recorded again.
 #[derive(Debug, Default)]
 struct Told {
     outcomes: Vec<Option<bt::Outcome>>,
-    /// Where skills and components are, in the order of their names in the header.
+    /// The locations of skills and components, in the order of their names in the header.
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
     navigation: Navigation,
@@ -77,7 +77,7 @@ struct Told {
 }
 
 impl Live {
-    /// The scenario at its start, with that root seed; without monitors if `watch` is false.
+    /// The scenario at its start, with this root seed; without monitors if `watch` is false.
     ///
     /// # Errors
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
@@ -120,10 +120,10 @@ impl Live {
         })
     }
 
-    /// Lets one step pass. What happened in a step that fails can still be told.
+    /// Performs one step. The events of a failed step can still be recorded.
     ///
     /// # Errors
-    /// [`StepError`] if the processes cannot go on.
+    /// [`StepError`] if the processes cannot continue.
     pub fn step(&mut self) -> Result<(), StepError> {
         self.happenings.clear();
         self.apply_faults();
@@ -168,7 +168,7 @@ impl Live {
         }
     }
 
-    /// Generates a tick if it is time for one and runs the channel system until it is quiet.
+    /// Generates a tick if it is due and runs the channel system until it is quiet.
     fn communicate(&mut self, now: Duration) -> Result<(), StepError> {
         let topology = Arc::clone(self.system.topology());
         let Self { system, scheduler, events, hash, .. } = self;
@@ -249,22 +249,22 @@ impl Live {
         &self.scenario
     }
 
-    /// The names of the properties that are watched, in the order of the scenario.
+    /// The names of the monitored properties, in the order of the scenario.
     pub fn properties(&self) -> impl Iterator<Item = &str> {
         let monitors = self.monitoring.iter().flat_map(|monitoring| monitoring.monitors());
         monitors.map(|(watched, _)| watched.name.as_str())
     }
 
-    /// What looks wrong with the property files, though they are accepted.
+    /// The warnings about the property files.
     #[must_use]
     pub fn warnings(&self) -> &[Warnings] {
         self.monitoring.as_ref().map_or(&[], |monitoring| monitoring.warnings())
     }
 }
 
-/// What is told of a run.
+/// The records of a run.
 impl Live {
-    /// What does not change while the run goes on.
+    /// The constant data of the run.
     #[must_use]
     pub fn header(&self) -> Header {
         let Scenario { name, file, origin, map, places, tree, start, station, .. } = &*self.scenario;
@@ -297,8 +297,8 @@ impl Live {
         }
     }
 
-    /// What there is to tell of the last step, or of the state in which the run begins, with so much detail. Call it once
-    /// before the first step and once after each.
+    /// The record of the last step, or of the initial state, with the given detail. Call it once before the first step
+    /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
         let truth = self.sim.truth();
         let battery = truth.battery();
@@ -314,7 +314,7 @@ impl Live {
         let is_start = time.is_zero();
         let wants_scene = match detail {
             Detail::Verdicts => false,
-            // The clock goes on even where a scene is wanted anyway.
+            // The clock advances even if a scene is recorded anyway.
             Detail::Full => (!is_start && self.scene_clock.is_any(time, battery.charging)) || !happenings.is_empty(),
             Detail::Scenes => true,
         };
@@ -331,7 +331,7 @@ impl Live {
         }
     }
 
-    /// What has changed since it was last told.
+    /// The changes since the last record.
     fn details(&mut self, with_scene: bool) -> Details {
         let mut details = Details {
             events: self.events.clone(),
@@ -345,7 +345,7 @@ impl Live {
             self.told.outcomes.clone_from(&outcomes);
             details.outcomes = Some(outcomes);
         }
-        // The rest only changes where a message is received or a tick is generated.
+        // Everything else changes only when a message is received or a tick is generated.
         if self.events.is_empty() && !self.time().is_zero() {
             return details;
         }
@@ -398,7 +398,7 @@ impl Live {
         }
     }
 
-    /// What is known of the run if it ends here, told in so much detail.
+    /// The end record of the run if it ends here, with the given detail.
     #[must_use]
     pub fn end(&self, ended: Ended, detail: Detail) -> End {
         let faults = 0..self.scenario.file.faults.len();
@@ -413,7 +413,7 @@ impl Live {
     }
 }
 
-/// The components that are told of, by name.
+/// The components in records, by name.
 const COMPONENTS: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 
 fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
@@ -440,7 +440,7 @@ fn place_record((name, place): (&str, &Place)) -> recording::Place {
     recording::Place { name: name.to_owned(), corners }
 }
 
-/// A body as records tell of it.
+/// The record of a body.
 fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
     let shape = match obstacle.shape {
         sim::Shape::Disc { radius_m } => BodyShape::Disc { radius_m },
@@ -454,7 +454,7 @@ fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error>
     Simulation::within(scenario.building(), &file.sim, scenario.start, scenario.station, streams).map_err(|error| {
         let problem = file.sites.start.span.problem(format!("the world cannot be set up: {error}"));
         Error::bad_input(
-            problem.with_label("the start").with_help("the robot starts with its whole body on free floor"),
+            problem.with_label("the start").with_help("the whole body of the robot must be on free floor at the start"),
         )
     })
 }

@@ -1,5 +1,5 @@
-//! The monitors of a scenario: made once for the channels that there are, and shared by all runs on them. Most are made
-//! from properties; the scenario may attach others as they stand.
+//! The monitors of a scenario: made once for its channels, and shared by all runs on them. Most are made from
+//! properties; the scenario may also attach ready-made ones.
 
 mod machine;
 
@@ -19,31 +19,31 @@ use crate::scenario::{ReadyMade, ReadyMadeKind, ScenarioFile};
 
 pub(crate) use machine::MachineMonitor;
 
-/// A property that is watched.
+/// A monitored property.
 #[derive(Debug)]
 pub(crate) struct Watched {
     /// The property's name.
     pub(crate) name: String,
-    /// Its formula, as it is written.
+    /// Its formula, as written.
     formula: String,
-    /// What it asks for, in a few words.
+    /// What it requires, in a few words.
     summary: String,
 }
 
-/// The monitors of a scenario as they are before a run.
+/// The monitors of a scenario in their initial state.
 #[derive(Debug)]
 pub(crate) struct Monitoring {
     topology: Arc<Topology>,
     tick: Duration,
     monitors: Vec<(Watched, Box<dyn Monitor>)>,
     warnings: Vec<Warnings>,
-    /// What records tell of them, once somebody has asked.
+    /// Their records, once requested.
     told: OnceLock<Arc<[recording::Monitor]>>,
 }
 
 impl Monitoring {
-    /// Makes the monitors of a scenario's `properties`, the names and texts of its property files, then those that it
-    /// attaches as they stand; `watching` has the machines among these, by their places there.
+    /// Makes the monitors of a scenario's `properties`, given by the names and texts of its property files, followed by
+    /// the ready-made ones; `watching` contains the machines among these, by index.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
@@ -81,23 +81,24 @@ impl Monitoring {
     fn add(&mut self, property: Property, place: &Span, complaints: &mut Complaints) {
         let Property { name, formula, summary, monitor } = property;
         if self.monitors.iter().any(|(watched, _)| watched.name == name) {
-            let problem = place.problem(format!("there is a property `{name}` already"));
-            complaints.push(problem.with_label("this has another").with_help("give each a name of its own"));
+            let problem = place.problem(format!("there is already a property `{name}`"));
+            complaints
+                .push(problem.with_label("this one has the same name").with_help("give each property its own name"));
         }
         self.monitors.push((Watched { name, formula, summary }, monitor));
     }
 
-    /// Whether they are the monitors for systems of that topology with that time between ticks.
+    /// Whether the monitors are made for systems with this topology and tick period.
     pub(crate) fn fits(&self, topology: &Topology, tick: Duration) -> bool {
         self.tick == tick && *self.topology == *topology
     }
 
-    /// What is watched, with a monitor for a new run each.
+    /// The monitored properties, each with a monitor for a new run.
     pub(crate) fn monitors(&self) -> &[(Watched, Box<dyn Monitor>)] {
         &self.monitors
     }
 
-    /// What records tell of them: worked out when it is asked for the first time, and shared by all runs from then on.
+    /// Their records: computed on first use, and then shared by all runs.
     pub(crate) fn told(&self) -> Arc<[recording::Monitor]> {
         let told = |(watched, monitor): &(Watched, Box<dyn Monitor>)| recording::Monitor {
             name: watched.name.clone(),
@@ -109,13 +110,13 @@ impl Monitoring {
         Arc::clone(self.told.get_or_init(|| self.monitors.iter().map(told).collect()))
     }
 
-    /// What looks wrong with the files, though they are accepted.
+    /// The warnings about the files.
     pub(crate) fn warnings(&self) -> &[Warnings] {
         &self.warnings
     }
 }
 
-/// An entry of the scenario's `[[monitors]]`, with its machine if it is one and could be loaded.
+/// An entry of the scenario's `[[monitors]]`, with its machine if it has one that could be loaded.
 fn ready_made(
     entry: &ReadyMade,
     machine: Option<&Arc<Chart>>,

@@ -1,8 +1,8 @@
-//! Names that a file gives and nothing has.
+//! Unknown names in a file.
 
 use diagnostics::{Problem, Spanned};
 
-/// A problem with a name that is none of those there are.
+/// The problem of a name that is not among the known ones.
 pub fn unknown<'n>(what: &str, name: &Spanned<String>, known: impl IntoIterator<Item = &'n str>) -> Problem {
     let known: Vec<&str> = known.into_iter().collect();
     let list = || match known.as_slice() {

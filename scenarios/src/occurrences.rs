@@ -1,4 +1,4 @@
-//! Events in the SCOPE language that a scenario names: what is wrong with them is wrong at their place in its file.
+//! Events in the SCOPE language in a scenario: their problems are reported at their place in its file.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use monitors::{EventAtom, ScopeError};
 
 use crate::error::Complaints;
 
-/// The events that a text names: `(BatteryReader, BatteryLevel, m[2] < 30)`, or several of them joined by `or`.
+/// The events in a text: `(BatteryReader, BatteryLevel, m[2] < 30)`, or several joined by `or`.
 pub(crate) fn occurrences(
     text: &Spanned<String>,
     topology: &Topology,
@@ -17,7 +17,7 @@ pub(crate) fn occurrences(
     read(["", ""], text, topology, complaints)
 }
 
-/// The messages of a channel for which a condition holds, as events.
+/// The messages on a channel that satisfy a condition, as events.
 pub(crate) fn messages(
     condition: &Spanned<String>,
     channel: ChannelId,
@@ -28,7 +28,7 @@ pub(crate) fn messages(
     read([&format!("({from}, {to}, "), ")"], condition, topology, complaints)
 }
 
-/// Reads a text of the scenario with something before and after it.
+/// Reads a text of the scenario between a prefix and a suffix.
 fn read(
     [before, after]: [&str; 2],
     text: &Spanned<String>,
@@ -39,11 +39,12 @@ fn read(
     events.map_err(|error| located(&error, before.len(), text).for_each(|problem| complaints.push(problem))).ok()
 }
 
-/// What is wrong, at its place in the scenario. The scenario's text begins at byte `start` of what was read.
+/// The problems, moved to their place in the scenario. The scenario's text begins at byte `start` of the text that was
+/// read.
 fn located<'e>(error: &'e ScopeError, start: usize, text: &'e Spanned<String>) -> impl Iterator<Item = Problem> + 'e {
     let place = move |place: Range<usize>| {
         let (from, to) = (place.start.checked_sub(start)?, place.end.checked_sub(start)?);
-        // Inside of its quotes, unless it is written with escapes or stands nowhere in the file.
+        // Inside its quotes, unless it contains escapes or does not occur literally in the file.
         let written = text.span.range().start + text.span.text().find(&text.value)?;
         (to <= text.value.len()).then(|| written + from..written + to)
     };
@@ -60,7 +61,7 @@ mod tests {
 
     use super::*;
 
-    /// The places of what is wrong with `when`, as the file has them.
+    /// The places of the problems of `when` in the file.
     fn places(file: &str, before: &str) -> Vec<String> {
         let document = Document::parse_toml("scenario.toml", file).expect("a table");
         let text = document.read(|root| root.text("when").spanned().required()).expect("a text");

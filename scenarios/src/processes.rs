@@ -1,12 +1,12 @@
-//! The names of the processes that every scenario has besides the leaves of its tree.
+//! The names of the processes that every scenario has, besides the leaves of its tree.
 
 use components::{BATTERY_READER, BLACKBOARD, LOCALIZATION, NAVIGATION};
 use recording::TREE;
 
-/// The name of the process that supplies ticks.
+/// The name of the process that generates ticks.
 pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
 
-/// The names of the processes that are not leaves.
+/// The names of the processes other than leaves.
 pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 
 /// The processes that a skill may send to.

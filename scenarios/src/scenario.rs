@@ -1,4 +1,4 @@
-//! Scenarios: one file an experiment, loaded with everything that it names.
+//! Scenarios: one file per experiment, loaded with everything that it names.
 
 mod faulty;
 mod file;
@@ -42,9 +42,9 @@ use crate::monitoring::Monitoring;
 pub struct Scenario {
     /// The scenario's name.
     pub name: String,
-    /// What its file says.
+    /// The contents of its file.
     pub file: ScenarioFile,
-    /// Where it comes from.
+    /// Its origin.
     pub origin: Origin,
     /// The map.
     pub map: Arc<OccupancyGrid>,
@@ -54,57 +54,56 @@ pub struct Scenario {
     pub tree: Arc<Tree>,
     /// The skill of each leaf, by the name of the leaf's process.
     pub skills: BTreeMap<String, Skill>,
-    /// The machines that skills run while faults hold that change them, by skill.
+    /// The machines that skills run while faults change them, by skill.
     pub machines: BTreeMap<String, FaultyMachines>,
-    /// The map that the software has, where a fault gives it another one than the world's.
+    /// The software's map, if a fault gives it another one than the world's.
     pub wrong_map: Option<Arc<OccupancyGrid>>,
     /// The property files: their names and texts.
     pub properties: Vec<(String, String)>,
-    /// The machines that watch the run, by their place among the monitors of the file.
+    /// The machines that monitor the run, by their index among the monitors of the file.
     pub watching: BTreeMap<usize, Arc<Chart>>,
-    /// Where the robot starts, in the `map` frame.
+    /// The start pose of the robot, in the `map` frame.
     pub start: Pose,
-    /// Where the charging station stands and how a docked robot faces, in the `map` frame, if there is one.
+    /// The pose of a robot docked at the charging station, in the `map` frame, if there is a station.
     pub station: Option<Pose>,
-    /// The places that skills always drive to, each with such a skill.
+    /// The places that skills always drive to, each with one such skill.
     driven_to: BTreeMap<String, String>,
-    /// Where the places are written.
+    /// The places file.
     written: Arc<PlacesFile>,
-    /// Where the robot can drive on the map.
+    /// The part of the map that the robot can reach.
     reach: Arc<Reach>,
-    /// What localization and navigation work out of the map, once somebody has asked.
+    /// The data that localization and navigation compute from the map, once requested.
     atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
-    /// What the simulation works out of the map, once somebody has asked.
+    /// The data that the simulation computes from the map, once requested.
     building: OnceLock<Building>,
-    /// The monitors of the properties, once somebody has asked.
+    /// The monitors of the properties, once requested.
     monitoring: OnceLock<Arc<Monitoring>>,
 }
 
 impl Scenario {
-    /// What localization and navigation of the scenario's robot need of the map: worked out when it is asked for the
-    /// first time, and shared by all runs from then on.
+    /// The data of the map for localization and navigation of the scenario's robot: computed on first use, and then
+    /// shared by all runs.
     ///
     /// # Errors
-    /// [`nav::Error`] if nobody can be localized on the map.
+    /// [`nav::Error`] if localization is impossible on the map.
     pub fn atlas(&self, model: &RobotModel) -> Result<Arc<Atlas>, nav::Error> {
         let map = self.wrong_map.as_ref().unwrap_or(&self.map);
         let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default()).map(Arc::new);
         match self.atlas.get_or_init(atlas) {
-            // Shared with a scenario whose robot is another.
+            // Shared with a scenario that has another robot.
             Ok(shared) if shared.model() != model => atlas(),
             result => result.clone(),
         }
     }
 
-    /// The walls of the simulated world: worked out when they are asked for the first time, and shared by all runs from
-    /// then on.
+    /// The walls of the simulated world: computed on first use, and then shared by all runs.
     #[must_use]
     pub fn building(&self) -> &Building {
         self.building.get_or_init(|| Building::new(&self.map))
     }
 
-    /// The monitors of the properties, for a system of that topology: made when they are asked for the first time, and
-    /// shared by all runs on the same channels from then on.
+    /// The monitors of the properties, for a system with this topology: made on first use, and then shared by all runs
+    /// on the same channels.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the property files.
@@ -114,18 +113,18 @@ impl Scenario {
             return Ok(Arc::clone(made));
         }
         let made = Arc::new(Monitoring::new(&self.file, &self.properties, &self.watching, topology)?);
-        // Shared with a scenario whose channels are others, there is one already: that one stays.
+        // If a scenario with other channels shares it, there is one already, which stays.
         let _ = self.monitoring.set(Arc::clone(&made));
         Ok(made)
     }
 
-    /// The machines that a skill may run: its own, and those that faults put in its place.
+    /// The machines that a skill may run: its own, and those with which faults replace it.
     pub(crate) fn machines_of(&self, skill: &str) -> impl Iterator<Item = &Arc<Chart>> {
         let sound = self.skills.get(skill).map(|skill| &skill.machine);
         sound.into_iter().chain(self.machines.get(skill).into_iter().flat_map(FaultyMachines::values))
     }
 
-    /// What looks odd about the tree and its skills, to be rendered; none if there is nothing.
+    /// The warnings about the tree and its skills, to be rendered; `None` if there are none.
     #[must_use]
     pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
         let concerns = skill::concerns(&self.tree, &self.skills);

@@ -1,4 +1,4 @@
-//! What goes wrong in the machines of running skills: expressions and scripts that fail.
+//! Errors in the machines of running skills: expressions and scripts that fail.
 
 use std::time::Duration;
 
@@ -6,11 +6,11 @@ use channels::{ChannelSystem, ProcessId};
 use recording::SkillError;
 use skills::{Mishap, SkillProcess};
 
-/// When everything that has gone wrong in the skills did so for the first time.
+/// The first occurrences of all errors in skills.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SkillErrors {
     skills: Vec<ProcessId>,
-    /// The skill, and which of its mishaps.
+    /// The skill, and the index of its mishap.
     first: Vec<(ProcessId, usize, Duration)>,
 }
 
@@ -21,7 +21,7 @@ impl SkillErrors {
         Self { skills, first: Vec::new() }
     }
 
-    /// Notes what is new.
+    /// Records new errors.
     pub(crate) fn note(&mut self, system: &ChannelSystem, time: Duration) {
         for skill in &self.skills {
             let known = self.first.iter().filter(|(noted, ..)| noted == skill).count();

@@ -2,13 +2,13 @@
 
 use std::time::Duration;
 
-/// A timer that goes off once a period, from time 0 on, unless something is wrong with it.
+/// A periodic timer, from time 0 on, which faults may disturb.
 #[derive(Clone, Debug)]
 pub(crate) struct TickClock {
     period: Duration,
-    /// When the timer goes off next, if nothing is wrong.
+    /// When the timer is due next, without a fault.
     next: Duration,
-    /// Ticks that come late, and when.
+    /// Delayed ticks, with their times.
     late: Vec<Duration>,
 }
 
@@ -17,8 +17,8 @@ impl TickClock {
         Self { period, next: Duration::ZERO, late: Vec::new() }
     }
 
-    /// Whether a tick is to be generated at this step. `delay` says of one that is due how much later it comes, and
-    /// nothing if it is missed.
+    /// Whether a tick must be generated in this step. `delay` returns the delay of a tick that is due, or `None` if it
+    /// is missed.
     pub(crate) fn is_due(&mut self, now: Duration, delay: impl FnOnce() -> Option<Duration>) -> bool {
         if now > self.next {
             self.late.extend(delay().map(|delay| self.next + delay));
@@ -33,7 +33,7 @@ impl TickClock {
 mod tests {
     use super::*;
 
-    /// The steps of 20 ms, of the first 200, at which ticks are generated, the n-th late by that much.
+    /// The first 200 steps of 20 ms at which ticks are generated, with the given delay of the n-th tick.
     fn ticks(delay: impl Fn(usize) -> Option<Duration>) -> Vec<u64> {
         let mut clock = TickClock::new(Duration::from_secs(1));
         let mut number = 0;

@@ -1,13 +1,13 @@
-//! What goes wrong in a running tree: scripts that cannot be evaluated, ports without a value, conditions that were skipped.
+//! Errors in a running tree: scripts that cannot be evaluated, ports without a value, skipped conditions.
 
 use bt::Fault;
 
-/// All that has gone wrong in a tree, each thing once: a script that fails does so at every tick.
+/// All errors in a tree, each once: a failing script fails at every tick.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct TreeErrors(Vec<Fault>);
 
 impl TreeErrors {
-    /// Notes faults that were found: those that are new.
+    /// Records faults, and returns the new ones.
     pub(crate) fn note(&mut self, faults: Vec<Fault>) -> Vec<Fault> {
         let mut new = Vec::new();
         for fault in faults {

@@ -1,4 +1,4 @@
-//! From a scenario to a channel system: which processes there are and which channels join them.
+//! From a scenario to a channel system: its processes and channels.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -25,10 +25,10 @@ use crate::occurrences::occurrences;
 use crate::processes::TICK_GENERATOR;
 use crate::scenario::{Order, Policy, Scenario, Skill, TreeForm};
 
-/// A process with its place in the topology.
+/// A process and its id in the topology.
 type WiredProcess = (ProcessId, Box<dyn Process>);
 
-/// A wired system, with the processes that the run has to know.
+/// A wired system, with the processes that the run must know.
 #[derive(Debug)]
 pub(crate) struct Wired {
     pub(crate) system: ChannelSystem,
@@ -36,7 +36,7 @@ pub(crate) struct Wired {
     pub(crate) ids: Ids,
 }
 
-/// The processes that the run has to know.
+/// The processes that the run must know.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ids {
     pub(crate) tick_generator: ProcessId,
@@ -84,21 +84,21 @@ pub fn topology(scenario: &Scenario) -> Result<Arc<Topology>, Error> {
     Ok(Arc::clone(wired.system.topology()))
 }
 
-/// A system that cannot be wired, as bad input: which files are at fault, the message says by the processes' names.
+/// A system that cannot be wired, as bad input: the message tells the files by the processes' names.
 fn refused(error: WiringError) -> Error {
     Error::bad_input(misfit(error))
 }
 
 fn misfit(error: WiringError) -> Problem {
     Problem::new(error.to_string())
-        .with_help("tree, skills and components have to agree on their channels and messages")
+        .with_help("the tree, the skills and the components must agree on their channels and messages")
 }
 
-/// What each skill says over channels: to whom, and what the message begins with.
+/// The messages of each skill over channels: the receiver, and the first symbol.
 type Messages<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a str)>>;
 
-/// Notes everything about the skills that does not fit the tree and the components; leaves whose machines could not be
-/// loaded are somebody else's to complain about. Returns the places that skills always drive to, each with such a skill.
+/// Records all problems of skills that do not fit the tree and the components; leaves whose machines could not be
+/// loaded are reported elsewhere. Returns the places that skills always drive to, each with one such skill.
 pub(crate) fn check_skills(
     tree: &Tree,
     skills: &BTreeMap<String, Skill>,
@@ -137,7 +137,7 @@ pub(crate) fn check_skills(
     driven_to
 }
 
-/// Declares all processes but the tree's nodes, and all channels but those between nodes.
+/// Declares all processes except the tree's nodes, and all channels except those between nodes.
 fn declare(
     tree: &Tree,
     messages: &Messages<'_>,
@@ -152,7 +152,7 @@ fn declare(
     let battery_reader = topology.process(BATTERY_READER)?;
     let localization = topology.process(LOCALIZATION)?;
     let navigation = topology.process(NAVIGATION)?;
-    // Only the skills of the paper's published system take turns at navigating.
+    // Only the skills of the paper's published system take turns in navigating.
     let take_turns = messages.values().flatten().any(|(to, _)| *to == BLACKBOARD);
     let blackboard = take_turns.then(|| topology.process(BLACKBOARD)).transpose()?;
     bt::declare_channels(tree, topology, bt, tick_generator)?;
@@ -162,8 +162,8 @@ fn declare(
     Ok(Ids { tick_generator, tree: bt, battery_reader, localization, navigation })
 }
 
-/// Declares the channels between a component and the skills that ask it; they carry what the skill asks (with any machine
-/// that a fault may give it) and its answers, and no more.
+/// Declares the channels between a component and the skills that ask it. They carry the skill's requests (with any
+/// machine that a fault may give it) and the answers to these, and nothing else.
 fn declare_services(
     messages: &Messages<'_>,
     operations: &[Operation],
@@ -179,7 +179,8 @@ fn declare_services(
         }
         let offered = || operations.iter().filter(|operation| operation.component == component_name);
         let used: Vec<&Operation> = offered().filter(|operation| asked.contains(&operation.name)).collect();
-        // What the component does not understand is refused by the skill, at its place in the file and with all there is.
+        // Requests that the component does not understand are refused by the skill's own check, at their place in the
+        // file and with all known requests.
         let is_offered = |request: &&str| offered().any(|operation| operation.name == *request);
         let used = if asked.iter().all(is_offered) { used } else { offered().collect() };
         let skill = topology.find_process(name).expect("every skill has just been declared");
@@ -229,7 +230,7 @@ fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec
     Ok(players)
 }
 
-/// Who chooses among the enabled transitions: the scenario's policy, within the orders that it asks for.
+/// The scheduler: the scenario's policy, within the orders that it demands.
 fn scheduler(
     scenario: &Scenario,
     topology: &Topology,

@@ -32,7 +32,7 @@ pub use survey::mutations;
 /// let bug = Mutation::Data { id: "threshold".into(), expr: "20".into() };
 /// let mutant = mutate("BatteryLevel.scxml", text, &bug)?;
 /// assert_eq!(mutant, text.replace(r#"id="threshold" expr="30""#, r#"id="threshold" expr="20""#));
-/// assert_eq!(bug.to_string(), "the datum `threshold` begins with 20");
+/// assert_eq!(bug.to_string(), "the datum `threshold` starts with 20");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn mutate(file: &str, text: &str, mutation: &Mutation) -> Result<String, SkillError> {

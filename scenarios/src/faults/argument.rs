@@ -1,4 +1,4 @@
-//! The parameters of faults: what a scenario file may say of one, read and checked.
+//! The parameters of faults, read from a scenario file and checked.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -10,22 +10,22 @@ use maps::{Point, Pose, pose};
 /// A parameter of a kind of fault.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
-    /// The key in a scenario file. It ends in the unit, if there is one.
+    /// The key in a scenario file. It ends with the unit, if there is one.
     pub name: &'static str,
-    /// What it says, in a line.
+    /// A description, on one line.
     pub about: &'static str,
-    /// Which values it takes.
+    /// The allowed values.
     pub domain: ArgumentDomain,
-    /// What it is where the file does not say.
+    /// The default.
     pub default: ArgumentDefault,
 }
 
-/// Which values a parameter takes.
+/// The allowed values of a parameter.
 #[derive(Clone, Copy, Debug)]
 pub enum ArgumentDomain {
-    /// Numbers of this range, both ends included.
+    /// Numbers in this range, including both ends.
     Numbers(f64, f64),
-    /// Whole numbers of this range, both ends included.
+    /// Whole numbers in this range, including both ends.
     Whole(u64, u64),
     /// Any text.
     Text,
@@ -41,12 +41,12 @@ pub enum ArgumentDomain {
     Points,
 }
 
-/// What a parameter is where the file does not say.
+/// The value of a parameter that the file does not set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ArgumentDefault {
-    /// The file has to say.
+    /// None: the file must set it.
     Required,
-    /// Nothing: the parameter may be left out.
+    /// No value: the parameter is optional.
     Absent,
     /// This number.
     Number(f64),
@@ -78,22 +78,22 @@ pub enum ArgumentValue {
 }
 
 impl Parameter {
-    /// A parameter that has to be given.
+    /// A required parameter.
     pub(super) const fn required(name: &'static str, about: &'static str, domain: ArgumentDomain) -> Self {
         Self { name, about, domain, default: ArgumentDefault::Required }
     }
 
-    /// A number that need not be given.
+    /// An optional number.
     pub(super) const fn number(name: &'static str, about: &'static str, least: f64, most: f64, default: f64) -> Self {
         Self { name, about, domain: ArgumentDomain::Numbers(least, most), default: ArgumentDefault::Number(default) }
     }
 
-    /// A whole number that need not be given.
+    /// An optional whole number.
     pub(super) const fn whole(name: &'static str, about: &'static str, least: u64, most: u64, default: u64) -> Self {
         Self { name, about, domain: ArgumentDomain::Whole(least, most), default: ArgumentDefault::Whole(default) }
     }
 
-    /// The parameter's unit, which its name ends in; none for a mere number or a name.
+    /// The parameter's unit, with which its name ends; `None` for a plain number or a name.
     #[must_use]
     pub fn unit(&self) -> Option<&'static str> {
         let units = [
@@ -110,7 +110,7 @@ impl Parameter {
 }
 
 impl ArgumentDomain {
-    /// The domain in a few words.
+    /// The domain in words.
     #[must_use]
     pub fn describe(&self) -> String {
         match self {
@@ -128,7 +128,7 @@ impl ArgumentDomain {
 }
 
 impl ArgumentValue {
-    /// The value as records tell it: angles in degrees.
+    /// The value as recorded: angles in degrees.
     #[must_use]
     pub(crate) fn told(&self) -> recording::Argument {
         use recording::Argument;
@@ -149,12 +149,12 @@ impl ArgumentValue {
 #[derive(Clone, Debug)]
 pub struct Arguments {
     given: BTreeMap<&'static str, Spanned<ArgumentValue>>,
-    /// Where the fault stands, for complaints about what is not there.
+    /// The place of the fault, for problems with missing arguments.
     span: Span,
 }
 
 impl Arguments {
-    /// Reads the parameters from a fault's table. `None` if something is wrong, which has been recorded.
+    /// Reads the parameters from a fault's table. `None` after recording its problems.
     pub(super) fn read(table: Table<'_>, parameters: &[Parameter]) -> Option<Self> {
         let mut given = BTreeMap::new();
         let mut complete = true;
@@ -176,12 +176,12 @@ impl Arguments {
         complete.then(|| Self { given, span: table.span().clone() })
     }
 
-    /// The arguments that are there, by name.
+    /// The given arguments, by name.
     pub fn iter(&self) -> impl Iterator<Item = (&'static str, &ArgumentValue)> {
         self.given.iter().map(|(name, argument)| (*name, &argument.value))
     }
 
-    /// Where the fault stands in its file.
+    /// The place of the fault in its file.
     pub(crate) fn span(&self) -> &Span {
         &self.span
     }
@@ -196,7 +196,7 @@ impl Arguments {
         *number
     }
 
-    /// A whole number, to count with.
+    /// A whole number, for counting.
     pub(super) fn whole(&self, name: &str) -> usize {
         let ArgumentValue::Whole(number) = self.get(name) else { unreachable!("`{name}` is a whole number") };
         usize::try_from(*number).unwrap_or(usize::MAX)
@@ -218,12 +218,12 @@ impl Arguments {
         text
     }
 
-    /// A text and where it stands.
+    /// A text and its place.
     pub(super) fn name(&self, name: &str) -> Spanned<String> {
         Spanned { value: self.text(name).to_owned(), span: self.span_of(name) }
     }
 
-    /// Where an argument stands; where the fault does, if the file does not say it.
+    /// The place of an argument; the fault's place if the file does not set it.
     fn span_of(&self, name: &str) -> Span {
         self.given.get(name).map_or(&self.span, |argument| &argument.span).clone()
     }
@@ -245,7 +245,7 @@ impl Arguments {
         *pose
     }
 
-    /// A pose and where it stands.
+    /// A pose and its place.
     pub(super) fn spanned_pose(&self, name: &str) -> Spanned<Pose> {
         Spanned { value: self.pose(name), span: self.span_of(name) }
     }
@@ -292,7 +292,8 @@ fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::docum
             .map(|[x, y, degrees]| ArgumentValue::Pose(pose(x, y, degrees.to_radians())))
             .spanned(),
         ArgumentDomain::Points => {
-            let points = table.get::<Vec<[f64; 2]>>(key).check(|points| !points.is_empty(), "have a point at least");
+            let points =
+                table.get::<Vec<[f64; 2]>>(key).check(|points| !points.is_empty(), "contain at least one point");
             points
                 .map(|points| ArgumentValue::Points(points.iter().map(|[x, y]| Point::new(*x, *y)).collect()))
                 .spanned()

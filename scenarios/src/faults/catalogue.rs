@@ -1,4 +1,4 @@
-//! The kinds of faults there are.
+//! All kinds of faults.
 
 mod battery;
 mod behavior;
@@ -10,7 +10,7 @@ mod world;
 
 use super::kind::FaultKind;
 
-/// All kinds, by place.
+/// All kinds, sorted by place.
 pub const KINDS: &[&FaultKind] = &[
     &battery::LEVEL,
     &battery::DRAIN,
@@ -69,7 +69,7 @@ pub const KINDS: &[&FaultKind] = &[
     &world::STATION_MOVED,
 ];
 
-/// The kind of that name.
+/// The kind with this name.
 #[must_use]
 pub fn kind(name: &str) -> Option<&'static FaultKind> {
     KINDS.iter().find(|kind| kind.name == name).copied()

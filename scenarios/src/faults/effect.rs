@@ -1,4 +1,4 @@
-//! What a fault does when it takes hold.
+//! The effects of faults.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -10,52 +10,52 @@ use diagnostics::Spanned;
 use maps::Pose;
 use skills::Mutation;
 
-/// What a fault does. What happens at one instant comes first, then what is so as long as the fault holds.
+/// The effect of a fault. Instantaneous effects come first, then those that last as long as the fault is active.
 #[derive(Clone)]
 pub(crate) enum Effect {
     /// The battery's charge is set, in percent.
     Charge(f64),
-    /// The robot is put elsewhere; its wheels do not notice.
+    /// The robot is moved elsewhere; its wheels do not notice.
     Kidnap(Spanned<Pose>),
-    /// Localization is told that the robot is there.
+    /// Localization is told this pose.
     Belief(Pose),
     /// Something is wrong with the robot or around it.
     World(Arc<dyn Fn(&mut sim::Faults) + Send + Sync>),
-    /// The robot's software has the map in that file in place of the scenario's.
+    /// The robot's software has the map in this file instead of the scenario's.
     Map(Spanned<PathBuf>),
-    /// A component does nothing; if it crashed, it begins anew when the fault ends.
+    /// A component does nothing. If it has crashed, it restarts when the fault ends.
     Outage {
-        /// Which.
+        /// The component.
         component: Component,
         /// Whether it forgets everything.
         crashed: bool,
     },
-    /// Something becomes of the messages on some channels.
+    /// The messages on some channels are damaged.
     Channels {
-        /// Which channels.
+        /// The channels.
         channels: Which,
-        /// Which of their messages: a condition in the SCOPE language.
+        /// The affected messages: a condition in the SCOPE language.
         condition: Spanned<String>,
-        /// What becomes of them.
+        /// The damage.
         damage: Damage,
-        /// How likely it is for each message.
+        /// The probability for each message.
         probability: f64,
     },
-    /// Ticks do not come when they should.
+    /// Ticks do not come on time.
     Ticks(TickTrouble),
-    /// A skill's machine is another one.
+    /// A skill runs another machine.
     Machine {
-        /// Which skill.
+        /// The skill.
         skill: Spanned<String>,
-        /// Which machine.
+        /// The machine.
         change: MachineChange,
     },
 }
 
-/// Channels that a fault concerns.
+/// The channels that a fault affects.
 #[derive(Clone, Debug)]
 pub(crate) enum Which {
-    /// The one from a process to another.
+    /// The channel from one process to another.
     Between(Spanned<String>, Spanned<String>),
     /// All from a component.
     From(Component),
@@ -63,47 +63,47 @@ pub(crate) enum Which {
     To(Component),
 }
 
-/// What becomes of a message.
+/// The damage to a message.
 #[derive(Clone, Debug)]
 pub(crate) enum Damage {
     /// It is lost.
     Loss,
-    /// It comes that much later.
+    /// It arrives this much later.
     Delay(Duration),
     /// It comes twice.
     Duplicate,
-    /// A field of it has another value: its number, from 1, and the value as the SCOPE language writes it.
+    /// A field of it has another value: the field's number, from 1, and the value in the SCOPE language.
     Corruption(Spanned<String>, usize),
-    /// It says the opposite.
+    /// It is replaced with its opposite.
     Opposite,
-    /// It never arrives, and its sender gets the answer that it waits for.
+    /// It never arrives, and its sender gets the expected answer.
     Pretence(&'static str),
 }
 
-/// What is wrong with the ticks.
+/// The trouble with ticks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum TickTrouble {
-    /// A share of them is not generated.
+    /// This share of them is not generated.
     Missed(f64),
-    /// They come that much later.
+    /// They come this much later.
     Late(Duration),
-    /// They come later by the amount of a normal number with that standard deviation.
+    /// They come later by a normally distributed delay with this standard deviation.
     Jitter(Duration),
 }
 
 /// How a machine differs from the scenario's.
 #[derive(Clone, Debug)]
 pub(crate) enum MachineChange {
-    /// It is the one in that file.
+    /// It is the machine in this file.
     Replaced(Spanned<PathBuf>),
-    /// It has that mistake.
+    /// It has this mistake.
     Mutated(Mutation),
-    /// It has the mistake that is so called among all of [`skills::mutations`].
+    /// It has the mistake with this description among all [`skills::mutations`].
     MutatedAs(Spanned<String>),
 }
 
 impl Effect {
-    /// The effect of something that is wrong in the simulated world as long as the fault holds.
+    /// The effect of a change in the simulated world that lasts as long as the fault is active.
     pub(super) fn world(wrong: impl Fn(&mut sim::Faults) + Send + Sync + 'static) -> Self {
         Self::World(Arc::new(wrong))
     }

@@ -1,4 +1,4 @@
-//! Makes faults take hold of a run, and lets go of them.
+//! Applies faults to a run, and removes them.
 
 mod damage;
 mod machines;
@@ -21,7 +21,7 @@ use crate::error::Complaints;
 use crate::scenario::Scenario;
 use crate::wiring::Ids;
 
-/// The faults of a run: when they hold, and what they do.
+/// The faults of a run: their times and their effects.
 #[derive(Debug)]
 pub(crate) struct Injector {
     timetable: Timetable,
@@ -30,38 +30,37 @@ pub(crate) struct Injector {
     ids: Ids,
 }
 
-/// A fault with everything that it needs to take hold.
+/// A fault that is ready to be applied.
 #[derive(Debug)]
 struct Prepared {
     effect: Effect,
     damages: Damages,
-    /// The fault's own random numbers, for what is no damage.
+    /// The fault's own random numbers, except for damage to messages.
     rng: ChaCha8Rng,
 }
 
-/// What faults act on.
+/// The parts of a run on which faults act.
 pub(crate) struct SystemUnderTest<'a> {
     pub(crate) sim: &'a mut Simulation,
     pub(crate) software: &'a mut Software,
     pub(crate) system: &'a mut ChannelSystem,
-    /// What was said in the step before.
+    /// The events of the previous step.
     pub(crate) events: &'a [Event],
 }
 
-/// What became of a fault of the scenario, by its place there.
+/// What happened to a fault of the scenario, given by its index.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Happening {
-    /// It took hold.
+    /// It became active.
     Begun(usize),
-    /// It let go.
+    /// It ended.
     Ended(usize),
-    /// It was due and could not be done.
+    /// It was due but could not be applied.
     LeftUndone(usize, SimError),
 }
 
 impl Injector {
-    /// The faults of a scenario, ready for a run of that simulation and that system. What is wrong with one of them is
-    /// noted.
+    /// The faults of a scenario, ready for a run of this simulation and this system. Their problems are recorded.
     pub(crate) fn new(
         scenario: &Scenario,
         sim: &Simulation,
@@ -87,7 +86,7 @@ impl Injector {
         Self { timetable, faults, machines, ids }
     }
 
-    /// Lets faults begin and end that are due: what became of them.
+    /// Begins and ends the faults that are due. Returns what happened.
     pub(crate) fn act(&mut self, run: &mut SystemUnderTest<'_>) -> Vec<Happening> {
         let (now, pose) = (run.sim.time(), run.sim.truth().pose());
         let changes = self.timetable.changes(&Observation { now, pose, system: run.system, events: run.events });
@@ -104,7 +103,7 @@ impl Injector {
         happenings
     }
 
-    /// Does what happens at the instant at which a fault begins.
+    /// Applies the instantaneous effects at the beginning of a fault.
     fn begin(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match effect {
@@ -121,7 +120,7 @@ impl Injector {
         Happening::Begun(index)
     }
 
-    /// Does what happens at the instant at which a fault ends.
+    /// Applies the instantaneous effects at the end of a fault.
     fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
         match effect {
@@ -132,7 +131,7 @@ impl Injector {
         Happening::Ended(index)
     }
 
-    /// Computes anew from the faults that hold what is so as long as they do.
+    /// Recomputes the lasting effects from the active faults.
     fn renew(&mut self, run: &mut SystemUnderTest<'_>) {
         self.renew_world(run.sim);
         self.renew_outages(run);
@@ -140,7 +139,7 @@ impl Injector {
         self.machines.renew(&holding, run.system, run.sim.time());
     }
 
-    /// What is wrong in the simulated world.
+    /// The effects on the simulated world.
     fn renew_world(&self, sim: &mut Simulation) {
         let mut wrong = sim::Faults::default();
         for effect in self.effects() {
@@ -153,7 +152,7 @@ impl Injector {
         }
     }
 
-    /// Which components, processes and drivers, stand still.
+    /// The frozen components, with their processes and drivers.
     fn renew_outages(&self, run: &mut SystemUnderTest<'_>) {
         for component in Component::ALL {
             let is_out = self
@@ -166,12 +165,12 @@ impl Injector {
         }
     }
 
-    /// The effects of the faults that hold.
+    /// The effects of the active faults.
     fn effects(&self) -> impl Iterator<Item = &Effect> {
         self.timetable.holding().map(|index| &self.faults[index].effect)
     }
 
-    /// What becomes of a tick that is due now: nothing if it is missed, else how much later it comes.
+    /// The delay of a tick that is due now; `None` if it is missed.
     pub(crate) fn delay_of_tick(&mut self) -> Option<Duration> {
         let mut delay = Duration::ZERO;
         for index in self.timetable.holding() {
@@ -186,18 +185,18 @@ impl Injector {
         Some(delay)
     }
 
-    /// How many messages a fault has damaged so far; nothing for a fault that damages none.
+    /// The number of messages that a fault has damaged so far; `None` for a fault that damages none.
     pub(crate) fn messages_hit(&self, index: usize, system: &ChannelSystem) -> Option<u64> {
         let Prepared { effect, damages, .. } = &self.faults[index];
         matches!(effect, Effect::Channels { .. }).then(|| damages.hits(system))
     }
 }
 
-/// Notes if nobody can ever put the robot where the effect wants it: outside, or into a wall.
+/// Reports an effect that puts the robot where it can never be: outside the map, or in a wall.
 fn check_place(effect: &Effect, sim: &Simulation, complaints: &mut Complaints) {
     let Effect::Kidnap(to) = effect else { return };
     if let Err(error) = sim.check_kidnapping(&to.value) {
-        let help = "x and y in metres, in the map's frame; the robot is put down with its whole body on free floor";
+        let help = "give x and y in metres, in the map frame; the whole body of the robot must be on free floor";
         complaints.push(to.span.problem(error.to_string()).with_label("no room for the robot").with_help(help));
     }
 }

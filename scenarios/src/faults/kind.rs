@@ -1,4 +1,4 @@
-//! What a kind of fault is.
+//! Kinds of faults.
 
 use super::{Arguments, Effect, Parameter};
 
@@ -17,7 +17,7 @@ pub enum Place {
     Channels,
     /// Skills and tree.
     Behavior,
-    /// What is around the robot.
+    /// The robot's surroundings.
     World,
 }
 
@@ -42,13 +42,13 @@ impl Place {
 pub struct FaultKind {
     /// Its name: the `kind` of an entry of `[[faults]]`.
     pub name: &'static str,
-    /// Where it acts.
+    /// Its place.
     pub place: Place,
-    /// What it does, in a line.
+    /// Its effect, on one line.
     pub about: &'static str,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// Whether it happens at one instant, so that it cannot last.
+    /// Whether it is instantaneous, so that it cannot last.
     pub momentary: bool,
     /// An entry of `[[faults]]` without its kind.
     pub example: &'static str,

@@ -48,9 +48,9 @@ fn what_is_wrong_with_a_fault_is_said_all_at_once() {
     assert_eq!(
         problems("kind = \"battery_level\"\nlevel_pct = 180\nlasts_s = 3"),
         [
-            "nothing says when this fault takes hold",
+            "this fault has no trigger",
             "`level_pct` must lie between 0 and 100",
-            "this fault happens at one instant and cannot last",
+            "this fault is instantaneous and cannot last",
         ]
     );
     assert_eq!(
@@ -58,7 +58,7 @@ fn what_is_wrong_with_a_fault_is_said_all_at_once() {
         ["this fault has several triggers: `at_s`, `near`", "unknown key `angular_rad`"]
     );
     assert_eq!(problems("kind = \"joipad\"\nat_s = 1"), ["unknown kind `joipad`"]);
-    assert_eq!(problems("kind = \"joypad\"\nin_state = \"running\""), ["`running` names no state of a skill"]);
+    assert_eq!(problems("kind = \"joypad\"\nin_state = \"running\""), ["`running` is not a state of a skill"]);
     for fraction in [
         "kind = \"people\"\nat = [4, 3]\nroute = [[6, 3]]\ncount = 2.7",
         "kind = \"skill_guard_negated\"\nskill = \"A\"\nstate = \"get\"\nnth = 1.5",
@@ -69,7 +69,7 @@ fn what_is_wrong_with_a_fault_is_said_all_at_once() {
     }
     assert_eq!(
         problems("kind = \"joypad\"\nat_s = 1\ntimes = 3"),
-        ["a fault at one time takes hold once, and `times` says more"]
+        ["a fault at a single time is active once, but `times` is larger"]
     );
 }
 

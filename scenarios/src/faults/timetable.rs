@@ -15,28 +15,28 @@ use crate::error::Complaints;
 use crate::names::unknown;
 use crate::occurrences::occurrences;
 
-/// What triggers look at: the run at the start of a step.
+/// The inputs of triggers: the run at the start of a step.
 pub(crate) struct Observation<'a> {
     /// The time.
     pub(crate) now: Duration,
-    /// Where the robot really is.
+    /// The robot's true pose.
     pub(crate) pose: Pose,
     /// Tree, skills and components.
     pub(crate) system: &'a ChannelSystem,
-    /// What was said in the step before.
+    /// The events of the previous step.
     pub(crate) events: &'a [Event],
 }
 
-/// That a fault begins or ends: its place among the scenario's faults.
+/// The beginning or end of a fault, given by its index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
-    /// It takes hold.
+    /// It becomes active.
     Begins(usize),
-    /// It lets go.
+    /// It ends.
     Ends(usize),
 }
 
-/// The faults of a scenario, each with how it stands.
+/// The faults of a scenario, each with its state.
 #[derive(Debug)]
 pub(crate) struct Timetable {
     entries: Vec<Entry>,
@@ -46,7 +46,7 @@ pub(crate) struct Timetable {
 struct Entry {
     fault: Arc<Fault>,
     watch: Watch,
-    /// How often it may still take hold.
+    /// How often it may still become active.
     left: u64,
     state: Phase,
     rng: ChaCha8Rng,
@@ -55,12 +55,12 @@ struct Entry {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Phase {
     Waiting,
-    /// It holds until then.
+    /// It is active until this time.
     Holding(Duration),
     HoldingOn,
 }
 
-/// A trigger whose names have been looked up, with what it has to remember.
+/// A trigger with resolved names and its memory.
 #[derive(Debug)]
 enum Watch {
     Time { next: Option<Duration>, every: Option<Duration> },
@@ -71,7 +71,7 @@ enum Watch {
 }
 
 impl Timetable {
-    /// The timetable of these faults in a run of that system.
+    /// The timetable of these faults in a run of this system.
     pub(crate) fn new(
         faults: &[Arc<Fault>],
         system: &ChannelSystem,
@@ -93,7 +93,7 @@ impl Timetable {
         Self { entries }
     }
 
-    /// What begins and ends at this moment: first what ends, each in the order of the scenario.
+    /// The changes at this moment: first the ends, then the beginnings, each in the order of the scenario.
     pub(crate) fn changes(&mut self, observed: &Observation<'_>) -> Vec<Change> {
         let mut changes = Vec::new();
         for (index, entry) in self.entries.iter_mut().enumerate() {
@@ -110,7 +110,7 @@ impl Timetable {
         changes
     }
 
-    /// The faults that hold, in the order of the scenario: their places there.
+    /// The indices of the active faults, in the order of the scenario.
     pub(crate) fn holding(&self) -> impl Iterator<Item = usize> {
         let entries = self.entries.iter().enumerate();
         entries.filter(|(_, entry)| entry.state != Phase::Waiting).map(|(index, _)| index)
@@ -118,7 +118,7 @@ impl Timetable {
 }
 
 impl Entry {
-    /// Whether the fault takes hold now; then it does. A trigger that comes while the fault holds changes nothing.
+    /// Whether the fault becomes active now. Triggers while it is active are ignored.
     fn begins(&mut self, observed: &Observation<'_>) -> bool {
         let comes = self.watch.comes(observed);
         if !comes || self.left == 0 || self.state != Phase::Waiting {
@@ -170,7 +170,7 @@ impl Watch {
         }
     }
 
-    /// Whether the trigger comes at this observed.
+    /// Whether the trigger fires at this observation.
     fn comes(&mut self, observed: &Observation<'_>) -> bool {
         let becomes = |was: &mut bool, is: bool| !std::mem::replace(was, is) && is;
         match self {
@@ -199,7 +199,7 @@ impl Watch {
     }
 }
 
-/// How far the robot is from a place, in metres; 0 in an area.
+/// The distance between the robot and a place, in metres; 0 inside an area.
 fn distance_m(place: &Place, pose: &Pose) -> f64 {
     match place {
         Place::Area { .. } if place.contains(pose) => 0.0,

@@ -1,32 +1,32 @@
-//! What brings a fault about, and how long and how often it holds.
+//! Triggers of faults, and their durations and repetitions.
 
 use std::time::Duration;
 
 use diagnostics::document::Table;
 use diagnostics::{Problem, Spanned};
 
-/// What brings a fault about. Each is an edge: the fault takes hold when it *becomes* so.
+/// The trigger of a fault. Each fires on an edge: when its condition *becomes* true.
 #[derive(Clone, Debug)]
 pub enum Trigger {
-    /// It is this late in the run: `at_s`. With `every_s` again and again.
+    /// This time in the run is reached: `at_s`. With `every_s`, again and again.
     Time {
         /// For the first time.
         at: Duration,
-        /// Time from one to the next.
+        /// The time between repetitions.
         every: Option<Duration>,
     },
-    /// The tick of this number has been generated: `at_tick`.
+    /// The tick with this number has been generated: `at_tick`.
     Tick(u64),
-    /// The robot really is this near to a place: `near` and `within_m`.
+    /// The robot's true position is this near to a place: `near` and `within_m`.
     Near {
         /// The place.
         place: Spanned<String>,
-        /// How near, in metres.
+        /// The distance, in metres.
         within_m: f64,
     },
-    /// A message has passed: `when`, an event in the SCOPE language, `(BatteryReader, BatteryLevel, m[2] < 30)`.
+    /// A message has been received: `when`, an event in the SCOPE language, `(BatteryReader, BatteryLevel, m[2] < 30)`.
     Message(Spanned<String>),
-    /// A process has come to a state: `in_state`, `"GoToDestination.running"`.
+    /// A process has entered a state: `in_state`, `"GoToDestination.running"`.
     State {
         /// The process, which is a skill.
         process: Spanned<String>,
@@ -35,28 +35,27 @@ pub enum Trigger {
     },
 }
 
-/// When a fault holds.
+/// When a fault is active.
 #[derive(Clone, Debug)]
 pub struct Timing {
-    /// What brings it about.
+    /// Its trigger.
     pub trigger: Trigger,
-    /// How likely it takes hold when the trigger comes.
+    /// The probability that it becomes active when the trigger fires.
     pub probability: f64,
-    /// How long it holds; to the end of the run if none.
+    /// How long it is active; `None` until the end of the run.
     pub lasts: Option<Duration>,
-    /// How often it takes hold at most.
+    /// The maximum number of times that it becomes active.
     pub times: u64,
 }
 
 impl Timing {
-    /// Whether both may hold at some moment, if the time of a run goes on in steps of `dt`. Nobody can tell beforehand
-    /// when a trigger other than a time comes.
+    /// Whether both may be active at the same time, with steps of `dt`. Only triggers by time are predictable.
     pub(crate) fn may_overlap(&self, other: &Self, dt: Duration) -> bool {
         let ((from, to), (other_from, other_to)) = (self.window(dt), other.window(dt));
         from < other_to && other_from < to
     }
 
-    /// From when to when it may hold.
+    /// The interval in which it may be active.
     fn window(&self, dt: Duration) -> (Duration, Duration) {
         let Trigger::Time { at, every } = self.trigger else { return (Duration::ZERO, Duration::MAX) };
         let from = step_at(at, dt);
@@ -64,20 +63,20 @@ impl Timing {
         (from, once.map_or(Duration::MAX, |lasts| step_at(from.saturating_add(lasts), dt)))
     }
 
-    /// Reads the keys that say when a fault holds. `momentary`: it happens at one instant and cannot last.
+    /// Reads the keys that determine when a fault is active. `momentary`: it is instantaneous and cannot last.
     pub(super) fn read(table: Table<'_>, momentary: bool) -> Option<Self> {
         let trigger = read_trigger(table);
         let probability = table.number("probability").within(0.0..=1.0).or(1.0);
         let lasts = table.seconds("lasts_s").check(|time| !time.is_zero(), "be above 0").spanned().optional();
         if let Some(lasts) = lasts.as_ref().filter(|_| momentary) {
-            let problem = lasts.span.problem("this fault happens at one instant and cannot last");
-            table.report(problem.with_label("take this away").with_help("`every_s` and `times` repeat it"));
+            let problem = lasts.span.problem("this fault is instantaneous and cannot last");
+            table.report(problem.with_label("remove this").with_help("use `every_s` and `times` to repeat it"));
         }
         let times = table.get::<u64>("times").within(1..=1_000_000_000).optional();
         let repeats = !matches!(trigger, Some(Trigger::Time { every: None, .. } | Trigger::Tick(_)));
         if times.is_some_and(|times| times > 1) && !repeats {
-            let problem = table.span().problem("a fault at one time takes hold once, and `times` says more");
-            table.report(problem.with_label("here").with_help("`every_s` says after how long it comes again"));
+            let problem = table.span().problem("a fault at a single time is active once, but `times` is larger");
+            table.report(problem.with_label("here").with_help("add `every_s`, the time between repetitions"));
         }
         let forever = matches!(trigger, Some(Trigger::Time { every: Some(_), .. }));
         let times = times.unwrap_or(if forever { u64::MAX } else { 1 });
@@ -91,7 +90,7 @@ fn step_at(time: Duration, dt: Duration) -> Duration {
     u64::try_from(nanos).map_or(Duration::MAX, Duration::from_nanos)
 }
 
-/// Reads the one trigger that a fault has.
+/// Reads the only trigger of a fault.
 fn read_trigger(table: Table<'_>) -> Option<Trigger> {
     let at = table.seconds("at_s").optional();
     let every = table.seconds("every_s").check(|time| !time.is_zero(), "be above 0").optional();
@@ -104,18 +103,18 @@ fn read_trigger(table: Table<'_>) -> Option<Trigger> {
     let given: Vec<&str> = given.collect();
     if given.len() != 1 {
         let message = match given.as_slice() {
-            [] => "nothing says when this fault takes hold".to_owned(),
+            [] => "this fault has no trigger".to_owned(),
             several => format!("this fault has several triggers: `{}`", several.join("`, `")),
         };
-        let help =
-            "one of `at_s`, `at_tick`, `near` (with `within_m`), `when`, `in_state`; `at_s = 0` is from the start";
+        let help = "use one of `at_s`, `at_tick`, `near` (with `within_m`), `when`, `in_state`; `at_s = 0` means from the start";
         table.report(table.span().problem(message).with_label("this fault").with_help(help));
         return None;
     }
     for (key, belongs_to) in [("every_s", "at_s"), ("within_m", "near")] {
         if table.has(key) && given[0] != belongs_to {
-            let problem = table.span().problem(format!("`{key}` goes with `{belongs_to}`, and this fault has none"));
-            table.report(problem.with_label("this fault").with_help(format!("take `{key}` away")));
+            let problem =
+                table.span().problem(format!("`{key}` requires `{belongs_to}`, which this fault does not have"));
+            table.report(problem.with_label("this fault").with_help(format!("remove `{key}`")));
         }
     }
     let state = state.map(|text| split_state(&text)).transpose().map_err(|problem| table.report(problem)).ok()?;
@@ -126,8 +125,10 @@ fn read_trigger(table: Table<'_>) -> Option<Trigger> {
 
 fn split_state(text: &Spanned<String>) -> Result<Trigger, Problem> {
     let Some((process, state)) = text.value.split_once('.') else {
-        let problem = text.span.problem(format!("`{}` names no state of a skill", text.value));
-        return Err(problem.with_label("this text").with_help("a skill, a dot and a state: `GoToDestination.running`"));
+        let problem = text.span.problem(format!("`{}` is not a state of a skill", text.value));
+        return Err(problem
+            .with_label("this text")
+            .with_help("write a skill, a dot and a state: `GoToDestination.running`"));
     };
     let process = Spanned { value: process.trim().to_owned(), span: text.span.clone() };
     Ok(Trigger::State { process, state: state.trim().to_owned() })

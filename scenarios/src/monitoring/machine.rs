@@ -15,19 +15,19 @@ use crate::names::unknown;
 use crate::occurrences::occurrences;
 use crate::scenario::{Content, WatchingMachine};
 
-/// More errors of one machine than this tell no more.
+/// Further errors of one machine are not recorded.
 const MOST_ERRORS: usize = 20;
 
-/// A machine that watches a run.
+/// A machine that monitors a run.
 ///
-/// It moves in the step of a message that is one of its events, and comes to rest in that step. A delayed event of its own
-/// arrives with the next message or tick. Errors in its scripts are kept, and change nothing else.
+/// It takes a message that is one of its events in the same step, and comes to rest in that step. A delayed event of
+/// its own arrives with the next message or tick. Errors in its scripts are recorded and change nothing else.
 #[derive(Clone, Debug)]
 pub(crate) struct MachineMonitor {
     name: String,
     machine: Machine,
     rules: Arc<[Rule]>,
-    /// In these states the property is violated; in these something is pending.
+    /// The states in which the property is violated, and those in which an obligation is pending.
     violated_in: Arc<[StateId]>,
     pending_in: Arc<[StateId]>,
     picture: Arc<Picture>,
@@ -35,7 +35,7 @@ pub(crate) struct MachineMonitor {
     errors: Vec<String>,
 }
 
-/// Which message becomes which event.
+/// A rule that maps messages to an event.
 #[derive(Debug)]
 struct Rule {
     channel: ChannelId,
@@ -44,7 +44,7 @@ struct Rule {
     data: Vec<(Arc<str>, Content)>,
 }
 
-/// What is drawn of a machine: the states without children of the region in which the violation lies.
+/// The drawn part of a machine: the states without children in the region that contains the violation.
 #[derive(Debug)]
 struct Picture {
     graph: ProgramGraph,
@@ -53,7 +53,7 @@ struct Picture {
 }
 
 impl MachineMonitor {
-    /// The machine as the scenario attaches it, started; `None` after noting what is wrong.
+    /// The machine as attached by the scenario, started; `None` after its problems have been reported.
     pub(crate) fn new(
         name: &str,
         chart: &Arc<Chart>,
@@ -67,7 +67,7 @@ impl MachineMonitor {
             file.events.iter().map(|rule| rules(chart, rule, topology, complaints)).collect();
         if let Some((process, message)) = chart.channel_messages().first() {
             let problem = file.machine.span.problem(format!("the monitor sends <{message}> to {process}"));
-            let help = "a monitor watches a run and never changes it: take the `<send>` out";
+            let help = "a monitor never changes a run: remove the `<send>`";
             complaints.push(problem.with_label("this machine").with_help(help));
             return None;
         }
@@ -87,24 +87,24 @@ impl MachineMonitor {
         Some(monitor)
     }
 
-    /// A monitor as one that is a machine, if it is.
+    /// The monitor as a machine, if it is one.
     pub(crate) fn of(monitor: &dyn Monitor) -> Option<&Self> {
         (monitor as &dyn std::any::Any).downcast_ref()
     }
 
-    /// What went wrong in the machine's scripts, each thing once.
+    /// The errors of the machine's scripts, each once.
     pub(crate) fn errors(&self) -> &[String] {
         &self.errors
     }
 
-    /// Lets the machine move, and sees where it gets to.
+    /// Lets the machine move, and updates its verdict.
     fn run(&mut self, tick: Option<u64>, now: Duration, go: impl FnOnce(&mut Machine, &mut dyn Host)) {
         let mut watch = Watch { violated_in: &self.violated_in, violated: false, said: Vec::new() };
         self.machine.fire_timers(now, &mut watch);
         go(&mut self.machine, &mut watch);
         self.violated |= watch.violated;
         for said in watch.said {
-            // The same mistake is made again and again; when it was first made is what helps.
+            // The same error recurs; only its first occurrence is useful.
             let known = self.errors.iter().any(|error| error.starts_with(&said));
             if !known && self.errors.len() < MOST_ERRORS {
                 self.errors.push(tick.map_or_else(|| said.clone(), |tick| format!("{said}; first in tick {tick}")));
@@ -184,7 +184,7 @@ impl Rule {
 }
 
 impl Content {
-    /// What it stands for where that message was received.
+    /// Its value when this message was received.
     fn datum(&self, message: &Message) -> Datum {
         match self {
             Self::Field(field) => message.field(*field).map_or(Datum::Undefined, |value| match value {
@@ -199,7 +199,7 @@ impl Content {
     }
 }
 
-/// The states of these ids.
+/// The states with these ids.
 fn states(chart: &Chart, ids: &[Spanned<String>], complaints: &mut Complaints) -> Option<Vec<StateId>> {
     let find = |id: &Spanned<String>| {
         let found = chart.find_state(&id.value);
@@ -244,7 +244,7 @@ fn deaf(chart: &Chart, name: &str, span: &Span, complaints: &mut Complaints) {
     complaints.push(problem.with_label("this event").with_help(help));
 }
 
-/// What a machine does and says while it moves.
+/// The effects and notes of a moving machine.
 struct Watch<'w> {
     violated_in: &'w [StateId],
     violated: bool,
@@ -253,7 +253,7 @@ struct Watch<'w> {
 
 impl Host for Watch<'_> {
     fn send(&mut self, _: &Outgoing) -> Result<(), Undelivered> {
-        Err(Undelivered("a monitor sends nothing to anybody".to_owned()))
+        Err(Undelivered("a monitor does not send messages".to_owned()))
     }
 
     fn note(&mut self, note: Note) {
@@ -303,7 +303,7 @@ impl Picture {
     }
 }
 
-/// The state without children that is entered with a state by default.
+/// The state without children that is entered by default with a state.
 fn first_entered(chart: &Chart, state: StateId) -> StateId {
     let inside = chart.state(state).initial().first().or_else(|| chart.state(state).children().first());
     inside.map_or(state, |inside| first_entered(chart, *inside))

@@ -1,4 +1,4 @@
-//! The files that faults need: other machines, another map.
+//! The files that faults require: other machines, another map.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -14,11 +14,11 @@ use super::{ScenarioFile, Skill};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
 use crate::names::unknown;
 
-/// The machines that a skill runs while faults hold that change it, by the places of those faults in the scenario, in
-/// order: one for all that may hold at once.
+/// The machines that a skill runs while faults change it, by the sorted indices of these faults: one for each set that
+/// may be active together.
 pub type FaultyMachines = BTreeMap<Vec<usize>, Arc<Chart>>;
 
-/// Faults that change one skill's machine may hold together in so many ways at most.
+/// The maximum number of combinations in which faults of one skill's machine may be active together.
 const MOST_COMBINATIONS: usize = 100;
 
 /// A machine's file: its name and its text.
@@ -31,7 +31,7 @@ struct Changing<'f> {
     change: Change,
 }
 
-/// What becomes of the machine.
+/// The change of the machine.
 enum Change {
     Replaced(MachineFile),
     Mutated(Mutation),
@@ -44,7 +44,7 @@ impl Changing<'_> {
 }
 
 impl FileReader<'_> {
-    /// The machines that skills run while faults hold that change them, by skill.
+    /// The machines that skills run while faults change them, by skill.
     pub(super) fn faulty_machines(
         &mut self,
         file: &ScenarioFile,
@@ -94,7 +94,7 @@ impl FileReader<'_> {
         })
     }
 
-    /// The machine of every combination of faults that may hold at once.
+    /// The machine of every combination of faults that may be active together.
     fn combined(&mut self, sound: &MachineFile, changing: &[Changing<'_>], dt: Duration) -> FaultyMachines {
         let mut machines = FaultyMachines::new();
         let mut combinations: Vec<Vec<&Changing<'_>>> = Vec::new();
@@ -104,9 +104,10 @@ impl FileReader<'_> {
             let with_one: Vec<_> =
                 std::iter::once(&Vec::new()).chain(others).map(|them| [them, &[one][..]].concat()).collect();
             if combinations.len() + with_one.len() > MOST_COMBINATIONS {
-                let problem = one.span().problem("too many faults of one skill's machine may hold at once");
-                let help =
-                    format!("`at_s` and `lasts_s` keep them apart; {MOST_COMBINATIONS} combinations are prepared");
+                let problem = one.span().problem("too many faults of one skill's machine may be active at once");
+                let help = format!(
+                    "separate them with `at_s` and `lasts_s`; at most {MOST_COMBINATIONS} combinations are possible"
+                );
                 self.complaints.push(problem.with_label("one too many").with_help(help));
                 break;
             }
@@ -121,24 +122,24 @@ impl FileReader<'_> {
         machines
     }
 
-    /// The machine that is left of the sound one while these faults hold, or a complaint about the last of them.
+    /// The machine while these faults are active; or a problem, reported at the last of them.
     fn machine(&mut self, sound: &MachineFile, faults: &[&Changing<'_>]) -> Option<Arc<Chart>> {
         let refused = match (changed(sound, faults), faults) {
             (Ok(chart), _) => return Some(chart),
             (Err(error), [] | [_]) => return self.complaints.note(Err(error)),
             (Err(error), [others @ .., last]) => {
                 let others: Vec<String> = others.iter().map(|other| format!("\"{}\"", other.fault.words())).collect();
-                let message = format!("this fault cannot hold together with {}: {error}", others.join(" and "));
+                let message = format!("this fault cannot be active together with {}: {error}", others.join(" and "));
                 last.span().problem(message).with_label("this fault")
             }
         };
-        self.complaints.push(refused.with_help("let one begin when the other is over, by `at_s` and `lasts_s`"));
+        self.complaints.push(refused.with_help("let one begin after the other has ended, with `at_s` and `lasts_s`"));
         None
     }
 }
 
-/// The machine while these faults hold: the last of those that replace it, or else the sound one, with all mistakes that
-/// the others make.
+/// The machine while these faults are active: the last replacement among them, or else the sound one, with the mistakes
+/// of all the others.
 fn changed(sound: &MachineFile, faults: &[&Changing<'_>]) -> Result<Arc<Chart>, SkillError> {
     let replacement = faults.iter().rev().find_map(|one| match &one.change {
         Change::Replaced(file) => Some(file),
@@ -167,8 +168,8 @@ impl FileReader<'_> {
         for (fault, path) in maps {
             let from_start = matches!(fault.timing.trigger, Trigger::Time { at: Duration::ZERO, every: None });
             if !from_start || fault.timing.lasts.is_some() || fault.timing.probability < 1.0 {
-                let problem = fault.arguments().span().problem("a wrong map is wrong all the time");
-                let help = "say `at_s = 0`, and neither `lasts_s` nor `probability`";
+                let problem = fault.arguments().span().problem("a wrong map lasts for the whole run");
+                let help = "set `at_s = 0`, and neither `lasts_s` nor `probability`";
                 self.complaints.push(problem.with_label("this fault").with_help(help));
                 continue;
             }

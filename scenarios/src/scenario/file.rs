@@ -1,4 +1,4 @@
-//! The scenario file: what a user writes, read and checked.
+//! The scenario file, read and checked.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,14 +20,14 @@ use super::world::{WorldBody, read_world};
 use crate::faults::Fault;
 use crate::files::Files;
 
-/// A scenario file, read and checked as far as it can be without the files that it names.
+/// A scenario file, read and checked as far as possible without the files that it names.
 #[derive(Clone, Debug)]
 pub struct ScenarioFile {
-    /// What the scenario shows, in a line.
+    /// What the scenario shows, on one line.
     pub about: String,
-    /// The root seed where the command line gives none.
+    /// The default of the root seed.
     pub seed: u64,
-    /// The folder in which the other files are looked for first, if it is not the scenario's own.
+    /// The folder in which the other files are looked up first, if it is not the scenario's own.
     pub folder: Option<Spanned<PathBuf>>,
     /// The map's YAML file.
     pub map: Spanned<PathBuf>,
@@ -35,53 +35,53 @@ pub struct ScenarioFile {
     pub places: Spanned<PathBuf>,
     /// The behavior tree.
     pub tree: Spanned<PathBuf>,
-    /// The folder that holds the machines of the tree's leaves: `<Leaf>.scxml`.
+    /// The folder with the machines of the tree's leaves: `<Leaf>.scxml`.
     pub skills: Spanned<PathBuf>,
-    /// Leaves whose machines are other files, or start with other data.
+    /// Leaves whose machines are in other files, or start with other data.
     pub leaves: Vec<LeafEntry>,
-    /// The property files; all their properties are watched.
+    /// The property files; all their properties are monitored.
     pub properties: Vec<Spanned<PathBuf>>,
-    /// Where the file, a base or the command line names the property files.
+    /// The place where the file, a base or the command line sets the property files.
     properties_said: Option<Span>,
     /// The scenario's own file, its base, the base of that, and so on.
     sources: Vec<String>,
-    /// The monitors that are attached as they stand.
+    /// The ready-made monitors.
     pub monitors: Vec<ReadyMade>,
     /// The places that the scenario needs.
     pub sites: Sites,
     /// The simulated robot and its world.
     pub sim: SimConfig,
-    /// People, doors and boxes: what stands in `sim.obstacles`, and where the file speaks of it.
+    /// People, doors and boxes: the bodies in `sim.obstacles`, with their places in the file.
     pub world: Vec<WorldBody>,
     /// How tree, skills and components are run.
     pub execution: Execution,
-    /// What goes wrong, and when.
+    /// The faults.
     pub faults: Vec<Arc<Fault>>,
     /// When the run ends.
     pub stop: Stop,
     /// When pictures are taken.
     pub snapshots: Snapshots,
-    /// What the run must come to.
+    /// The expected results of the run.
     pub expect: Expectations,
 }
 
-/// The names of the places that a scenario needs.
+/// The names of the places that a scenario requires.
 #[derive(Clone, Debug)]
 pub struct Sites {
-    /// Where the robot starts.
+    /// The start of the robot.
     pub start: Spanned<Start>,
-    /// Where the charging station stands, a point, if there is one.
+    /// The charging station, a point, if there is one.
     pub station: Option<Spanned<String>>,
-    /// Where the robot is sent, for pictures.
+    /// The robot's destination, for pictures.
     pub destination: Option<Spanned<String>>,
 }
 
-/// Where a robot starts.
+/// The start of a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Start {
-    /// At the point of that name.
+    /// The point with this name.
     Named(String),
-    /// There, in the `map` frame.
+    /// This pose, in the `map` frame.
     At(Pose),
 }
 
@@ -97,26 +97,25 @@ impl FromItem<'_> for Start {
     }
 }
 
-/// How the tree's process is made.
+/// The form of the tree's process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TreeForm {
     /// One process for the whole tree.
     Whole,
-    /// A process for each node, with handshakes, as in the paper.
+    /// One process per node, with handshakes, as in the paper.
     Nodes,
 }
 
-/// Who chooses among the enabled transitions.
+/// The scheduling policy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Policy {
-    /// Each is as likely as the others.
+    /// Each enabled transition is equally likely.
     Random,
-    /// Each process in its turn.
+    /// Each process in turn.
     RoundRobin,
 }
 
-/// That a message is received only after another one, as [`channels::Precedence`] does it: two events in the SCOPE
-/// language.
+/// An order among messages, as in [`channels::Precedence`]: two events in the SCOPE language.
 #[derive(Clone, Debug)]
 pub struct Order {
     /// What comes first.
@@ -130,45 +129,46 @@ pub struct Order {
 pub struct Execution {
     /// Time between ticks.
     pub tick: Duration,
-    /// Who chooses among the enabled transitions.
+    /// The scheduling policy.
     pub policy: Policy,
     /// This process moves only when no other can.
     pub starved: Option<Spanned<String>>,
-    /// Orders among messages that whoever chooses has to keep.
+    /// Orders among messages that the scheduler must keep.
     pub orders: Vec<Order>,
-    /// What Navigation makes of a stop.
+    /// The effect of a stop request to Navigation.
     pub stops: StopRule,
-    /// How the tree's process is made.
+    /// The form of the tree's process.
     pub tree: TreeForm,
     /// How long the tree waits for a leaf's answer.
     pub leaf_timeout: Duration,
-    /// The run ends then, whatever has happened.
+    /// The run ends at this time at the latest.
     pub max_time: Duration,
-    /// How many transitions the system may take in one step of the simulation before it counts as never quiet.
+    /// The maximum number of transitions of the system in one step of the simulation; beyond it, the system counts as
+    /// never quiet.
     pub step_budget: u64,
-    /// How many communications there may be in a whole run before it is given up.
+    /// The maximum number of communications in a run.
     pub run_budget: u64,
 }
 
-/// What a run must come to.
+/// The expected results of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Expectations {
-    /// What each property must turn out to be.
+    /// The expected outcome of each property.
     pub outcomes: Vec<(Spanned<String>, Outcome)>,
     /// Places that must have been reached.
     pub reached: Vec<Spanned<String>>,
     /// Places that must not have been reached.
     pub not_reached: Vec<Spanned<String>>,
-    /// How many collisions there may be.
+    /// The maximum number of collisions.
     pub max_collisions: Option<u64>,
-    /// What the battery must not have gone below, in percent.
+    /// The minimum charge of the battery, in percent.
     pub min_battery_pct: Option<f64>,
-    /// How far from the truth localization may be at worst, in metres.
+    /// The maximum error of localization, in metres.
     pub max_localization_m: Option<f64>,
 }
 
 impl Expectations {
-    /// What records tell of them.
+    /// Their record.
     pub fn told(&self) -> Expected {
         let names = |names: &[Spanned<String>]| names.iter().map(|name| name.value.clone()).collect();
         Expected {
@@ -183,9 +183,8 @@ impl Expectations {
 }
 
 impl ScenarioFile {
-    /// Reads a scenario; `name` is what diagnostics call it, `overrides` are assignments as `--set` takes them. What the
-    /// text does not say itself it takes over from the scenario that it names as its `base`, which is looked for in
-    /// `files`.
+    /// Reads a scenario. `name` is the file's name in diagnostics; `overrides` are assignments as for `--set`. Missing
+    /// keys are inherited from the scenario that it names as its `base`, which is looked up in `files`.
     ///
     /// # Errors
     /// Everything that is wrong with the text, its base or the overrides.
@@ -197,7 +196,7 @@ impl ScenarioFile {
     ) -> Result<Self, FileProblems> {
         let overrides: Vec<&str> = overrides.into_iter().collect();
         let mut document = Document::parse_toml(name, text)?;
-        // What comes from a base can be set only once it is there; which base, only before.
+        // Inherited keys can be overridden only after the base is read; the base itself only before.
         let sets_base = |set: &&str| set.split_once('=').is_some_and(|(key, _)| key.trim() == "base");
         document.override_with(overrides.iter().copied().filter(sets_base))?;
         let mut bases = Vec::new();
@@ -211,19 +210,19 @@ impl ScenarioFile {
 }
 
 impl ScenarioFile {
-    /// Whether the scenario means that there is a property of that name. What a file says of its own properties does not
-    /// count where whoever takes it over names other property files: those properties may be gone.
+    /// Whether an expectation applies to this property. What a file sets for its own properties does not apply if a
+    /// scenario based on it names other property files: the properties may be gone.
     pub(crate) fn means(&self, property: &Spanned<String>) -> bool {
-        // How far away something is said: by the command line, by the scenario itself, by its base, by the base of that.
+        // The distance of a setting: from the command line, the scenario itself, its base, the base of that.
         let distance =
             |span: &Span| self.sources.iter().position(|file| file == span.source().name()).map_or(0, |at| at + 1);
         self.properties_said.as_ref().is_none_or(|said| distance(&property.span) <= distance(said))
     }
 
-    /// The files that a scenario takes something over from: its base, the base of that, and so on.
+    /// The files from which a scenario inherits: its base, the base of that, and so on.
     ///
     /// # Errors
-    /// What is wrong with one of them.
+    /// The problems of one of them.
     pub fn bases(found: &Found) -> Result<Vec<PathBuf>, FileProblems> {
         let mut bases = Vec::new();
         with_base(Document::parse_toml(&found.path, &found.text)?, &found.files, &mut bases)?;
@@ -231,18 +230,17 @@ impl ScenarioFile {
     }
 }
 
-/// The document with all that it takes over from its base, and from the base of that.
+/// The document with everything inherited from its base, recursively.
 fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf>) -> Result<Document, FileProblems> {
     let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(document) };
     let path = base(value, files);
     if on_the_way.contains(&path) {
-        let problem = span.problem(format!("{value} is in the end its own base"));
-        return Err(problem.with_label("this base").with_help("a base must not come back to itself").into());
+        let problem = span.problem(format!("{value} is its own base, directly or indirectly"));
+        return Err(problem.with_label("this base").with_help("bases must not form a cycle").into());
     }
     let text = files.read_text(&path).map_err(|error| {
         let problem = span.problem(format!("cannot read the base {value}: {error}"));
-        let help =
-            "a base is a scenario: a file, looked for beside this one, or the name of one that comes with the program";
+        let help = "a base is a scenario: a file beside this one, or the name of a shipped scenario";
         problem.with_label("this base").with_help(help)
     })?;
     on_the_way.push(path.clone());
@@ -251,7 +249,7 @@ fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf
     Ok(document)
 }
 
-/// The file of a base: one beside the scenario, else the one of that name that comes with the program.
+/// The file of a base: one beside the scenario, or else the shipped one with this name.
 fn base(name: &str, files: &Files) -> PathBuf {
     let path = PathBuf::from(name);
     let named = || if files.on_disk(&path).is_none() { find::shipped(name) } else { None };
@@ -391,7 +389,7 @@ fn read_snapshots(table: Table<'_>) -> Snapshots {
             let found = MOMENTS.iter().find(|(known, _)| *known == name.value).map(|(_, moment)| *moment);
             found.ok_or_else(|| {
                 let problem = name.span.problem(format!("unknown moment `{}`", name.value));
-                problem.with_help("one of `start`, `fault`, `verdict`, `arrival`, `end`")
+                problem.with_help("use one of `start`, `fault`, `verdict`, `arrival`, `end`")
             })
         };
         names.into_iter().map(moment).collect::<Result<Vec<_>, _>>()

@@ -7,15 +7,15 @@ use diagnostics::{Problem, Span, Spanned};
 use crate::error::Complaints;
 use crate::files::Files;
 
-/// Reads the files that a scenario names, and notes what is wrong with them.
+/// Reads the files that a scenario names, and records their problems.
 pub(super) struct FileReader<'a> {
-    /// Where they are looked for.
+    /// Where they are looked up.
     pub(super) files: &'a Files,
     pub(super) complaints: &'a mut Complaints,
 }
 
 impl FileReader<'_> {
-    /// What reading a file gave; a file that cannot be read is a problem of the line that names it.
+    /// The loaded file. A file that cannot be read is reported at the line that names it.
     pub(super) fn loaded<T>(
         &mut self,
         path: &Spanned<PathBuf>,
@@ -31,16 +31,16 @@ impl FileReader<'_> {
         }
     }
 
-    /// The text of a file that is named at `span`.
+    /// The text of the file named at `span`.
     pub(super) fn text(&mut self, span: &Span, what: &str, path: &Path) -> Option<String> {
         let text = self.files.read_text(path);
         text.map_err(|error| self.complaints.push(unreadable(span, what, path, &error))).ok()
     }
 }
 
-/// That a file cannot be read, at the place that names it.
+/// The problem of an unreadable file, at the place that names it.
 pub(super) fn unreadable(span: &Span, what: &str, path: &Path, error: &std::io::Error) -> Problem {
     let problem = span.problem(format!("cannot read the {what} {}: {error}", path.display()));
-    let help = "a path is looked up beside the scenario's file, and then among the files that come with the program";
+    let help = "a path is looked up beside the scenario's file, and then among the shipped files";
     problem.with_label(format!("this {what}")).with_help(help)
 }

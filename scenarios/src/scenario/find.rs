@@ -1,4 +1,4 @@
-//! From what the command line says to a scenario's text.
+//! From a command-line argument to a scenario's text.
 
 use std::path::{Path, PathBuf};
 
@@ -6,32 +6,32 @@ use crate::Error;
 use crate::faults::KINDS;
 use crate::files::{Files, shipped_scenarios};
 
-/// A scenario's text, with where its other files are looked for.
+/// A scenario's text, and where its other files are looked up.
 #[derive(Clone, Debug)]
 pub struct Found {
-    /// The scenario's name: its file's, without folder and ending.
+    /// The scenario's name: its file's name, without folder and extension.
     pub name: String,
-    /// How the command line calls it: the name of one that comes with the program, else its path.
+    /// Its name on the command line: the name of a shipped scenario, or else its path.
     pub argument: String,
-    /// What diagnostics call the file.
+    /// The file's name in diagnostics.
     pub path: String,
     /// The text.
     pub text: String,
-    /// Where the files that it names are looked for.
+    /// Where the files that it names are looked up.
     pub files: Files,
 }
 
 /// Finds a scenario by name or path.
 ///
 /// # Errors
-/// If there is no such scenario (with the nearest name) or its file cannot be read.
+/// If there is no such scenario (with the nearest name), or its file cannot be read.
 pub fn find(scenario: &str) -> Result<Found, Error> {
     let path = Path::new(scenario);
     let is_path = path.extension().is_some() || path.components().count() > 1 || path.is_file();
     if is_path && shipped(scenario).is_none() { on_disk(path) } else { by_name(scenario) }
 }
 
-/// The path, among the files that come with the program, of the scenario of that name, if there is one.
+/// The path of the shipped scenario with this name, if there is one.
 #[must_use]
 pub fn shipped(name: &str) -> Option<&'static str> {
     let wanted = format!("scenarios/{name}.toml");
@@ -61,10 +61,10 @@ fn unknown(name: &str) -> Error {
     let faults = KINDS.iter().map(|kind| format!("faults/{}", kind.name));
     let known: Vec<String> = shipped_scenarios().into_iter().map(str::to_owned).chain(faults).collect();
     let help = match diagnostics::did_you_mean(name, known.iter().map(String::as_str)) {
-        Some(meant) => format!("{meant} There are {}, or the path of a file", names()),
-        None => format!("there are {}, or the path of a file", names()),
+        Some(meant) => format!("{meant} The scenarios are {}; or give the path of a file", names()),
+        None => format!("the scenarios are {}; or give the path of a file", names()),
     };
-    Error::refused(format!("there is no scenario `{name}`"), help)
+    Error::refused(format!("unknown scenario `{name}`"), help)
 }
 
 fn names() -> String {

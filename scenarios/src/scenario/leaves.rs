@@ -1,21 +1,21 @@
-//! What a scenario says of the leaves of its tree: its table `leaves`.
+//! The settings of a tree's leaves in a scenario: its table `leaves`.
 
 use diagnostics::document::{Item, Table};
 use diagnostics::{Span, Spanned};
 use skills::Datum;
 
-/// What a scenario says of a leaf: an entry of its table `leaves`.
+/// The settings of a leaf: an entry of the table `leaves`.
 #[derive(Clone, Debug)]
 pub struct LeafEntry {
     /// The name of the leaf's process.
     pub leaf: Spanned<String>,
     /// The file of its machine, in the folder of the skills.
     pub machine: Option<Spanned<String>>,
-    /// What data of the machine hold at first.
+    /// The initial values of the machine's data.
     pub data: Vec<(Spanned<String>, Datum)>,
 }
 
-/// Whether two scenarios say the same of all leaves.
+/// Whether two scenarios have the same settings for all leaves.
 pub(super) fn same_entries(these: &[LeafEntry], those: &[LeafEntry]) -> bool {
     let said = |entry: &LeafEntry| {
         let data: Vec<(String, Datum)> =

@@ -1,4 +1,4 @@
-//! Loads a scenario: its file, everything that the file names, and whether it all fits together.
+//! Loads a scenario: its file, everything that the file names, and the checks that it all fits together.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use crate::error::{Complaints, Error};
 use crate::wiring;
 
 impl Scenario {
-    /// Loads a scenario; `overrides` are assignments as `--set` takes them.
+    /// Loads a scenario; `overrides` are assignments as for `--set`.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the scenario and its files.
@@ -25,11 +25,11 @@ impl Scenario {
         Self::load_with(found, overrides, None)
     }
 
-    /// Loads a scenario as [`load`](Self::load) does, but shares with `like`, which was loaded from the same scenario with
-    /// other overrides, all files that both name, and what is worked out of the map.
+    /// Loads a scenario like [`load`](Self::load), but shares all common files, and the data computed from the map,
+    /// with `like`, which was loaded from the same scenario with other overrides.
     ///
     /// # Errors
-    /// As [`load`](Self::load).
+    /// As for [`load`](Self::load).
     pub fn load_like(like: &Self, found: &Found, overrides: &[String]) -> Result<Self, Error> {
         Self::load_with(found, overrides, Some(like))
     }
@@ -43,7 +43,7 @@ impl Scenario {
             found.files = found.files.in_folder(&folder.value);
             if found.files.on_disk(&file.tree.value).is_none() {
                 let problem = folder.span.problem(format!("there is no {} in this folder", file.tree.value.display()));
-                let help = "`--set folder=DIR` names the folder that the scenario's files are in";
+                let help = "set the folder that contains the scenario's files with `--set folder=DIR`";
                 return Err(Error::bad_input(problem.with_label("this folder").with_help(help)));
             }
         }
@@ -56,7 +56,7 @@ impl Scenario {
     }
 }
 
-/// Loads what a scenario names and notes what is wrong with it.
+/// Loads the files that a scenario names and records their problems.
 struct Loader<'a> {
     found: &'a Found,
     overrides: &'a [String],
@@ -150,7 +150,7 @@ impl Loader<'_> {
         self.reader.loaded(&file.places, "places", places).map(Arc::new)
     }
 
-    /// Where the robot can drive on the map.
+    /// The part of the map that the robot can reach.
     fn reach(&mut self, file: &ScenarioFile, map: &OccupancyGrid) -> Option<Arc<Reach>> {
         let shared =
             self.like.filter(|like| self.shares(file, |file| &file.map) && like.file.sim.model == file.sim.model);
@@ -195,7 +195,7 @@ impl Loader<'_> {
         file.properties.iter().filter_map(read).collect()
     }
 
-    /// The machines among the monitors that are attached as they stand.
+    /// The machines among the ready-made monitors.
     fn watching(&mut self, file: &ScenarioFile) -> BTreeMap<usize, Arc<Chart>> {
         let mut charts = BTreeMap::new();
         for (index, entry) in file.monitors.iter().enumerate() {

@@ -1,6 +1,6 @@
-//! The places that a scenario names: whether they are there, and whether the robot can get to them.
+//! Checks the places that a scenario names: they must exist, and the robot must be able to reach them.
 //!
-//! Only the map counts: people, doors, boxes and faults may stand in the way, which is often what a scenario is about.
+//! Only the map counts: people, doors, boxes and faults may be in the way, which is often the point of a scenario.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
 
-/// The poses of start and station, if there is one. Every place that the scenario names has to be there.
+/// The poses of the start and, if there is one, the station. Every place that the scenario names must exist.
 pub(super) fn check_places(
     file: &ScenarioFile,
     places: &Places,
@@ -28,8 +28,9 @@ pub(super) fn check_places(
     }
     for name in &expect.not_reached {
         if expect.reached.iter().any(|reached| reached.value == name.value) {
-            let problem = name.span.problem(format!("`{}` is expected to be reached and not to be", name.value));
-            complaints.push(problem.with_label("this place").with_help("no run can be as expected"));
+            let problem =
+                name.span.problem(format!("`{}` is expected both to be reached and not to be reached", name.value));
+            complaints.push(problem.with_label("this place").with_help("no run can satisfy this"));
         }
     }
     let start = match &file.sites.start {
@@ -46,12 +47,12 @@ pub(super) fn check_places(
     Some((start?, Some(station?)))
 }
 
-/// Faults of a station that there is not.
+/// Checks for faults of a missing station.
 fn check_station_faults(faults: &[Arc<Fault>], complaints: &mut Complaints) {
     for fault in faults.iter().filter(|fault| ["station_dead", "station_slow"].contains(&fault.kind().name)) {
         let problem = fault.arguments().span().problem("there is no charging station");
-        let help = "`sites.station` says where it stands";
-        complaints.push(problem.with_label("a fault of it").with_help(help));
+        let help = "set the charging station with `sites.station`";
+        complaints.push(problem.with_label("a fault of the charging station").with_help(help));
     }
 }
 
@@ -68,14 +69,14 @@ fn point(name: &Spanned<String>, places: &Places, complaints: &mut Complaints) -
     match place(name, places, complaints)? {
         Place::Point { pose, .. } => Some(*pose),
         Place::Area { .. } => {
-            let problem = name.span.problem(format!("`{}` is an area, and a point is needed", name.value));
+            let problem = name.span.problem(format!("`{}` is an area, but a point is required", name.value));
             complaints.push(problem.with_label("this place").with_help("a point has a position and a heading"));
             None
         }
     }
 }
 
-/// That the robot can set out from its start, and gets to every place that it is to reach.
+/// Checks that the robot can drive away from its start and to every place that it must reach.
 pub(super) fn check_reach(
     file: &ScenarioFile,
     driven_to: &BTreeMap<String, String>,
@@ -100,7 +101,7 @@ pub(super) fn check_reach(
                 Start::At(_) => None,
             };
             let problem = span.unwrap_or(&file.sites.start.span).problem(bad_start(&start, error));
-            let help = format!("the robot starts with its whole body on free floor; {}", extent(map));
+            let help = format!("the whole body of the robot must be on free floor at the start; {}", extent(map));
             return complaints.push(problem.with_label("the start").with_help(help));
         }
         let problem = unreachable(span, name, &goal, error, &start);
@@ -109,54 +110,54 @@ pub(super) fn check_reach(
     }
 }
 
-/// The places to which the scenario itself needs a way, and why.
+/// The places that the scenario itself requires the robot to reach, and why.
 fn needed(file: &ScenarioFile) -> impl Iterator<Item = (&String, String)> {
     let station = file.sites.station.iter().map(|name| (name, "sites.station"));
     let destination = file.sites.destination.iter().map(|name| (name, "sites.destination"));
     let stops = file.stop.at.iter().map(|name| (name, "stop.at"));
     let reached = file.expect.reached.iter().map(|name| (name, "expect.reached"));
     let needed = station.chain(destination).chain(stops).chain(reached);
-    needed.map(|(name, key)| (&name.value, format!("the scenario needs it as `{key}`")))
+    needed.map(|(name, key)| (&name.value, format!("the scenario requires it as `{key}`")))
 }
 
 fn bad_start(start: &Point, error: PlanError) -> String {
     let at = position(start);
     match error {
-        PlanError::StartOutside => format!("the start {at} is outside of the map"),
+        PlanError::StartOutside => format!("the start {at} is outside the map"),
         _ => {
-            format!("the robot cannot set out from the start {at}: it stands in a wall, or has no free floor around it")
+            format!("the robot cannot drive away from the start {at}: it is in a wall, or has no free floor around it")
         }
     }
 }
 
-/// That the robot does not get to a place.
+/// The problem of an unreachable place.
 fn unreachable(span: &Span, name: &str, goal: &Goal, error: PlanError, start: &Point) -> Problem {
     let at = position(&goal.position);
     let message = match error {
-        PlanError::GoalOutside => format!("`{name}` is outside of the map, at {at}"),
-        PlanError::NoPath => format!("no way leads from the start {} to `{name}` at {at}", position(start)),
+        PlanError::GoalOutside => format!("`{name}` is outside the map, at {at}"),
+        PlanError::NoPath => format!("there is no path from the start {} to `{name}` at {at}", position(start)),
         _ if goal.area.is_some() => format!("there is no room for the robot in `{name}`, around {at}"),
         PlanError::GoalUnknown => format!("the robot cannot stand at `{name}`: the map is unknown at {at}"),
         PlanError::GoalInObstacle { clearance_m: 0.0, .. } => {
             format!("the robot cannot stand at `{name}`: {at} is in a wall")
         }
         PlanError::GoalInObstacle { clearance_m, needed_m } => format!(
-            "the robot cannot stand at `{name}`: {at} is {clearance_m:.2} m from a wall, and it needs {needed_m:.2} m"
+            "the robot cannot stand at `{name}`: {at} is {clearance_m:.2} m from a wall, but it needs {needed_m:.2} m"
         ),
         error => format!("`{name}` at {at}: {error}"),
     };
     span.problem(message).with_label("this place")
 }
 
-/// What would be accepted in place of a goal.
+/// A suggestion for another goal.
 fn instead(map: &OccupancyGrid, reach: &Reach, start: &Point, goal: &Goal) -> String {
     match reach.instead(start, goal) {
-        Some(point) => format!("the nearest place that the robot gets to is {}", position(&point)),
+        Some(point) => format!("the nearest reachable place is {}", position(&point)),
         None => extent(map),
     }
 }
 
-/// How far the map goes.
+/// The extent of the map.
 fn extent(map: &OccupancyGrid) -> String {
     let (width, height) = (map.width() as f64, map.height() as f64);
     let corners = [(0.0, 0.0), (width, 0.0), (0.0, height), (width, height)];
@@ -165,17 +166,16 @@ fn extent(map: &OccupancyGrid) -> String {
     for corner in corners {
         (least, most) = (least.inf(&corner), most.sup(&corner));
     }
-    format!("the map goes from {} to {}", position(&least), position(&most))
+    format!("the map extends from {} to {}", position(&least), position(&most))
 }
 
-/// A position as messages give it, in metres.
+/// A position in messages, in metres.
 fn position(at: &Point) -> String {
     format!("({:.2}, {:.2})", at.x, at.y)
 }
 
 impl Scenario {
-    /// What looks odd about the places, though the scenario does not need them to be otherwise: those that the robot does
-    /// not get to, and a station whose tolerances are wider than those of docking.
+    /// Warnings about the places: unreachable ones, and a station whose tolerances are wider than those of docking.
     #[must_use]
     pub fn place_concerns(&self) -> Vec<Problem> {
         let start = Point::from(self.start.translation.vector);
@@ -194,18 +194,18 @@ impl Scenario {
     }
 }
 
-/// That a robot may be told that it is at the station and not be docked.
+/// The robot may be reported to be at the station without being docked.
 fn wide_tolerances(span: &Span, name: &str, place: &Place, docking: &DockingConfig) -> Option<Problem> {
     let Place::Point { position_tolerance_m, heading_tolerance_rad, .. } = place else { return None };
     if *position_tolerance_m <= docking.distance_m && *heading_tolerance_rad <= docking.angle_rad {
         return None;
     }
     let message = format!(
-        "the robot is held to be at `{name}` within {position_tolerance_m} m and {:.0}°, and docks within {} m and {:.0}°",
+        "the robot counts as at `{name}` within {position_tolerance_m} m and {:.0}°, but docks only within {} m and {:.0}°",
         heading_tolerance_rad.to_degrees(),
         docking.distance_m,
         docking.angle_rad.to_degrees()
     );
     let problem = span.problem(message).with_label("this place").as_warning();
-    Some(problem.with_help("a robot within these tolerances may stand undocked and never charge: make them smaller"))
+    Some(problem.with_help("a robot within these tolerances may be undocked and never charge: make them smaller"))
 }

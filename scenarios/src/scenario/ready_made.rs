@@ -1,4 +1,4 @@
-//! Monitors that a scenario attaches as they stand, instead of a property of which one is made: its `[[monitors]]`.
+//! Ready-made monitors, which a scenario attaches in addition to those made from properties: its `[[monitors]]`.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -12,18 +12,18 @@ use skills::Datum;
 use super::leaves::datum;
 use super::stop::Names;
 
-/// A monitor that is attached as it stands.
+/// A ready-made monitor.
 #[derive(Clone, Debug)]
 pub struct ReadyMade {
-    /// What it is called; that of the machine or the figure if nothing.
+    /// Its name; by default that of the machine or the figure.
     pub name: Option<Spanned<String>>,
-    /// What it is.
+    /// Its kind.
     pub kind: ReadyMadeKind,
-    /// Where the scenario has it.
+    /// Its place in the scenario.
     pub span: Span,
 }
 
-/// What kind of monitor is attached.
+/// The kind of a ready-made monitor.
 #[derive(Clone, Debug)]
 pub enum ReadyMadeKind {
     /// One of the paper's.
@@ -42,7 +42,7 @@ pub enum Figure {
 }
 
 impl Figure {
-    /// What the monitor is called unless the scenario says otherwise.
+    /// The default name of the monitor.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,7 +54,7 @@ impl Figure {
     /// The monitor, with the thresholds of the paper and the θ of its published code.
     ///
     /// # Errors
-    /// [`WiringError::MissingChannel`] if the system lacks a channel that it watches.
+    /// [`WiringError::MissingChannel`] if the system lacks a channel that it monitors.
     pub fn monitor(self, topology: &Topology) -> Result<Property, WiringError> {
         match self {
             Self::Safety => monitors::phi1(topology, 20),
@@ -72,20 +72,20 @@ impl fmt::Display for Figure {
     }
 }
 
-/// An SCXML machine that watches a run.
+/// An SCXML machine that monitors a run.
 #[derive(Clone, Debug)]
 pub struct WatchingMachine {
     /// Its file.
     pub machine: Spanned<PathBuf>,
-    /// The states that mean that the property is violated, for good.
+    /// The states in which the property is violated for good.
     pub violated_in: Vec<Spanned<String>>,
-    /// The states that leave the property inconclusive if the run ends there.
+    /// The states in which the property is inconclusive if the run ends.
     pub pending_in: Vec<Spanned<String>>,
-    /// Which messages are its events.
+    /// The rules that map messages to its events.
     pub events: Vec<EventRule>,
 }
 
-/// Which messages become which event of a machine.
+/// A rule that maps messages to an event of a machine.
 #[derive(Clone, Debug)]
 pub struct EventRule {
     /// The event's name.
@@ -96,12 +96,12 @@ pub struct EventRule {
     pub data: Vec<(String, Content)>,
 }
 
-/// What a member of an event's data holds.
+/// The value of a member of an event's data.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
     /// `m[k]`, a field of the message, counted from 1.
     Field(usize),
-    /// That value.
+    /// This value.
     Value(Datum),
 }
 

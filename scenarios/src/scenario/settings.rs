@@ -1,4 +1,4 @@
-//! The parameters of robot, world and execution with their values.
+//! The parameters of robot, world and execution, with their values.
 
 use std::time::Duration;
 
@@ -58,12 +58,12 @@ fn execution(execution: &Execution, dt: Duration) -> SettingGroup {
         None => policy.to_owned(),
     };
     let stops = match stops {
-        StopRule::OwnTrip => "ends the trip to its place, and is acknowledged",
-        StopRule::AnyTrip => "ends whatever trip there is, and is acknowledged",
+        StopRule::OwnTrip => "ends the trip to its place, with a confirmation",
+        StopRule::AnyTrip => "ends any trip, with a confirmation",
     };
     let tree = match tree {
         TreeForm::Whole => "one process",
-        TreeForm::Nodes => "a process for each node",
+        TreeForm::Nodes => "one process per node",
     };
     let mut group = self::group(
         "Execution",
@@ -72,11 +72,11 @@ fn execution(execution: &Execution, dt: Duration) -> SettingGroup {
             ("time between ticks", duration(*tick)),
             ("scheduler", policy),
             ("behavior tree", tree.to_owned()),
-            ("patience with a leaf", duration(*leaf_timeout)),
+            ("timeout for a leaf", duration(*leaf_timeout)),
             ("a stop of navigation", stops.to_owned()),
             ("longest run", duration(*max_time)),
-            ("transitions a step, at most", step_budget.to_string()),
-            ("communications a run, at most", run_budget.to_string()),
+            ("transitions per step, at most", step_budget.to_string()),
+            ("communications per run, at most", run_budget.to_string()),
         ],
     );
     let in_words = |order: &Order| format!("{} before {}", order.first.value, order.then.value);
@@ -97,12 +97,12 @@ fn battery(battery: &BatteryConfig) -> SettingGroup {
     self::group(
         "Battery",
         [
-            ("charge at the start", with_unit(*initial_pct, "%")),
+            ("initial charge", with_unit(*initial_pct, "%")),
             ("driving costs", with_unit(*drain_pct_per_s, "%/s")),
             ("standing costs", with_unit(*standstill_drain_pct_per_s, "%/s")),
             ("charging gives", with_unit(*charge_pct_per_s, "%/s")),
             ("charging ends at", with_unit(*full_pct, "%")),
-            ("charging begins again below", with_unit(*recharge_below_pct, "%")),
+            ("charging resumes below", with_unit(*recharge_below_pct, "%")),
             ("time between readings", duration(*period)),
         ],
     )
@@ -111,7 +111,7 @@ fn battery(battery: &BatteryConfig) -> SettingGroup {
 fn docking(docking: &DockingConfig) -> SettingGroup {
     let DockingConfig { distance_m, angle_rad, rest } = docking;
     self::group(
-        "Docked is a robot",
+        "A robot is docked",
         [
             ("within", with_unit(*distance_m, "m")),
             ("facing within", with_unit(angle_rad.to_degrees(), "°")),
@@ -166,9 +166,9 @@ fn odometry(odometry: &OdometryConfig) -> SettingGroup {
         "Odometry",
         [
             ("time between readings", duration(*period)),
-            ("too much distance", with_unit(distance_bias * 100.0, "%")),
-            ("too much angle", with_unit(angle_bias * 100.0, "%")),
-            ("angle too much a metre", with_unit(*angle_bias_rad_per_m, "rad/m")),
+            ("excess distance", with_unit(distance_bias * 100.0, "%")),
+            ("excess angle", with_unit(angle_bias * 100.0, "%")),
+            ("excess angle per metre", with_unit(*angle_bias_rad_per_m, "rad/m")),
         ],
     );
     group.rows.extend(drift(noise));
@@ -230,7 +230,7 @@ fn obstacle_in_words(obstacle: &ObstacleConfig) -> String {
 fn walk_in_words(walk: &Walk) -> String {
     let Walk { waypoints, speed_mps, end, sets_out, pause, pauses, manners } = walk;
     if waypoints.is_empty() {
-        return "somebody who stands there".to_owned();
+        return "stands still".to_owned();
     }
     let pauses = match pauses {
         _ if pause.is_zero() => String::new(),
@@ -238,16 +238,16 @@ fn walk_in_words(walk: &Walk) -> String {
         Pauses::Ends => format!(" and pauses {} at the ends", duration(*pause)),
     };
     let manners =
-        manners.map_or("gives way to nobody".to_owned(), |Manners { slow_within_m, stop_within_m, patience }| {
+        manners.map_or("yields to nothing".to_owned(), |Manners { slow_within_m, stop_within_m, patience }| {
             format!(
-                "slows down {} before the robot, stops at {}, makes way after {}",
+                "slows down {} before the robot, stops at {}, steps aside after {}",
                 with_unit(slow_within_m, "m"),
                 with_unit(stop_within_m, "m"),
                 duration(patience),
             )
         });
     format!(
-        "sets out after {}, walks at {} by {}{pauses}, then: {end:?}; {manners}",
+        "starts after {}, walks at {} by {}{pauses}, then: {end:?}; {manners}",
         duration(*sets_out),
         with_unit(*speed_mps, "m/s"),
         positions(waypoints),

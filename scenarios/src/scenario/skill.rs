@@ -1,4 +1,4 @@
-//! Skills: which machine carries out each leaf of the tree, and what its data hold at first.
+//! Skills: the machine of each leaf of the tree, and the initial values of its data.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -14,33 +14,33 @@ use super::{LeafEntry, ScenarioFile};
 use crate::names::unknown;
 use crate::processes::RESERVED;
 
-/// The skill of a leaf: a machine, and what its data hold at first.
+/// The skill of a leaf: a machine, and the initial values of its data.
 #[derive(Clone, Debug)]
 pub struct Skill {
     /// The machine's file.
     pub path: PathBuf,
     /// The machine.
     pub machine: Arc<Chart>,
-    /// By the ids of data: what the leaf's ports say, and what the scenario says instead.
+    /// By datum id: the values of the leaf's ports, or those that the scenario sets instead.
     data: BTreeMap<String, Datum>,
 }
 
 impl Skill {
-    /// What the data of this machine hold at first, where it is not the machine itself that says so: the skill's own
-    /// machine, or one that a fault puts in its place. Data that the machine does not have are left out.
+    /// The initial values of this machine's data, as far as the machine itself does not set them: for the skill's own
+    /// machine, or for a replacement by a fault. Data that the machine does not have are left out.
     pub fn data_of<'a>(&'a self, machine: &'a Chart) -> impl Iterator<Item = (&'a str, Datum)> {
         let has = |id: &str| machine.parameters().any(|known| known == id);
         self.data.iter().filter(move |(id, _)| has(id)).map(|(id, value)| (id.as_str(), value.clone()))
     }
 }
 
-/// Where a leaf's machine is looked for: in the file that the scenario names, or else in those of the leaf's name and ID.
-/// The one place that knows.
+/// Where a leaf's machine is looked up: the file that the scenario names, or else those with the leaf's name and ID.
+/// Only this function determines it.
 fn candidates(folder: &Path, leaf: &Node, entry: Option<&LeafEntry>) -> Vec<PathBuf> {
     if let Some(machine) = entry.and_then(|entry| entry.machine.as_ref()) {
         return vec![folder.join(&machine.value)];
     }
-    // A name with a slash in it is no file's in this folder.
+    // A name with a slash is not a file name in this folder.
     let is_file_name = |name: &&str| Path::new(name).file_name().is_some_and(|file| file == *name);
     let mut names: Vec<&str> = [leaf.label(), leaf.type_id()].into_iter().filter(is_file_name).collect();
     names.dedup();
@@ -56,7 +56,8 @@ impl FileReader<'_> {
         let mut problems = Vec::new();
         for leaf in tree.leaves() {
             if RESERVED.contains(&leaf.process()) {
-                let message = format!("a leaf cannot be called `{}`: a process of the system is", leaf.process());
+                let message =
+                    format!("a leaf cannot be named `{}`: that is the name of another process", leaf.process());
                 problems.push(tree.problem_at(leaf.id(), message, "this leaf", "give the leaf another `name`"));
                 continue;
             }
@@ -103,9 +104,9 @@ impl FileReader<'_> {
                     if let Some(other) = chart.as_ref().filter(|chart| named.is_none() && !called(chart)) {
                         let file = path.display();
                         let message =
-                            format!("the machine of `{}`, {file}, calls itself `{}`", leaf.process(), other.name());
+                            format!("the machine of `{}`, {file}, has the name `{}`", leaf.process(), other.name());
                         let help = format!(
-                            "its `name` is to be its file's; if it is meant, say so in the scenario: [leaves.{}] machine = \"{}\"",
+                            "its `name` should be that of its file; if this is intended, add to the scenario: [leaves.{}] machine = \"{}\"",
                             key(leaf.process()),
                             path.file_name().unwrap_or_default().display()
                         );
@@ -139,7 +140,7 @@ impl FileReader<'_> {
         None
     }
 
-    /// Complains about entries of the table `leaves` that are of no leaf.
+    /// Reports entries of the table `leaves` for unknown leaves.
     fn check_leaf_names(&mut self, file: &ScenarioFile, tree: &Tree) {
         for LeafEntry { leaf, .. } in &file.leaves {
             if tree.leaves().any(|known| known.process() == leaf.value) {
@@ -158,13 +159,13 @@ impl FileReader<'_> {
     }
 }
 
-/// A name as a key of TOML.
+/// A name as a TOML key.
 fn key(name: &str) -> String {
     let is_bare = name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
     if is_bare { name.to_owned() } else { format!("{name:?}") }
 }
 
-/// The ports of a leaf whose values stand in the tree's file.
+/// The ports of a leaf with constant values in the tree's file.
 fn constant_ports(tree: &Tree, leaf: &Node) -> BTreeMap<String, Datum> {
     let ports = tree.ports(leaf.id()).filter(|port| port.direction != Direction::Output);
     let constant = |port: bt::Port<'_>| {
@@ -179,7 +180,7 @@ fn constant_ports(tree: &Tree, leaf: &Node) -> BTreeMap<String, Datum> {
     ports.filter_map(constant).collect()
 }
 
-/// What looks odd about the leaves of a tree and their machines: ports that a machine does not read.
+/// Warnings about the leaves of a tree and their machines: ports that a machine does not read.
 pub(super) fn concerns(tree: &Tree, skills: &BTreeMap<String, Skill>) -> Vec<Problem> {
     let mut concerns = Vec::new();
     for leaf in tree.leaves() {
@@ -194,7 +195,7 @@ pub(super) fn concerns(tree: &Tree, skills: &BTreeMap<String, Skill>) -> Vec<Pro
             };
             if !is_read {
                 let message = format!("the machine of `{}` does not read the port `{}`", leaf.process(), port.name);
-                let help = format!("<data id=\"{}\"/> in {} gets the port's value", port.name, path.display());
+                let help = format!("add <data id=\"{}\"/> to {} to get the port's value", port.name, path.display());
                 concerns.push(tree.problem_at(leaf.id(), message, "this leaf", help).as_warning());
             }
         }

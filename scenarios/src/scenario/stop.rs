@@ -5,28 +5,28 @@ use std::time::Duration;
 use diagnostics::document::{FromItem, Item, Table};
 use diagnostics::{Problem, Spanned};
 
-/// When a run ends, besides at its limit of time: at the first of these.
+/// When a run ends before its time limit: when the first of these conditions is met.
 #[derive(Clone, Debug, Default)]
 pub struct Stop {
-    /// When the robot has come to rest at one of these places.
+    /// The robot has come to rest at one of these places.
     pub at: Vec<Spanned<String>>,
-    /// When a property is violated.
+    /// A property is violated.
     pub on_violation: StopOnViolation,
-    /// When every property has its verdict, and nothing that happens can change one.
+    /// Every property has its final verdict.
     pub when_settled: bool,
-    /// How long it goes on after that.
+    /// How long the run continues after that.
     pub after: Duration,
 }
 
-/// Which property's violation ends a run.
+/// The properties whose violation ends a run.
 #[derive(Clone, Debug, Default)]
 pub enum StopOnViolation {
-    /// None's.
+    /// None.
     #[default]
     Never,
-    /// Any one's.
+    /// Any.
     OfAny,
-    /// That of one of these.
+    /// These.
     Of(Vec<Spanned<String>>),
 }
 
@@ -43,7 +43,7 @@ impl Stop {
 }
 
 impl StopOnViolation {
-    /// Whether the violation of the property of that name ends a run.
+    /// Whether a violation of the property with this name ends a run.
     #[must_use]
     pub fn concerns(&self, property: &str) -> bool {
         match self {
@@ -59,7 +59,7 @@ impl StopOnViolation {
     }
 }
 
-/// A name, or several.
+/// One or several names.
 pub(super) struct Names(pub(super) Vec<Spanned<String>>);
 
 impl FromItem<'_> for Names {

@@ -1,4 +1,4 @@
-//! What a scenario's world holds beside walls: people, doors and boxes.
+//! The contents of a scenario's world besides walls: people, doors and boxes.
 
 use std::time::Duration;
 
@@ -12,13 +12,13 @@ use crate::error::Complaints;
 /// Thickness of a door's leaf, in metres.
 const LEAF_M: f64 = 0.06;
 
-/// Distance between the places of a route that are looked at, in metres.
+/// Distance between the points of a route that are checked, in metres.
 const LOOK_M: f64 = 0.05;
 
-/// A person, a door or a box, and where its file speaks of it.
+/// A person, a door or a box, with its place in the file.
 pub type WorldBody = Spanned<ObstacleConfig>;
 
-/// Reads `[[people]]`, `[[doors]]` and `[[boxes]]`; each has a name of its own.
+/// Reads `[[people]]`, `[[doors]]` and `[[boxes]]`; their names must be unique.
 pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
     let mut bodies = read_each(root, "people", "person", read_person);
     bodies.extend(read_each(root, "doors", "door", read_door));
@@ -26,14 +26,14 @@ pub(super) fn read_world(root: Table<'_>) -> Vec<WorldBody> {
     for (index, body) in bodies.iter().enumerate() {
         if bodies[..index].iter().any(|other| other.value.name == body.value.name) {
             let problem = body.span.problem(format!("there are two bodies named `{}`", body.value.name));
-            let help = "people, doors and boxes have names of their own";
+            let help = "people, doors and boxes need different names";
             root.report(problem.with_label("the second one").with_help(help));
         }
     }
     bodies
 }
 
-/// Reads the tables under `key`; one without a name is called by what it is and its number.
+/// Reads the tables under `key`. One without a name is named after its kind and its number.
 fn read_each(
     root: Table<'_>,
     key: &str,
@@ -87,7 +87,7 @@ fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     Some((Shape::Box { length_m, width_m: LEAF_M }, at?, ObstacleMotion::Door(door)))
 }
 
-/// From when to when a door is closed; to the end if only the first is said.
+/// The time interval in which a door is closed; until the end if only the beginning is given.
 fn read_span(times: &Spanned<Vec<f64>>) -> Result<(Duration, Duration), Problem> {
     let time = |seconds: f64| Duration::try_from_secs_f64(seconds).ok();
     let span = match times.value.as_slice() {
@@ -96,9 +96,10 @@ fn read_span(times: &Spanned<Vec<f64>>) -> Result<(Duration, Duration), Problem>
         _ => None,
     };
     span.ok_or_else(|| {
-        let problem = times.span.problem("no span of time");
-        problem
-            .with_help("`[from, to]` in seconds, the second later than the first; or `[from]`, to the end of the run")
+        let problem = times.span.problem("this is not a time interval");
+        problem.with_help(
+            "write `[from, to]` in seconds, the second later than the first; or `[from]`, until the end of the run",
+        )
     })
 }
 
@@ -118,7 +119,7 @@ fn read_pose(table: Table<'_>) -> Option<Pose> {
     at.map(|[x, y, degrees]| pose(x, y, degrees.to_radians()))
 }
 
-/// Checks that people walk on the floor, and that everything is on the map.
+/// Checks that people walk on free floor, and that everything is on the map.
 pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints: &mut Complaints) {
     for Spanned { value: body, span } in bodies {
         let at = Point::from(body.pose.translation.vector);
@@ -127,7 +128,7 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
         };
         if map.index_of(&at).is_none() {
             complain(
-                format!("`{}` is outside of the map, at {at}", body.name),
+                format!("`{}` is outside the map, at {at}", body.name),
                 "x and y are in metres, in the map's frame",
             );
             continue;
@@ -138,10 +139,11 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
         let corners: Vec<Point> =
             std::iter::once(at).chain(walk.waypoints.iter().copied()).chain(again.copied()).collect();
         if let Some(wall) = corners.windows(2).find_map(|leg| first_wall(map, &leg[0], &leg[1])) {
-            let message = format!("the way of `{}` leads through a wall at ({:.2}, {:.2})", body.name, wall.x, wall.y);
-            complain(message, "a route goes straight from point to point: give it corners");
+            let message =
+                format!("the route of `{}` leads through a wall at ({:.2}, {:.2})", body.name, wall.x, wall.y);
+            complain(message, "a route is straight between its points: add corners");
         } else if first_wall(map, &at, &at).is_some() {
-            complain(format!("`{}` stands in a wall", body.name), "people stand on free floor");
+            complain(format!("`{}` is in a wall", body.name), "people must be on free floor");
         }
     }
 }
@@ -160,7 +162,7 @@ mod tests {
     use super::super::{Scenario, find};
     use crate::Error;
 
-    /// What is wrong with the errand in a world with something more.
+    /// The problems of the errand in a world with this addition.
     fn problems(world: &str) -> String {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("world.toml");
@@ -173,7 +175,7 @@ mod tests {
         }
     }
 
-    /// A diagnostic, or all that it is made of, a line each.
+    /// A diagnostic with all its parts, one per line.
     fn in_words(diagnostic: &dyn miette::Diagnostic) -> String {
         let parts: Vec<String> =
             diagnostic.related().into_iter().flatten().map(|problem| format!("{problem}\n")).collect();

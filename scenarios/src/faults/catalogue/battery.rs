@@ -33,21 +33,21 @@ pub(super) const DRAIN: FaultKind = FaultKind {
 pub(super) const FADE: FaultKind = FaultKind {
     name: "battery_fade",
     place: Place::Battery,
-    about: "the battery has aged: it holds only a share of its charge, and empties and fills that much faster",
-    parameters: &[Parameter::required("capacity", "the share that is left", ArgumentDomain::Numbers(0.01, 1.0))],
+    about: "the battery has aged: it holds only a share of its charge, and drains and charges faster in proportion",
+    parameters: &[Parameter::required("capacity", "the share that remains", ArgumentDomain::Numbers(0.01, 1.0))],
     momentary: false,
     example: "at_s = 0\ncapacity = 0.5",
     effect: |with| {
         let capacity = with.number("capacity");
         Effect::world(move |faults| faults.battery.capacity_factor *= capacity)
     },
-    words: |with| format!("the battery holds only {} % of what it did", 100.0 * with.number("capacity")),
+    words: |with| format!("the battery holds only {} % of its charge", 100.0 * with.number("capacity")),
 };
 
 pub(super) const SENSOR_STUCK: FaultKind = FaultKind {
     name: "battery_sensor_stuck",
     place: Place::Battery,
-    about: "the battery's sensor goes on reporting the level that it read last",
+    about: "the battery's sensor keeps reporting its last reading",
     parameters: &[],
     momentary: false,
     example: "at_s = 10",
@@ -61,7 +61,7 @@ pub(super) const SENSOR_OFFSET: FaultKind = FaultKind {
     about: "the battery's sensor reads too much or too little",
     parameters: &[Parameter::required(
         "offset_pct",
-        "what it adds, in percent",
+        "the error that it adds, in percent",
         ArgumentDomain::Numbers(-100.0, 100.0),
     )],
     momentary: false,
@@ -90,7 +90,7 @@ pub(super) const SENSOR_NOISE: FaultKind = FaultKind {
 pub(super) const SENSOR_DROPOUT: FaultKind = FaultKind {
     name: "battery_sensor_dropout",
     place: Place::Battery,
-    about: "the battery's sensor gives no readings; BatteryReader goes on telling the last",
+    about: "the battery's sensor gives no readings; BatteryReader keeps reporting the last one",
     parameters: &[],
     momentary: false,
     example: "at_s = 10\nlasts_s = 60",
@@ -101,10 +101,10 @@ pub(super) const SENSOR_DROPOUT: FaultKind = FaultKind {
 pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
     name: "charging_status_wrong",
     place: Place::Battery,
-    about: "the battery claims that it charges, or that it does not, whatever is so",
+    about: "the battery reports that it is charging, or that it is not, regardless of the truth",
     parameters: &[Parameter {
         name: "charging",
-        about: "what it claims",
+        about: "the reported state",
         domain: ArgumentDomain::Flag,
         default: ArgumentDefault::Flag(false),
     }],
@@ -115,15 +115,15 @@ pub(super) const CHARGING_STATUS: FaultKind = FaultKind {
         Effect::world(move |faults| faults.battery.reported.charging = Some(charging))
     },
     words: |with| match with.flag("charging") {
-        true => "the battery claims that it charges".to_owned(),
-        false => "the battery claims that it does not charge".to_owned(),
+        true => "the battery reports that it is charging".to_owned(),
+        false => "the battery reports that it is not charging".to_owned(),
     },
 };
 
 pub(super) const STATION_DEAD: FaultKind = FaultKind {
     name: "station_dead",
     place: Place::Battery,
-    about: "the charging station gives no current",
+    about: "the charging station supplies no current",
     parameters: &[],
     momentary: false,
     example: "at_s = 0",
@@ -135,12 +135,12 @@ pub(super) const STATION_SLOW: FaultKind = FaultKind {
     name: "station_slow",
     place: Place::Battery,
     about: "the charging station charges slowly",
-    parameters: &[Parameter::number("factor", "the share of its current that is left", 0.0, 1.0, 0.2)],
+    parameters: &[Parameter::number("factor", "the share of its current that remains", 0.0, 1.0, 0.2)],
     momentary: false,
     example: "at_s = 0\nfactor = 0.2",
     effect: |with| {
         let factor = with.number("factor");
         Effect::world(move |faults| faults.battery.charger_factor *= factor)
     },
-    words: |with| format!("the charging station gives {} % of its current", 100.0 * with.number("factor")),
+    words: |with| format!("the charging station supplies {} % of its current", 100.0 * with.number("factor")),
 };

@@ -12,11 +12,12 @@ const LEAF: Parameter = Parameter::required("leaf", "the leaf's skill", Argument
 const STATE: Parameter = Parameter::required("state", "the state that the transition leaves", ArgumentDomain::Text);
 const EVENT: Parameter = Parameter {
     name: "event",
-    about: "the transition's event; none for a transition without one",
+    about: "the transition's event; empty for a transition without an event",
     domain: ArgumentDomain::Text,
     default: ArgumentDefault::Text(""),
 };
-const NTH: Parameter = Parameter::whole("nth", "which of the transitions with that event, counted from 1", 1, 1000, 1);
+const NTH: Parameter =
+    Parameter::whole("nth", "the number among the transitions with that event, counted from 1", 1, 1000, 1);
 
 fn mutated(with: &Arguments, mutation: Mutation) -> Effect {
     Effect::Machine { skill: with.name("skill"), change: MachineChange::Mutated(mutation) }
@@ -30,7 +31,7 @@ fn transition(with: &Arguments) -> TransitionPlace {
     }
 }
 
-/// The transition that a fault concerns, in words.
+/// The transition that a fault changes, in words.
 fn transition_words(with: &Arguments) -> String {
     let event = match with.text("event") {
         "" => "the transition without an event".to_owned(),
@@ -40,10 +41,10 @@ fn transition_words(with: &Arguments) -> String {
         1 => String::new(),
         nth => format!(", number {nth},"),
     };
-    format!("{event}{nth} out of {} of {}", with.text("state"), with.text("skill"))
+    format!("{event}{nth} from {} of {}", with.text("state"), with.text("skill"))
 }
 
-/// What becomes of messages between tree and leaf.
+/// The effect on messages between tree and leaf.
 fn damaged(with: &Arguments, from: &str, to: &str, condition: &str, damage: Damage) -> Effect {
     let spanned = |text: &str| Spanned { value: text.to_owned(), span: with.name("leaf").span };
     let channels = Which::Between(spanned(from), spanned(to));
@@ -77,7 +78,7 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
             domain: ArgumentDomain::Text,
             default: ArgumentDefault::Text("threshold"),
         },
-        Parameter::required("value", "its expression instead", ArgumentDomain::Text),
+        Parameter::required("value", "its new expression", ArgumentDomain::Text),
     ],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nvalue = \"20\"",
@@ -91,7 +92,7 @@ pub(super) const DATA_CHANGED: FaultKind = FaultKind {
 pub(super) const GUARD_NEGATED: FaultKind = FaultKind {
     name: "skill_guard_negated",
     place: Place::Behavior,
-    about: "a transition of a skill's machine is taken just when it should not be",
+    about: "a transition of a skill's machine has its condition negated",
     parameters: &[SKILL, STATE, EVENT, NTH],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"",
@@ -103,13 +104,7 @@ pub(super) const TARGET_SWAPPED: FaultKind = FaultKind {
     name: "skill_target_swapped",
     place: Place::Behavior,
     about: "a transition of a skill's machine leads to another state",
-    parameters: &[
-        SKILL,
-        STATE,
-        EVENT,
-        NTH,
-        Parameter::required("target", "where it leads instead", ArgumentDomain::Text),
-    ],
+    parameters: &[SKILL, STATE, EVENT, NTH, Parameter::required("target", "its new target", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nskill = \"BatteryLevel\"\nstate = \"get\"\nevent = \"BatteryReader.ok\"\nnth = 2\ntarget = \"success\"",
     effect: |with| {
@@ -144,8 +139,8 @@ pub(super) const STATE_STUCK: FaultKind = FaultKind {
 pub(super) const MUTATED: FaultKind = FaultKind {
     name: "skill_mutant",
     place: Place::Behavior,
-    about: "a skill's machine has a mistake, one of all that `steward skill mutants` lists",
-    parameters: &[Parameter::required("mutant", "the skill and the mistake, as they are listed", ArgumentDomain::Text)],
+    about: "a skill's machine has one of the mistakes that `steward skill mutants` lists",
+    parameters: &[Parameter::required("mutant", "the skill and the mistake, as listed", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nmutant = \"BatteryLevel: no transition leaves `get`\"",
     effect: |with| {
@@ -160,7 +155,7 @@ pub(super) const MUTATED: FaultKind = FaultKind {
 pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
     name: "leaf_inverted",
     place: Place::Behavior,
-    about: "the tree takes a leaf's success for failure, and the other way round",
+    about: "the tree receives success and failure of a leaf swapped",
     parameters: &[LEAF],
     momentary: false,
     example: "at_s = 0\nleaf = \"BatteryLevel\"",
@@ -168,7 +163,7 @@ pub(super) const LEAF_INVERTED: FaultKind = FaultKind {
         let decided = "m[1] = <success> or m[1] = <failure>";
         damaged(with, with.text("leaf"), "BT", decided, Damage::Opposite)
     },
-    words: |with| format!("the tree takes success of {} for failure, and failure for success", with.text("leaf")),
+    words: |with| format!("the tree receives success and failure of {} swapped", with.text("leaf")),
 };
 
 pub(super) const HALT_LOST: FaultKind = FaultKind {

@@ -4,15 +4,15 @@ use crate::faults::effect::{Damage, Effect, TickTrouble, Which};
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
 
-const FROM: Parameter = Parameter::required("from", "the process that sends", ArgumentDomain::Text);
-const TO: Parameter = Parameter::required("to", "the process that receives", ArgumentDomain::Text);
+const FROM: Parameter = Parameter::required("from", "the sender", ArgumentDomain::Text);
+const TO: Parameter = Parameter::required("to", "the receiver", ArgumentDomain::Text);
 const CONDITION: Parameter = Parameter {
     name: "condition",
-    about: "which messages: a condition in the SCOPE language",
+    about: "the affected messages: a condition in the SCOPE language",
     domain: ArgumentDomain::Text,
     default: ArgumentDefault::Text("true"),
 };
-const SHARE: Parameter = Parameter::number("share", "how many of these messages", 0.0, 1.0, 1.0);
+const SHARE: Parameter = Parameter::number("share", "the share of these messages that is affected", 0.0, 1.0, 1.0);
 
 fn damage(with: &Arguments, damage: Damage) -> Effect {
     Effect::Channels {
@@ -23,7 +23,7 @@ fn damage(with: &Arguments, damage: Damage) -> Effect {
     }
 }
 
-/// The messages that a fault concerns, as the subject of a sentence.
+/// The messages that a fault affects, as the subject of a sentence.
 fn messages(with: &Arguments) -> String {
     let (from, to) = (with.text("from"), with.text("to"));
     let share = match with.number("share") {
@@ -40,7 +40,7 @@ fn messages(with: &Arguments) -> String {
 pub(super) const LOST: FaultKind = FaultKind {
     name: "message_lost",
     place: Place::Channels,
-    about: "messages of a channel are lost",
+    about: "messages on a channel are lost",
     parameters: &[FROM, TO, CONDITION, SHARE],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nlasts_s = 5",
@@ -51,13 +51,13 @@ pub(super) const LOST: FaultKind = FaultKind {
 pub(super) const DELAYED: FaultKind = FaultKind {
     name: "message_delayed",
     place: Place::Channels,
-    about: "messages of a channel come late",
+    about: "messages on a channel arrive late",
     parameters: &[
         FROM,
         TO,
         CONDITION,
         SHARE,
-        Parameter::required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 1e3)),
+        Parameter::required("delay_s", "the delay, in seconds", ArgumentDomain::Numbers(0.0, 1e3)),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\ndelay_s = 0.3",
@@ -68,7 +68,7 @@ pub(super) const DELAYED: FaultKind = FaultKind {
 pub(super) const DUPLICATED: FaultKind = FaultKind {
     name: "message_duplicated",
     place: Place::Channels,
-    about: "messages of a channel come twice",
+    about: "messages on a channel arrive twice",
     parameters: &[FROM, TO, CONDITION, SHARE],
     momentary: false,
     example: "at_s = 10\nfrom = \"GoToDestination\"\nto = \"Navigation\"",
@@ -79,18 +79,14 @@ pub(super) const DUPLICATED: FaultKind = FaultKind {
 pub(super) const CORRUPTED: FaultKind = FaultKind {
     name: "message_corrupted",
     place: Place::Channels,
-    about: "a field of the messages of a channel has another value",
+    about: "a field of the messages on a channel has another value",
     parameters: &[
         FROM,
         TO,
         CONDITION,
         SHARE,
-        Parameter::whole("field", "which field, counted from 1", 1, 100, 2),
-        Parameter::required(
-            "value",
-            "its value, as the SCOPE language writes it: 15, true, <failure>",
-            ArgumentDomain::Text,
-        ),
+        Parameter::whole("field", "the number of the field, counted from 1", 1, 100, 2),
+        Parameter::required("value", "its new value in the SCOPE language: 15, true, <failure>", ArgumentDomain::Text),
     ],
     momentary: false,
     example: "at_s = 10\nfrom = \"BatteryReader\"\nto = \"BatteryLevel\"\nvalue = \"15\"",
@@ -102,18 +98,18 @@ pub(super) const TICK_MISSED: FaultKind = FaultKind {
     name: "tick_missed",
     place: Place::Channels,
     about: "ticks are not generated",
-    parameters: &[Parameter::number("share", "how many of them", 0.0, 1.0, 1.0)],
+    parameters: &[Parameter::number("share", "the share of missing ticks", 0.0, 1.0, 1.0)],
     momentary: false,
     example: "at_s = 10\nlasts_s = 5",
     effect: |with| Effect::Ticks(TickTrouble::Missed(with.number("share"))),
-    words: |with| format!("{} % of the ticks are missed", 100.0 * with.number("share")),
+    words: |with| format!("{} % of the ticks are missing", 100.0 * with.number("share")),
 };
 
 pub(super) const TICK_LATE: FaultKind = FaultKind {
     name: "tick_late",
     place: Place::Channels,
     about: "ticks come late",
-    parameters: &[Parameter::required("delay_s", "by how much, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
+    parameters: &[Parameter::required("delay_s", "the delay, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
     example: "at_s = 10\ndelay_s = 0.4",
     effect: |with| Effect::Ticks(TickTrouble::Late(with.seconds("delay_s"))),
@@ -123,10 +119,10 @@ pub(super) const TICK_LATE: FaultKind = FaultKind {
 pub(super) const TICK_JITTER: FaultKind = FaultKind {
     name: "tick_jitter",
     place: Place::Channels,
-    about: "ticks come late, now more and now less",
+    about: "ticks come late by a varying delay",
     parameters: &[Parameter::required(
         "sigma_s",
-        "standard deviation of the normal number, in seconds",
+        "standard deviation of the delay, in seconds",
         ArgumentDomain::Numbers(0.0, 60.0),
     )],
     momentary: false,

@@ -5,7 +5,7 @@ use sim::{LaserFault, LaserTrouble};
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Effect, Parameter};
 
-/// Which laser: all of them, or the one of that name.
+/// The affected laser: the one with this name, or all.
 const LASER: Parameter = Parameter {
     name: "laser",
     about: "which laser",
@@ -19,7 +19,7 @@ fn trouble(with: &Arguments, trouble: LaserTrouble) -> Effect {
     Effect::world(move |faults| faults.lasers.push(fault.clone()))
 }
 
-/// The lasers that a fault concerns, as the subject of a sentence, and the verb's ending.
+/// The lasers that a fault affects, as the subject of a sentence.
 fn who(with: &Arguments) -> String {
     match with.text("laser") {
         "all" => "both lasers".to_owned(),
@@ -41,12 +41,12 @@ pub(super) const DEAD: FaultKind = FaultKind {
 pub(super) const DROPOUT: FaultKind = FaultKind {
     name: "laser_dropout",
     place: Place::Lasers,
-    about: "a share of the beams comes back without an echo",
-    parameters: &[LASER, Parameter::required("share", "how many of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
+    about: "a share of the beams gets no echo",
+    parameters: &[LASER, Parameter::required("share", "the share of the beams", ArgumentDomain::Numbers(0.0, 1.0))],
     momentary: false,
     example: "at_s = 10\nshare = 0.5",
     effect: |with| trouble(with, LaserTrouble::Dropout { probability: with.number("share") }),
-    words: |with| format!("{} % of the beams of {} find no echo", 100.0 * with.number("share"), who(with)),
+    words: |with| format!("{} % of the beams of {} get no echo", 100.0 * with.number("share"), who(with)),
 };
 
 pub(super) const STUCK: FaultKind = FaultKind {
@@ -57,7 +57,7 @@ pub(super) const STUCK: FaultKind = FaultKind {
     momentary: false,
     example: "at_s = 10\nlasts_s = 20",
     effect: |with| trouble(with, LaserTrouble::Stuck),
-    words: |with| format!("the same scan again and again from {}", who(with)),
+    words: |with| format!("the same scan repeatedly from {}", who(with)),
 };
 
 pub(super) const NOISE: FaultKind = FaultKind {
@@ -77,23 +77,23 @@ pub(super) const NOISE: FaultKind = FaultKind {
 pub(super) const RANGE_LIMIT: FaultKind = FaultKind {
     name: "laser_range_limit",
     place: Place::Lasers,
-    about: "a laser sees only so far: fog, dust, a dirty window",
-    parameters: &[LASER, Parameter::required("max_m", "how far, in metres", ArgumentDomain::Numbers(0.01, 1e3))],
+    about: "a laser has a limited range: fog, dust, a dirty window",
+    parameters: &[LASER, Parameter::required("max_m", "the range, in metres", ArgumentDomain::Numbers(0.01, 1e3))],
     momentary: false,
     example: "at_s = 0\nmax_m = 1.5",
     effect: |with| trouble(with, LaserTrouble::RangeLimit { max_m: with.number("max_m") }),
-    words: |with| format!("the sight of {} ends at {} m", who(with), with.number("max_m")),
+    words: |with| format!("the range of {} is limited to {} m", who(with), with.number("max_m")),
 };
 
 pub(super) const MOUNT: FaultKind = FaultKind {
     name: "laser_mount_error",
     place: Place::Lasers,
-    about: "a laser does not sit where the software believes",
+    about: "a laser is not mounted where the software believes",
     parameters: &[
         LASER,
-        Parameter::number("x_m", "too far to the front, in metres", -1.0, 1.0, 0.0),
-        Parameter::number("y_m", "too far to the left, in metres", -1.0, 1.0, 0.0),
-        Parameter::number("turn_deg", "turned to the left, in degrees", -180.0, 180.0, 0.0),
+        Parameter::number("x_m", "the error to the front, in metres", -1.0, 1.0, 0.0),
+        Parameter::number("y_m", "the error to the left, in metres", -1.0, 1.0, 0.0),
+        Parameter::number("turn_deg", "the rotation to the left, in degrees", -180.0, 180.0, 0.0),
     ],
     momentary: false,
     example: "at_s = 0\nlaser = \"front\"\nturn_deg = 5",
@@ -110,12 +110,12 @@ pub(super) const MOUNT: FaultKind = FaultKind {
 pub(super) const GHOST: FaultKind = FaultKind {
     name: "laser_ghost",
     place: Place::Lasers,
-    about: "a laser sees something that is not there, always in the same direction",
+    about: "a laser sees an object that does not exist, always in the same direction",
     parameters: &[
         LASER,
-        Parameter::number("distance_m", "how far away it seems, in metres", 0.0, 1e3, 0.8),
-        Parameter::number("bearing_deg", "in which direction from the laser, in degrees", -180.0, 180.0, 0.0),
-        Parameter::number("width_deg", "how wide, in degrees", 0.0, 360.0, 30.0),
+        Parameter::number("distance_m", "its apparent distance, in metres", 0.0, 1e3, 0.8),
+        Parameter::number("bearing_deg", "its direction from the laser, in degrees", -180.0, 180.0, 0.0),
+        Parameter::number("width_deg", "its width, in degrees", 0.0, 360.0, 30.0),
     ],
     momentary: false,
     example: "at_s = 10\nlaser = \"front\"\ndistance_m = 0.8\nlasts_s = 30",
@@ -123,5 +123,5 @@ pub(super) const GHOST: FaultKind = FaultKind {
         let (bearing_rad, width_rad) = (with.radians("bearing_deg"), with.radians("width_deg"));
         trouble(with, LaserTrouble::Ghost { distance_m: with.number("distance_m"), bearing_rad, width_rad })
     },
-    words: |with| format!("a ghost at {} m in the eyes of {}", with.number("distance_m"), who(with)),
+    words: |with| format!("a ghost at {} m in the scans of {}", with.number("distance_m"), who(with)),
 };

@@ -8,7 +8,7 @@ use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 pub(super) const WHEEL_SLIP: FaultKind = FaultKind {
     name: "wheel_slip",
     place: Place::Motion,
-    about: "the wheels slip: the encoders count what the robot does not move",
+    about: "the wheels slip: the encoders count motion that the robot does not make",
     parameters: &[Parameter::required(
         "share",
         "the share of the wheels' motion that is lost",
@@ -28,9 +28,15 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
     place: Place::Motion,
     about: "odometry reports too much or too little",
     parameters: &[
-        Parameter::number("distance", "too much distance, as a share of it", -1.0, 10.0, 0.0),
-        Parameter::number("angle", "too much turning, as a share of it", -1.0, 10.0, 0.0),
-        Parameter::number("deg_per_m", "turning for each metre driven straight on, in degrees", -360.0, 360.0, 0.0),
+        Parameter::number("distance", "the error in distance, as a share of it", -1.0, 10.0, 0.0),
+        Parameter::number("angle", "the error in angles, as a share of them", -1.0, 10.0, 0.0),
+        Parameter::number(
+            "deg_per_m",
+            "the rotation reported for each metre driven straight, in degrees",
+            -360.0,
+            360.0,
+            0.0,
+        ),
     ],
     momentary: false,
     example: "at_s = 0\ndistance = 0.1\ndeg_per_m = 3",
@@ -45,7 +51,7 @@ pub(super) const ODOMETRY_BIAS: FaultKind = FaultKind {
     words: |with| {
         let [distance, angle, deg_per_m] = ["distance", "angle", "deg_per_m"].map(|name| with.number(name));
         format!(
-            "odometry reports {:+} % distance, {:+} % angle, {deg_per_m:+}° a metre",
+            "odometry reports {:+} % distance, {:+} % angle, {deg_per_m:+}° per metre",
             100.0 * distance,
             100.0 * angle
         )
@@ -87,7 +93,7 @@ pub(super) const JOYPAD: FaultKind = FaultKind {
 pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
     name: "weak_wheel",
     place: Place::Motion,
-    about: "a wheel turns more slowly than it is told to, so that the robot veers",
+    about: "a wheel turns more slowly than commanded, so the robot veers",
     parameters: &[
         Parameter {
             name: "wheel",
@@ -95,7 +101,7 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
             domain: ArgumentDomain::OneOf(&["left", "right"]),
             default: ArgumentDefault::Text("left"),
         },
-        Parameter::required("factor", "the share of its speed that is left", ArgumentDomain::Numbers(0.0, 1.0)),
+        Parameter::required("factor", "the share of its speed that remains", ArgumentDomain::Numbers(0.0, 1.0)),
     ],
     momentary: false,
     example: "at_s = 10\nwheel = \"left\"\nfactor = 0.7",
@@ -112,7 +118,7 @@ pub(super) const WEAK_WHEEL: FaultKind = FaultKind {
 pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
     name: "speed_limit",
     place: Place::Motion,
-    about: "the base drives no faster than this, whatever it is told",
+    about: "the speed of the base is limited, whatever it is commanded",
     parameters: &[Parameter::required("max_mps", "the limit, in m/s", ArgumentDomain::Numbers(0.0, 10.0))],
     momentary: false,
     example: "at_s = 10\nmax_mps = 0.1",
@@ -123,7 +129,7 @@ pub(super) const SPEED_LIMIT: FaultKind = FaultKind {
             faults.base.speed_limit_mps = Some(lowest);
         })
     },
-    words: |with| format!("the base drives at most {} m/s", with.number("max_mps")),
+    words: |with| format!("the speed of the base is limited to {} m/s", with.number("max_mps")),
 };
 
 pub(super) const EMERGENCY_STOP: FaultKind = FaultKind {
@@ -140,13 +146,13 @@ pub(super) const EMERGENCY_STOP: FaultKind = FaultKind {
 pub(super) const COMMAND_DELAY: FaultKind = FaultKind {
     name: "command_delay",
     place: Place::Motion,
-    about: "velocity commands take effect later",
-    parameters: &[Parameter::required("delay_s", "how much later, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
+    about: "velocity commands take effect late",
+    parameters: &[Parameter::required("delay_s", "the delay, in seconds", ArgumentDomain::Numbers(0.0, 60.0))],
     momentary: false,
     example: "at_s = 10\ndelay_s = 0.5",
     effect: |with| {
         let delay = with.seconds("delay_s");
         Effect::world(move |faults| faults.base.command_delay = faults.base.command_delay.max(delay))
     },
-    words: |with| format!("velocity commands take effect {} s later", with.number("delay_s")),
+    words: |with| format!("velocity commands take effect {} s late", with.number("delay_s")),
 };

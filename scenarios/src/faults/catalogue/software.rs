@@ -7,7 +7,7 @@ use crate::faults::effect::{Damage, Effect, Which};
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDomain, Arguments, Parameter};
 
-/// Which component.
+/// The affected component.
 const COMPONENT: Parameter = Parameter::required(
     "component",
     "which component",
@@ -22,7 +22,7 @@ fn component(with: &Arguments) -> Component {
     }
 }
 
-/// Every message, without a chance that it is spared.
+/// Affects every message, without a probability.
 fn every_message(with: &Arguments, channels: Which, damage: Damage) -> Effect {
     let condition = Spanned { value: "true".to_owned(), span: with.span().clone() };
     Effect::Channels { channels, condition, damage, probability: 1.0 }
@@ -32,7 +32,7 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
     name: "kidnap",
     place: Place::Software,
     about: "the robot is lifted and put down elsewhere; odometry does not notice",
-    parameters: &[Parameter::required("to", "where it is put", ArgumentDomain::Pose)],
+    parameters: &[Parameter::required("to", "its new pose", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 10\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Kidnap(with.spanned_pose("to")),
@@ -45,8 +45,8 @@ pub(super) const KIDNAP: FaultKind = FaultKind {
 pub(super) const WRONG_POSE: FaultKind = FaultKind {
     name: "wrong_initial_pose",
     place: Place::Software,
-    about: "somebody tells localization a pose at which the robot is not",
-    parameters: &[Parameter::required("to", "where it is said to be", ArgumentDomain::Pose)],
+    about: "localization is told a wrong pose",
+    parameters: &[Parameter::required("to", "the pose that it is told", ArgumentDomain::Pose)],
     momentary: true,
     example: "at_s = 0\nto = [3.0, 4.0, 90]",
     effect: |with| Effect::Belief(with.pose("to")),
@@ -59,7 +59,7 @@ pub(super) const WRONG_POSE: FaultKind = FaultKind {
 pub(super) const WRONG_MAP: FaultKind = FaultKind {
     name: "wrong_map",
     place: Place::Software,
-    about: "the software has another map than the world; from the start of the run only",
+    about: "the software's map differs from the world; only from the start of the run",
     parameters: &[Parameter::required("map", "the map's YAML file", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",
@@ -73,7 +73,7 @@ pub(super) const WRONG_MAP: FaultKind = FaultKind {
 pub(super) const FROZEN: FaultKind = FaultKind {
     name: "component_frozen",
     place: Place::Software,
-    about: "a component hangs: it answers nothing and does nothing, and goes on when the fault ends",
+    about: "a component hangs: it answers nothing and does nothing, and continues when the fault ends",
     parameters: &[COMPONENT],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Navigation\"\nlasts_s = 10",
@@ -84,7 +84,7 @@ pub(super) const FROZEN: FaultKind = FaultKind {
 pub(super) const CRASH: FaultKind = FaultKind {
     name: "component_crash",
     place: Place::Software,
-    about: "a component crashes; when the fault ends it is started anew and has forgotten everything",
+    about: "a component crashes; when the fault ends, it restarts and has forgotten everything",
     parameters: &[COMPONENT],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Navigation\"\nlasts_s = 5",
@@ -96,7 +96,7 @@ pub(super) const SLOW: FaultKind = FaultKind {
     name: "component_slow",
     place: Place::Software,
     about: "a component's answers come late",
-    parameters: &[COMPONENT, Parameter::number("delay_s", "by how much, in seconds", 0.0, 1e3, 1.0)],
+    parameters: &[COMPONENT, Parameter::number("delay_s", "the delay, in seconds", 0.0, 1e3, 1.0)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"BatteryReader\"\ndelay_s = 0.3",
     effect: |with| every_message(with, Which::From(component(with)), Damage::Delay(with.seconds("delay_s"))),
@@ -106,21 +106,21 @@ pub(super) const SLOW: FaultKind = FaultKind {
 pub(super) const WRONG_REPLY: FaultKind = FaultKind {
     name: "component_wrong_reply",
     place: Place::Software,
-    about: "a component says the opposite: true for false, 100 − level for a level, failure for running and success",
+    about: "a component reports the opposite: true for false, 100 − level for a level, failure for running and success",
     parameters: &[COMPONENT],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Localization\"\nlasts_s = 5",
     effect: |with| every_message(with, Which::From(component(with)), Damage::Opposite),
-    words: |with| format!("{} says the opposite of what is so", with.text("component")),
+    words: |with| format!("{} reports the opposite of the truth", with.text("component")),
 };
 
 pub(super) const NO_REPLY: FaultKind = FaultKind {
     name: "component_no_reply",
     place: Place::Software,
-    about: "a component never hears what it is asked",
+    about: "a component never receives its requests",
     parameters: &[COMPONENT],
     momentary: false,
     example: "at_s = 10\ncomponent = \"BatteryReader\"\nlasts_s = 5",
     effect: |with| every_message(with, Which::To(component(with)), Damage::Loss),
-    words: |with| format!("{} does not hear what it is asked", with.text("component")),
+    words: |with| format!("{} does not receive its requests", with.text("component")),
 };

@@ -1,4 +1,4 @@
-//! Faults of what is around the robot.
+//! Faults of the robot's surroundings.
 
 use std::time::Duration;
 
@@ -8,11 +8,10 @@ use sim::{Manners, ObstacleConfig, ObstacleMotion, Pauses, RouteEnd, Shape, Walk
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Effect, Parameter};
 
-/// Where the thing is.
-const AT: Parameter = Parameter::required("at", "where its centre is", ArgumentDomain::Pose);
-const POINT: Parameter = Parameter::required("at", "where it begins", ArgumentDomain::Point);
-const ROUTE: Parameter =
-    Parameter::required("route", "where it goes from there, one point after the other", ArgumentDomain::Points);
+/// The pose of the object.
+const AT: Parameter = Parameter::required("at", "the pose of its centre", ArgumentDomain::Pose);
+const POINT: Parameter = Parameter::required("at", "its first point", ArgumentDomain::Point);
+const ROUTE: Parameter = Parameter::required("route", "its further points, in order", ArgumentDomain::Points);
 
 fn appears(name: String, shape: Shape, pose: Pose, motion: ObstacleMotion) -> Effect {
     let body = ObstacleConfig { name, shape, pose, motion };
@@ -23,7 +22,7 @@ fn on_the_way(waypoints: &[Point], speed_mps: f64) -> ObstacleMotion {
     ObstacleMotion::Route { waypoints: waypoints.to_vec(), speed_mps, end: RouteEnd::BackAndForth }
 }
 
-/// The way of somebody who waits for the robot.
+/// The route of a person who waits for the robot.
 fn strolls(waypoints: &[Point], speed_mps: f64) -> ObstacleMotion {
     let walk = Walk {
         waypoints: waypoints.to_vec(),
@@ -45,7 +44,7 @@ pub(super) const DOOR: FaultKind = FaultKind {
     name: "door_closes",
     place: Place::World,
     about: "a door closes",
-    parameters: &[AT, Parameter::number("width_m", "how wide the doorway is, in metres", 0.1, 20.0, 1.0)],
+    parameters: &[AT, Parameter::number("width_m", "the width of the doorway, in metres", 0.1, 20.0, 1.0)],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 90]\nwidth_m = 1.0\nlasts_s = 60",
     effect: |with| {
@@ -61,8 +60,8 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
     about: "a box stands in the way",
     parameters: &[
         AT,
-        Parameter::number("length_m", "its extent along its heading, in metres", 0.05, 20.0, 0.6),
-        Parameter::number("width_m", "its extent across, in metres", 0.05, 20.0, 0.4),
+        Parameter::number("length_m", "its length along its heading, in metres", 0.05, 20.0, 0.6),
+        Parameter::number("width_m", "its width, in metres", 0.05, 20.0, 0.4),
     ],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0, 0]",
@@ -76,7 +75,7 @@ pub(super) const OBSTACLE: FaultKind = FaultKind {
 pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
     name: "obstacle_moves",
     place: Place::World,
-    about: "a trolley moves to and fro and gives way to nobody",
+    about: "a trolley moves back and forth and yields to nothing",
     parameters: &[POINT, ROUTE, Parameter::number("speed_mps", "its speed, in m/s", 0.0, 5.0, 0.3)],
     momentary: false,
     example: "at_s = 10\nat = [4.0, 3.0]\nroute = [[6.0, 3.0]]\nspeed_mps = 0.3",
@@ -86,21 +85,21 @@ pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
         let motion = on_the_way(with.points("route"), with.number("speed_mps"));
         appears(format!("trolley from {at}"), shape, pose(at.x, at.y, 0.0), motion)
     },
-    words: |with| format!("a trolley moves to and fro from {}", with.point("at")),
+    words: |with| format!("a trolley moves back and forth from {}", with.point("at")),
 };
 
 pub(super) const PEOPLE: FaultKind = FaultKind {
     name: "people",
     place: Place::World,
-    about: "people walk to and fro, one behind the other",
+    about: "people walk back and forth, one behind another",
     parameters: &[
         POINT,
         ROUTE,
-        Parameter::number("speed_mps", "how fast they walk, in m/s", 0.0, 3.0, 0.8),
+        Parameter::number("speed_mps", "their walking speed, in m/s", 0.0, 3.0, 0.8),
         Parameter::whole("count", "how many", 0, 50, 3),
         Parameter {
             name: "gives_way",
-            about: "whether they wait for the robot rather than walk into it",
+            about: "whether they wait for the robot instead of walking into it",
             domain: ArgumentDomain::Flag,
             default: ArgumentDefault::Flag(false),
         },
@@ -129,8 +128,8 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
         Effect::world(move |faults| faults.bodies.extend(people.iter().cloned()))
     },
     words: |with| {
-        let manners = if with.flag("gives_way") { ", and give way" } else { "" };
-        format!("{} people walk to and fro from {}{manners}", with.whole("count"), with.point("at"))
+        let manners = if with.flag("gives_way") { ", and yield" } else { "" };
+        format!("{} people walk back and forth from {}{manners}", with.whole("count"), with.point("at"))
     },
 };
 
@@ -151,13 +150,17 @@ pub(super) const STATION_OCCUPIED: FaultKind = FaultKind {
 pub(super) const STATION_MOVED: FaultKind = FaultKind {
     name: "station_moved",
     place: Place::World,
-    about: "somebody has moved the charging station; the software does not know",
-    parameters: &[Parameter::required("to", "where it stands now, and how a docked robot faces", ArgumentDomain::Pose)],
+    about: "the charging station has been moved without the software's knowledge",
+    parameters: &[Parameter::required(
+        "to",
+        "its new position, and the heading of a docked robot",
+        ArgumentDomain::Pose,
+    )],
     momentary: false,
     example: "at_s = 0\nto = [3.0, 1.0, 90]",
     effect: |with| {
         let to = with.pose("to");
         Effect::world(move |faults| faults.station = Some(to))
     },
-    words: |with| format!("the charging station stands at {}", position(&with.pose("to"))),
+    words: |with| format!("the charging station is now at {}", position(&with.pose("to"))),
 };

@@ -1,4 +1,4 @@
-//! Faults on channels: which channels and messages are meant, and what becomes of them.
+//! Faults on channels: the affected channels and messages, and the damage.
 
 use std::sync::Arc;
 
@@ -16,27 +16,27 @@ use crate::faults::effect::{Damage, Which};
 use crate::names::unknown;
 use crate::occurrences::messages;
 
-/// What a fault does to the messages of some channels, each time that it takes hold.
+/// The damage that a fault does to the messages on some channels.
 #[derive(Debug)]
 pub(super) struct Damages {
     /// One for each channel, with the channel's name.
     disturbances: Vec<(String, Disturbance)>,
-    /// How likely it is for each message.
+    /// The probability for each message.
     probability: f64,
     streams: Streams,
-    /// What the names of its streams of random numbers begin with.
+    /// The prefix of its streams of random numbers.
     stream: String,
-    /// How often it has taken hold.
+    /// The number of times it has become active.
     times: u64,
-    /// While it holds: those that are in force.
+    /// The current disturbances, while it is active.
     current: Vec<DisturbanceId>,
-    /// How many messages were hit by those that are over.
+    /// The number of messages hit by earlier disturbances.
     hits: u64,
 }
 
 impl Damages {
-    /// What an effect does to messages; nothing for an effect on something else. Each time and on each channel, the chance
-    /// has a stream of its own among `streams`, whose name begins with `stream`.
+    /// The damage of an effect; `None` for an effect on something else. Each activation has its own stream on each
+    /// channel, taken from `streams` under a name that begins with `stream`.
     pub(super) fn prepare(
         effect: &Effect,
         topology: &Topology,
@@ -51,7 +51,7 @@ impl Damages {
         Self { disturbances, probability, streams, stream, times: 0, current: Vec::new(), hits: 0 }
     }
 
-    /// From now on, messages may be damaged.
+    /// Starts to damage messages.
     pub(super) fn begin(&mut self, system: &mut ChannelSystem) {
         let Self { disturbances, probability, streams, stream, times, current, .. } = self;
         for (channel, disturbance) in disturbances {
@@ -62,18 +62,18 @@ impl Damages {
         *times += 1;
     }
 
-    /// From now on, messages are spared.
+    /// Stops damaging messages.
     pub(super) fn end(&mut self, system: &mut ChannelSystem) {
         self.hits += self.current.drain(..).filter_map(|id| system.calm(id)).sum::<u64>();
     }
 
-    /// How many messages have been damaged so far.
+    /// The number of messages damaged so far.
     pub(super) fn hits(&self, system: &ChannelSystem) -> u64 {
         self.hits + self.current.iter().filter_map(|id| system.hits(*id)).sum::<u64>()
     }
 }
 
-/// The disturbances of an effect, one for each channel, that hit every message.
+/// The disturbances of an effect, one for each channel, which hit every message.
 fn disturbances(effect: &Effect, topology: &Topology, complaints: &mut Complaints) -> Vec<Disturbance> {
     let Effect::Channels { channels, condition, damage, .. } = effect else { return Vec::new() };
     let mut disturbances = Vec::new();
@@ -102,7 +102,7 @@ fn find(which: &Which, topology: &Topology, complaints: &mut Complaints) -> Vec<
     }
 }
 
-/// The channel from one process to another, with a complaint if there is none.
+/// The channel from one process to another; reports a problem if there is none.
 fn between(
     from: &Spanned<String>,
     to: &Spanned<String>,
@@ -123,15 +123,15 @@ fn between(
         let others: Vec<&str> = others.map(|(_, to)| to).collect();
         let problem = to.span.problem(format!("there is no channel from {} to {}", from.value, to.value));
         let help = match others.as_slice() {
-            [] => format!("{} sends to nobody", from.value),
+            [] => format!("{} sends no messages", from.value),
             others => format!("{} sends to {}", from.value, others.join(", ")),
         };
-        complaints.push(problem.with_label("not a receiver of its messages").with_help(help));
+        complaints.push(problem.with_label("it does not send to this process").with_help(help));
     }
     found
 }
 
-/// Which messages of a channel a fault concerns.
+/// The messages of a channel that a fault affects.
 fn concern(
     channel: ChannelId,
     condition: &Spanned<String>,
@@ -163,7 +163,7 @@ fn channel_effect(
     })
 }
 
-/// A message that says the opposite, where there is one that the channel can carry.
+/// The opposite of a message, if there is one that the channel can carry.
 fn opposite(topology: &Topology, channel: ChannelId) -> Corruption {
     let domain = topology.get(channel).domain.clone();
     Arc::new(move |message| {
@@ -186,7 +186,7 @@ fn opposite_symbol(symbol: &Symbol) -> &str {
     }
 }
 
-/// The message with another value in one of its fields; a message without that field stays as it is.
+/// The message with another value in one of its fields; a message without this field stays unchanged.
 fn corruption(
     text: &Spanned<String>,
     field: usize,
@@ -200,7 +200,8 @@ fn corruption(
         domain.shapes().iter().filter_map(|shape| shape.fields().get(field - 1)).map(|f| &f.1).collect();
     let fits = written.as_ref().and_then(|written| kinds.iter().find_map(|kind| fitting(written, kind)));
     let Some(value) = fits else {
-        let problem = text.span.problem(format!("`{}` cannot be in m[{field}] of this channel", text.value));
+        let problem =
+            text.span.problem(format!("`{}` is not a possible value of m[{field}] on this channel", text.value));
         let help = format!("the channel from {} carries {domain}", topology.describe(channel));
         complaints.push(problem.with_label("this value").with_help(help));
         return None;
@@ -213,7 +214,7 @@ fn corruption(
     }))
 }
 
-/// A value as the SCOPE language writes it.
+/// A value in the SCOPE language.
 fn value(text: &str) -> Option<Value> {
     let text = text.trim();
     if let Some(symbol) = text.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
@@ -231,7 +232,7 @@ fn value(text: &str) -> Option<Value> {
     }
 }
 
-/// The value as a field of that kind has it; an integer is a real number too.
+/// The value converted to a field's kind; an integer is a real number, too.
 fn fitting(value: &Value, kind: &FieldKind) -> Option<Value> {
     if kind.contains(value) {
         return Some(value.clone());

@@ -1,4 +1,4 @@
-//! Faults of skills: other machines take a skill's place.
+//! Faults of skills: replaced machines.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -9,23 +9,23 @@ use skills::SkillProcess;
 use crate::error::Complaints;
 use crate::scenario::Scenario;
 
-/// The skills whose machines faults change.
+/// The skills whose machines faults replace.
 #[derive(Debug)]
 pub(super) struct Machines(Vec<Skill>);
 
-/// A skill with what it runs, sound and faulty.
+/// A skill with its sound and its faulty machines.
 #[derive(Debug)]
 struct Skill {
     id: ProcessId,
     sound: SkillProcess,
-    /// By the places in the scenario of the faults that hold.
+    /// By the indices of the active faults.
     faulty: BTreeMap<Vec<usize>, SkillProcess>,
-    /// The faults that hold and change this skill.
+    /// The active faults that change this skill.
     holding: Vec<usize>,
 }
 
 impl Machines {
-    /// The skills of a scenario whose machines faults change; the scenario has loaded those machines.
+    /// The skills of a scenario whose machines faults change; the scenario has loaded these machines.
     pub(super) fn prepare(scenario: &Scenario, system: &ChannelSystem, complaints: &mut Complaints) -> Self {
         let topology = system.topology();
         let mut skills = Vec::new();
@@ -43,8 +43,8 @@ impl Machines {
         Self(skills)
     }
 
-    /// Lets each skill run what the faults that hold make of it. Where that is another machine than before, it starts now,
-    /// in its first state.
+    /// Lets each skill run the machine for the active faults. A machine that differs from the previous one starts now,
+    /// in its initial state.
     pub(super) fn renew(&mut self, holding: &[usize], system: &mut ChannelSystem, now: Duration) {
         for skill in &mut self.0 {
             let holding: Vec<usize> = holding.iter().copied().filter(|index| skill.is_changed_by(*index)).collect();
@@ -64,7 +64,7 @@ impl Skill {
         self.faulty.contains_key([fault].as_slice())
     }
 
-    /// What it runs while those faults hold that do.
+    /// The process for the currently active faults.
     fn process(&self) -> &SkillProcess {
         match self.holding.as_slice() {
             [] => &self.sound,
