@@ -127,7 +127,7 @@ fn a_fault_that_comes_again_and_again_counts_all_messages_that_it_hit() {
 fn a_robot_is_carried_only_where_there_is_room_for_it() {
     let said =
         refusal(&["--scenario", "errand", "--set", "faults=[{ kind = \"kidnap\", at_s = 3, to = [900, 0, 0] }]"]);
-    for part in ["where the robot is carried to", "[900, 0, 0]", "no room for the robot"] {
+    for part in ["the pose to which the robot is moved", "[900, 0, 0]", "no room for the robot"] {
         assert!(said.contains(part), "{part} is missing in\n{said}");
     }
     let box_there = r#"{ kind = "obstacle_appears", at_s = 10, at = [-0.25, 0.15, 0] }"#;

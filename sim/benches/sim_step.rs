@@ -1,4 +1,4 @@
-//! How fast the simulation steps on a furnished floor.
+//! The speed of simulation steps on a furnished floor.
 
 mod floor;
 
@@ -14,7 +14,7 @@ fn main() {
 /// Steps that one call takes: a second of simulated time.
 const STEPS: usize = 50;
 
-/// A robot that drives to and fro along the corridor.
+/// A robot that drives back and forth along the corridor.
 fn bench_second(bencher: divan::Bencher<'_, '_>, config: &SimConfig) {
     let start = pose(14.0, 11.0, 0.0);
     let mut sim =

@@ -1,7 +1,7 @@
-//! Simulates a robot that code of your own drives: `cargo run --example own_driver`.
+//! Simulates a robot that your own code drives: `cargo run --example own_driver`.
 //!
-//! A robot wanders through a room with a box, a table's leg and somebody who walks up and down. What it does is decided by
-//! [`decide`], from nothing but what the robot's sensors say.
+//! A robot wanders through a room with a box, a table leg and a person who walks up and down. [`decide`] determines its
+//! actions from the robot's sensor readings alone.
 
 use std::error::Error;
 
@@ -9,7 +9,7 @@ use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
 use robot::{LaserScan, Reading, Robot, RobotModel, Streams, VelocityCommand};
 use sim::{LaserConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, RouteEnd, Shape, SimConfig, Simulation};
 
-/// Drives on while there is room ahead, and turns left where there is none.
+/// Drives on while there is room ahead, and otherwise turns left.
 fn decide(scan: &LaserScan, model: &RobotModel) -> VelocityCommand {
     let laser = &model.lasers[scan.laser];
     let is_ahead = |beam: usize| laser.beam_angle_rad(beam).to_degrees().abs() < 45.0;
@@ -23,7 +23,7 @@ fn decide(scan: &LaserScan, model: &RobotModel) -> VelocityCommand {
 
 #[expect(clippy::print_stdout, reason = "a program that is run by hand")]
 fn main() -> Result<(), Box<dyn Error>> {
-    // Every setting has a default, and noise is off unless it is asked for.
+    // Every setting has a default, and noise is off by default.
     let thing = |name: &str, shape, at, motion| ObstacleConfig { name: name.to_owned(), shape, pose: at, motion };
     let walk =
         ObstacleMotion::Route { waypoints: vec![Point::new(4.5, 3.2)], speed_mps: 0.5, end: RouteEnd::BackAndForth };
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..SimConfig::default()
     };
     let no_station: Option<Pose> = None;
-    // The same seed, the same run: bit for bit, on every machine of a target.
+    // The same seed gives the same run, bit for bit, on every machine of a target.
     let mut sim = Simulation::new(&config, &room(), pose(1.0, 1.0, 0.5), no_station, &Streams::new(1))?;
 
     let model = sim.model().clone();
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// A room of 6 m × 4 m. Maps of your own come from `maps::load_map`, in the format of ROS.
+/// A room of 6 m × 4 m. `maps::load_map` loads your own maps, in the format of ROS.
 fn room() -> OccupancyGrid {
     let (columns, rows) = (120, 80);
     let mut room = OccupancyGrid::new(columns, rows, 0.05, pose(0.0, 0.0, 0.0));

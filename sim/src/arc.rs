@@ -3,16 +3,16 @@
 use maps::Pose;
 use nalgebra::Vector2;
 
-/// Where a body on two wheels ends up, seen from where it was, after rolling `forward_m` along a circle on which it
-/// turns by `turn_rad`.
+/// The final pose of a body on two wheels, relative to its first pose, after rolling `forward_m` along a circle while
+/// turning by `turn_rad`.
 pub(crate) fn arc(forward_m: f64, turn_rad: f64) -> Pose {
     let half = 0.5 * turn_rad;
     let chord_m = forward_m * sinc(half);
     Pose::new(Vector2::new(chord_m * libm::cos(half), chord_m * libm::sin(half)), turn_rad)
 }
 
-/// What wheels roll when a body goes from a pose to `to`, seen from that pose: the distance along the arc and the turn.
-/// Motion across the wheels, which they cannot feel, is left out.
+/// The motion of the wheels when a body moves from a pose to `to`, relative to that pose: the distance along the arc
+/// and the turn. Motion across the wheels, which they cannot measure, is ignored.
 pub(crate) fn rolled(to: &Pose) -> (f64, f64) {
     let turn_rad = to.rotation.angle();
     let half = 0.5 * turn_rad;
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn a_straight_line_stays_on_its_axis_to_the_last_bit() {
+    fn a_straight_line_stays_exactly_on_its_axis() {
         let mut pose = Pose::identity();
         (0..1000).for_each(|_| pose = moved(&pose, 0.009, 0.0));
         assert_eq!((pose.translation.y, pose.rotation.im), (0.0, 0.0));
@@ -55,7 +55,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_rolled_comes_back_from_where_it_leads(forward_m in -0.5..0.5_f64, turn_rad in -0.9 * PI..0.9 * PI) {
+        fn rolled_is_the_inverse_of_arc(forward_m in -0.5..0.5_f64, turn_rad in -0.9 * PI..0.9 * PI) {
             let (forward, turn) = rolled(&arc(forward_m, turn_rad));
             prop_assert!((forward - forward_m).abs() < 1e-12 && (turn - turn_rad).abs() < 1e-12);
         }

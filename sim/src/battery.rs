@@ -15,16 +15,16 @@ pub(crate) struct Battery {
     config: BatteryConfig,
     charge_pct: f64,
     charging: bool,
-    /// Full, and not used much since: not charged again as long as the robot stays at the dock.
+    /// Full, and hardly used since: not charged again as long as the robot stays at the dock.
     full: bool,
     due: Periodic,
-    /// The charge that the last reading told.
+    /// The charge in the last reading.
     told_pct: Option<f64>,
     fault_rng: ChaCha8Rng,
 }
 
 impl Battery {
-    /// `fault_rng` is for faults alone.
+    /// `fault_rng` is only for faults.
     pub(crate) fn new(config: &BatteryConfig, fault_rng: ChaCha8Rng) -> Self {
         Self {
             config: *config,
@@ -41,19 +41,19 @@ impl Battery {
         self.charge_pct <= 0.0
     }
 
-    /// Sets the charge, clamped to 0 to 100; what is not a number changes nothing.
+    /// Sets the charge, clamped to 0 to 100; NaN changes nothing.
     pub(crate) fn set_charge(&mut self, charge_pct: f64) {
         if !charge_pct.is_nan() {
             self.charge_pct = charge_pct.clamp(0.0, 100.0);
         }
     }
 
-    /// The state at that time.
+    /// The current state.
     pub(crate) fn state(&self, clock: &Clock) -> BatteryState {
         BatteryState { time: clock.now, charge_pct: self.charge_pct, charging: self.charging }
     }
 
-    /// Takes in one step.
+    /// Processes one step.
     pub(crate) fn update(&mut self, docked: bool, powered: bool, faults: &BatteryFaults, dt_s: f64) {
         let config = &self.config;
         let stays_full = self.full && self.charge_pct >= config.recharge_below_pct;
@@ -68,7 +68,7 @@ impl Battery {
         };
     }
 
-    /// What the electronics tell.
+    /// The reading of the electronics.
     fn tell(&mut self, clock: &Clock, faults: &BatteryReport) -> BatteryState {
         let truth = self.state(clock);
         let charge_pct = match self.told_pct {
@@ -119,7 +119,7 @@ mod tests {
         with(&BatteryConfig { initial_pct, ..BatteryConfig::default() })
     }
 
-    /// Lets whole seconds pass, step by step.
+    /// Simulates whole seconds, step by step.
     fn pass(battery: &mut Battery, seconds: usize, docked: bool, powered: bool) {
         pass_faulty(battery, seconds, docked, powered, &BatteryFaults::default());
     }
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn standing_drains_if_told_to_and_never_below_0() {
+    fn standing_drains_only_if_configured_and_never_below_0() {
         let config = BatteryConfig { initial_pct: 1.0, standstill_drain_pct_per_s: 0.1, ..BatteryConfig::default() };
         let mut battery = with(&config);
         pass(&mut battery, 5, false, false);
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn docked_it_charges_until_full_and_then_once_more_only_below_95() {
+    fn a_docked_battery_charges_until_full_and_again_below_95() {
         let config = BatteryConfig { initial_pct: 99.0, standstill_drain_pct_per_s: 0.01, ..BatteryConfig::default() };
         let mut battery = with(&config);
         let mut switches = Vec::new();
@@ -188,14 +188,14 @@ mod tests {
     }
 
     #[test]
-    fn more_than_full_is_kept_at_the_dock() {
+    fn a_charge_above_full_is_kept_at_the_dock() {
         let mut battery = battery(100.0);
         pass(&mut battery, 10, true, false);
         assert_eq!((battery.charge_pct, battery.charging), (100.0, false));
     }
 
     #[test]
-    fn a_dead_station_does_not_charge_and_a_slow_one_takes_its_time() {
+    fn a_dead_station_does_not_charge_and_a_slow_one_charges_slowly() {
         let mut battery = battery(50.0);
         let station = |charger_factor| BatteryFaults { charger_factor, ..BatteryFaults::default() };
         pass_faulty(&mut battery, 100, true, false, &station(0.0));
@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn a_faded_battery_fills_and_empties_faster_but_has_the_same_percentage_at_first() {
+    fn a_faded_battery_charges_and_drains_faster_from_the_same_percentage() {
         let faded = BatteryFaults { capacity_factor: 0.5, ..BatteryFaults::default() };
         let mut battery = battery(50.0);
         pass_faulty(&mut battery, 100, false, true, &faded);
@@ -218,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn stuck_readings_repeat_what_was_told_last() {
+    fn stuck_readings_repeat_the_last_charge() {
         let (mut battery, clock) = (battery(50.0), Clock { now: Duration::ZERO, dt: Duration::from_millis(20) });
         let stuck = BatteryReport { stuck: true, offset_pct: 9.0, ..BatteryReport::default() };
         let noisy = BatteryReport { sigma_pct: 2.0, ..BatteryReport::default() };
@@ -232,7 +232,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_told_is_a_percentage_and_off_by_the_offset(
+        fn readings_are_percentages_with_the_configured_offset(
             charge_pct in 0.0..100.0_f64, offset_pct in -120.0..120.0_f64, sigma_pct in 0.0..30.0_f64
         ) {
             let mut battery = battery(charge_pct);

@@ -6,9 +6,9 @@ use maps::Point;
 use nalgebra::Vector2;
 use robot::LaserSpec;
 
-/// A scanner's beams as seen from the robot: one origin and a unit vector a beam, in `base_link`.
+/// A scanner's beams as seen from the robot: one origin, and one unit vector per beam, in `base_link`.
 ///
-/// The vectors are computed once; a scan rotates them, which is cheaper than a sine and a cosine a beam.
+/// The vectors are computed once. A scan rotates them, which is cheaper than a sine and a cosine per beam.
 #[derive(Clone, Debug)]
 pub struct Beams {
     origin: Point,
@@ -17,7 +17,7 @@ pub struct Beams {
 }
 
 impl Beams {
-    /// The beams of that scanner.
+    /// The beams of this scanner.
     #[must_use]
     pub fn new(spec: &LaserSpec) -> Self {
         let direction = |index| {
@@ -39,14 +39,14 @@ impl Beams {
         self.origin
     }
 
-    /// Where they go.
+    /// Their directions.
     pub fn directions(&self) -> impl ExactSizeIterator<Item = &Vector2<f64>> {
         self.directions.iter()
     }
 
-    /// The beams in stretches, as long as possible, in which each is clearly counter-clockwise of the one before: by
-    /// 10⁻⁹ rad at least, so that it stays so in whatever is computed from them. Most scanners' beams are one arc; the
-    /// last beam of a scanner that ends where it began is one of its own.
+    /// The beams divided into ranges, as long as possible, in which each beam is clearly counter-clockwise of the
+    /// previous one: by at least 10⁻⁹ rad, so that rounding cannot change the order. Most scanners' beams are one arc.
+    /// If a scanner ends where it began, its last beam is a separate arc.
     pub(crate) fn arcs(&self) -> &[Range<usize>] {
         &self.arcs
     }

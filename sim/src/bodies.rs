@@ -1,4 +1,4 @@
-//! Bodies that come and go with faults.
+//! Bodies that appear and disappear with faults.
 
 use bevy_ecs::prelude::*;
 
@@ -10,19 +10,18 @@ use crate::motion::RobotPose;
 use crate::room::distance_to;
 use crate::spawning::{remove_obstacle, spawn_obstacle};
 
-/// The bodies of [`Faults::bodies`] that have been put down, with what they were described as.
+/// The bodies of [`Faults::bodies`] that have been placed, with their descriptions.
 #[derive(Resource, Default)]
 pub(crate) struct ExtraBodies(Vec<(ObstacleConfig, Entity)>);
 
 impl ExtraBodies {
-    /// Whether the world holds just these bodies.
+    /// Whether these are exactly the bodies in the world.
     fn are(&self, wanted: &[ObstacleConfig]) -> bool {
         self.0.len() == wanted.len() && self.0.iter().all(|(body, _)| wanted.contains(body))
     }
 }
 
-/// Takes away the bodies that are no longer in the list and puts down those that have come into it, if the robot leaves
-/// them room.
+/// Removes the bodies that are no longer in the list, and places new ones if they do not overlap the robot.
 pub(crate) fn place_bodies(world: &mut World) {
     let wanted = &world.resource::<Faults>().bodies;
     if world.resource::<ExtraBodies>().are(wanted) {

@@ -1,4 +1,4 @@
-//! What is worked out of a map's walls once, however many simulations are in it.
+//! The data computed once from a map's walls, shared by any number of simulations.
 
 use std::fmt;
 use std::sync::Arc;
@@ -13,15 +13,15 @@ use crate::convert::LocalFrame;
 use crate::rectangles::{Rectangle, rectangles};
 use crate::walls::Walls;
 
-/// The occupied cells of a map as lasers see them and bodies run into them.
+/// The occupied cells of a map, for lasers and for collisions.
 ///
-/// Simulations [within](crate::Simulation::within) it share it; it never changes, and a clone is the same building.
+/// Simulations [within](crate::Simulation::within) it share it. It never changes, and a clone is the same building.
 #[derive(Resource, Clone)]
 pub struct Building {
     walls: Arc<Walls>,
-    /// Where bodies and single rays are computed.
+    /// The frame in which bodies and single rays are computed.
     frame: LocalFrame,
-    /// All walls as one shape, in that frame; none where there are none.
+    /// All walls as one shape, in that frame; `None` if there are no walls.
     blocks: Option<SharedShape>,
 }
 
@@ -35,7 +35,7 @@ impl Building {
         Self { walls: Arc::new(Walls::new(grid)), frame, blocks }
     }
 
-    /// The walls as lasers see them.
+    /// The walls for lasers.
     #[must_use]
     pub fn walls(&self) -> &Walls {
         &self.walls
@@ -46,13 +46,13 @@ impl Building {
         self.frame
     }
 
-    /// The walls as bodies run into them, in the building's frame.
+    /// The walls for collisions, in the building's frame.
     pub(crate) fn blocks(&self) -> Option<&SharedShape> {
         self.blocks.as_ref()
     }
 }
 
-/// A rectangle of the grid, solid, in its place.
+/// A solid rectangle of the grid.
 fn block(grid: &OccupancyGrid, frame: &LocalFrame, rectangle: &Rectangle) -> (GlamPose, SharedShape) {
     let half = Vector2::new(rectangle.width as f64, rectangle.height as f64) / 2.0;
     let center = grid.from_grid(&Point::new(rectangle.column as f64 + half.x, rectangle.row as f64 + half.y));

@@ -12,7 +12,7 @@ use crate::config::{
 use crate::error::BadSetting;
 
 impl SimConfig {
-    /// Every setting that has a value that it cannot have.
+    /// Every setting with an invalid value.
     #[must_use]
     pub fn bad_settings(&self) -> Vec<BadSetting> {
         let mut check = Check::default();
@@ -32,14 +32,14 @@ impl SimConfig {
     }
 }
 
-/// Whether a body can be put into the world.
+/// Whether a body can be placed in the world.
 pub(crate) fn is_sound(obstacle: &ObstacleConfig) -> bool {
     let mut check = Check::default();
     check.obstacle("", obstacle);
     check.bad.is_empty()
 }
 
-/// Collects what is wrong.
+/// Collects problems.
 #[derive(Default)]
 pub(crate) struct Check {
     pub(crate) bad: Vec<BadSetting>,
@@ -142,7 +142,7 @@ impl Check {
         self.positive("docking.angle_rad", docking.angle_rad);
     }
 
-    /// An obstacle whose settings have that path.
+    /// Checks the obstacle whose settings have this path.
     pub(crate) fn obstacle(&mut self, path: &str, obstacle: &ObstacleConfig) {
         let at = |field: &str| format!("{path}.{field}");
         match obstacle.shape {
@@ -166,7 +166,7 @@ impl Check {
         }
     }
 
-    /// Those without waypoints stand where they are.
+    /// People without waypoints stand still.
     fn walk(&mut self, path: &str, walk: &Walk) {
         self.positive(format!("{path}.speed_mps"), walk.speed_mps);
         self.waypoints(&format!("{path}.waypoints"), &walk.waypoints);

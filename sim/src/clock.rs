@@ -18,13 +18,13 @@ impl Clock {
     }
 }
 
-/// Begins a step: what it computes is so at its end.
+/// Begins a step: the clock shows the time at its end.
 pub(crate) fn advance_clock(mut clock: ResMut<Clock>) {
     let dt = clock.dt;
     clock.now += dt;
 }
 
-/// Something that happens at 0, one period, two periods, …: each time at the first step that is not before it.
+/// An event at 0, one period, two periods, …: each at the first step that is not earlier.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Periodic {
     period: Duration,
@@ -32,12 +32,12 @@ pub(crate) struct Periodic {
 }
 
 impl Periodic {
-    /// Due at 0 for the first time; `period` is not zero.
+    /// First due at 0; `period` is not zero.
     pub(crate) fn new(period: Duration) -> Self {
         Self { period, next: Duration::ZERO }
     }
 
-    /// Whether it is due, and if so the next time is set.
+    /// Whether it is due; if so, sets the next time.
     pub(crate) fn is_due(&mut self, now: Duration) -> bool {
         if now < self.next {
             return false;
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_period_that_steps_do_not_divide_keeps_its_rate() {
+    fn a_period_that_is_not_a_multiple_of_the_step_keeps_its_rate() {
         let mut periodic = Periodic::new(Duration::from_millis(50));
         let due: Vec<u64> = (0..=10).map(|n| n * 20).filter(|t| periodic.is_due(Duration::from_millis(*t))).collect();
         assert_eq!(due, [0, 60, 100, 160, 200]);

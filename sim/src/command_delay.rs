@@ -1,18 +1,18 @@
-//! Velocity commands on their way from the software to the base.
+//! Velocity commands in transit from the software to the base.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use robot::VelocityCommand;
 
-/// The software's commands, which take effect at once unless something delays them.
+/// The software's commands, which take effect at once unless a fault delays them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CommandDelay {
-    /// What the software asked for last.
+    /// The last command of the software.
     latest: VelocityCommand,
-    /// What has arrived last.
+    /// The last command that has arrived.
     arrived: VelocityCommand,
-    /// What is under way, oldest first, each with the first step that could have gone by it.
+    /// The commands in transit, oldest first, each with the first step in which it could take effect.
     under_way: VecDeque<(Duration, VelocityCommand)>,
 }
 
@@ -21,7 +21,7 @@ impl CommandDelay {
         self.latest = command;
     }
 
-    /// The command that the base goes by in the step that ends at `now`. To be asked once a step.
+    /// The command in effect in the step that ends at `now`. Call this once per step.
     pub(crate) fn receive(&mut self, now: Duration, delay: Duration) -> VelocityCommand {
         if delay.is_zero() {
             self.under_way.clear();
@@ -42,8 +42,8 @@ impl CommandDelay {
 mod tests {
     use super::*;
 
-    /// The forward speeds of the commands that arrive in steps of 20 ms, from speeds sent before each step and the delay
-    /// in it, in milliseconds.
+    /// The forward speeds of the commands that arrive in steps of 20 ms, given the speeds sent before each step and the
+    /// delays in milliseconds.
     fn arrivals(sent: &[(f64, u64)]) -> Vec<f64> {
         let mut commands = CommandDelay::default();
         let mut step = |(step, (linear_mps, delay_ms)): (usize, &(f64, u64))| {
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_from_before_a_delay_hold_until_the_first_arrives_and_the_newest_holds_after_it() {
+    fn commands_sent_before_a_delay_stay_until_the_first_delayed_one_arrives() {
         let sent = [(0.1, 0), (0.2, 40), (0.3, 40), (0.4, 40), (0.5, 40), (0.6, 0), (0.6, 40)];
         assert_eq!(arrivals(&sent), [0.1, 0.1, 0.1, 0.2, 0.3, 0.6, 0.6]);
     }

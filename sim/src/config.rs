@@ -11,9 +11,9 @@ use robot::RobotModel;
 pub use door::{Door, Opening};
 pub use walk::{Manners, Pauses, RouteEnd, Walk};
 
-/// Everything about the simulated robot and its world but the map, the poses of start and station, and the seed.
+/// All settings of the simulated robot and its world, except the map, the poses of start and station, and the seed.
 ///
-/// The default is the robot of the paper's experiments, without noise, alone in the world.
+/// The default is the robot of the paper's experiments, without noise and without obstacles.
 ///
 /// ```
 /// use maps::pose;
@@ -33,23 +33,23 @@ pub use walk::{Manners, Pauses, RouteEnd, Walk};
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimConfig {
-    /// Size, limits and lasers of the robot: what its software knows of it too.
+    /// Size, limits and lasers of the robot, which its software knows as well.
     pub model: RobotModel,
-    /// Time that a step takes. Default 20 ms.
+    /// Duration of a step. Default 20 ms.
     pub dt: Duration,
     /// The robot's body.
     pub body: BodyConfig,
     /// The robot's wheels.
     pub drive: DriveConfig,
-    /// What the wheels' encoders report.
+    /// The readings of the wheels' encoders.
     pub odometry: OdometryConfig,
-    /// How well the lasers measure.
+    /// The accuracy of the lasers.
     pub lasers: LaserConfig,
     /// The battery.
     pub battery: BatteryConfig,
     /// When the robot counts as docked.
     pub docking: DockingConfig,
-    /// What else stands or moves in the world. Default: nothing.
+    /// Other bodies in the world. Default: none.
     pub obstacles: Vec<ObstacleConfig>,
 }
 
@@ -74,7 +74,7 @@ impl Default for SimConfig {
 pub struct BodyConfig {
     /// Mass, in kg. Default 30.
     pub mass_kg: f64,
-    /// Coefficient of friction between the body's side and what it touches. Default 0.3.
+    /// Coefficient of friction between the body's side and other bodies. Default 0.3.
     pub friction: f64,
 }
 
@@ -84,7 +84,7 @@ impl Default for BodyConfig {
     }
 }
 
-/// The two driven wheels. Limits of the whole body are in [`RobotModel`].
+/// The two driven wheels. The limits of the whole body are in [`RobotModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveConfig {
     /// Distance between the wheels, in metres. Default 0.40.
@@ -92,8 +92,7 @@ pub struct DriveConfig {
     /// Largest speed of a wheel's rim, in m/s. Default 0.65: just enough for the default model's largest forward speed
     /// and turning rate at once.
     pub max_wheel_mps: f64,
-    /// How inexactly the wheels carry out what the motors are told. The encoders see the motion that results. Default
-    /// none.
+    /// How imprecisely the wheels follow the motors' commands. The encoders measure the resulting motion. Default none.
     pub noise: DriftNoise,
 }
 
@@ -103,9 +102,9 @@ impl Default for DriveConfig {
     }
 }
 
-/// Errors of a motion that build up on the way, like the four alphas of the odometry motion model (Thrun, Burgard, Fox,
-/// *Probabilistic Robotics*, section 5.4), but independent of the length of a step: variances grow in proportion to the
-/// distance and the angle, so standard deviations with their square roots.
+/// Errors of a motion that accumulate, like the four alphas of the odometry motion model (Thrun, Burgard, Fox,
+/// *Probabilistic Robotics*, section 5.4), but independent of the length of a step: variances are proportional to the
+/// distance and the angle, so standard deviations are proportional to their square roots.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct DriftNoise {
     /// Standard deviation of the angle after turning by 1 rad, in rad (alpha 1). Default 0.
@@ -124,7 +123,7 @@ impl DriftNoise {
         Self { angle_per_sqrt_rad: 0.0, angle_per_sqrt_m: 0.0, distance_per_sqrt_m: 0.0, distance_per_sqrt_rad: 0.0 };
 }
 
-/// What the wheels' encoders report.
+/// The readings of the wheels' encoders.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OdometryConfig {
     /// Time between readings. Default 20 ms.
@@ -135,7 +134,7 @@ pub struct OdometryConfig {
     pub distance_bias: f64,
     /// Systematic error of the angle, as a fraction of it. Default 0.
     pub angle_bias: f64,
-    /// Angle reported too much for each metre driven (wheels of unequal diameter), in rad/m. Default 0.
+    /// Excess angle reported per metre driven (wheels of unequal diameter), in rad/m. Default 0.
     pub angle_bias_rad_per_m: f64,
 }
 
@@ -151,7 +150,7 @@ impl Default for OdometryConfig {
     }
 }
 
-/// How well the lasers measure; what they are is in [`RobotModel::lasers`].
+/// The accuracy of the lasers; the lasers themselves are in [`RobotModel::lasers`].
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct LaserConfig {
     /// Standard deviation of a range, in metres. Default 0.
@@ -161,17 +160,17 @@ pub struct LaserConfig {
 /// The battery and its charger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryConfig {
-    /// Charge at the start, in percent. Default 100.
+    /// Initial charge, in percent. Default 100.
     pub initial_pct: f64,
-    /// What driving costs, in percent a second. Default 0.05.
+    /// Consumption when driving, in percent per second. Default 0.05.
     pub drain_pct_per_s: f64,
-    /// What standing still costs, in percent a second. Default 0.
+    /// Consumption when standing still, in percent per second. Default 0.
     pub standstill_drain_pct_per_s: f64,
-    /// What the charging station gives, in percent a second. Default 0.05.
+    /// Charging rate at the station, in percent per second. Default 0.05.
     pub charge_pct_per_s: f64,
     /// Charge at which charging ends, in percent. Default 99.7.
     pub full_pct: f64,
-    /// Charge below which a robot that was charged full and stayed at the dock is charged again, in percent. Default 95.
+    /// Charge below which a fully charged robot that has stayed at the dock is charged again, in percent. Default 95.
     pub recharge_below_pct: f64,
     /// Time between readings. Default 100 ms.
     pub period: Duration,
@@ -191,7 +190,7 @@ impl Default for BatteryConfig {
     }
 }
 
-/// When the robot counts as docked: near enough to the station's pose, facing as it does, and at rest for a while, so
+/// When the robot counts as docked: near enough to the station's pose, with its heading, and at rest for a while, so
 /// that passing by is not docking.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DockingConfig {
@@ -199,7 +198,7 @@ pub struct DockingConfig {
     pub distance_m: f64,
     /// Largest difference of heading from the station's, in radians. Default 10°.
     pub angle_rad: f64,
-    /// How long the robot must have been at rest. Default 1 s.
+    /// How long the robot must be at rest. Default 1 s.
     pub rest: Duration,
 }
 
@@ -209,20 +208,20 @@ impl Default for DockingConfig {
     }
 }
 
-/// Something other than a wall that the robot can see and run into.
+/// Something other than a wall that the robot can see and collide with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ObstacleConfig {
     /// Name, for messages and pictures.
     pub name: String,
     /// Outline.
     pub shape: Shape,
-    /// Pose of its centre at the start, in the `map` frame.
+    /// Initial pose of its centre, in the `map` frame.
     pub pose: Pose,
     /// How it moves.
     pub motion: ObstacleMotion,
 }
 
-/// An outline about the body's centre.
+/// An outline around the body's centre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A disc.
@@ -240,7 +239,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// Radius of the smallest circle about the centre that holds the shape, in metres.
+    /// Radius of the smallest circle around the centre that contains the shape, in metres.
     #[must_use]
     pub fn bounding_radius_m(&self) -> f64 {
         match self {
@@ -255,8 +254,8 @@ impl Shape {
 pub enum ObstacleMotion {
     /// Not at all; it cannot be pushed.
     Fixed,
-    /// Along a polyline from its first pose, facing where it goes. Nothing stops it: it passes through walls and pushes
-    /// the robot away.
+    /// Along a polyline from its first pose, facing forward. Nothing stops it: it passes through walls and pushes the
+    /// robot away.
     Route {
         /// Corners of the polyline after the first pose, in the `map` frame.
         waypoints: Vec<Point>,
@@ -265,11 +264,11 @@ pub enum ObstacleMotion {
         /// What happens at the last waypoint.
         end: RouteEnd,
     },
-    /// Somebody who walks.
+    /// A walking person.
     Person(Walk),
     /// A door's leaf.
     Door(Door),
-    /// It stays where it is until it is pushed.
+    /// It stays in place until it is pushed.
     Movable {
         /// Mass, in kg.
         mass_kg: f64,

@@ -1,4 +1,4 @@
-//! Counts the robot's collisions, and says with what.
+//! Counts the robot's collisions and records their obstacles.
 
 use std::time::Duration;
 
@@ -9,22 +9,23 @@ use crate::clock::Clock;
 use crate::obstacles::{Obstacle, Rest};
 use crate::physics::{Body, Physics, Touch};
 
-/// A contact ends when the gap is wider than this, in metres; else a robot that trembles at a wall would collide with it
-/// at every step.
+/// A contact ends when the gap is wider than this, in metres; otherwise a robot that vibrates at a wall would collide
+/// with it at every step.
 const RELEASE_GAP_M: f32 = 0.005;
 
-/// A contact that the robot has begun, or suffered.
+/// A contact of the robot, whichever body caused it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contact {
     /// When it began, since the start of the run.
     pub time: Duration,
     /// The name of the obstacle; none for walls.
     pub obstacle: Option<String>,
-    /// How long the obstacle had stood still when it was touched.
+    /// How long the obstacle had been at rest when it was touched.
     pub at_rest: Duration,
 }
 
-/// What the robot touches. All walls together are one thing: sliding from one along the next is one contact.
+/// The bodies that the robot touches. All walls together are one body: sliding from one to the next is a single
+/// contact.
 #[derive(Component, Clone, Debug, Default)]
 pub(crate) struct Contacts {
     touching: Vec<ColliderHandle>,
@@ -42,8 +43,8 @@ impl Contacts {
         !self.touching.is_empty()
     }
 
-    /// A contact begins when two bodies push each other, and ends when there is a gap between them. `begin` says what is
-    /// touched.
+    /// A contact begins when two bodies push each other, and ends when there is a gap between them. `begin` records the
+    /// touched body.
     fn update(&mut self, touches: &[Touch], begin: impl Fn(ColliderHandle) -> Contact) {
         self.touching.retain(|held| touches.iter().any(|touch| touch.other == *held && touch.gap_m <= RELEASE_GAP_M));
         for touch in touches.iter().filter(|touch| touch.pushing) {
@@ -55,7 +56,7 @@ impl Contacts {
     }
 }
 
-/// Counts the contacts that a step began.
+/// Counts the contacts that began in a step.
 pub(crate) fn count_contacts(
     clock: Res<Clock>,
     physics: Res<Physics>,
@@ -107,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn each_body_that_is_touched_counts() {
+    fn each_touched_body_counts() {
         let mut contacts = Contacts::default();
         contacts.update(&[touch(1, 0.0, true), touch(2, 0.0, true), touch(3, 0.01, false)], wall);
         assert_eq!(contacts.begun().len(), 2);

@@ -1,4 +1,4 @@
-//! Between nalgebra's f64, in which this project speaks, and glam's f32, in which rapier and parry do.
+//! Conversion between nalgebra's f64, used in this project, and glam's f32, used by rapier and parry.
 
 use maps::{OccupancyGrid, Point, Pose};
 use nalgebra::{Complex, UnitComplex, Vector2};
@@ -7,14 +7,14 @@ use parry2d::math::{Pose as GlamPose, Rotation as GlamRotation, Vector as GlamVe
 /// Origins of [`LocalFrame`]s are multiples of this, in metres.
 const RASTER_M: f64 = 128.0;
 
-/// The frame in which f32 computes: the `map` frame, moved to near the middle of the building.
+/// The frame for f32 computations: the `map` frame, moved near the middle of the building.
 ///
-/// An f32 has 24 bits: 5 km from the origin neighbouring numbers are half a millimetre apart, which is more than a robot
-/// that sets out moves in a step, and maps with UTM coordinates are farther away. So the precision has to be that of the
-/// building's size, wherever it is.
+/// An f32 has 24 bits: 5 km from the origin, neighbouring numbers are half a millimetre apart. A starting robot moves
+/// less than that in a step, and maps with UTM coordinates are even farther away. So the precision must depend on the
+/// size of the building, not on its position.
 ///
-/// The origin is the middle of the map, rounded to a raster: it is 0 for all maps whose middle is less than 64 m from the
-/// `map` frame's origin in x and y, and what is computed for them are the same bits as without it.
+/// The origin is the middle of the map, rounded to a raster: it is 0 for all maps whose middle is less than 64 m from
+/// the `map` frame's origin in x and y, and results for these have the same bits as without it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LocalFrame {
     /// In the `map` frame, in metres.
@@ -22,24 +22,24 @@ pub(crate) struct LocalFrame {
 }
 
 impl LocalFrame {
-    /// The frame for what happens on a map.
+    /// The frame for computations on a map.
     pub(crate) fn of(grid: &OccupancyGrid) -> Self {
         let middle = grid.from_grid(&Point::new(grid.width() as f64 / 2.0, grid.height() as f64 / 2.0));
         Self { origin: middle.coords.map(|value| (value / RASTER_M).round() * RASTER_M) }
     }
 
-    /// A point of the `map` frame, as rapier and parry know it.
+    /// A point of the `map` frame, for rapier and parry.
     pub(crate) fn point_to_glam(&self, point: &Point) -> GlamVector {
         to_glam(point.coords - self.origin)
     }
 
-    /// A pose in the `map` frame, as rapier and parry know it.
+    /// A pose in the `map` frame, for rapier and parry.
     pub(crate) fn pose_to_glam(&self, pose: &Pose) -> GlamPose {
         let rotation = GlamRotation::from_cos_sin_unchecked(pose.rotation.re as f32, pose.rotation.im as f32);
         GlamPose::from_parts(to_glam(pose.translation.vector - self.origin), rotation)
     }
 
-    /// A pose of rapier's or parry's in the `map` frame.
+    /// A pose of rapier or parry in the `map` frame.
     pub(crate) fn pose_from_glam(&self, pose: &GlamPose) -> Pose {
         let rotation = Complex::new(f64::from(pose.rotation.re), f64::from(pose.rotation.im));
         let translation = from_glam(pose.translation) + self.origin;
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn poses_far_away_go_there_and_back_within_micrometres() {
+    fn distant_poses_are_converted_and_back_within_micrometres() {
         for (x_m, y_m, heading_rad) in [(5000.0, -5000.0, 1.0), (688_000.0, 5_335_000.0, -2.0)] {
             let frame = frame_of(pose(x_m, y_m, heading_rad));
             let at = pose(x_m + 3.21, y_m + 6.54, 0.3);

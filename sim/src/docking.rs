@@ -1,4 +1,4 @@
-//! The charging station and when the robot is docked to it.
+//! The charging station, and docking.
 
 use std::time::Duration;
 
@@ -12,12 +12,12 @@ use crate::drive::Drive;
 use crate::faults::Faults;
 use crate::motion::{Motion, RobotPose};
 
-/// The charging station: where a docked robot stands, in the `map` frame, unless a fault has moved it; nowhere if there is
-/// none. It is not solid.
+/// The charging station: the pose of a docked robot, in the `map` frame, unless a fault has moved it; `None` if there
+/// is no station. It is not solid.
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct Station(pub(crate) Option<Pose>);
 
-/// Knows whether the robot is docked.
+/// Determines whether the robot is docked.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Dock {
     config: DockingConfig,
@@ -34,12 +34,12 @@ impl Dock {
         self.docked
     }
 
-    /// The robot is taken away from wherever it rested.
+    /// Takes the robot away from its resting place.
     pub(crate) fn leave(&mut self) {
         (self.rested, self.docked) = (Duration::ZERO, false);
     }
 
-    /// Takes in one step.
+    /// Processes one step.
     pub(crate) fn update(&mut self, robot: &Pose, station: &Pose, at_rest: bool, dt: Duration) {
         self.rested = if at_rest { self.rested + dt } else { Duration::ZERO };
         let off = station.inv_mul(robot);
@@ -72,7 +72,7 @@ mod tests {
 
     const DT: Duration = Duration::from_millis(20);
 
-    /// Whether a robot that rests at a pose for that many steps is docked to a station at (−7.5, 9.0, 180°).
+    /// Whether a robot that rests at a pose for this many steps is docked to a station at (−7.5, 9.0, 180°).
     fn docked_after(steps: usize, at: Pose) -> bool {
         let mut dock = Dock::new(&DockingConfig::default());
         (0..steps).for_each(|_| dock.update(&at, &pose(-7.5, 9.0, std::f64::consts::PI), true, DT));
@@ -86,14 +86,14 @@ mod tests {
     }
 
     #[test]
-    fn distance_and_heading_both_count_also_across_180_degrees() {
+    fn distance_and_heading_both_count_even_across_180_degrees() {
         assert!(docked_after(50, pose(-7.5, 9.49, -3.0)));
         assert!(!docked_after(50, pose(-7.5, 9.51, -3.0)));
         assert!(!docked_after(50, pose(-7.5, 9.0, 2.9)));
     }
 
     #[test]
-    fn passing_by_is_not_docking_and_moving_off_ends_it() {
+    fn passing_by_is_not_docking_and_leaving_ends_it() {
         let station = pose(0.0, 0.0, 0.0);
         let mut dock = Dock::new(&DockingConfig::default());
         for step in 0..200 {

@@ -1,4 +1,4 @@
-//! Doors: leaves that swing or slide, open and shut at their times, and never onto the robot.
+//! Doors: leaves that swing or slide, open and close on schedule, and never move onto the robot.
 
 use std::time::Duration;
 
@@ -21,7 +21,7 @@ const ROBOT_GAP_M: f64 = 0.02;
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Leaf {
     door: Door,
-    /// Where its middle is when it is closed.
+    /// The pose of its centre when it is closed.
     closed: Pose,
     length_m: f64,
     /// How far it is open, from 0 to 1.
@@ -29,7 +29,7 @@ pub(crate) struct Leaf {
 }
 
 impl Leaf {
-    /// The leaf of a door of which a closed leaf of that shape is at that pose, as it is at the start.
+    /// The leaf of a door in its initial state, given the shape and pose of the closed leaf.
     pub(crate) fn new(door: &Door, shape: &Shape, closed: Pose) -> Self {
         let length_m = match *shape {
             Shape::Box { length_m, .. } => length_m,
@@ -39,7 +39,7 @@ impl Leaf {
         Self { door: door.clone(), closed, length_m, open }
     }
 
-    /// Where the middle of the leaf is.
+    /// The pose of the leaf's centre.
     pub(crate) fn pose(&self) -> Pose {
         let along = |length_m: f64| Point::new(length_m, 0.0);
         let swung = |turn: f64| {
@@ -57,7 +57,7 @@ impl Leaf {
         }
     }
 
-    /// A step towards what it is to be at that time; false if it stays.
+    /// Moves one step towards the state required at this time; false if it stays.
     fn advance(&mut self, now: Duration, dt_s: f64, keeps_clear: impl Fn(&Pose) -> bool) -> bool {
         let wanted = if self.door.is_closed_at(now) { 0.0 } else { 1.0 };
         if self.open == wanted {
@@ -75,7 +75,7 @@ impl Leaf {
     }
 }
 
-/// Takes all leaves a step on.
+/// Moves all leaves by one step.
 pub(crate) fn move_doors(
     clock: Res<Clock>,
     mut physics: ResMut<Physics>,
@@ -111,7 +111,7 @@ mod tests {
         Leaf::new(&door, &SHAPE, pose(2.0, 1.0, 0.0))
     }
 
-    /// How far it is open at each of so many seconds.
+    /// How far it is open after each second.
     fn course(leaf: &mut Leaf, seconds: u64, keeps_clear: impl Fn(&Pose) -> bool) -> Vec<f64> {
         let mut second = |at: u64| {
             (0..50).for_each(|_| {
@@ -123,7 +123,7 @@ mod tests {
     }
 
     #[test]
-    fn a_door_keeps_its_times_again_and_again() {
+    fn a_door_keeps_its_schedule_repeatedly() {
         let mut leaf = door(Opening::Slide, [3, 6], Some(8));
         let opens = course(&mut leaf, 13, |_| true);
         assert_eq!(opens, [1.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0]);
@@ -131,7 +131,7 @@ mod tests {
     }
 
     #[test]
-    fn leaves_slide_into_the_wall_and_swing_about_their_hinge() {
+    fn leaves_slide_into_the_wall_or_swing_about_their_hinge() {
         for (opening, middle) in
             [(Opening::Slide, (3.0, 1.0)), (Opening::Left, (1.5, 1.5)), (Opening::Right, (1.5, 0.5))]
         {
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_leaf_waits_for_what_stands_in_its_way() {
+    fn a_leaf_waits_for_obstacles_in_its_way() {
         let mut leaf = door(Opening::Left, [0, 100], None);
         leaf.open = 1.0;
         let foot = Point::new(2.0, 1.3);

@@ -1,13 +1,13 @@
-//! The two driven wheels: what becomes of a velocity command.
+//! The two driven wheels, which carry out velocity commands.
 //!
-//! Physics computes in f32, in which the pose of a robot moves in steps of micrometres. So the wheels
-//! say, in f64, where the robot is at the end of a step; the body is given the velocity that takes it there; and if it
-//! arrives, that is where the robot is. If something was in the way, the robot is where physics left it, the wheels have
-//! turned only as far as the body has moved (they grip, the motors stall), and they start again from the speed that is
-//! left. So a wall really stops the robot, and what the motors can do to an obstacle is what their acceleration allows.
+//! Physics computes in f32, in which a robot moves in steps of micrometres. So the wheels compute, in f64, the robot's
+//! pose at the end of a step. The body gets the velocity that takes it there, and if it arrives, this is its pose. If
+//! something was in the way, the robot is where physics left it, the wheels have turned only as far as the body has
+//! moved (they grip, the motors stall), and they start again from the remaining speed. So a wall really stops the
+//! robot, and the motors' acceleration limits their effect on an obstacle.
 //!
-//! Faults come in between: commands arrive later, wheels turn less than they should, and what slips turns without the
-//! floor. The encoders count what the wheels roll, the floor sees what does not slip of it.
+//! Faults act in between: commands arrive late, wheels turn less than they should, and slipping wheels turn without
+//! moving the body. The encoders measure the motion of the wheels, the floor only the part without slip.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -24,12 +24,12 @@ use crate::noise::Drift;
 use crate::physics::{Body, Physics};
 use crate::wheels::{Roll, slipped, turned};
 
-/// A body within this of where its wheels take it was not hindered, in metres and in radians. Physics' rounding stays
-/// below 15 µm and 20 µrad as long as the robot stays within 128 m of the building's frame (`convert`) and turning rates
-/// below 5 rad/s; beyond, only its own precision is left.
+/// A body within this distance of the pose to which its wheels take it was not blocked, in metres and in radians. The
+/// rounding of physics stays below 15 µm and 20 µrad as long as the robot is within 128 m of the building's frame
+/// (`convert`) and turning rates are below 5 rad/s; beyond that, only its own precision is left.
 const HINDERED_BY: f64 = 5e-5;
 
-/// Slower than this is at rest, in m/s and in rad/s.
+/// Slower than this counts as at rest, in m/s and in rad/s.
 const REST_SPEED: f64 = 1e-3;
 
 /// The wheels and their motors.
@@ -38,15 +38,15 @@ pub(crate) struct Drive {
     model: RobotModel,
     config: DriveConfig,
     drift: Drift,
-    /// What the software asks for.
+    /// The software's commands.
     pub(crate) commands: CommandDelay,
-    /// The velocity that the motors keep up.
+    /// The velocity that the motors maintain.
     velocity: VelocityCommand,
-    /// What the wheels do in this step, unless something is in the way.
+    /// The wheels' motion in this step, unless something is in the way.
     intended: Roll,
-    /// What of that the floor does not see.
+    /// The part of it that slips.
     slipped: Roll,
-    /// Where the rest leads.
+    /// The target pose of the rest.
     target: Pose,
     /// Whether current flows.
     powered: bool,
@@ -67,12 +67,12 @@ impl Drive {
         }
     }
 
-    /// Whether driving current flows: the wheels turn or are told to.
+    /// Whether driving current flows: the wheels turn or are commanded to.
     pub(crate) fn is_powered(&self) -> bool {
         self.powered
     }
 
-    /// Radius of the body that the wheels carry, in metres.
+    /// Radius of the robot's body, in metres.
     pub(crate) fn robot_radius_m(&self) -> f64 {
         self.model.radius_m
     }
@@ -85,7 +85,7 @@ impl Drive {
         self.target = *at;
     }
 
-    /// Sets out from `from` for one step.
+    /// Starts a step from `from`.
     fn set_out(&mut self, command: VelocityCommand, faults: &BaseFaults, from: &Pose, dt_s: f64) {
         let wanted = self.within_model(command, faults.speed_limit_mps);
         self.velocity = self.within_wheels(self.toward(wanted, dt_s));
@@ -97,13 +97,13 @@ impl Drive {
         self.target = moved(from, forward_m, turn_rad);
     }
 
-    /// What the floor sees of the wheels' motion, unless something is in the way.
+    /// The motion on the floor, unless something is in the way.
     fn on_the_floor(&self) -> Roll {
         (self.intended.0 - self.slipped.0, self.intended.1 - self.slipped.1)
     }
 
-    /// What the wheels roll when something lets the body move only so far: the floor turns them as far as they grip, the
-    /// motors as far as they slip.
+    /// The motion of the wheels when an obstacle limits the motion of the body: the floor turns them as far as they
+    /// grip, the motors as far as they slip.
     fn rolled_by(&self, (forward_m, turn_rad): Roll) -> Roll {
         if self.slipped == (0.0, 0.0) {
             (forward_m, turn_rad)
@@ -112,11 +112,11 @@ impl Drive {
         }
     }
 
-    /// The command within the limits of the whole body. What is not a number counts as 0.
+    /// The command within the limits of the whole body. NaN counts as 0.
     fn within_model(&self, command: VelocityCommand, speed_limit_mps: Option<f64>) -> VelocityCommand {
         let limited = |value: f64, limit: f64| if value.is_nan() { 0.0 } else { value.clamp(-limit, limit) };
         let fastest_mps = speed_limit_mps.map_or(self.model.max_linear_mps, |limit_mps| {
-            // In this order, what is not a number is no limit.
+            // In this order, NaN is no limit.
             self.model.max_linear_mps.min(limit_mps).max(0.0)
         });
         VelocityCommand {
@@ -125,7 +125,7 @@ impl Drive {
         }
     }
 
-    /// As near to the wanted velocity as the accelerations allow within a step.
+    /// The velocity nearest to the wanted one that the acceleration limits allow within a step.
     fn toward(&self, wanted: VelocityCommand, dt_s: f64) -> VelocityCommand {
         let approach = |from: f64, to: f64, step: f64| {
             if (to - from).abs() <= step { to } else { from + step.copysign(to - from) }
@@ -138,7 +138,7 @@ impl Drive {
         }
     }
 
-    /// The velocity slowed so far that the faster wheel keeps its limit, on the same curve.
+    /// The velocity, slowed down on the same curve until the faster wheel is within its limit.
     fn within_wheels(&self, velocity: VelocityCommand) -> VelocityCommand {
         let rim_mps = 0.5 * self.config.wheel_separation_m * velocity.angular_radps.abs();
         let fastest_mps = velocity.linear_mps.abs() + rim_mps;
@@ -149,8 +149,8 @@ impl Drive {
         VelocityCommand { linear_mps: velocity.linear_mps * slower, angular_radps: velocity.angular_radps * slower }
     }
 
-    /// Takes note that the wheels rolled only so far. Being pushed is not driving: the motors keep no more than they
-    /// had, and none of it backwards.
+    /// Limits the motors' velocity to the motion that took place. Being pushed is not driving: the motors keep no more
+    /// speed than they had, and none backwards.
     fn stall(&mut self, (forward_m, turn_rad): (f64, f64), dt_s: f64) {
         let left = |had: f64, has: f64| has.clamp(had.min(0.0), had.max(0.0));
         self.velocity.linear_mps = left(self.velocity.linear_mps, forward_m / dt_s);
@@ -177,7 +177,7 @@ pub(crate) fn drive_robot(
     physics.steer(*body, &drive.target, clock.dt_s());
 }
 
-/// Takes over where the step has brought the robot.
+/// Takes over the robot's pose after the step.
 pub(crate) fn settle_robot(
     clock: Res<Clock>,
     physics: Res<Physics>,
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn the_faster_wheel_keeps_its_limit_on_the_same_curve() {
+    fn the_faster_wheel_stays_within_its_limit_on_the_same_curve() {
         let mut drive = drive();
         drive.config.max_wheel_mps = 0.325;
         assert_eq!(drive.within_wheels(command(0.45, 1.0)), command(0.225, 0.5));
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_a_number_is_no_command() {
+    fn nan_is_not_a_command() {
         assert_eq!(drive().within_model(command(f64::NAN, f64::NEG_INFINITY), None), command(0.0, -1.0));
     }
 
@@ -256,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn stalled_motors_keep_what_speed_is_left_and_pushed_ones_gain_none() {
+    fn stalled_motors_keep_the_remaining_speed_and_pushed_ones_gain_none() {
         let mut drive = drive();
         drive.velocity = command(0.4, -0.5);
         drive.stall((0.002, 0.01), 0.02);

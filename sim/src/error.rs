@@ -1,18 +1,18 @@
-//! Why a simulation refuses what it is asked for.
+//! Why a simulation refuses a request.
 
 use std::fmt;
 
-/// Why a simulation cannot be built, or the robot not be put somewhere.
+/// Why a simulation cannot be built, or the robot cannot be placed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimError {
-    /// Settings have values that they cannot have: all of them, in the order of [`SimConfig`](crate::SimConfig).
-    #[error("the simulation's settings cannot be used: {}", list(.0))]
+    /// Settings have invalid values: all of them, in the order of [`SimConfig`](crate::SimConfig).
+    #[error("invalid settings of the simulation: {}", list(.0))]
     Settings(Vec<BadSetting>),
     /// The robot or the charging station would be outside the map.
-    #[error("{what} ({x_m}, {y_m}) lies outside the map, which is {width_m:.2} m × {height_m:.2} m")]
+    #[error("{what} ({x_m}, {y_m}) is outside the map, which is {width_m:.2} m × {height_m:.2} m")]
     OutsideMap {
-        /// What was to be put there.
+        /// What was to be placed there.
         what: Placement,
         /// x of the place in the `map` frame, in metres.
         x_m: f64,
@@ -26,10 +26,10 @@ pub enum SimError {
     /// The robot's body would overlap a wall.
     #[error(
         "{what} ({x_m}, {y_m}) is {distance_m:.3} m from the wall at ({wall_x_m:.3}, {wall_y_m:.3}), \
-         and the robot's radius is {radius_m} m"
+         but the robot's radius is {radius_m} m"
     )]
     InWall {
-        /// What was to be put there.
+        /// What was to be placed there.
         what: Placement,
         /// x of the place in the `map` frame, in metres.
         x_m: f64,
@@ -47,10 +47,10 @@ pub enum SimError {
     /// The robot's body would overlap an obstacle.
     #[error(
         "{what} ({x_m}, {y_m}) is {distance_m:.3} m from the obstacle '{obstacle}', \
-         and the robot's radius is {radius_m} m"
+         but the robot's radius is {radius_m} m"
     )]
     InObstacle {
-        /// What was to be put there.
+        /// What was to be placed there.
         what: Placement,
         /// x of the place in the `map` frame, in metres.
         x_m: f64,
@@ -65,7 +65,7 @@ pub enum SimError {
     },
 }
 
-/// What is put somewhere.
+/// The thing that is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Placement {
@@ -73,7 +73,7 @@ pub enum Placement {
     Start,
     /// The charging station.
     Station,
-    /// The robot that is carried away in the middle of a run.
+    /// The robot, moved elsewhere during a run.
     Kidnapping,
 }
 
@@ -82,12 +82,12 @@ impl fmt::Display for Placement {
         f.write_str(match self {
             Self::Start => "the start",
             Self::Station => "the charging station",
-            Self::Kidnapping => "where the robot is carried to",
+            Self::Kidnapping => "the pose to which the robot is moved",
         })
     }
 }
 
-/// A setting with a value that it cannot have.
+/// A setting with an invalid value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BadSetting {
     /// Its path in [`SimConfig`](crate::SimConfig) or [`Faults`](crate::Faults), for example `battery.initial_pct` or
@@ -95,7 +95,7 @@ pub struct BadSetting {
     pub setting: String,
     /// The value; durations in seconds.
     pub value: String,
-    /// What would be accepted, for example `greater than 0`.
+    /// The accepted values, for example `greater than 0`.
     pub accepted: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! The robot that is lifted up and put down elsewhere.
+//! Moving the robot elsewhere.
 
 use bevy_ecs::prelude::*;
 use maps::{Point, Pose};
@@ -13,7 +13,7 @@ use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
 use crate::room::check_room;
 
-/// Puts the robot down at rest at a pose; its wheels do not feel it.
+/// Puts the robot at rest at a pose; its wheels do not notice.
 pub(crate) fn kidnap(world: &mut World, robot: Entity, to: Pose) -> Result<(), SimError> {
     check(world, robot, &to)?;
     let mut robots = world.query::<(&Body, &mut RobotPose, &mut Motion, &mut Drive, &mut Dock)>();
@@ -28,7 +28,7 @@ pub(crate) fn kidnap(world: &mut World, robot: Entity, to: Pose) -> Result<(), S
     Ok(())
 }
 
-/// Fails if the robot can never stand there, because of a wall or the end of the map.
+/// Fails if the robot can never be there, because of a wall or the end of the map.
 pub(crate) fn check_walls(world: &World, robot: Entity, to: &Pose) -> Result<(), SimError> {
     let heading_rad = to.rotation.angle();
     if !heading_rad.is_finite() {
@@ -39,7 +39,7 @@ pub(crate) fn check_walls(world: &World, robot: Entity, to: &Pose) -> Result<(),
     check_beside(world, robot, to, std::iter::empty())
 }
 
-/// Fails if the robot cannot stand there now.
+/// Fails if the robot cannot be there now.
 fn check(world: &mut World, robot: Entity, to: &Pose) -> Result<(), SimError> {
     check_walls(world, robot, to)?;
     let mut obstacles = world.query::<(&Obstacle, &ObstaclePose)>();

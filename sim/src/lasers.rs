@@ -25,17 +25,17 @@ use troubles::{TroubleStreams, Troubles};
 /// A laser scanner.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Laser {
-    /// Its place in the robot's model.
+    /// Its index in the robot's model.
     index: usize,
     spec: LaserSpec,
     beams: Beams,
-    /// How far the scanner sits from where its `spec` says.
+    /// The scanner's displacement from its `spec`.
     displacement: Option<Pose>,
     range_sigma_m: f64,
     rng: ChaCha8Rng,
     trouble_streams: TroubleStreams,
     due: Periodic,
-    /// Distances of the scan that is being taken; kept for its memory.
+    /// Distances of the current scan; kept to reuse the memory.
     distances_m: Vec<f64>,
     memory: ScanMemory,
     latest: Option<Arc<LaserScan>>,
@@ -58,12 +58,12 @@ impl Laser {
         }
     }
 
-    /// The last scan; none if the scanner is dead.
+    /// The last scan; `None` if the scanner is dead.
     pub(crate) fn latest(&self) -> Option<&Arc<LaserScan>> {
         self.latest.as_ref()
     }
 
-    /// Sits where it should, displaced by that.
+    /// Mounts the scanner with this displacement.
     fn sit(&mut self, displacement: Option<Pose>) {
         if self.displacement != displacement {
             let mount = displacement.map_or(self.spec.mount, |displacement| self.spec.mount * displacement);
@@ -72,18 +72,18 @@ impl Laser {
         }
     }
 
-    /// What the scanner reports for the true distances. Its own noise is drawn whatever troubles it.
+    /// The scanner's ranges for the true distances. Its own noise is drawn even if it has troubles.
     fn measure(&mut self, troubles: &Troubles) -> Vec<f32> {
         let Self { spec, rng, range_sigma_m, trouble_streams, distances_m, .. } = self;
         if *range_sigma_m > 0.0 {
-            // Every beam draws, so that what one beam hits does not change the noise of the next.
+            // Every beam draws, so the noise of a beam does not depend on what other beams hit.
             distances_m.iter_mut().for_each(|distance_m| *distance_m += *range_sigma_m * normal(rng));
         }
         troubles.spoil(trouble_streams, distances_m);
         distances_m.iter().map(|distance_m| classify(*distance_m, spec)).collect()
     }
 
-    /// The scan that the scanner gives, if it gives one.
+    /// The scanner's scan, if it gives one.
     fn report(&mut self, troubles: &Troubles, clock: &Clock) -> Option<Arc<LaserScan>> {
         let mut ranges_m = self.measure(troubles);
         if let Some(last) = self.latest.take_if(|_| troubles.stuck) {
@@ -106,7 +106,7 @@ fn classify(distance_m: f64, spec: &LaserSpec) -> f32 {
     }
 }
 
-/// Shortens the distances of those beams that meet an obstacle first. `base` is the robot's pose; rays are cast in
+/// Shortens the distances of the beams that hit an obstacle first. `base` is the robot's pose; rays are cast in
 /// `frame`.
 fn see_obstacle(
     frame: &LocalFrame,
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn noise_has_the_spread_that_is_asked_for_and_spares_misses() {
+    fn noise_has_the_configured_spread_and_does_not_affect_misses() {
         let spec = LaserSpec { beams: 20_000, ..RobotModel::default().lasers[0].clone() };
         let mut laser = Laser::new(0, &spec, &LaserConfig { range_sigma_m: 0.01 }, &Streams::new(5));
         laser.distances_m = vec![2.0; 20_000];

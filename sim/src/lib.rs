@@ -1,9 +1,9 @@
 //! The simulated robot and its world.
 //!
 //! A [`Simulation`] is a world in the plane: the walls of an occupancy grid, a round robot with two driven wheels,
-//! lasers, odometry and a battery, a charging station, and whatever else stands or moves about. It advances by one
-//! fixed [`SimConfig::dt`] a [`step`](Simulation::step) and is a [`robot::Robot`]: the software on top of it reads
-//! measurements and sends velocity commands and cannot tell it from a real one.
+//! lasers, odometry and a battery, a charging station, and other bodies. Each [`step`](Simulation::step) advances it by
+//! the fixed [`SimConfig::dt`]. It is a [`robot::Robot`]: the robot's software reads measurements and sends velocity
+//! commands, and cannot tell it from a real robot.
 //!
 //! ```
 //! use maps::{Cell, CellIndex, OccupancyGrid, pose};
@@ -27,23 +27,24 @@
 //! # Ok::<(), sim::SimError>(())
 //! ```
 //!
-//! # What is where
-//! Entities and systems are bevy_ecs's, bodies and contacts rapier2d's, rays against moving bodies parry2d's. Whole scans
-//! are swept against the [`Walls`], a single ray is cast through their [`RayGrid`]. `simulation.rs` lists the systems in
-//! the order in which a step runs them; each system lives with the part that it moves: `bodies`, `obstacles`, `people`,
-//! `doors`, `drive`, `contacts`, `battery`, `odometer`, `lasers`. [`Truth`] is for reports, pictures and trace hashes only.
+//! # Structure
+//! Entities and systems use bevy_ecs, bodies and contacts rapier2d, rays against moving bodies parry2d. Whole scans are
+//! swept against the [`Walls`]; single rays are cast through their [`RayGrid`]. `simulation.rs` lists the systems in
+//! the order of a step; each system is in the module of the part that it moves: `bodies`, `obstacles`, `people`,
+//! `doors`, `drive`, `contacts`, `battery`, `odometer`, `lasers`. [`Truth`] is only for reports, pictures and trace
+//! hashes.
 //!
-//! # What can go wrong
-//! Everything that acts in the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
-//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), which says what is wrong at the
-//! moment and whose docs tell where in a step each acts; or it is a method, if it happens at one instant
-//! ([`Simulation::kidnap`], [`Simulation::set_battery_charge`]).
+//! # Faults
+//! Every fault of the robot or its world is a field of [`Faults`] (drained batteries, blind or displaced lasers,
+//! slipping wheels, a joypad, doors and people in the way, a station that has been moved), whose documentation tells
+//! where in a step each acts. Instantaneous faults are methods ([`Simulation::kidnap`],
+//! [`Simulation::set_battery_charge`]).
 //!
 //! # Determinism
-//! Same configuration, map, poses, root seed, commands and faults: the same bits in every build and on every machine of
-//! a target. Noise is off by default; each consumer of randomness draws from a stream of its own (`sim/motion`,
-//! `sim/odometry`, `sim/laser_<name>`, and `fault/…` for faults), so that switching one on changes no other's numbers.
-//! Nothing reads a clock.
+//! The same configuration, map, poses, root seed, commands and faults give the same bits in every build and on every
+//! machine of a target. Noise is off by default. Each consumer of randomness draws from its own stream (`sim/motion`,
+//! `sim/odometry`, `sim/laser_<name>`, and `fault/…` for faults), so enabling one does not change the numbers of
+//! another. Nothing reads a clock.
 
 mod arc;
 mod battery;

@@ -1,4 +1,4 @@
-//! Where the robot really is, and how it moves.
+//! The true pose and motion of the robot.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -9,16 +9,16 @@ use crate::wheels::Roll;
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct RobotPose(pub(crate) Pose);
 
-/// How the robot really moved in the last step.
+/// The robot's true motion in the last step.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct Motion {
-    /// How far it went along its arc, in metres.
+    /// The distance along its arc, in metres.
     pub(crate) forward_m: f64,
-    /// By how much it turned, in radians.
+    /// Its turn, in radians.
     pub(crate) turn_rad: f64,
-    /// What the wheels rolled: the same, unless they slipped.
+    /// The motion of the wheels: the same, unless they slipped.
     pub(crate) rolled: Roll,
-    /// Way of the robot's centre since the start of the run, in metres.
+    /// Distance travelled by the robot's centre since the start of the run, in metres.
     pub(crate) travelled_m: f64,
     /// Whether the robot was at rest.
     pub(crate) at_rest: bool,

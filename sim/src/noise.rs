@@ -5,7 +5,7 @@ use robot::normal;
 
 use crate::config::DriftNoise;
 
-/// Adds drift noise to the motions of a run, from a stream of its own.
+/// Adds drift noise to the motions of a run, from its own stream.
 #[derive(Clone, Debug)]
 pub(crate) struct Drift {
     noise: DriftNoise,
@@ -17,7 +17,7 @@ impl Drift {
         Self { noise, rng }
     }
 
-    /// The motion with its errors. Without noise, or without motion, it is the same to the last bit.
+    /// The motion with its errors. Without noise, or without motion, it is exactly the same.
     pub(crate) fn disturb(&mut self, forward_m: f64, turn_rad: f64) -> (f64, f64) {
         let (distance, angle) = (forward_m.abs(), turn_rad.abs());
         if self.noise == DriftNoise::NONE || distance + angle == 0.0 {
@@ -40,7 +40,7 @@ mod tests {
 
     use super::*;
 
-    /// The standard deviation of the distance after driving 1 m in that many steps.
+    /// The standard deviation of the distance after driving 1 m in this many steps.
     fn spread_after_a_metre(steps: u32) -> f64 {
         let noise = DriftNoise { distance_per_sqrt_m: 0.02, ..DriftNoise::NONE };
         let mut drift = Drift::new(noise, Streams::new(3).stream("drift"));

@@ -1,4 +1,4 @@
-//! What stands or moves in the world beside walls and robot.
+//! Bodies in the world other than walls and robot.
 
 use std::time::Duration;
 
@@ -24,20 +24,19 @@ pub(crate) struct Obstacle {
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ObstaclePose(pub(crate) Pose);
 
-/// Since when an obstacle has not moved: from the start, if it never has.
+/// Since when an obstacle has been at rest: since the start, if it never moved.
 #[derive(Component, Clone, Copy, Debug, Default)]
 pub(crate) struct Rest(pub(crate) Duration);
 
-/// The obstacle can be pushed.
+/// Marks obstacles that can be pushed.
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct Movable;
 
-/// All obstacles: those of the configuration in its order, then those that came with faults, in the order in which they
-/// came.
+/// All obstacles: those of the configuration in order, then those of faults, in the order of their appearance.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Obstacles(pub(crate) Vec<Entity>);
 
-/// Takes those that follow routes a step on.
+/// Moves obstacles with routes by one step.
 pub(crate) fn move_obstacles(
     clock: Res<Clock>,
     mut physics: ResMut<Physics>,
@@ -50,14 +49,14 @@ pub(crate) fn move_obstacles(
     }
 }
 
-/// Takes over where the step has brought those that were pushed.
+/// Takes over the poses of pushed obstacles after the step.
 pub(crate) fn settle_obstacles(physics: Res<Physics>, mut obstacles: Query<(&Body, &mut ObstaclePose), With<Movable>>) {
     for (body, mut pose) in &mut obstacles {
         pose.set_if_neq(ObstaclePose(physics.pose(*body)));
     }
 }
 
-/// Keeps in mind which obstacles have moved in this step.
+/// Records which obstacles moved in this step.
 pub(crate) fn note_rest(clock: Res<Clock>, mut moved: Query<&mut Rest, Changed<ObstaclePose>>) {
     for mut rest in &mut moved {
         rest.0 = clock.now;

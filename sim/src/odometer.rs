@@ -1,8 +1,8 @@
-//! Wheel odometry: what the encoders make of the wheels' motion.
+//! Wheel odometry: the encoders' measurements of the wheels' motion.
 //!
-//! The wheels grip the floor, so they measure what the body really does along them: a robot that is stopped by a wall
-//! measures that it stands. What they cannot feel is motion across them, when the robot is pushed or slides along a wall;
-//! without noise, bias and faults that is all that odometry and truth differ by.
+//! The wheels grip the floor, so they measure the true motion of the body in their direction: a robot stopped by a wall
+//! measures that it stands still. They cannot measure motion across them, when the robot is pushed or slides along a
+//! wall. Without noise, bias and faults, this is the only difference between odometry and truth.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -16,7 +16,7 @@ use crate::motion::Motion;
 use crate::noise::Drift;
 use crate::readings::Readings;
 
-/// The encoders. The `odom` frame is where the robot started.
+/// The encoders. The `odom` frame is the robot's start pose.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Odometer {
     config: OdometryConfig,
@@ -32,15 +32,15 @@ impl Odometer {
         Self { config: *config, drift, due: Periodic::new(config.period), latest }
     }
 
-    /// The latest measurement, one a step whatever the period of the readings.
+    /// The latest measurement, one per step whatever the period of the readings.
     pub(crate) fn latest(&self) -> Odometry {
         self.latest
     }
 
-    /// Takes in one step's motion.
+    /// Processes the motion of one step.
     fn measure(&mut self, motion: &Motion, faults: &OdometryFaults, clock: &Clock) {
         let (rolled_m, rolled_rad) = motion.rolled;
-        // Frozen encoders draw their noise as well, so that it goes on as it would have.
+        // Frozen encoders draw their noise as well, so that it continues unchanged.
         let (forward_m, turn_rad) = self.drift.disturb(rolled_m, rolled_rad);
         if faults.frozen {
             self.latest = Odometry { time: clock.now, pose: self.latest.pose, linear_mps: 0.0, angular_radps: 0.0 };

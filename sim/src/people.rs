@@ -1,4 +1,4 @@
-//! People: they walk along routes, stop at corners, wait for a robot that is in their way, and make way for it.
+//! People: they walk along routes, pause at corners, wait for a robot in their way, and step aside for it.
 
 mod aside;
 
@@ -18,31 +18,31 @@ use crate::ray_grid::RayGrid;
 use crate::route::Route;
 use aside::{Aside, Meeting, WayOut};
 
-/// Whoever passes the robot leaves it this much room to the side, in metres.
+/// The side clearance to the robot when passing it, in metres.
 const BESIDE_M: f64 = 0.1;
 
-/// Whoever could only walk at less than this share of their speed stands.
+/// A person who could walk only at less than this share of their speed stands still.
 const LEAST_SHARE: f64 = 0.1;
 
-/// Whoever could only walk at less than this share of their speed is hindered, and loses patience.
+/// A person who could walk only at less than this share of their speed is blocked, and loses patience.
 const HINDERED_SHARE: f64 = 0.5;
 
-/// Somebody on their way.
+/// A walking person.
 #[derive(Component, Clone, Debug)]
 pub(crate) struct Walker {
     route: Route,
     walk: Walk,
-    /// They stand at a waypoint until then.
+    /// They stand at a waypoint until this time.
     stands_until: Duration,
-    /// Since when the robot has kept them from going on.
+    /// Since when the robot has blocked them.
     hindered_since: Option<Duration>,
     /// They have left their route to let the robot pass.
     aside: Option<Aside>,
-    /// How often they have made way for the robot since it last let them go on.
+    /// How often they have stepped aside since the robot last let them continue.
     made_way: u32,
 }
 
-/// What somebody knows of the world around.
+/// What a person perceives.
 #[derive(Clone, Copy)]
 struct World<'a> {
     clock: &'a Clock,
@@ -63,7 +63,7 @@ impl Walker {
         }
     }
 
-    /// Where somebody at `from` of that radius is after a step.
+    /// The pose after one step of a person with this radius at `from`.
     fn advance(&mut self, from: &Pose, radius_m: f64, world: &World<'_>) -> Pose {
         let now = world.clock.now;
         if now < self.walk.sets_out || self.walk.waypoints.is_empty() {
@@ -87,7 +87,7 @@ impl Walker {
         self.aside.as_mut().map_or(now < self.stands_until, |aside| aside.stands(meeting, now))
     }
 
-    /// Goes a way along the route, or beside it.
+    /// Walks a distance along the route, or beside it.
     fn go(&mut self, from: &Pose, way_m: f64, now: Duration) -> Pose {
         if let Some(aside) = &mut self.aside {
             let (at, is_back) = aside.go(from, way_m, now);
@@ -107,7 +107,7 @@ impl Walker {
         at
     }
 
-    /// Which share of their speed the robot leaves them.
+    /// The share of their speed that the robot permits.
     fn haste(&self, meeting: &Meeting) -> f64 {
         let ahead = match &self.aside {
             Some(aside) => aside.direction(&meeting.at),
@@ -128,7 +128,7 @@ impl Walker {
         self.walk.manners.is_some_and(|manners| meeting.is_faced_within(manners.slow_within_m))
     }
 
-    /// Has been hindered for a step longer; makes way for the robot when patience is over.
+    /// Has been blocked for another step; steps aside when patience has run out.
     fn lose_patience(&mut self, meeting: &Meeting, world: &World<'_>) {
         let Some(manners) = self.walk.manners else { return };
         let since = *self.hindered_since.get_or_insert(world.clock.now);
@@ -147,7 +147,7 @@ impl Walker {
     }
 }
 
-/// Takes everybody a step on.
+/// Moves all people by one step.
 pub(crate) fn walk(
     clock: Res<Clock>,
     building: Res<Building>,
@@ -193,7 +193,7 @@ mod tests {
         })
     }
 
-    /// A floor along x, so wide, with walls on both sides.
+    /// A floor along x with this width and walls on both sides.
     fn floor(width_m: f64) -> RayGrid {
         let mut map = OccupancyGrid::new(200, 120, 0.05, pose(-3.0, -3.0, 0.0));
         for index in (0..120).flat_map(|row| (0..200).map(move |column| CellIndex { column, row })) {
@@ -203,7 +203,7 @@ mod tests {
         RayGrid::new(&map)
     }
 
-    /// Where the walker is at each of so many seconds, with a robot that faces it.
+    /// The walker's position after each second, with a robot that faces it.
     fn walk_on(floor: &RayGrid, mut walker: Walker, robot: impl Fn(f64) -> Point, seconds: u32) -> Vec<Point> {
         let mut at = pose(0.0, 0.0, 0.0);
         let mut clock = Clock { now: Duration::ZERO, dt: Duration::from_millis(20) };
@@ -221,20 +221,20 @@ mod tests {
         (0..seconds).map(|_| second()).collect()
     }
 
-    /// How far along a narrow corridor the walker is at each of so many seconds.
+    /// The walker's position along a narrow corridor after each second.
     fn places(walker: Walker, robot: Point, seconds: u32) -> Vec<f64> {
         let places = walk_on(&floor(0.9), walker, |_| robot, seconds);
         places.iter().map(|at| (at.x * 10.0).round() / 10.0).collect()
     }
 
     #[test]
-    fn people_set_out_walk_and_stand_at_their_corners() {
+    fn people_start_walk_and_pause_at_their_corners() {
         let far = Point::new(0.0, 9.0);
         assert_eq!(places(walk_along_x(None), far, 10), [0.0, 1.0, 2.0, 3.0, 4.0, 4.0, 4.0, 3.0, 2.0, 1.0]);
     }
 
     #[test]
-    fn those_with_manners_stop_before_the_robot_and_turn_back_when_patience_is_over() {
+    fn polite_people_stop_before_the_robot_and_turn_back_when_patience_runs_out() {
         let places = places(walk_along_x(Some(Manners::default())), Point::new(2.0, 0.1), 30);
         let nearest = places.iter().copied().fold(0.0, f64::max);
         assert!(nearest <= 2.0 - 0.55 - 0.3 + 0.05 && nearest > 1.0, "{places:?}");
@@ -242,15 +242,15 @@ mod tests {
     }
 
     #[test]
-    fn those_without_walk_on_and_a_robot_beside_the_way_hinders_nobody() {
+    fn impolite_people_walk_on_and_a_robot_beside_the_route_blocks_nobody() {
         assert_eq!(places(walk_along_x(None), Point::new(2.0, 0.0), 5)[4], 4.0);
         let beside = places(walk_along_x(Some(Manners::default())), Point::new(2.0, 0.7), 5);
         assert_eq!(beside[4], 4.0);
     }
 
     #[test]
-    fn where_there_is_room_they_step_aside_let_the_robot_pass_and_go_on() {
-        // The robot stands in the way for 12 s, then drives on as if nobody were there.
+    fn with_enough_room_people_step_aside_let_the_robot_pass_and_continue() {
+        // The robot is in the way for 12 s, then drives on.
         let robot = |time_s: f64| Point::new(2.0 - 0.5 * (time_s - 12.0).max(0.0), 0.0);
         let places = walk_on(&floor(3.0), walk_along_x(Some(Manners::default())), robot, 40);
         assert!(places[..13].iter().any(|at| at.y.abs() > 0.6), "nobody stepped aside: {places:?}");
@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_the_robot_still_faces_turns_back_at_last() {
+    fn people_whom_the_robot_still_faces_turn_back_in_the_end() {
         let places = walk_on(&floor(3.0), walk_along_x(Some(Manners::default())), |_| Point::new(2.0, 0.0), 60);
         assert!(places[20..].iter().any(|at| at.x < 0.1), "never back: {places:?}");
     }

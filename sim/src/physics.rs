@@ -1,4 +1,4 @@
-//! Bodies and contacts: rapier2d's world.
+//! Bodies and contacts: the world of rapier2d.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -12,10 +12,10 @@ use crate::building::Building;
 use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
 use crate::convert::{LocalFrame, to_glam};
 
-/// Friction between floor and movable obstacles, as the rate at which their motion dies away, in 1/s.
+/// Friction between floor and movable obstacles, as the decay rate of their motion, in 1/s.
 const FLOOR_DAMPING_PER_S: f32 = 5.0;
 
-/// A body's place in the physics.
+/// A body in the physics.
 #[derive(Component, Clone, Copy, Debug)]
 pub(crate) struct Body {
     rigid: RigidBodyHandle,
@@ -23,24 +23,24 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// Whether the body has that collider.
+    /// Whether the body has this collider.
     pub(crate) fn has(&self, collider: ColliderHandle) -> bool {
         self.collider == collider
     }
 }
 
-/// A pair of bodies that touch or nearly do.
+/// A pair of bodies that touch or nearly touch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Touch {
     /// The other body's collider.
     pub(crate) other: ColliderHandle,
-    /// How far they are apart; negative if they overlap.
+    /// The gap between them; negative if they overlap.
     pub(crate) gap_m: f32,
     /// Whether they push each other.
     pub(crate) pushing: bool,
 }
 
-/// All bodies. Rapier sees them in the building's frame; poses that come and go are in the `map` frame.
+/// All bodies. Rapier computes in the building's frame; poses in this interface are in the `map` frame.
 #[derive(Resource)]
 pub(crate) struct Physics {
     world: PhysicsWorld,
@@ -53,7 +53,7 @@ impl Physics {
     /// A building seen from above: no gravity. Its walls are solid, as one body. All bodies have the same coefficient of
     /// friction.
     pub(crate) fn within(building: &Building, dt_s: f64, friction: f64) -> Self {
-        // Recycled contacts would report distances that are up to 5 cm old.
+        // Recycled contacts would report distances that are up to 5 cm out of date.
         let integration_parameters =
             IntegrationParameters { dt: dt_s as f32, contact_recycling: false, ..IntegrationParameters::default() };
         let gravity = to_glam(Vector2::zeros());
@@ -92,12 +92,12 @@ impl Physics {
         Body { rigid, collider }
     }
 
-    /// Takes a body away.
+    /// Removes a body.
     pub(crate) fn remove(&mut self, body: Body) {
         self.world.remove_body(body.rigid);
     }
 
-    /// Puts a body somewhere else, at rest.
+    /// Moves a body elsewhere, at rest.
     pub(crate) fn put(&mut self, body: Body, pose: &Pose) {
         let rigid = &mut self.world.bodies[body.rigid];
         rigid.set_position(self.frame.pose_to_glam(pose), true);
@@ -105,7 +105,7 @@ impl Physics {
         rigid.set_angvel(0.0, true);
     }
 
-    /// Gives a body the velocity that takes it to `target` within the next step, unless something is in the way.
+    /// Gives a body the velocity that takes it to `target` in the next step, unless something is in the way.
     pub(crate) fn steer(&mut self, body: Body, target: &Pose, dt_s: f64) {
         let from = self.pose(body);
         let linear = (target.translation.vector - from.translation.vector) / dt_s;
@@ -115,17 +115,17 @@ impl Physics {
         rigid.set_angvel(angular as f32, true);
     }
 
-    /// Takes an obstacle that nothing stops to `target` in the next step.
+    /// Moves an obstacle that cannot be stopped to `target` in the next step.
     pub(crate) fn carry(&mut self, body: Body, target: &Pose) {
         self.world.bodies[body.rigid].set_next_kinematic_position(self.frame.pose_to_glam(target));
     }
 
-    /// Where a body is.
+    /// The pose of a body.
     pub(crate) fn pose(&self, body: Body) -> Pose {
         self.frame.pose_from_glam(self.world.bodies[body.rigid].position())
     }
 
-    /// What touches a body, or nearly does.
+    /// The bodies that touch a body, or nearly do.
     pub(crate) fn touches(&self, body: Body) -> impl Iterator<Item = Touch> + '_ {
         self.world.narrow_phase.contact_pairs_with(body.collider).filter_map(move |pair| {
             let other = if pair.collider1 == body.collider { pair.collider2 } else { pair.collider1 };
@@ -135,12 +135,12 @@ impl Physics {
     }
 }
 
-/// Lets one step pass.
+/// Performs one step.
 pub(crate) fn step_physics(mut physics: ResMut<Physics>) {
     physics.world.step();
 }
 
-/// The outline as parry knows it.
+/// The outline as a parry shape.
 pub(crate) fn parry_shape(shape: &Shape) -> SharedShape {
     match *shape {
         Shape::Disc { radius_m } => SharedShape::ball(radius_m as f32),

@@ -1,17 +1,17 @@
 //! Rays against the walls of an occupancy grid, exactly.
 //!
 //! This is the plain grid traversal (Amanatides and Woo, *A Fast Voxel Traversal Algorithm*, 1987): from cell to cell,
-//! across the nearer of the next two grid lines. Its convention is what "exact" means to whatever is tested against it,
-//! first of all the sweep that casts whole scans:
+//! across the nearer of the next two grid lines. Its conventions define "exact" for everything that is tested against
+//! it, above all the sweep that casts whole scans:
 //!
 //! - Cells are half open; a ray starts in the cell (⌊x⌋, ⌊y⌋). If that cell is occupied, the distance is 0.
 //! - A step goes along x only if `ex · |dy| < ey · |dx|`, where `ex` and `ey` are the distances to the next grid lines
 //!   across x and across y; so a ray through a corner steps along y first. A component that is 0 never crosses a line.
 //! - Both sides are products: reciprocals would break the ties of rational slopes. `ex` is the difference of the line's
-//!   coordinate and the origin's, rounded once and not with every step; so which of two lines comes first does not depend
-//!   on how the ray came there, and neither does the distance `ex / |dx|` at which a wall behind the line is met.
-//! - A wall counts if that distance is not greater than the longest. Unknown cells are transparent, and beyond the grid
-//!   there is nothing.
+//!   coordinate and the origin's, rounded once and not with every step; so the order of two lines does not depend on
+//!   the ray's earlier path, and neither does the distance `ex / |dx|` of a wall behind the line.
+//! - A wall counts if its distance is not greater than the maximum. Unknown cells are transparent, and the space
+//!   outside the grid is empty.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose};
 use nalgebra::{UnitComplex, Vector2};
@@ -22,26 +22,26 @@ const TRANSPARENT: u8 = 0;
 const OCCUPIED: u8 = 1;
 const BORDER: u8 = 2;
 
-/// The walls of an occupancy grid, laid out for casting rays one by one.
+/// The walls of an occupancy grid, prepared for casting single rays.
 #[derive(Clone, Debug)]
 pub struct RayGrid {
-    /// Row by row, with a border of one cell all around, so that a ray need not look where the grid ends.
+    /// Row by row, with a border of one cell on all sides, so that a ray need not check for the end of the grid.
     cells: Vec<u8>,
     /// Length of a row with its border.
     stride: usize,
     width: usize,
     height: usize,
     resolution_m: f64,
-    /// Takes the `map` frame to the grid's.
+    /// Transforms the `map` frame to the grid's.
     from_map: Pose,
 }
 
-/// Where a ray meets a wall.
+/// The point where a ray hits a wall.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
     /// Distance from the origin, in lengths of the ray's direction.
     pub distance: f64,
-    /// Position in the bordered grid.
+    /// Index in the bordered grid.
     offset: usize,
 }
 
@@ -61,7 +61,7 @@ impl RayGrid {
         Self { cells, stride, width, height, resolution_m: grid.resolution_m(), from_map: grid.origin().inverse() }
     }
 
-    /// Changes what a cell is.
+    /// Changes a cell.
     ///
     /// # Panics
     /// If `index` lies outside the grid.
@@ -71,10 +71,10 @@ impl RayGrid {
         self.cells[offset] = if cell == Cell::Occupied { OCCUPIED } else { TRANSPARENT };
     }
 
-    /// The distances at which a scanner's beams meet a wall, in metres, in the order of the beams; infinite where there
-    /// is none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
+    /// The distances at which a scanner's beams hit a wall, in metres, in the order of the beams; infinite if there is
+    /// none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
     ///
-    /// One beam after the other: [`Walls::ranges`](crate::Walls::ranges) gives the same numbers much faster.
+    /// Beams are cast one by one: [`Walls::ranges`](crate::Walls::ranges) gives the same numbers much faster.
     pub fn ranges(&self, beams: &Beams, base: &Pose, range_max_m: f64, ranges_m: &mut Vec<f64>) {
         let (origin, rotation) = self.place(beams, base);
         let max = range_max_m / self.resolution_m;
@@ -85,9 +85,9 @@ impl RayGrid {
         }));
     }
 
-    /// Where the ray from `origin` (grid coordinates: cells from the grid's corner) along `direction` (grid axes, any
-    /// length) meets the first occupied cell, if it does within `max` lengths of the direction. A ray from inside an
-    /// occupied cell meets it at 0.
+    /// The point where the ray from `origin` (grid coordinates: cells from the grid's corner) along `direction` (grid
+    /// axes, any length) hits the first occupied cell, if it does within `max` lengths of the direction. A ray from
+    /// inside an occupied cell hits it at 0.
     #[must_use]
     pub fn cast(&self, origin: &Point, direction: &Vector2<f64>, max: f64) -> Option<RayHit> {
         if self.holds(origin) {
@@ -97,7 +97,7 @@ impl RayGrid {
         }
     }
 
-    /// The occupied cell that was hit.
+    /// The occupied cell of a hit.
     #[must_use]
     pub fn cell(&self, hit: &RayHit) -> CellIndex {
         CellIndex { column: hit.offset % self.stride - 1, row: hit.offset / self.stride - 1 }
@@ -128,18 +128,18 @@ impl RayGrid {
         self.resolution_m
     }
 
-    /// Where a scanner's beams start, in grid coordinates, and what turns them to the grid's axes.
+    /// The origin of a scanner's beams, in grid coordinates, and the rotation to the grid's axes.
     pub(crate) fn place(&self, beams: &Beams, base: &Pose) -> (Point, UnitComplex<f64>) {
         let base = self.from_map * base;
         (base * beams.origin() / self.resolution_m, base.rotation)
     }
 
-    /// Whether a point in grid coordinates lies within the grid and not in a wall.
+    /// Whether a point in grid coordinates is inside the grid and not in a wall.
     pub(crate) fn is_clear(&self, point: &Point) -> bool {
         self.holds(point) && self.cells[self.offset(point.x as usize, point.y as usize)] == TRANSPARENT
     }
 
-    /// Whether a point in grid coordinates lies within the grid.
+    /// Whether a point in grid coordinates is inside the grid.
     pub(crate) fn holds(&self, point: &Point) -> bool {
         point.x >= 0.0 && point.y >= 0.0 && point.x < self.width as f64 && point.y < self.height as f64
     }
@@ -158,7 +158,7 @@ impl RayGrid {
         let mut y = Axis::new(origin.y, row as f64, direction.y);
         let (right, up) = (x.offset_step(1), y.offset_step(self.stride));
         for _ in 0..x.lines_within(max).saturating_add(y.lines_within(max)) {
-            // The two arms look alike, but predicting which comes next is twice as fast as selecting without a branch.
+            // Both branches look alike, but branch prediction is twice as fast here as a branchless selection.
             if x.crosses_before(&y) {
                 offset = offset.wrapping_add(right);
                 match self.cells[offset] {
@@ -178,7 +178,7 @@ impl RayGrid {
         None
     }
 
-    /// The same walk over cells that may lie outside the grid; slower, for a robot that has left the map.
+    /// The same traversal over cells that may be outside the grid; slower, for a robot that has left the map.
     #[cold]
     fn cast_from_outside(&self, origin: &Point, direction: &Vector2<f64>, max: f64) -> Option<RayHit> {
         let mut cell = Point::new(origin.x.floor(), origin.y.floor());
@@ -200,7 +200,7 @@ impl RayGrid {
     }
 }
 
-/// A ray's way along one axis of the grid.
+/// A ray's progress along one axis of the grid.
 #[derive(Clone, Copy)]
 struct Axis {
     origin: f64,
@@ -208,7 +208,7 @@ struct Axis {
     speed: f64,
     /// From a line to the next: 1 or −1.
     step: f64,
-    /// The grid line across the axis that the ray crosses next; infinite if it never crosses one.
+    /// The next grid line across the axis that the ray crosses; infinite if it never crosses one.
     line: f64,
     /// Distance to that line along the axis.
     to_line: f64,
@@ -239,24 +239,24 @@ impl Axis {
         self.to_line = (self.line - self.origin).abs();
     }
 
-    /// The hit of a wall behind the next line, if that is near enough.
+    /// The hit of a wall behind the next line, if it is near enough.
     fn hit(&self, offset: usize, max: f64) -> Option<RayHit> {
         let distance = self.to_line / self.speed;
         (distance <= max).then_some(RayHit { distance, offset })
     }
 
-    /// What a step along the axis adds to an offset, modulo 2⁶⁴.
+    /// The change of an offset in a step along the axis, modulo 2⁶⁴.
     fn offset_step(&self, stride: usize) -> usize {
         if self.step < 0.0 { stride.wrapping_neg() } else { stride }
     }
 
-    /// How many grid lines the ray crosses within `max` lengths of its direction, or one more.
+    /// The number of grid lines that the ray crosses within `max` lengths of its direction, or one more.
     fn lines_within(&self, max: f64) -> usize {
         let rest = max * self.speed - self.to_line;
         if rest >= -1.0 { (rest as usize).saturating_add(2) } else { 0 }
     }
 
-    /// Whether a ray at that cell has left the grid, of that many cells, for good.
+    /// Whether a ray at this cell has left a grid of this many cells for good.
     fn leaves(&self, cell: f64, cells: usize) -> bool {
         (cell < 0.0 && (self.step < 0.0 || self.speed == 0.0))
             || (cell >= cells as f64 && (self.step > 0.0 || self.speed == 0.0))

@@ -1,4 +1,4 @@
-//! What the robot's software has not read yet.
+//! Readings that the robot's software has not read yet.
 
 use bevy_ecs::prelude::*;
 use robot::Reading;

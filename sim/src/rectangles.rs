@@ -1,4 +1,4 @@
-//! Occupied cells merged into rectangles, so that the physics has few bodies to look at.
+//! Merges occupied cells into rectangles, so that the physics has fewer bodies.
 
 use maps::{Cell, OccupancyGrid};
 
@@ -13,7 +13,7 @@ pub(crate) struct Rectangle {
 
 /// Rectangles that together cover every occupied cell exactly once.
 ///
-/// Greedy: from the first cell that is left, as far as it goes along its row, then that whole run as far up as it goes.
+/// Greedy: from the first remaining cell, as far as possible along its row, then this whole run as far up as possible.
 pub(crate) fn rectangles(grid: &OccupancyGrid) -> Vec<Rectangle> {
     let (width, height) = (grid.width(), grid.height());
     let mut left: Vec<bool> = grid.cells().iter().map(|cell| *cell == Cell::Occupied).collect();
@@ -43,7 +43,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_occupied_cell_is_covered_once_and_no_other(cells in prop::collection::vec(0..3_u8, 12 * 9)) {
+        fn every_occupied_cell_is_covered_exactly_once_and_no_other(cells in prop::collection::vec(0..3_u8, 12 * 9)) {
             let mut grid = OccupancyGrid::new(12, 9, 0.05, Pose::identity());
             for (offset, cell) in cells.iter().enumerate() {
                 let index = CellIndex { column: offset % 12, row: offset / 12 };

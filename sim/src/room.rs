@@ -1,4 +1,4 @@
-//! Whether the robot has room somewhere.
+//! Checks whether there is room for the robot.
 
 use maps::{CellIndex, Point, Pose};
 
@@ -6,7 +6,7 @@ use crate::config::Shape;
 use crate::error::{Placement, SimError};
 use crate::ray_grid::RayGrid;
 
-/// Fails if something is not on the map.
+/// Fails if something is outside the map.
 pub(crate) fn check_on_map(walls: &RayGrid, what: Placement, at: &Point) -> Result<(), SimError> {
     let (width, height) = walls.extent();
     if walls.holds(&walls.to_grid(at)) {
@@ -16,7 +16,7 @@ pub(crate) fn check_on_map(walls: &RayGrid, what: Placement, at: &Point) -> Resu
     Err(SimError::OutsideMap { what, x_m: at.x, y_m: at.y, width_m, height_m })
 }
 
-/// Fails if a robot of that radius is not on the map at a point, or overlaps a wall or one of the obstacles there.
+/// Fails if a robot with this radius at a point is outside the map, or overlaps a wall or one of the obstacles.
 pub(crate) fn check_room<'a>(
     walls: &RayGrid,
     obstacles: impl Iterator<Item = (&'a str, &'a Shape, &'a Pose)>,
@@ -39,7 +39,7 @@ pub(crate) fn check_room<'a>(
     Ok(())
 }
 
-/// Whether somebody of that radius can walk straight from one point to another without touching a wall.
+/// Whether a person with this radius can walk straight from one point to another without touching a wall.
 pub(crate) fn is_walkable(walls: &RayGrid, from: &Point, to: &Point, radius_m: f64) -> bool {
     let looks = ((to - from).norm() / (2.0 * walls.resolution_m())).ceil().max(1.0);
     (0..=looks as u32).all(|look| {
@@ -48,7 +48,7 @@ pub(crate) fn is_walkable(walls: &RayGrid, from: &Point, to: &Point, radius_m: f
     })
 }
 
-/// The centre of the occupied cell nearest to a point and how far the cell is, if nearer than `within_m`.
+/// The centre of the occupied cell nearest to a point, and its distance, if that is below `within_m`.
 fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Option<(Point, f64)> {
     let at = walls.to_grid(point);
     let (width, height) = walls.extent();
@@ -84,7 +84,7 @@ pub(crate) fn distance_to(shape: &Shape, pose: &Pose, point: &Point) -> f64 {
     }
 }
 
-/// How far a value lies outside an interval.
+/// The distance of a value from an interval.
 fn outside(value: f64, low: f64, high: f64) -> f64 {
     (low - value).max(value - high).max(0.0)
 }

@@ -5,13 +5,13 @@ use nalgebra::{UnitComplex, Vector2};
 
 use crate::config::RouteEnd;
 
-/// Where something that follows a route is heading.
+/// The progress of a body on a route.
 #[derive(bevy_ecs::component::Component, Clone, Debug)]
 pub(crate) struct Route {
     waypoints: Vec<Point>,
     speed_mps: f64,
     end: RouteEnd,
-    /// The waypoint that comes next; none once the route is at its end.
+    /// The next waypoint; `None` at the end of the route.
     next: Option<usize>,
     backward: bool,
 }
@@ -22,17 +22,17 @@ impl Route {
         Self { waypoints, speed_mps, end, next, backward: false }
     }
 
-    /// Where a walker at `from` is after `dt_s`, facing the way it went.
+    /// The pose of a walker at `from` after `dt_s`, facing forward.
     pub(crate) fn advance(&mut self, from: &Pose, dt_s: f64) -> Pose {
         self.walk(from, self.speed_mps * dt_s, |_| false).0
     }
 
-    /// Where a walker at `from` is after a way of that length, facing the way it went, and whether it has come to a
-    /// waypoint at which it `stops`: it goes no farther then.
+    /// The pose of a walker at `from` after this distance, facing forward, and whether it has reached a waypoint at
+    /// which it `stops`: it then goes no farther.
     pub(crate) fn walk(&mut self, from: &Pose, way_m: f64, stops: impl Fn(usize) -> bool) -> (Pose, bool) {
         let mut at = *from;
         let mut left_m = way_m;
-        // Waypoints may coincide: no more of them in a step than there are.
+        // Waypoints may coincide: in a step, at most all of them are passed.
         for _ in 0..=self.waypoints.len() {
             let Some(next) = self.next else { break };
             let way = self.waypoints[next].coords - at.translation.vector;
@@ -55,12 +55,12 @@ impl Route {
         (at, false)
     }
 
-    /// The direction of the next waypoint from a place; none at the route's end, or on the waypoint.
+    /// The direction of the next waypoint from a place; `None` at the end of the route, or at the waypoint.
     pub(crate) fn direction(&self, from: &Pose) -> Option<Vector2<f64>> {
         (self.waypoints[self.next?].coords - from.translation.vector).try_normalize(0.0)
     }
 
-    /// Heads for the waypoint before, unless the route ends at its last one.
+    /// Heads for the previous waypoint, unless the route ends at its last one.
     pub(crate) fn turn_back(&mut self) {
         let (Some(next), last) = (self.next, self.waypoints.len().saturating_sub(1)) else { return };
         match self.end {
@@ -97,7 +97,7 @@ mod tests {
 
     use super::*;
 
-    /// The places at the end of each of six seconds, at 1 m/s from (0, 0) around a square of 1 m.
+    /// The positions after each of six seconds, at 1 m/s from (0, 0) around a square of 1 m.
     fn places(end: RouteEnd) -> Vec<(f64, f64)> {
         let square = [(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)].map(|(x, y)| Point::new(x, y));
         let mut route = Route::new(square.to_vec(), 1.0, end);
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn a_route_ends_as_it_is_told() {
+    fn a_route_ends_as_configured() {
         let around = vec![(1.0, 0.0), (1.0, 1.0), (0.0, 1.0), (0.0, 0.0)];
         for (end, then) in [
             (RouteEnd::Stop, [(0.0, 0.0), (0.0, 0.0)]),
@@ -122,14 +122,14 @@ mod tests {
     }
 
     #[test]
-    fn the_walker_faces_where_it_goes() {
+    fn the_walker_faces_forward() {
         let mut route = Route::new(vec![Point::new(0.0, -3.0)], 1.0, RouteEnd::Stop);
         let at = route.advance(&pose(0.0, 0.0, 1.0), 0.5);
         assert!((heading(&at) + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
     }
 
     #[test]
-    fn whoever_turns_back_goes_to_the_waypoint_before() {
+    fn a_walker_that_turns_back_goes_to_the_previous_waypoint() {
         let line = [1.0, 2.0, 3.0].map(|x| Point::new(x, 0.0)).to_vec();
         for (end, before) in [(RouteEnd::Stop, 2.0), (RouteEnd::Loop, 1.0), (RouteEnd::BackAndForth, 1.0)] {
             let mut route = Route::new(line.clone(), 1.0, end);
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn waypoints_in_one_place_do_not_hold_up_time() {
+    fn coinciding_waypoints_do_not_cause_an_endless_loop() {
         let mut route = Route::new(vec![Point::new(1.0, 1.0); 3], 1.0, RouteEnd::Loop);
         assert_eq!(route.advance(&pose(1.0, 1.0, 0.0), 10.0), pose(1.0, 1.0, 0.0));
     }

@@ -39,8 +39,8 @@ struct Step;
 
 /// A simulated robot in its world.
 ///
-/// The first readings, of time 0, are there before the first step. Readings wait until they are read: read after every
-/// step, or they pile up.
+/// The first readings, of time 0, are available before the first step. Readings accumulate until they are read: read
+/// them after every step.
 pub struct Simulation {
     model: RobotModel,
     world: World,
@@ -51,12 +51,12 @@ pub struct Simulation {
 }
 
 impl Simulation {
-    /// A robot at rest at `start` on the floor whose walls are the occupied cells of `grid`, with a charging station to
-    /// dock at `station`, if there is one; both poses in the `map` frame. All randomness of the run comes from `streams`.
+    /// A robot at rest at `start`. The walls are the occupied cells of `grid`; there may be a charging station at
+    /// `station`. Both poses are in the `map` frame. All randomness of the run comes from `streams`.
     ///
     /// # Errors
-    /// If a setting has a value that it cannot have, if start or station lie outside the map, or if the robot's body
-    /// would overlap a wall or an obstacle at the start.
+    /// If a setting has an invalid value, if start or station are outside the map, or if the robot's body would overlap
+    /// a wall or an obstacle at the start.
     pub fn new(
         config: &SimConfig,
         grid: &OccupancyGrid,
@@ -67,10 +67,10 @@ impl Simulation {
         Self::within(&Building::new(grid), config, start, station, streams)
     }
 
-    /// A robot as [`new`](Self::new) makes it, in a building that other simulations may share.
+    /// A robot as made by [`new`](Self::new), in a building that other simulations may share.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// As for [`new`](Self::new).
     pub fn within(
         building: &Building,
         config: &SimConfig,
@@ -96,7 +96,7 @@ impl Simulation {
         Ok(Self { model: config.model.clone(), world, schedule, robot, station, lasers })
     }
 
-    /// Lets [`SimConfig::dt`] pass.
+    /// Advances time by [`SimConfig::dt`].
     pub fn step(&mut self) {
         self.schedule.run(&mut self.world);
     }
@@ -107,46 +107,45 @@ impl Simulation {
         self.world.resource::<Clock>().now
     }
 
-    /// What is really so: for reports, never for the robot's software.
+    /// The true state: for reports, never for the robot's software.
     #[must_use]
     pub fn truth(&self) -> Truth<'_> {
         Truth { world: &self.world, robot: self.robot, station: self.station, lasers: &self.lasers }
     }
 
-    /// What is wrong at the moment.
+    /// The current faults.
     #[must_use]
     pub fn faults(&self) -> &Faults {
         self.world.resource::<Faults>()
     }
 
-    /// What is wrong from the next step on, to be changed.
+    /// The faults, to be changed; changes apply from the next step on.
     pub fn faults_mut(&mut self) -> &mut Faults {
         self.world.resource_mut::<Faults>().into_inner()
     }
 
-    /// Sets the battery's charge, in percent, clamped to 0 to 100; NaN changes nothing. The next reading tells it.
+    /// Sets the battery's charge, in percent, clamped to 0 to 100; NaN changes nothing. The next reading shows it.
     pub fn set_battery_charge(&mut self, charge_pct: f64) {
         if let Some(mut battery) = self.world.get_mut::<Battery>(self.robot) {
             battery.set_charge(charge_pct);
         }
     }
 
-    /// Carries the robot to a pose in the `map` frame and puts it down there, at rest. Its wheels do not feel it: odometry
-    /// goes on from where it was, and [`Truth::distance_m`] does not count the way. What the software has asked for
-    /// stays in force.
+    /// Moves the robot to a pose in the `map` frame, at rest. Its wheels do not notice: odometry continues from its
+    /// last pose, and [`Truth::distance_m`] does not count the move. The software's command stays in effect.
     ///
     /// # Errors
-    /// If that lies outside the map, or if the robot's body would overlap a wall or an obstacle there; then the robot
+    /// If the pose is outside the map, or if the robot's body would overlap a wall or an obstacle there; then the robot
     /// stays where it is.
     pub fn kidnap(&mut self, pose: Pose) -> Result<(), SimError> {
         kidnap(&mut self.world, self.robot, pose)
     }
 
-    /// Whether the robot can ever be carried to that pose: [`kidnap`](Self::kidnap) puts it down there unless an obstacle
-    /// is in the way at that moment.
+    /// Whether the robot can ever be moved to this pose: [`kidnap`](Self::kidnap) succeeds unless an obstacle is in the
+    /// way at that moment.
     ///
     /// # Errors
-    /// If the pose lies outside the map, or if the robot's body would overlap a wall there.
+    /// If the pose is outside the map, or if the robot's body would overlap a wall there.
     pub fn check_kidnapping(&self, pose: &Pose) -> Result<(), SimError> {
         check_walls(&self.world, self.robot, pose)
     }
@@ -175,7 +174,7 @@ impl Robot for Simulation {
     }
 }
 
-/// Fails if the robot has no room at the start, or the station is not on the map.
+/// Fails if there is no room for the robot at the start, or the station is outside the map.
 fn check_places(config: &SimConfig, walls: &Walls, start: &Pose, station: Option<&Pose>) -> Result<(), SimError> {
     let poses: Vec<Pose> = config.obstacles.iter().map(first_pose).collect();
     let obstacles = config.obstacles.iter().zip(&poses);
@@ -222,7 +221,7 @@ fn spawn_lasers(world: &mut World, config: &SimConfig, streams: &Streams) -> Vec
     config.model.lasers.iter().enumerate().map(&mut spawn).collect()
 }
 
-/// The systems in the order in which a step runs them.
+/// The systems in the order of a step.
 fn schedule(world: &mut World) -> Schedule {
     let mut schedule = Schedule::new(Step);
     schedule.set_executor(SingleThreadedExecutor::new());
@@ -237,7 +236,7 @@ fn schedule(world: &mut World) -> Schedule {
     schedule
 }
 
-/// Measures at time 0, in the order of a step.
+/// Takes the measurements of time 0, in the order of a step.
 fn take_first_readings(world: &mut World) {
     world.run_system_once(measure_odometry).expect("the robot has odometry");
     world.run_system_once(scan).expect("the robot has a pose");

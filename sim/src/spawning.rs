@@ -1,4 +1,4 @@
-//! How obstacles come into the world, and go.
+//! Adding obstacles to the world, and removing them.
 
 use bevy_ecs::prelude::*;
 use maps::Pose;
@@ -10,7 +10,7 @@ use crate::people::Walker;
 use crate::physics::{Body, Physics, parry_shape};
 use crate::route::Route;
 
-/// Where an obstacle is at the start: where its configuration says, or, if it is an open door, where its leaf is then.
+/// The initial pose of an obstacle: that of its configuration or, for an open door, that of its leaf.
 pub(crate) fn first_pose(config: &ObstacleConfig) -> Pose {
     match &config.motion {
         ObstacleMotion::Door(door) => Leaf::new(door, &config.shape, config.pose).pose(),
@@ -18,7 +18,7 @@ pub(crate) fn first_pose(config: &ObstacleConfig) -> Pose {
     }
 }
 
-/// Puts an obstacle into the world.
+/// Adds an obstacle to the world.
 pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Entity {
     let outline = parry_shape(&config.shape);
     let pose = first_pose(config);
@@ -45,7 +45,7 @@ pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Enti
     id
 }
 
-/// Takes an obstacle out of the world.
+/// Removes an obstacle from the world.
 pub(crate) fn remove_obstacle(world: &mut World, obstacle: Entity) {
     if let Some(body) = world.get::<Body>(obstacle).copied() {
         world.resource_mut::<Physics>().remove(body);

@@ -1,19 +1,19 @@
 //! All the beams of a quadrant against the walls, in one sweep.
 //!
-//! Neighbouring beams mostly go through the same cells and end on the same wall. So this does not follow beams but
-//! *intervals* of them, and its cost goes with what is to be seen, not with the number of beams. The results are those
-//! of the plain traversal ([`RayGrid::cast`](crate::RayGrid::cast)) to the last bit.
+//! Neighbouring beams mostly pass through the same cells and end on the same wall. So the sweep does not follow beams
+//! but *intervals* of beams, and its cost depends on the visible walls, not on the number of beams. The results equal
+//! those of the plain traversal ([`RayGrid::cast`](crate::RayGrid::cast)) to the last bit.
 //!
 //! # The method
-//! **Fans.** The beams are divided by the axis that they follow most, and which way, into four fans (`quadrant`). Within a
-//! fan a beam gains at most one column a row; where x is followed most, the grid's columns are the rows (`fan`).
+//! **Fans.** The beams are divided into four fans by their dominant axis and its direction (`quadrant`). Within a fan,
+//! a beam gains at most one column per row; in fans along x, the grid's columns are the rows (`fan`).
 //!
 //! **Bits.** The walls are bitmaps, one with the grid's rows and one with its columns as rows, each with a coarse level
-//! that has eight rows in one (`bit_rows`). Whether 57 cells of a row are free is one word and two shifts.
+//! that combines eight rows (`bit_rows`). Checking whether 57 cells of a row are free takes one word and two shifts.
 //!
-//! **The march.** An interval, at first the whole fan, goes up row by row. Between its outer beams there lie some columns,
-//! whose ends move on by an addition each; while no bit there is set, nothing else happens, and if none is set in the
-//! coarse level, that goes for eight rows (`march`):
+//! **The march.** An interval, initially the whole fan, advances row by row. Between its outer beams is a range of
+//! columns, whose ends advance by one addition each. While no bit in the range is set, nothing else happens; if none is
+//! set in the coarse level, this holds for eight rows (`march`):
 //!
 //! ```text
 //!   row 4    .  .  a  .  .  .  .  .  .  .  d  .     a and d: the outer beams of an interval
@@ -23,20 +23,22 @@
 //!   row 0    .  .  .  .  .  o  .  .  .  .  .  .     c to d:  go on as well; those between b and c end in row 2
 //! ```
 //!
-//! **Edges.** Which is the first beam that meets the run, and which the first that passes behind it? The beams are in the
-//! order of their slopes, so each is an index, estimated from the angle of the run's corner. The beams beside the estimate
-//! are then asked by the exact comparison of two products that the plain traversal makes at that corner (`edges`). This is
-//! where the result is decided; the estimate, the fixed-point columns and their margin only say where to ask.
+//! **Edges.** Which is the first beam that hits the run, and which is the first that passes behind it? The beams are
+//! sorted by slope, so each answer is an index, which is estimated from the angle of the run's corner. The beams next
+//! to the estimate are then checked with the exact comparison of two products that the plain traversal makes at that
+//! corner (`edges`). Only this check determines the result; the estimate, the fixed-point columns and their margin only
+//! select the beams to check.
 //!
-//! **Outcomes.** The beams that end on a run are noted as one group. Whether one met the run's front or its side is the
-//! same comparison again; then its distance is a single division (`outcome`).
+//! **Outcomes.** The beams that end on a run form one group. The same comparison tells whether a beam hit the run's
+//! front or its side; then its distance is a single division (`outcome`).
 //!
 //! # Why it is exact
 //! The plain traversal merges two ascending sequences of products: those of the lines between columns, and of the lines
-//! between rows. Rounding keeps both in order, so whether line c comes before line r depends on these two products alone,
-//! not on the cells before. A beam touches a run in row k if it comes to the run's near column before the end of the row,
-//! and has not left its far column at the beginning: two such comparisons. As functions of the beam they change once, if
-//! neighbours differ by more than rounding can turn about; [`Beams`](crate::Beams) divides a scan where they do not.
+//! between rows. Rounding keeps both in order, so whether line c comes before line r depends on these two products
+//! alone, not on the cells before. A beam touches a run in row k if it reaches the run's near column before the end of
+//! the row, and has not left its far column at the beginning: two such comparisons. As functions of the beam they
+//! change only once, if neighbours differ by more than rounding errors; [`Beams`](crate::Beams) divides a scan where
+//! they do not.
 
 mod bit_rows;
 mod edges;
@@ -56,7 +58,7 @@ use outcome::{Outcome, measure};
 
 pub(crate) use quadrant::{Quadrant, fans};
 
-/// The walls of an occupancy grid, laid out for sweeps.
+/// The walls of an occupancy grid, prepared for sweeps.
 #[derive(Clone, Debug)]
 pub(crate) struct Sweep {
     /// For fans along y.
@@ -65,7 +67,7 @@ pub(crate) struct Sweep {
     columns: BitRows,
 }
 
-/// What a sweep works with; kept from one to the next for its memory.
+/// Working memory of a sweep, kept for reuse.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SweepMemory {
     beams: Vec<FanBeam>,
@@ -75,7 +77,7 @@ pub(crate) struct SweepMemory {
 }
 
 impl Sweep {
-    /// The walls of a grid, or `None` if it is too long for the sweep's numbers: more than half a million cells.
+    /// The walls of a grid, or `None` if it is too large for the sweep's numbers: longer than half a million cells.
     pub(crate) fn new(grid: &OccupancyGrid) -> Option<Self> {
         let (width, height) = (grid.width(), grid.height());
         if width + height >= fixed::LIMIT {
@@ -90,17 +92,17 @@ impl Sweep {
         Some(sweep)
     }
 
-    /// Makes a cell a wall or none.
+    /// Makes a cell occupied or free.
     pub(crate) fn set(&mut self, index: CellIndex, occupied: bool) {
         self.rows.set(index.row, index.column, occupied);
         self.columns.set(index.column, index.row, occupied);
     }
 
-    /// How far away each beam of a fan meets a wall, in lengths of its direction; infinite if it meets none. Distances
-    /// greater than `max` may be infinite as well.
+    /// The distance at which each beam of a fan hits a wall, in lengths of its direction; infinite if it hits none.
+    /// Distances greater than `max` may be infinite as well.
     ///
-    /// `origin` is in grid coordinates, within the grid and in no wall; `directions` are along the grid's axes, all in
-    /// that quadrant, none longer than 1, and each counter-clockwise of the one before.
+    /// `origin` is in grid coordinates, inside the grid and not in a wall. `directions` are along the grid's axes, all
+    /// in this quadrant, at most of length 1, and each counter-clockwise of the previous one.
     pub(crate) fn distances(
         &self,
         quadrant: Quadrant,

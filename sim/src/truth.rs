@@ -1,4 +1,4 @@
-//! What is really so, for reports.
+//! The true state, for reports.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,10 +18,10 @@ use crate::motion::{Motion, RobotPose};
 use crate::obstacles::{Obstacle, ObstaclePose, Obstacles};
 use crate::odometer::Odometer;
 
-/// What is really so in the simulated world.
+/// The true state of the simulated world.
 ///
-/// For reports, pictures, trace hashes and tests alone: the robot's software must never see any of it, only what
-/// [`robot::Robot`] offers.
+/// Only for reports, pictures, trace hashes and tests: the robot's software must never see it, only the data of
+/// [`robot::Robot`].
 #[derive(Clone, Copy)]
 pub struct Truth<'a> {
     pub(crate) world: &'a World,
@@ -30,12 +30,12 @@ pub struct Truth<'a> {
     pub(crate) lasers: &'a [Entity],
 }
 
-/// An obstacle as it really is.
+/// The true state of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObstacleTruth<'a> {
-    /// Name given in the configuration or by the fault that brought it.
+    /// Its name in the configuration or in the fault that added it.
     pub name: &'a str,
-    /// Outline about its centre.
+    /// Outline around its centre.
     pub shape: Shape,
     /// Pose of its centre in the `map` frame.
     pub pose: Pose,
@@ -66,20 +66,20 @@ impl<'a> Truth<'a> {
         self.of::<Motion>(self.robot).turn_rad / self.clock().dt_s()
     }
 
-    /// Way of the robot's centre since the start of the run, in metres.
+    /// Distance travelled by the robot's centre since the start of the run, in metres.
     #[must_use]
     pub fn distance_m(&self) -> f64 {
         self.of::<Motion>(self.robot).travelled_m
     }
 
-    /// Number of contacts begun between the robot and anything else. All walls together count as one thing; a contact
+    /// Number of contacts between the robot and other bodies so far. All walls together count as one body; a contact
     /// ends when the gap is wider than 5 mm.
     #[must_use]
     pub fn collisions(&self) -> u64 {
         self.contacts().len() as u64
     }
 
-    /// The contacts begun between the robot and anything else, in order: what [`collisions`](Self::collisions) counts.
+    /// The contacts between the robot and other bodies so far, in order; [`collisions`](Self::collisions) counts them.
     #[must_use]
     pub fn contacts(&self) -> &'a [Contact] {
         self.of::<Contacts>(self.robot).begun()
@@ -91,13 +91,13 @@ impl<'a> Truth<'a> {
         self.of::<Contacts>(self.robot).is_touching()
     }
 
-    /// Wheel odometry as measured in the last step, read or not, with its faults.
+    /// Wheel odometry as measured in the last step, with its faults, whether or not it was read.
     #[must_use]
     pub fn odometry(&self) -> Odometry {
         self.of::<Odometer>(self.robot).latest()
     }
 
-    /// The battery as it is, whatever its readings say.
+    /// The true state of the battery, whatever its readings.
     #[must_use]
     pub fn battery(&self) -> BatteryState {
         self.of::<Battery>(self.robot).state(&self.clock())
@@ -109,21 +109,21 @@ impl<'a> Truth<'a> {
         self.of::<Dock>(self.robot).is_docked()
     }
 
-    /// Pose of the charging station in the `map` frame, if there is one; if a fault has moved it, where it is now.
+    /// Current pose of the charging station in the `map` frame, if there is one.
     #[must_use]
     pub fn station(&self) -> Option<Pose> {
         self.world.resource::<Faults>().station.or(self.of::<Station>(self.station).0)
     }
 
-    /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`]: as it was read, with its faults. None
-    /// of a laser that is dead.
+    /// The last scan of each laser, in the order of [`robot::RobotModel::lasers`], with its faults. Dead lasers have
+    /// none.
     pub fn scans(&self) -> impl Iterator<Item = &'a Arc<LaserScan>> + use<'a> {
         let (world, lasers) = (self.world, self.lasers);
         lasers.iter().filter_map(move |laser| world.get::<Laser>(*laser)?.latest())
     }
 
-    /// All obstacles: those of [`SimConfig::obstacles`](crate::SimConfig::obstacles) in their order, then those of
-    /// [`Faults::bodies`](crate::Faults::bodies) that have been put down, in the order in which they were.
+    /// All obstacles: those of [`SimConfig::obstacles`](crate::SimConfig::obstacles) in order, then those of
+    /// [`Faults::bodies`](crate::Faults::bodies) that have been placed, in the order of their appearance.
     pub fn obstacles(&self) -> impl Iterator<Item = ObstacleTruth<'a>> + use<'a> {
         let world = self.world;
         world.resource::<Obstacles>().0.iter().filter_map(move |entity| {

@@ -1,4 +1,4 @@
-//! The walls of an occupancy grid as lasers see them.
+//! The walls of an occupancy grid, for lasers.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Pose};
 use nalgebra::Vector2;
@@ -7,19 +7,19 @@ use crate::beams::Beams;
 use crate::ray_grid::RayGrid;
 use crate::sweep::{Sweep, SweepMemory, fans};
 
-/// The walls of an occupancy grid as lasers see them: its occupied cells.
+/// The walls of an occupancy grid, for lasers: its occupied cells.
 ///
-/// Whole scans are swept, a quadrant at a time; single rays are cast through [`rays`](Self::rays). Both find the same
+/// Whole scans are swept, one quadrant at a time; single rays are cast through [`rays`](Self::rays). Both find the same
 /// cell and the same distance for the same ray, to the last bit.
 ///
-/// Single rays need a byte a cell, sweeps two and a quarter bits more: 5 MB together for a grid of 1984 × 1984.
+/// Single rays need one byte per cell, sweeps another two and a quarter bits: 5 MB together for a grid of 1984 × 1984.
 #[derive(Clone, Debug)]
 pub struct Walls {
     rays: RayGrid,
     sweep: Option<Sweep>,
 }
 
-/// What taking a scan works with; kept from one to the next for its memory.
+/// Working memory of a scan, kept for reuse.
 #[derive(Clone, Debug, Default)]
 pub struct ScanMemory {
     /// The beams along the grid's axes.
@@ -27,8 +27,9 @@ pub struct ScanMemory {
     sweep: SweepMemory,
 }
 
-/// Fans of fewer beams are cast beam by beam. Measured on an office floor, 30 m: up to three beams of a fan are cast a tenth
-/// faster than swept, four take the same time, six are swept a tenth faster. (Within 2 m, sweeps win from two beams on.)
+/// Fans with fewer beams are cast beam by beam. Measured on an office floor, 30 m: up to three beams of a fan are cast
+/// 10 % faster than swept, four take the same time, six are swept 10 % faster. (Within 2 m, sweeps win from two beams
+/// on.)
 const FEWEST_IN_SWEEP: usize = 5;
 
 impl Walls {
@@ -38,13 +39,13 @@ impl Walls {
         Self { rays: RayGrid::new(grid), sweep: Sweep::new(grid) }
     }
 
-    /// The same walls for single rays.
+    /// The same walls, for single rays.
     #[must_use]
     pub fn rays(&self) -> &RayGrid {
         &self.rays
     }
 
-    /// Changes what a cell is: for doors. Costs the same however large the grid is.
+    /// Changes a cell: for doors. The cost does not depend on the size of the grid.
     ///
     /// # Panics
     /// If `index` lies outside the grid.
@@ -55,10 +56,10 @@ impl Walls {
         }
     }
 
-    /// The distances at which a scanner's beams meet a wall, in metres, in the order of the beams; infinite where there
-    /// is none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
+    /// The distances at which a scanner's beams hit a wall, in metres, in the order of the beams; infinite if there is
+    /// none within `range_max_m`. `base` is the pose of the robot (`base_link`) in the `map` frame.
     ///
-    /// A scanner outside the grid or inside a wall is served by [`RayGrid::ranges`], beam by beam.
+    /// For a scanner outside the grid or inside a wall, [`RayGrid::ranges`] casts the beams one by one.
     ///
     /// # Example
     /// ```

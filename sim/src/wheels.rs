@@ -1,11 +1,11 @@
-//! What wheels make of a motion when they do not turn as they should or do not grip.
+//! The motion of wheels that turn too little or slip.
 
 use crate::faults::BaseFaults;
 
 /// A distance along an arc, in metres, and the turn on it, in radians.
 pub(crate) type Roll = (f64, f64);
 
-/// What the wheels really roll when they should roll that.
+/// The actual motion of the wheels for an intended one.
 pub(crate) fn turned(faults: &BaseFaults, (forward_m, turn_rad): Roll, wheel_separation_m: f64) -> Roll {
     let (left, right) = (sound_factor(faults.left_wheel_factor), sound_factor(faults.right_wheel_factor));
     if (left, right) == (1.0, 1.0) {
@@ -16,9 +16,9 @@ pub(crate) fn turned(faults: &BaseFaults, (forward_m, turn_rad): Roll, wheel_sep
     (0.5 * (left_m + right_m), (right_m - left_m) / wheel_separation_m)
 }
 
-/// What of that the floor does not see.
+/// The part of it that slips.
 pub(crate) fn slipped(faults: &BaseFaults, (forward_m, turn_rad): Roll) -> Roll {
-    // Not a number is no slip either.
+    // NaN is no slip either.
     if faults.slip > 0.0 {
         let slip = faults.slip.min(1.0);
         (slip * forward_m, slip * turn_rad)
@@ -42,21 +42,21 @@ mod tests {
     }
 
     #[test]
-    fn a_blocked_wheel_is_turned_about() {
+    fn the_robot_turns_about_a_blocked_wheel() {
         let (forward_m, turn_rad) = turned(&wheels(0.0, 1.0), (0.1, 0.0), 0.4);
         assert!((forward_m - 0.05).abs() < 1e-15 && (turn_rad - 0.25).abs() < 1e-15, "{forward_m} {turn_rad}");
     }
 
     proptest! {
         #[test]
-        fn good_wheels_keep_every_bit(forward_m in -1.0..1.0_f64, turn_rad in -1.0..1.0_f64) {
+        fn good_wheels_change_nothing(forward_m in -1.0..1.0_f64, turn_rad in -1.0..1.0_f64) {
             let faults = BaseFaults::default();
             prop_assert_eq!(turned(&faults, (forward_m, turn_rad), 0.4), (forward_m, turn_rad));
             prop_assert_eq!(slipped(&faults, (forward_m, turn_rad)), (0.0, 0.0));
         }
 
         #[test]
-        fn wheels_of_equal_strength_keep_the_curve(share in 0.0..2.0_f64, forward_m in 0.1..1.0_f64, turn_rad in -1.0..1.0_f64) {
+        fn equally_weak_wheels_keep_the_curve(share in 0.0..2.0_f64, forward_m in 0.1..1.0_f64, turn_rad in -1.0..1.0_f64) {
             let (forward, turn) = turned(&wheels(share, share), (forward_m, turn_rad), 0.4);
             prop_assert!((forward - share * forward_m).abs() < 1e-12 && (turn - share * turn_rad).abs() < 1e-12);
         }

@@ -1,4 +1,4 @@
-//! Much work at once, on all cores, with results in the order of the work.
+//! Many jobs at once, on all cores, with results in the order of the jobs.
 
 mod order;
 
@@ -10,17 +10,17 @@ use std::thread::Builder;
 
 pub use order::InOrder;
 
-/// How much may begin before the earliest that has not ended: bounds the results that wait for it.
+/// How far jobs may run ahead of the earliest unfinished one: bounds the number of waiting results.
 const AHEAD: u64 = 4096;
 
-/// The stack of each thread: that of a main thread on most systems, so that all do alike.
+/// The stack of each thread: that of a main thread on most systems, so that all threads behave the same.
 const STACK_BYTES: usize = 8 << 20;
 
-/// More threads than so many for each core only stand in each other's way.
+/// More threads per core than this only get in each other's way.
 const MOST_PER_CORE: usize = 16;
 
-/// How many threads there are to be: one for each core, or as many as the environment says in `RAYON_NUM_THREADS`, as
-/// programs of this kind have it.
+/// The number of threads: one per core, or the number in the environment variable `RAYON_NUM_THREADS`, as is usual for
+/// such programs.
 #[must_use]
 pub fn threads() -> usize {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -32,8 +32,8 @@ fn threads_of(asked: Option<&str>, cores: usize) -> usize {
     asked.unwrap_or(cores).min(MOST_PER_CORE * cores)
 }
 
-/// Does all jobs and gives their results in the order of the jobs, whatever the number of cores. `progress` is told how
-/// many are done, from whichever thread did one.
+/// Runs all jobs and returns their results in the order of the jobs, for any number of cores. `progress` gets the
+/// number of finished jobs, on the thread that finished one.
 pub fn run<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync, progress: impl Fn(usize) + Sync) -> Vec<R> {
     let (done, never) = (AtomicUsize::new(0), AtomicBool::new(false));
     let one = |place: u64| {
@@ -49,10 +49,11 @@ pub fn run<J: Sync, R: Send>(jobs: &[J], work: impl Fn(&J) -> R + Sync, progress
     results
 }
 
-/// Does the work of these places on so many threads, and hands the results to `take` in the order of the places, on
-/// this thread. `take` says whether to go on. Once `interrupted` is set no work begins, and what has begun is taken.
+/// Runs the jobs with these numbers on `threads` threads, and passes the results to `take` in order, on this thread.
+/// `take` decides whether to continue. Once `interrupted` is set, no job begins; the results of those that have begun
+/// are still taken.
 ///
-/// Where the system gives fewer threads, these do it all; where it gives none, this one does.
+/// If the operating system provides fewer threads, these do all the work; if it provides none, this thread does.
 pub fn in_order<T: Send, E>(
     places: Range<u64>,
     threads: usize,
@@ -104,7 +105,7 @@ pub fn in_order<T: Send, E>(
     })
 }
 
-/// Lets threads begin the next place, but none too far ahead of the results that were taken.
+/// Lets threads begin the next job, but not too far ahead of the results taken.
 struct Gate {
     state: Mutex<Places>,
     moved: Condvar,
@@ -122,7 +123,7 @@ impl Gate {
         Self { state: Mutex::new(state), moved: Condvar::new() }
     }
 
-    /// The next place, when it may begin; none after the last, or when it is over.
+    /// The next job, as soon as it may begin; `None` after the last, or when the gate is closed.
     fn enter(&self, interrupted: &AtomicBool) -> Option<u64> {
         let too_far = |places: &mut Places| places.next < places.end && places.next >= places.taken + AHEAD;
         let mut places = self.moved.wait_while(self.lock(), too_far).unwrap_or_else(PoisonError::into_inner);
@@ -138,7 +139,7 @@ impl Gate {
         self.moved.notify_all();
     }
 
-    /// Nothing begins any more.
+    /// No further job begins.
     fn close(&self) {
         self.lock().end = 0;
         self.moved.notify_all();
@@ -149,7 +150,7 @@ impl Gate {
     }
 }
 
-/// Lets nobody wait for the result of a thread that has panicked.
+/// Prevents waiting for the result of a thread that has panicked.
 struct CloseOnPanic<'g>(&'g Gate);
 
 impl Drop for CloseOnPanic<'_> {
@@ -191,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_taken_ends_it() {
+    fn a_failure_to_take_a_result_ends_the_work() {
         let full = || "full";
         let take = |place, _| if place == 9 { Err(full()) } else { Ok(true) };
         let result = in_order(0..100, 3, &NOT, |place| place, take);
@@ -199,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn an_interruption_lets_end_what_has_begun_and_loses_none_of_it() {
+    fn an_interruption_keeps_the_results_of_jobs_that_have_begun() {
         for threads in [0, 1, 2, 7] {
             let (interrupted, begun) = (AtomicBool::new(false), Mutex::new(0));
             let work = |place| {
@@ -213,7 +214,7 @@ mod tests {
                 Ok::<bool, Infallible>(true)
             })
             .unwrap();
-            // Each thread may be at work already when the first says it.
+            // Each thread may already be at work when the first reports it.
             assert!((21..=20 + threads.max(1)).contains(&taken.len()), "{} on {threads} threads", taken.len());
             assert_eq!(taken, (0..*begun.lock().unwrap()).collect::<Vec<u64>>());
         }
@@ -231,20 +232,20 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_is_passed_on_and_nobody_waits_for_its_result() {
+    fn a_panic_is_passed_on_and_nothing_waits_for_its_result() {
         let work = |place| assert!(place != 3, "place 3");
         let all = || in_order(0..3 * AHEAD, 2, &NOT, work, |_, ()| Ok::<bool, Infallible>(true));
         assert!(std::panic::catch_unwind(all).is_err());
     }
 
     #[test]
-    fn there_are_no_more_threads_than_make_sense() {
+    fn the_number_of_threads_is_limited() {
         let asked = [None, Some("3"), Some("100000"), Some("0"), Some("many")].map(|asked| threads_of(asked, 2));
         assert_eq!(asked, [2, 3, 32, 2, 2]);
     }
 
     #[test]
-    fn results_come_in_the_order_of_the_jobs_and_every_job_is_told_of() {
+    fn results_come_in_order_and_progress_counts_every_job() {
         let jobs: Vec<u64> = (0..200).collect();
         let told = Mutex::new(Vec::new());
         let slow_first = |job: &u64| {

@@ -1,11 +1,11 @@
-//! Results that come as they please, taken in the order of the runs.
+//! Results that arrive in any order, taken in the order of the runs.
 
 use std::collections::BTreeMap;
 
-/// Holds results back until those of all earlier runs are there.
+/// Holds results back until those of all earlier runs have arrived.
 ///
-/// It holds as many as are ahead of the earliest run that is still going on, so whoever starts runs bounds it by not
-/// running too far ahead.
+/// It holds as many results as there are ahead of the earliest unfinished run; the code that starts runs bounds this by
+/// not running too far ahead.
 #[derive(Clone, Debug)]
 pub struct InOrder<T> {
     next: u64,
@@ -13,13 +13,13 @@ pub struct InOrder<T> {
 }
 
 impl<T> InOrder<T> {
-    /// Nothing yet; `first` is the run that comes first.
+    /// An empty queue; `first` is the first run.
     #[must_use]
     pub fn from(first: u64) -> Self {
         Self { next: first, early: BTreeMap::new() }
     }
 
-    /// Takes the result of run `k`. A run that has come before is a mistake, and the first result stays.
+    /// Adds the result of run `k`. A second result for the same run is an error, and the first one stays.
     pub fn put(&mut self, k: u64, result: T) {
         let fresh = k >= self.next && !self.early.contains_key(&k);
         debug_assert!(fresh, "the result of run {k} came twice");
@@ -28,14 +28,14 @@ impl<T> InOrder<T> {
         }
     }
 
-    /// The result of the next run with its number, if it is there.
+    /// The result of the next run with its number, if it has arrived.
     pub fn take(&mut self) -> Option<(u64, T)> {
         let result = self.early.remove(&self.next)?;
         self.next += 1;
         Some((self.next - 1, result))
     }
 
-    /// How many results are held back.
+    /// The number of results held back.
     #[must_use]
     pub fn held_back(&self) -> usize {
         self.early.len()

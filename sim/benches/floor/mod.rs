@@ -4,10 +4,10 @@ use maps::{Cell, CellIndex, OccupancyGrid, pose};
 
 const WIDTH: usize = 560;
 const HEIGHT: usize = 440;
-/// Cells from the left wall of a room to that of the next.
+/// Cells from the left wall of one room to that of the next.
 const ROOM: usize = 93;
 
-/// The floor at 0.05 m a cell, its lower left corner at the origin.
+/// The floor with cells of 0.05 m, its lower left corner at the origin.
 pub(crate) fn floor() -> OccupancyGrid {
     let mut grid = OccupancyGrid::new(WIDTH, HEIGHT, 0.05, pose(0.0, 0.0, 0.0));
     for index in (0..HEIGHT).flat_map(|row| (0..WIDTH).map(move |column| CellIndex { column, row })) {

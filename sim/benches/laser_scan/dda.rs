@@ -1,4 +1,4 @@
-//! The usual fast way to cast a beam: a traversal in f32 that chooses without a branch where to go.
+//! The usual fast way to cast a beam: an f32 traversal that chooses its direction without branches.
 
 use maps::{Cell, OccupancyGrid, Pose};
 use nalgebra::Vector2;
@@ -8,7 +8,7 @@ const TRANSPARENT: u8 = 0;
 const OCCUPIED: u8 = 1;
 const BORDER: u8 = 2;
 
-/// A grid with a border of one cell all around.
+/// A grid with a border of one cell on all sides.
 pub(crate) struct Dda {
     cells: Vec<u8>,
     stride: usize,
@@ -54,7 +54,7 @@ impl Dda {
         let mut y = to_line(direction.y, part.y, pace.y);
         let right = if direction.x < 0.0 { usize::MAX } else { 1 };
         let up = if direction.y < 0.0 { self.stride.wrapping_neg() } else { self.stride };
-        // Beyond the longest range it may go on as far as the border; that is cheaper than to look in each step.
+        // Beyond the longest range it may continue to the border; that is cheaper than checking in each step.
         let (distance, cell) = loop {
             let distance = x.min(y);
             // All ones if the next line is one across x: the sign of the difference.

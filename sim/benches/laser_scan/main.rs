@@ -1,14 +1,14 @@
-//! How fast scans are cast against walls: the sweep, and in the same run what else one might use.
+//! The speed of casting scans against walls: the sweep, and in the same run its alternatives.
 //!
-//! `cargo bench -p steward-sim --bench laser_scan`; divan's filter picks some, for example `-- sweep`. With
-//! `STEWARD_BENCH_MAP=path/to/map.yaml` the map of that file joins the drawn ones.
+//! `cargo bench -p steward-sim --bench laser_scan`; divan's filter selects benchmarks, for example `-- sweep`. With
+//! `STEWARD_BENCH_MAP=path/to/map.yaml` the map in that file is added to the built-in ones.
 
 mod dda;
 #[path = "../floor/mod.rs"]
 mod floor;
 mod parry;
 mod places;
-// The rectangles that the simulation makes its solid walls of.
+// The rectangles from which the simulation makes its solid walls.
 #[path = "../../src/rectangles.rs"]
 #[expect(unused_imports, reason = "its tests are not run here")]
 mod rectangles;
@@ -27,7 +27,7 @@ fn main() {
     divan::main();
 }
 
-/// That many beams all around, up to 30 m.
+/// This many beams all around, up to 30 m.
 fn all_around(beams: usize) -> LaserSpec {
     let laser = RobotModel::default().lasers[0].clone();
     LaserSpec { angle_min_rad: -PI, angle_increment_rad: TAU / beams as f64, beams, range_max_m: 30.0, ..laser }
@@ -56,7 +56,7 @@ fn bench_plain_traversal(bencher: Bencher<'_, '_>, place: &Place, laser: &LaserS
     });
 }
 
-/// Times another method that scans into a buffer, after making sure that it sees the same walls.
+/// Times another method that scans into a buffer, after checking that it sees the same walls.
 fn bench_rival(
     bencher: Bencher<'_, '_>,
     place: &Place,
@@ -122,7 +122,7 @@ mod all_around_30_m {
     }
 }
 
-/// A scanner of the robot as it comes: 360 beams over 270°, 10 m.
+/// A default scanner of the robot: 360 beams over 270°, 10 m.
 #[divan::bench_group(sample_count = 100, max_time = 3)]
 mod default_laser {
     use super::*;
@@ -156,7 +156,7 @@ mod by_number_of_beams {
     }
 }
 
-/// Laying the walls out, once a run.
+/// Building the walls, once per run.
 #[divan::bench(args = places(), sample_count = 100, max_time = 3)]
 fn laying_out(bencher: Bencher<'_, '_>, place: &Place) {
     bencher.counter(BytesCount::new(place.grid.cells().len())).bench(|| Walls::new(&place.grid));

@@ -19,7 +19,7 @@ pub(crate) fn ranges(shape: &impl RayCast, beams: &Beams, base: &Pose, range_max
     }));
 }
 
-/// A cuboid for each rectangle of occupied cells: what the physics has.
+/// A cuboid for each rectangle of occupied cells, as in the physics.
 pub(crate) fn compound(grid: &OccupancyGrid) -> Compound {
     let rotation = grid.origin().rotation;
     let rotation = Rotation::from_cos_sin_unchecked(rotation.re as f32, rotation.im as f32);
@@ -32,7 +32,7 @@ pub(crate) fn compound(grid: &OccupancyGrid) -> Compound {
     Compound::new(rectangles(grid).iter().map(cuboid).collect())
 }
 
-/// The outlines of all that is occupied, the segments as long as possible.
+/// The outlines of all occupied areas, with segments as long as possible.
 pub(crate) fn polyline(grid: &OccupancyGrid) -> Polyline {
     let is_occupied = |column: usize, row: usize| {
         // Left of column 0 and below row 0 there is nothing: the subtraction wraps around to far outside.
@@ -77,7 +77,7 @@ pub(crate) fn trimesh(grid: &OccupancyGrid) -> TriMesh {
     TriMesh::new(vertices, triangles).expect("there are walls")
 }
 
-/// A point in grid coordinates as parry knows it, in the `map` frame.
+/// A point in grid coordinates for parry, in the `map` frame.
 fn vertex(grid: &OccupancyGrid, column: f64, row: f64) -> Vector {
     glam(grid.from_grid(&Point::new(column, row)).coords)
 }

@@ -1,4 +1,4 @@
-//! Where scans are taken.
+//! The places where scans are taken.
 
 use std::fmt;
 use std::path::Path;
@@ -8,17 +8,17 @@ use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, load_map, pose};
 
 use crate::floor;
 
-/// Poses that each place has at most.
+/// The maximum number of poses per place.
 const POSES: usize = 400;
 
-/// A map and poses all over it wherever it is free, with all sorts of headings.
+/// A map, and poses in free places all over it, with various headings.
 pub(crate) struct Place {
     name: &'static str,
     pub(crate) grid: OccupancyGrid,
     pub(crate) poses: Vec<Pose>,
 }
 
-/// The places: two drawn ones, and the map that `STEWARD_BENCH_MAP` names.
+/// The places: two built-in ones, and the map that `STEWARD_BENCH_MAP` names.
 pub(crate) fn places() -> Vec<Place> {
     let drawn = [Place::new("floor", floor::floor()), Place::new("posts", posts())];
     let named = std::env::var_os("STEWARD_BENCH_MAP").map(|file| {
@@ -28,8 +28,8 @@ pub(crate) fn places() -> Vec<Place> {
     drawn.into_iter().chain(named).collect()
 }
 
-/// A square of almost 100 m with a cell in 340 occupied, at random: the worst for a sweep, as hardly two beams end on the
-/// same wall and hardly eight rows are free.
+/// A square of almost 100 m with one random cell in 340 occupied: the worst case for a sweep, because hardly any two
+/// beams end on the same wall and hardly any eight rows are free.
 fn posts() -> OccupancyGrid {
     const SIDE: usize = 1984;
     let mut grid = OccupancyGrid::new(SIDE, SIDE, 0.05, pose(0.0, 0.0, 0.0));

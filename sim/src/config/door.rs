@@ -1,35 +1,35 @@
-//! How a door moves.
+//! The motion of doors.
 
 use std::time::Duration;
 
-/// How a leaf moves, and when. The obstacle's pose is that of the closed leaf's middle, its heading along the leaf.
+/// When and how a leaf moves. The obstacle's pose is that of the closed leaf's centre, its heading is along the leaf.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Door {
-    /// Which way it opens.
+    /// How it opens.
     pub opening: Opening,
     /// How long it takes to open or to close.
     pub moving: Duration,
-    /// From when to when it is closed, or closing; at all other times it is open, or opening. Where the first begins at
-    /// the start of the run, the door is closed then.
+    /// The intervals in which it is closed, or closing; at all other times it is open, or opening. If the first begins
+    /// at the start of the run, the door is initially closed.
     pub closed: Vec<(Duration, Duration)>,
-    /// The times are those since the start of a round of this length, if there is one.
+    /// If set, the intervals repeat with this period, and their times count from the start of each period.
     pub every: Option<Duration>,
 }
 
-/// Which way a leaf opens.
+/// How a leaf opens.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Opening {
     /// It slides along its heading by its own length, as if into the wall.
     #[default]
     Slide,
-    /// It turns to the left, by 90°, about its end at the back of its heading.
+    /// It turns left, by 90°, about its rear end.
     Left,
-    /// It turns to the right, by 90°, about its end at the back of its heading.
+    /// It turns right, by 90°, about its rear end.
     Right,
 }
 
 impl Door {
-    /// Whether it is to be closed at a time.
+    /// Whether it should be closed at a time.
     pub(crate) fn is_closed_at(&self, now: Duration) -> bool {
         let within = match self.every {
             Some(every) if !every.is_zero() => Duration::from_nanos((now.as_nanos() % every.as_nanos()) as u64),

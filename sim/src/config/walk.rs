@@ -1,31 +1,31 @@
-//! How somebody walks.
+//! How a person walks.
 
 use std::time::Duration;
 
 use maps::Point;
 
-/// How somebody walks: along a polyline from where they stand, facing where they go.
+/// How a person walks: along a polyline from the start, facing forward.
 ///
-/// People walk through each other and through walls: whoever draws a route sees to it that it leads along the floor.
+/// People walk through each other and through walls, so routes must lead along free floor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walk {
     /// Corners of the polyline after the first pose, in the `map` frame.
     pub waypoints: Vec<Point>,
-    /// Speed where nothing is in the way, in m/s.
+    /// Undisturbed speed, in m/s.
     pub speed_mps: f64,
     /// What happens at the last waypoint.
     pub end: RouteEnd,
-    /// When they set out, since the start of the run.
+    /// When they start, since the beginning of the run.
     pub sets_out: Duration,
-    /// How long they stand where they pause.
+    /// How long they stand at each pause.
     pub pause: Duration,
     /// Where they pause.
     pub pauses: Pauses,
-    /// What they do about the robot; none walks on as if it were not there, and pushes it away.
+    /// How they react to the robot. Without manners, they walk on as if it did not exist and push it away.
     pub manners: Option<Manners>,
 }
 
-/// Where somebody pauses on their way.
+/// Where a person pauses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Pauses {
     /// At every waypoint.
@@ -35,17 +35,17 @@ pub enum Pauses {
     Ends,
 }
 
-/// What somebody does about a robot in their way.
+/// How a person reacts to a robot in the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Manners {
-    /// They slow down when the gap to the robot ahead of them is smaller than this, in metres. Default 1.2.
+    /// Below this gap to the robot ahead, they slow down, in metres. Default 1.2.
     pub slow_within_m: f64,
-    /// They come no nearer than this, in metres. Default 0.3.
+    /// The smallest gap that they keep, in metres. Default 0.3.
     pub stop_within_m: f64,
-    /// How long the robot may hinder them, or face them from near as if it waited for them, until they make way for it.
-    /// They step aside to where they leave it the way that it faces, let it pass, and go on. If there is no such place
-    /// near, or if it has not helped, they turn and go back to where they came from, unless their route ends at its
-    /// last waypoint. Default 3 s.
+    /// How long the robot may block them, or face them from nearby as if it waited for them. After that time, they step
+    /// aside to clear the robot's path, let it pass, and continue. If there is no suitable place nearby, or if stepping
+    /// aside did not help, they turn and walk back to where they came from, unless their route ends at its last
+    /// waypoint. Default 3 s.
     pub patience: Duration,
 }
 
@@ -61,8 +61,8 @@ pub enum RouteEnd {
     /// It stops.
     #[default]
     Stop,
-    /// It goes on to the first waypoint.
+    /// It continues with the first waypoint.
     Loop,
-    /// It turns and goes back through the waypoints, then forth again.
+    /// It turns and goes back through the waypoints, and so on.
     BackAndForth,
 }

@@ -1,18 +1,18 @@
-//! What can be wrong with the battery.
+//! Faults of the battery.
 
-/// What can be wrong with the battery.
+/// Faults of the battery.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatteryFaults {
-    /// Factor of what is drained, driving and standing; at least 0. Default 1.
+    /// Factor of the consumption, driving and standing; at least 0. Default 1.
     pub drain_factor: f64,
-    /// Share of its capacity that is left to the battery; greater than 0. Percentages are of what is left: a full battery
-    /// still has 100 %, but what is drained or charged changes the percentage by 1/factor as much. Fading changes no
-    /// percentage by itself. Default 1.
+    /// Remaining share of the battery's capacity; greater than 0. Percentages refer to the remaining capacity: a full
+    /// battery still has 100 %, but consumption and charging change the percentage 1/factor times as fast. Fading
+    /// itself changes no percentage. Default 1.
     pub capacity_factor: f64,
-    /// Factor of what the charging station gives: 0.2 is slow; at 0 the station is dead, and a docked robot is not
-    /// charging. At least 0. Default 1.
+    /// Factor of the charging rate: 0.2 is slow; at 0 the station is dead, and a docked robot does not charge. At least
+    /// 0. Default 1.
     pub charger_factor: f64,
-    /// What the electronics report.
+    /// The readings of the electronics.
     pub reported: BatteryReport,
 }
 
@@ -22,19 +22,19 @@ impl Default for BatteryFaults {
     }
 }
 
-/// What can be wrong with the readings of the battery. The battery itself, what it drains and when it charges, is as it is.
+/// Faults of the battery's readings. The battery itself is unaffected.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct BatteryReport {
-    /// Readings repeat the charge that the last reading before told, whatever its offset and noise are now; their time
-    /// and their charging status are new. Default false.
+    /// Readings repeat the last charge reported before the fault, without regard to offset and noise; their time and
+    /// charging status are new. Default false.
     pub stuck: bool,
-    /// Added to the charge, in percentage points; what is reported stays from 0 to 100. Default 0.
+    /// Added to the reported charge, in percentage points; the result stays between 0 and 100. Default 0.
     pub offset_pct: f64,
-    /// Standard deviation of a random error of the charge, in percentage points, new at every reading; what is reported
-    /// stays from 0 to 100. Default 0.
+    /// Standard deviation of a random error of the reported charge, in percentage points, drawn for every reading; the
+    /// result stays between 0 and 100. Default 0.
     pub sigma_pct: f64,
     /// No readings come. Default false.
     pub missing: bool,
-    /// What readings claim about charging. Default none: what is so.
+    /// The reported charging status. Default none: the true one.
     pub charging: Option<bool>,
 }

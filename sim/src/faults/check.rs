@@ -8,7 +8,7 @@ use crate::error::BadSetting;
 use crate::faults::{BaseFaults, BatteryFaults, Faults, LaserFault, LaserTrouble, OdometryFaults};
 
 impl Faults {
-    /// Every value that makes no sense in a simulation with these settings, in the order of the fields. Paths are those of
+    /// Every value that is invalid in a simulation with these settings, in the order of the fields. Paths are those of
     /// [`Faults`]: `battery.drain_factor`, `lasers[0].trouble.probability`, `bodies[1].shape.radius_m`.
     #[must_use]
     pub fn problems(&self, config: &SimConfig) -> Vec<BadSetting> {
@@ -120,12 +120,12 @@ mod tests {
     }
 
     #[test]
-    fn a_world_in_order_has_no_problems() {
+    fn a_world_without_faults_has_no_problems() {
         assert!(problems(&Faults::default()).is_empty());
     }
 
     #[test]
-    fn every_value_of_battery_and_base_is_looked_at() {
+    fn every_value_of_battery_and_base_is_checked() {
         let mut faults = Faults { station: Some(pose(f64::NAN, 0.0, 0.0)), ..Faults::default() };
         faults.battery = BatteryFaults { drain_factor: -1.0, capacity_factor: 0.0, ..faults.battery };
         faults.battery.charger_factor = f64::INFINITY;
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn lasers_are_known_by_name_and_their_troubles_have_limits() {
+    fn lasers_are_checked_by_name_and_their_troubles_by_limits() {
         let nan = f64::NAN;
         let troubles = [
             LaserTrouble::Dropout { probability: 1.5 },
@@ -188,7 +188,7 @@ mod tests {
     }
 
     #[test]
-    fn bodies_have_names_of_their_own_and_sizes() {
+    fn bodies_need_unique_names_and_valid_sizes() {
         let config = SimConfig { obstacles: vec![person("table", 0.4)], ..SimConfig::default() };
         let bodies = vec![person("table", 0.4), person("Ann", 0.2), person("Ann", -0.2)];
         let found = Faults { bodies, ..Faults::default() }.problems(&config);

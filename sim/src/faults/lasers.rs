@@ -1,55 +1,55 @@
-//! What can be wrong with the laser scanners.
+//! Faults of the laser scanners.
 
-/// Something wrong with a laser scanner, or with all of them.
+/// A fault of one laser scanner, or of all of them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaserFault {
-    /// The scanner's name in the robot's model; all scanners if none.
+    /// The scanner's name in the robot's model; all scanners if `None`.
     pub laser: Option<String>,
-    /// What is wrong with it.
+    /// The trouble.
     pub trouble: LaserTrouble,
 }
 
-/// What can be wrong with a laser scanner.
+/// Troubles of a laser scanner.
 ///
-/// Several troubles of one scanner add up: what each lets through meets the next, displacements follow one another,
-/// variances of noises add, the shortest range limit holds.
+/// Several troubles of one scanner accumulate: each acts on the result of the previous one, displacements are
+/// concatenated, variances of noises add up, and the shortest range limit applies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LaserTrouble {
     /// No scans come.
     Dead,
-    /// Scans repeat the ranges of the last one before, with new times.
+    /// Scans repeat the ranges of the last scan before the fault, with new times.
     Stuck,
-    /// Beams without a return: their range is infinite.
+    /// Beams without an echo: their range is infinite.
     Dropout {
-        /// Share of the beams, from 0 to 1; new ones in every scan.
+        /// Share of the beams, from 0 to 1, drawn for every scan.
         probability: f64,
     },
-    /// Random errors of the ranges, on top of those of [`LaserConfig`](crate::LaserConfig).
+    /// Random errors of the ranges, in addition to those of [`LaserConfig`](crate::LaserConfig).
     Noise {
         /// Standard deviation, in metres.
         sigma_m: f64,
     },
-    /// Nothing farther away is seen, as in fog or with a dirty window: such ranges are infinite.
+    /// Nothing beyond a distance is visible, as in fog or with a dirty window: such ranges are infinite.
     RangeLimit {
-        /// The longest distance that is measured, in metres.
+        /// The longest measured distance, in metres.
         max_m: f64,
     },
-    /// The scanner sits elsewhere than the software believes. The displacement is in the frame of the scanner as it
-    /// should sit.
+    /// The scanner is not mounted where the software believes. The displacement is in the frame of the correctly
+    /// mounted scanner.
     Mount {
-        /// Displacement along the direction in which the scanner should look, in metres.
+        /// Displacement along the scanner's correct forward direction, in metres.
         x_m: f64,
         /// Displacement to the left of that direction, in metres.
         y_m: f64,
-        /// By how much the scanner is turned, in radians, counter-clockwise.
+        /// The scanner's rotation, in radians, counter-clockwise.
         yaw_rad: f64,
     },
-    /// Something that is not there is seen: beams of a sector see something at a distance, unless what they really see is
+    /// A nonexistent object is visible: the beams of a sector measure a fixed distance, unless they hit something
     /// nearer.
     Ghost {
         /// Distance from the scanner, in metres.
         distance_m: f64,
-        /// The sector's middle in the scanner's frame, in radians, counter-clockwise: 0 is where it looks.
+        /// The middle of the sector in the scanner's frame, in radians, counter-clockwise: 0 is forward.
         bearing_rad: f64,
         /// The sector's width, in radians.
         width_rad: f64,

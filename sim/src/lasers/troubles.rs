@@ -1,4 +1,4 @@
-//! What troubles a scanner, put together.
+//! The combined troubles of a scanner.
 
 use maps::{Pose, pose, wrap_angle};
 use rand::RngExt;
@@ -7,22 +7,22 @@ use robot::{LaserSpec, Streams, normal};
 
 use crate::faults::{LaserFault, LaserTrouble};
 
-/// All that troubles one scanner at the moment.
+/// The combined current troubles of one scanner.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Troubles {
     pub(super) dead: bool,
     pub(super) stuck: bool,
-    /// How far the scanner is from where it should sit, in the frame of the scanner as it should.
+    /// The displacement of the scanner, in the frame of the correctly mounted scanner.
     pub(super) displacement: Option<Pose>,
     ghosts: Vec<Ghost>,
     /// Variance of the errors of ranges, in m².
     variance_m2: f64,
     range_max_m: f64,
-    /// Share of the beams that return.
+    /// Share of the beams with an echo.
     returning: f64,
 }
 
-/// Something that is not there.
+/// An object that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Ghost {
     distance_m: f64,
@@ -30,7 +30,7 @@ struct Ghost {
     half_width_rad: f64,
 }
 
-/// Where the random numbers of a scanner's troubles come from.
+/// The random numbers for a scanner's troubles.
 #[derive(Clone, Debug)]
 pub(super) struct TroubleStreams {
     noise: ChaCha8Rng,
@@ -38,7 +38,7 @@ pub(super) struct TroubleStreams {
 }
 
 impl TroubleStreams {
-    /// The streams of the scanner of that name.
+    /// The streams of the scanner with this name.
     pub(super) fn new(streams: &Streams, laser: &str) -> Self {
         let stream = |trouble: &str| streams.stream(&format!("fault/laser_{laser}_{trouble}"));
         Self { noise: stream("noise"), dropout: stream("dropout") }
@@ -60,7 +60,7 @@ impl Default for Troubles {
 }
 
 impl Troubles {
-    /// What troubles the scanner of that name.
+    /// The troubles of the scanner with this name.
     pub(super) fn of(faults: &[LaserFault], laser: &str) -> Self {
         let mut all = Self::default();
         for fault in faults.iter().filter(|fault| fault.laser.as_deref().is_none_or(|name| name == laser)) {
@@ -86,7 +86,7 @@ impl Troubles {
         }
     }
 
-    /// Shortens the distances of the beams that see something that is not there.
+    /// Shortens the distances of the beams that see a ghost.
     pub(super) fn see_ghosts(&self, spec: &LaserSpec, distances_m: &mut [f64]) {
         for ghost in &self.ghosts {
             for (index, distance_m) in distances_m.iter_mut().enumerate() {
@@ -97,7 +97,7 @@ impl Troubles {
         }
     }
 
-    /// Makes of measured distances what the troubled scanner reports. Every beam draws, whatever it hits.
+    /// Applies the troubles to measured distances. Every beam draws, whatever it hits.
     pub(super) fn spoil(&self, streams: &mut TroubleStreams, distances_m: &mut [f64]) {
         if self.variance_m2 > 0.0 {
             let sigma_m = self.variance_m2.sqrt();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn troubles_add_up() {
+    fn troubles_accumulate() {
         let errors_m =
             spoilt(&[LaserTrouble::Noise { sigma_m: 0.03 }, LaserTrouble::Noise { sigma_m: 0.04 }], vec![0.0; 50_000]);
         let sigma_m = (errors_m.iter().map(|error_m| error_m * error_m).sum::<f64>() / 50_000.0).sqrt();
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_ghost_is_seen_across_the_back_too() {
+    fn a_ghost_behind_the_scanner_is_seen_by_the_first_and_last_beams() {
         let spec = LaserSpec {
             angle_min_rad: -std::f64::consts::PI,
             angle_increment_rad: std::f64::consts::FRAC_PI_4,
@@ -173,7 +173,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_ghost_hides_nothing_that_is_nearer(
+        fn a_ghost_does_not_hide_nearer_objects(
             distance_m in 0.0..12.0_f64, bearing_rad in -4.0..4.0_f64, width_rad in 0.0..6.3_f64,
             before_m in prop::collection::vec(0.0..12.0_f64, 360)
         ) {
@@ -186,7 +186,7 @@ mod tests {
         }
 
         #[test]
-        fn a_scanner_in_order_changes_nothing_and_draws_nothing(distances_m in prop::collection::vec(0.0..12.0_f64, 40)) {
+        fn a_scanner_without_troubles_changes_nothing_and_draws_nothing(distances_m in prop::collection::vec(0.0..12.0_f64, 40)) {
             let mut streams = TroubleStreams::new(&Streams::new(3), "front");
             let mut after_m = distances_m.clone();
             Troubles::default().see_ghosts(&RobotModel::default().lasers[0], &mut after_m);

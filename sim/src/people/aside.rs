@@ -1,4 +1,4 @@
-//! Stepping aside: where somebody goes who is in the robot's way, and how they come back.
+//! Stepping aside: where people go when they are in the robot's way, and how they come back.
 
 use std::f64::consts::TAU;
 use std::time::Duration;
@@ -9,22 +9,22 @@ use nalgebra::{UnitComplex, Vector2};
 use crate::ray_grid::RayGrid;
 use crate::room::is_walkable;
 
-/// Whoever steps aside leaves the robot this much room to the side of its way, in metres.
+/// The side clearance to the robot's path when stepping aside, in metres.
 const ROOM_M: f64 = 0.2;
 
-/// Places to step aside to are sought in so many directions, so far away, in metres, the nearest first.
+/// Places to step aside to are searched in this many directions and at these distances, in metres, nearest first.
 const DIRECTIONS: u32 = 24;
 const FARTHEST_M: f64 = 1.8;
 const STEP_M: f64 = 0.15;
 
-/// A robot so far away no longer needs the room, in metres.
+/// A robot this far away no longer needs the room, in metres.
 const FAR_M: f64 = 2.5;
 
-/// They stand aside for so long at most, and for so long at least.
+/// The longest and the shortest time that they stand aside.
 const LONGEST: Duration = Duration::from_secs(8);
 const SHORTEST: Duration = Duration::from_secs(1);
 
-/// Somebody and the robot.
+/// A person and the robot.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Meeting {
     pub(super) at: Pose,
@@ -35,19 +35,20 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
-    /// Whether the robot faces somebody across a gap of at most so many metres.
+    /// Whether the robot faces the person across a gap of at most `gap_m` metres.
     pub(super) fn is_faced_within(&self, gap_m: f64) -> bool {
         let seen = self.robot.inverse_transform_point(&self.at.translation.vector.into());
         seen.x > 0.0 && seen.y.abs() < self.apart_m && seen.coords.norm() <= self.apart_m + gap_m
     }
 
-    /// How far a place is from the way that the robot faces, in metres; from the robot itself, if it is behind it.
+    /// The distance of a place from the robot's path ahead, in metres; from the robot itself, if the place is behind
+    /// it.
     fn beside_m(&self, place: &Vector2<f64>) -> f64 {
         let seen = self.robot.inverse_transform_point(&Point::from(*place));
         if seen.x > 0.0 { seen.y.abs() } else { seen.coords.norm() }
     }
 
-    /// How near somebody comes to the robot on a straight way to a place, in metres.
+    /// The smallest distance to the robot on a straight path to a place, in metres.
     fn nearest_m(&self, place: &Vector2<f64>) -> f64 {
         let (from, robot) = (self.at.translation.vector, self.robot.translation.vector);
         let way = place - from;
@@ -61,8 +62,9 @@ impl Meeting {
 pub(super) struct WayOut(Point);
 
 impl WayOut {
-    /// The nearest place that can be walked to straight, without coming nearer to the robot than it is or than it needs
-    /// room, and from which the way that it faces is free. Of several equally near, the one that leaves it most room.
+    /// The nearest place with a straight, free path that does not come nearer to the robot than the person is or than
+    /// it needs, and from which the robot's path ahead is free. Of several equally near ones, the one with the most
+    /// room for the robot.
     pub(super) fn find(meeting: &Meeting, floor: &RayGrid) -> Option<Self> {
         let from = meeting.at.translation.vector;
         let needed_m = meeting.apart_m + ROOM_M;
@@ -80,17 +82,17 @@ impl WayOut {
     }
 }
 
-/// Places around one, at a distance.
+/// Places around a point, at a distance.
 fn around(center: &Vector2<f64>, distance_m: f64) -> impl Iterator<Item = Vector2<f64>> {
     let turn = move |direction: u32| UnitComplex::new(TAU * f64::from(direction) / f64::from(DIRECTIONS));
     let center = *center;
     (0..DIRECTIONS).map(move |direction| center + turn(direction) * Vector2::x() * distance_m)
 }
 
-/// Somebody who has left their route to let the robot pass.
+/// A person who has left the route to let the robot pass.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Aside {
-    /// Where to stand; none on the way back.
+    /// The place to stand; `None` on the way back.
     to: Option<Point>,
     /// Since when they have stood there.
     stands_since: Option<Duration>,
@@ -105,8 +107,8 @@ impl Aside {
         (self.to, self.stands_since) = (Some(to), None);
     }
 
-    /// Whether they stand and let the robot pass: until it is far away or past the place where they left their route, or
-    /// until they have stood for long enough.
+    /// Whether they stand and let the robot pass: until it is far away or past the place where they left their route,
+    /// or until they have stood long enough.
     pub(super) fn stands(&mut self, meeting: &Meeting, now: Duration) -> bool {
         let Some(since) = self.stands_since else { return false };
         let lasted = now.saturating_sub(since);
@@ -126,12 +128,12 @@ impl Aside {
         self.to.or_else(|| self.way_back.last().copied())
     }
 
-    /// The direction in which they go next from a place.
+    /// The direction from a place in which they walk next.
     pub(super) fn direction(&self, from: &Pose) -> Option<Vector2<f64>> {
         (self.aim()?.coords - from.translation.vector).try_normalize(0.0)
     }
 
-    /// Goes a way, facing where it leads; whether they are back on their route.
+    /// Walks a distance, facing forward. Returns whether they are back on their route.
     pub(super) fn go(&mut self, from: &Pose, way_m: f64, now: Duration) -> (Pose, bool) {
         let Some(aim) = self.aim() else { return (*from, true) };
         let way = aim.coords - from.translation.vector;

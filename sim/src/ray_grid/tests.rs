@@ -4,7 +4,7 @@ use super::*;
 
 const SIZE: usize = 24;
 
-/// A grid of 1 m cells at the origin, occupied where told.
+/// A grid of 1 m cells at the origin, occupied where the function is true.
 fn grid(occupied: impl Fn(usize, usize) -> bool) -> OccupancyGrid {
     let mut grid = OccupancyGrid::new(SIZE, SIZE, 1.0, Pose::identity());
     for (column, row) in (0..SIZE).flat_map(|row| (0..SIZE).map(move |column| (column, row))) {
@@ -15,11 +15,11 @@ fn grid(occupied: impl Fn(usize, usize) -> bool) -> OccupancyGrid {
     grid
 }
 
-/// A coordinate or component of a direction as a whole number of these; products of two are exact in f64.
+/// The unit in which coordinates and components of directions are integers; products of two are exact in f64.
 const UNIT: f64 = 1.0 / 1_048_576.0;
 
-/// The same ray by brute force, all in integers: every grid line that it crosses, sorted by distance, those across y
-/// first where they coincide; then the cells between them in that order.
+/// The same ray by brute force, with integers only: all grid lines that it crosses, sorted by distance, with those
+/// across y first if they coincide; then the cells between them in this order.
 fn by_brute_force(
     grid: &OccupancyGrid,
     origin: [i128; 2],
@@ -79,7 +79,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
     #[test]
-    fn every_ray_ends_in_the_cell_and_at_the_distance_that_brute_force_finds(
+    fn every_ray_ends_in_the_cell_and_at_the_distance_found_by_brute_force(
         seed in any::<u64>(),
         density in 1..40_u64,
         origin in [coordinate(), coordinate()],
@@ -116,7 +116,7 @@ fn a_ray_through_a_corner_steps_along_y_first() {
 }
 
 #[test]
-fn unknown_cells_are_transparent_and_a_ray_from_inside_a_wall_meets_it_at_once() {
+fn unknown_cells_are_transparent_and_a_ray_from_inside_a_wall_hits_it_at_once() {
     let grid = RayGrid::new(&grid(|c, _| c == 10));
     let hit = grid.cast(&Point::new(2.25, 3.5), &Vector2::new(0.6, 0.0), 100.0).expect("the wall is ahead");
     assert_eq!((hit.distance, grid.cell(&hit)), (7.75 / 0.6, CellIndex { column: 10, row: 3 }));
@@ -124,7 +124,7 @@ fn unknown_cells_are_transparent_and_a_ray_from_inside_a_wall_meets_it_at_once()
 }
 
 #[test]
-fn rays_that_never_come_back_end() {
+fn rays_that_never_return_end() {
     let grid = RayGrid::new(&grid(|_, _| true));
     for (x, y, dx, dy) in [(-3.0, 5.0, -1.0, 0.1), (30.0, 5.0, 0.0, 1.0), (5.0, -2.0, 1.0, 0.0)] {
         assert_eq!(grid.cast(&Point::new(x, y), &Vector2::new(dx, dy), f64::INFINITY), None);

@@ -1,14 +1,14 @@
-//! Occupied cells as bits, and what lies in a stretch of a row.
+//! Occupied cells as bits, and queries for ranges of a row.
 
-/// The occupied cells of a grid, a bit a cell and a row after the other, with a second level that tells of eight rows at
-/// once which columns are occupied in any of them.
+/// The occupied cells of a grid, one bit per cell, row after row, with a second level that combines eight rows: it
+/// tells which columns are occupied in any of them.
 ///
-/// Rows and columns are the bitmap's: a fan that goes along x has one in which the grid's columns are rows.
+/// Rows and columns are those of the bitmap: for fans along x, the grid's columns are its rows.
 #[derive(Clone, Debug)]
 pub(super) struct BitRows {
     rows: usize,
     columns: usize,
-    /// Bytes from a row to the next.
+    /// Bytes from one row to the next.
     stride: usize,
     bits: Vec<u8>,
     /// Row g is the OR of rows 8 g to 8 g + 7.
@@ -18,10 +18,10 @@ pub(super) struct BitRows {
 /// Rows in a group.
 pub(super) const GROUP: usize = 8;
 
-/// Bytes behind the last row, so that a word can be read from any byte of it.
+/// Bytes after the last row, so that a word can be read from any byte of it.
 const PADDING: usize = 8;
 
-/// The bits of a row or of a group of rows, and whatever comes behind them.
+/// The bits of a row or of a group of rows, and those after them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Row<'a> {
     bytes: &'a [u8],
@@ -45,7 +45,7 @@ impl BitRows {
         self.columns
     }
 
-    /// Makes a cell occupied or not: a bit of its row, and a bit of its group.
+    /// Makes a cell occupied or free: a bit of its row, and a bit of its group.
     pub(super) fn set(&mut self, row: usize, column: usize, occupied: bool) {
         let (byte, bit) = (column / 8, 1 << (column % 8));
         let group = row / GROUP;
@@ -60,13 +60,13 @@ impl BitRows {
         }
     }
 
-    /// That row.
+    /// The row with this index.
     #[inline]
     pub(super) fn row(&self, row: usize) -> Row<'_> {
         Row { bytes: &self.bits[row * self.stride..] }
     }
 
-    /// The OR of the eight rows of which `row` is one.
+    /// The OR of the eight rows that include `row`.
     #[inline]
     pub(super) fn group(&self, row: usize) -> Row<'_> {
         Row { bytes: &self.groups[row / GROUP * self.stride..] }
@@ -74,10 +74,10 @@ impl BitRows {
 }
 
 impl Row<'_> {
-    /// Whether a cell from column `from` to `to`, both included, is occupied.
+    /// Whether a cell from column `from` to `to`, both inclusive, is occupied.
     #[inline]
     pub(super) fn any(self, from: usize, to: usize) -> bool {
-        // A word that begins with the byte in which `from` lies has at least 57 bits from there on.
+        // A word that begins with the byte of `from` has at least 57 bits from there on.
         if to - from < 57 {
             self.word(from / 8) >> (from % 8) << (63 - (to - from)) != 0
         } else {
@@ -85,8 +85,8 @@ impl Row<'_> {
         }
     }
 
-    /// The first run of occupied cells among columns `from` to `to`, both included: where it begins and the first column
-    /// behind it, which is `to + 1` if it reaches that far.
+    /// The first run of occupied cells among columns `from` to `to`, both inclusive: its beginning and the first column
+    /// after it, which is `to + 1` if it extends that far.
     #[inline]
     pub(super) fn run(self, from: usize, to: usize) -> Option<(usize, usize)> {
         let start = self.first_unlike(0, from, to)?;
@@ -108,7 +108,7 @@ impl Row<'_> {
         (unlike != 0 && found <= to).then_some(found)
     }
 
-    /// The 64 bits from that byte on.
+    /// The 64 bits from this byte on.
     #[inline]
     fn word(self, byte: usize) -> u64 {
         u64::from_le_bytes(self.bytes[byte..byte + 8].try_into().expect("a word has eight bytes"))
@@ -124,14 +124,14 @@ mod tests {
     const ROWS: usize = 19;
     const COLUMNS: usize = 301;
 
-    /// Runs of cells that are occupied, some of which are made free again.
+    /// Runs of cells that are occupied, some of which are freed again.
     fn changes() -> impl Strategy<Value = Vec<(usize, usize, usize, bool)>> {
         prop::collection::vec((0..ROWS, 0..COLUMNS, 1..150_usize, any::<bool>()), 0..40)
     }
 
     proptest! {
         #[test]
-        fn rows_and_groups_say_of_any_stretch_what_its_cells_are(
+        fn rows_and_groups_know_the_cells_of_any_range(
             changes in changes(),
             row in 0..ROWS,
             ends in [0..COLUMNS, 0..COLUMNS],

@@ -1,4 +1,4 @@
-//! Which beams of a fan pass on which side of a grid's corner.
+//! Determines which beams of a fan pass on which side of a grid corner.
 //!
 //! ```text
 //!                   columns below │ columns above
@@ -9,8 +9,8 @@
 //!      row k - 1          _.-´    │
 //! ```
 //!
-//! Beams are in the order of their slopes, so those that pass above a corner are all from some beam on; where these begin
-//! is estimated from the corner's angle and then settled by the very products that the plain traversal compares.
+//! Beams are sorted by slope, so those that pass above a corner are all the beams from some index on. This index is
+//! estimated from the corner's angle and then determined with the same products that the plain traversal compares.
 
 use std::ops::Range;
 
@@ -23,9 +23,9 @@ pub(super) struct Edges<'a> {
     origin: Origin,
     /// Whether a beam through a corner crosses the line between columns first. Lines across y come first.
     columns_first: bool,
-    /// How many beams fall towards lower columns. They come first.
+    /// The number of beams that fall towards lower columns. They come first.
     falling: usize,
-    /// Angle of the first beam, in radians, about.
+    /// Approximate angle of the first beam, in radians.
     first_rad: f64,
     beams_per_rad: f64,
 }
@@ -40,18 +40,18 @@ impl<'a> Edges<'a> {
         Self { beams, origin, columns_first, falling, first_rad, beams_per_rad }
     }
 
-    /// Whether a beam crosses the line between columns that is `to_column` away, on the side to which the beam goes,
-    /// before the line between rows that is `to_row` away.
+    /// Whether a beam crosses the line between columns at `to_column`, on the side to which the beam goes, before the
+    /// line between rows at `to_row`.
     #[inline]
     pub(super) fn crosses_column_first(&self, beam: &FanBeam, to_column: f64, to_row: f64) -> bool {
         let (column, row) = (to_column * beam.along, to_row * beam.across.abs());
         column < row || (self.columns_first && column == row)
     }
 
-    /// The first of `beams` that touches column `start` or one above in row `k`.
+    /// The first of `beams` that touches column `start` or a higher one in row `k`.
     #[inline]
     pub(super) fn first_reaching(&self, beams: Range<usize>, start: usize, k: usize) -> usize {
-        // A column above the origin is reached by the end of the row, another not left before its beginning.
+        // A column above the origin is reached by the end of the row; any other is not left before its beginning.
         self.first_above(beams, start, if start > self.origin.column { k + 1 } else { k })
     }
 
@@ -61,7 +61,7 @@ impl<'a> Edges<'a> {
         self.first_above(beams, end, if end > self.origin.column { k } else { k + 1 })
     }
 
-    /// The first of `beams` that passes above the corner where `column` begins on that line between rows.
+    /// The first of `beams` that passes above the corner where `column` begins on this line between rows.
     #[inline(always)]
     fn first_above(&self, beams: Range<usize>, column: usize, line: usize) -> usize {
         let to_column = column as f64 - self.origin.across;
@@ -82,17 +82,17 @@ impl<'a> Edges<'a> {
         first(beams, self.estimate(to_column, to_line), passes_above)
     }
 
-    /// About where the first beam above a corner is; if beams are evenly spaced, hardly ever wrong.
+    /// The approximate index of the first beam above a corner; almost always exact if beams are evenly spaced.
     #[inline]
     fn estimate(&self, to_column: f64, to_line: f64) -> i64 {
-        // Multiplied by a reciprocal that is ready before the column is known.
+        // Multiplied by a reciprocal that is available before the column is known.
         let slope = (to_column * (1.0 / to_line)).clamp(-1.0, 1.0);
         ceil(fixed((atan(slope) - self.first_rad) * self.beams_per_rad))
     }
 }
 
-/// The first of `indices` for which `holds`, which does from some index on; their end if it never does. Right whatever
-/// the estimate; two looks if that is right.
+/// The first of `indices` for which `holds` is true, if it is monotone; their end if there is none. Correct for any
+/// estimate; two checks if the estimate is exact.
 #[inline(always)]
 fn first(indices: Range<usize>, estimate: i64, holds: impl Fn(usize) -> bool) -> usize {
     let Range { start, end } = indices;
@@ -115,7 +115,7 @@ fn first(indices: Range<usize>, estimate: i64, holds: impl Fn(usize) -> bool) ->
     }
 }
 
-/// The first index from `low` to `high` for which `holds`; `high` if it does for none before.
+/// The first index from `low` to `high` for which `holds` is true; `high` if there is none before.
 #[inline]
 fn bisect(mut low: usize, mut high: usize, holds: impl Fn(usize) -> bool) -> usize {
     while low < high {
@@ -145,7 +145,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn the_first_is_found_whatever_the_estimate(
+        fn the_first_is_found_for_any_estimate(
             start in 0..50_usize,
             count in 1..50_usize,
             at in 0..=50_usize,

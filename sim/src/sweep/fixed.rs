@@ -1,22 +1,23 @@
-//! Numbers with 32 bits behind the point, in an `i64`.
+//! Fixed-point numbers with 32 fractional bits, in an `i64`.
 //!
-//! An interval's edges move by two additions of integers a row, and the column that an edge is in is a shift.
+//! An interval's edges advance by two integer additions per row, and the column of an edge is a shift.
 
 const FRACTION: u32 = 32;
 
 /// 1 as a fixed-point number.
 pub(super) const ONE: i64 = 1 << FRACTION;
 
-/// Sizes must be less than this.
+/// The limit for absolute values.
 pub(super) const LIMIT: usize = 1 << (51 - FRACTION);
 
-/// Whatever is less than [`LIMIT`] and added to this makes a sum whose last bit is worth 2⁻³².
+/// The sum of this and any number below [`LIMIT`] has a last bit worth 2⁻³².
 const SHIFT: f64 = (3 * LIMIT) as f64;
 
-/// The fixed-point number nearest to `value`, of which the size must be less than [`LIMIT`]; else it means nothing.
+/// The fixed-point number nearest to `value`, whose absolute value must be less than [`LIMIT`]; otherwise the result is
+/// meaningless.
 ///
-/// Adding a constant moves the bits of the sum to where an integer has them. A processor can do that for several numbers
-/// at once, which it cannot with conversions.
+/// Adding a constant moves the bits of the sum to where an integer has them. A processor can do this for several
+/// numbers at once, unlike conversions.
 #[inline]
 pub(super) fn fixed(value: f64) -> i64 {
     (value + SHIFT).to_bits().wrapping_sub(SHIFT.to_bits()) as i64

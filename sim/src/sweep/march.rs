@@ -1,4 +1,4 @@
-//! The way of a fan through the rows.
+//! The march of a fan through the rows.
 //!
 //! ```text
 //!   row 3    .  .  a  .  .  .  .  .  .  d  .  .     a and d: the outer beams of an interval
@@ -7,9 +7,9 @@
 //!   row 0    .  .  .  .  .  o  .  .  .  .  .  .     o:       the origin
 //! ```
 //!
-//! An interval of beams that nothing has stopped goes up row by row, or eight rows at once. All that it needs to know of a
-//! row without occupied cells is the columns of its outer beams. In row 2 it ends those between b and c; then [a, b] and
-//! [c, d] go on, one after the other.
+//! An interval of beams that nothing has stopped advances row by row, or eight rows at once. In a row without occupied
+//! cells, it only needs the columns of its outer beams. In row 2 it ends the beams between b and c; then [a, b] and [c,
+//! d] continue, one after the other.
 
 use super::bit_rows::{BitRows, GROUP};
 use super::edges::Edges;
@@ -17,7 +17,7 @@ use super::fan::{FanBeam, Origin};
 use super::fixed::floor;
 use super::outcome::Outcome;
 
-/// Neighbouring beams that nothing has stopped yet: from `first` up to `end`, not included, at the beginning of `row`.
+/// Neighbouring beams that nothing has stopped yet: from `first` to `end`, exclusive, at the beginning of `row`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Interval {
     first: usize,
@@ -25,18 +25,18 @@ pub(super) struct Interval {
     row: usize,
 }
 
-/// A fan on its way.
+/// A fan on its march.
 pub(super) struct March<'a> {
     /// The walls, its rows along the fan's.
     pub(super) walls: &'a BitRows,
     pub(super) beams: &'a [FanBeam],
     pub(super) origin: Origin,
     pub(super) edges: &'a Edges<'a>,
-    /// How many rows the beams go through at most.
+    /// The maximum number of rows that the beams pass through.
     pub(super) rows: usize,
     /// Intervals that wait for their turn.
     pub(super) waiting: &'a mut Vec<Interval>,
-    /// Where the groups of beams end, each at its first beam.
+    /// The ends of groups of beams, each at its first beam.
     pub(super) outcomes: &'a mut [Outcome],
 }
 
@@ -82,8 +82,8 @@ impl March<'_> {
         None
     }
 
-    /// Takes an interval through its row, of which it touches some of the columns `from` to `to` and no others. Ends the
-    /// beams that meet a run of occupied cells, lets those before it wait, and returns those behind it all.
+    /// Takes an interval through its row, in which it touches only columns between `from` and `to`. Ends the beams that
+    /// hit a run of occupied cells, queues those before it, and returns those after all runs.
     fn pass(&mut self, interval: Interval, (mut from, to): (usize, usize)) -> Option<Interval> {
         let Interval { mut first, end, row } = interval;
         while let Some((start, stop)) = self.walls.row(self.origin.row(row)).run(from, to) {
@@ -91,7 +91,7 @@ impl March<'_> {
             if reaching == end {
                 break;
             }
-            // Nothing passes a run that goes on behind the last column that is touched, if there is a column behind.
+            // Nothing passes a run that extends beyond the last touched column, if there is a column after it.
             let goes_on = stop > to && stop < self.walls.columns();
             let beyond = if goes_on { end } else { self.edges.first_beyond(reaching..end, stop, row) };
             if beyond > reaching {
@@ -109,7 +109,7 @@ impl March<'_> {
         Some(Interval { first, end, row: row + 1 })
     }
 
-    /// What beams up to `end` end on in a row: the cells from column `start` up to `stop`, not included.
+    /// The outcome of beams up to `end` in a row: the cells from column `start` to `stop`, exclusive.
     #[inline]
     fn outcome(&self, end: usize, row: usize, (start, stop): (usize, usize)) -> Outcome {
         let to_side = if start > self.origin.column {
@@ -123,7 +123,7 @@ impl March<'_> {
     }
 }
 
-/// What lies between an interval's outer beams in a row, as fixed-point columns, and how it changes from row to row.
+/// The range between an interval's outer beams in a row, as fixed-point columns, and its change from row to row.
 struct RowWindow {
     low: i64,
     high: i64,
@@ -133,22 +133,22 @@ struct RowWindow {
 
 impl RowWindow {
     fn new(first: &FanBeam, last: &FanBeam, row: usize, walls: &BitRows) -> Self {
-        // In a row, a beam that falls is lowest at its end, and one that rises is highest there. The margin covers what
-        // is rounded: in each row half a bit of the step, and 10⁻⁶ of a column for the rest.
+        // In a row, a falling beam is lowest at the end, and a rising one is highest there. The margin covers rounding:
+        // half a bit of the step per row, and 10⁻⁶ of a column for the rest.
         let margin = 4096 + walls.rows() as i64;
         let low = first.column + row as i64 * first.slope + first.slope.min(0) - margin;
         let high = last.column + row as i64 * last.slope + last.slope.max(0) + margin;
         Self { low, high, low_step: first.slope, high_step: last.slope }
     }
 
-    /// Goes that many rows on.
+    /// Advances by this many rows.
     #[inline]
     fn advance(&mut self, rows: usize) {
         self.low += rows as i64 * self.low_step;
         self.high += rows as i64 * self.high_step;
     }
 
-    /// What lies between the beams in any of the eight rows from here.
+    /// The range between the beams in any of the next eight rows.
     #[inline]
     fn over_group(&self) -> Self {
         let steps = GROUP as i64 - 1;
@@ -157,7 +157,7 @@ impl RowWindow {
         Self { low, high, ..*self }
     }
 
-    /// The first and the last column, if any lies within the grid.
+    /// The first and the last column, if any is inside the grid.
     #[inline]
     fn columns(&self, walls: &BitRows) -> Option<(usize, usize)> {
         let (from, to) = (floor(self.low).max(0), floor(self.high).min(walls.columns() as i64 - 1));

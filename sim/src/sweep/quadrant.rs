@@ -1,10 +1,10 @@
-//! The four fans that a scan is made of.
+//! The four fans of a scan.
 
 use std::ops::Range;
 
 use nalgebra::Vector2;
 
-/// The way that a beam goes most. Beams at 45° belong to those along x.
+/// The dominant direction of a beam. Beams at 45° belong to those along x.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Quadrant {
     /// Along x.
@@ -20,7 +20,7 @@ pub(crate) enum Quadrant {
 impl Quadrant {
     const ALL: [Self; 4] = [Self::Right, Self::Up, Self::Left, Self::Down];
 
-    /// Whether a beam belongs to it.
+    /// Whether a beam belongs to this quadrant.
     #[inline]
     fn holds(self, direction: &Vector2<f64>) -> bool {
         let (x, y) = (direction.x, direction.y);
@@ -37,25 +37,25 @@ impl Quadrant {
         matches!(self, Self::Right | Self::Left)
     }
 
-    /// Whether its beams go up the axis that they follow.
+    /// Whether its beams go in the positive direction of their axis.
     pub(super) fn is_forward(self) -> bool {
         matches!(self, Self::Right | Self::Up)
     }
 
-    /// Whether beams that go counter-clockwise come in descending order of what they gain across.
+    /// Whether counter-clockwise beams are in descending order of their gain across.
     pub(super) fn is_reversed(self) -> bool {
         matches!(self, Self::Up | Self::Left)
     }
 
-    /// Size of a beam's component along the quadrant's axis, and its component across.
+    /// Absolute component of a beam along the quadrant's axis, and its component across.
     #[inline]
     pub(super) fn components(self, direction: &Vector2<f64>) -> (f64, f64) {
         if self.is_along_x() { (direction.x.abs(), direction.y) } else { (direction.y.abs(), direction.x) }
     }
 }
 
-/// Divides an arc of beams, each counter-clockwise of the one before, into fans of beams that go the same way most.
-/// None is lost; one without a direction goes in a fan of its own, together with those like it.
+/// Divides an arc of counter-clockwise beams into fans of beams with the same dominant direction. No beam is lost;
+/// beams without a direction form a separate fan.
 pub(crate) fn fans(directions: &[Vector2<f64>], arc: Range<usize>) -> impl Iterator<Item = (Quadrant, Range<usize>)> {
     let mut start = arc.start;
     std::iter::from_fn(move || {

@@ -10,7 +10,7 @@ use super::*;
 /// Longest side of a grid, in cells.
 const SIZE: usize = 90;
 
-/// A grid of any size up to [`SIZE`], with single occupied cells at that density in 1/1000 and some straight walls.
+/// A grid of any size up to [`SIZE`], with random occupied cells at this density in 1/1000 and some straight walls.
 fn grid(resolution_m: f64, origin: Pose) -> impl Strategy<Value = OccupancyGrid> {
     let density = prop_oneof![Just(0), Just(3), Just(30), Just(200), Just(600)];
     let wall = (0..SIZE, 0..SIZE, 1..SIZE, any::<bool>());
@@ -47,7 +47,7 @@ fn coordinate() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// Quarter turns, so that directions stay exact, and any.
+/// Quarter turns, for which directions stay exact, and arbitrary ones.
 fn rotation() -> impl Strategy<Value = UnitComplex<f64>> {
     let quarter = |(cos, sin)| UnitComplex::from_cos_sin_unchecked(cos, sin);
     prop_oneof![
@@ -60,7 +60,8 @@ fn range_max() -> impl Strategy<Value = f64> {
     prop_oneof![Just(f64::INFINITY), Just(0.0), 0.0..200.0_f64, (0..60).prop_map(f64::from)]
 }
 
-/// Every direction of small whole components, counter-clockwise: axes, 45°, rational slopes, and many more than once.
+/// Every direction with small integer components, counter-clockwise: axes, 45°, rational slopes, many of them
+/// repeatedly.
 fn rational_beams() -> Beams {
     let mut directions: Vec<Vector2<f64>> = (-8..=8)
         .flat_map(|x| (-8..=8).map(move |y| Vector2::new(f64::from(x), f64::from(y)) / 16.0))
@@ -70,8 +71,8 @@ fn rational_beams() -> Beams {
     Beams::from_directions(Point::origin(), directions)
 }
 
-/// Scanners of all sorts: full circles, once with the last beam on the first; 270°; narrow; eight beams at 45°; several
-/// times round; clockwise; mounted anywhere.
+/// Various scanners: full circles, one with the last beam on the first; 270°; narrow; eight beams at 45°; several
+/// turns; clockwise; with arbitrary mounts.
 fn scanner() -> impl Strategy<Value = Beams> {
     let field = prop_oneof![
         (2..900_usize).prop_map(|beams| (-PI, TAU / beams as f64, beams)),
@@ -108,7 +109,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(3000))]
 
     #[test]
-    fn a_scan_of_rational_slopes_is_that_of_the_plain_traversal(
+    fn a_scan_with_rational_slopes_equals_the_plain_traversal(
         grid in grid(1.0, Pose::identity()),
         at in [coordinate(), coordinate()],
         rotation in rotation(),
@@ -119,7 +120,7 @@ proptest! {
     }
 
     #[test]
-    fn a_scan_of_any_scanner_is_that_of_the_plain_traversal(
+    fn a_scan_of_any_scanner_equals_the_plain_traversal(
         grid in grid(1.0, Pose::identity()),
         scanners in prop::collection::vec(scanner(), 1..4),
         at in [coordinate(), coordinate()],
@@ -132,7 +133,7 @@ proptest! {
     }
 
     #[test]
-    fn so_it_is_on_a_turned_map_of_small_cells(
+    fn scans_are_exact_on_a_rotated_map_with_small_cells(
         grid in grid(0.05, pose(-12.3, 4.5, 0.7)),
         beams in scanner(),
         at in [coordinate(), coordinate()],
@@ -144,7 +145,7 @@ proptest! {
     }
 
     #[test]
-    fn so_it_is_after_cells_have_changed(
+    fn scans_are_exact_after_cells_have_changed(
         mut grid in grid(1.0, Pose::identity()),
         changes in prop::collection::vec((0..SIZE, 0..SIZE, any::<bool>()), 1..100),
         beams in scanner(),
@@ -166,7 +167,7 @@ proptest! {
 }
 
 #[test]
-fn beams_of_any_order_and_without_direction_are_cast_as_they_are() {
+fn beams_in_any_order_and_without_direction_are_cast_correctly() {
     let mut grid = OccupancyGrid::new(30, 30, 1.0, Pose::identity());
     (0..30).for_each(|n| grid.set(CellIndex { column: n, row: 29 - n / 3 }, Cell::Occupied));
     let mixed = (0..200).map(|n| Vector2::new(f64::from(n * 37 % 101) - 50.0, f64::from(n * 53 % 97) - 48.0) / 128.0);
@@ -178,7 +179,7 @@ fn beams_of_any_order_and_without_direction_are_cast_as_they_are() {
 }
 
 #[test]
-fn beams_closer_than_rounding_can_tell_are_cast_as_they_are() {
+fn beams_closer_than_rounding_errors_are_cast_correctly() {
     let mut grid = OccupancyGrid::new(60, 60, 1.0, Pose::identity());
     (20..60).for_each(|row| grid.set(CellIndex { column: 35 + row % 2, row }, Cell::Occupied));
     (0..60).for_each(|column| grid.set(CellIndex { column, row: 59 }, Cell::Occupied));
@@ -187,7 +188,7 @@ fn beams_closer_than_rounding_can_tell_are_cast_as_they_are() {
     let is_below =
         |a: &Vector2<f64>, b: &Vector2<f64>| (mantissa(a.y) * mantissa(b.x)).cmp(&(mantissa(b.y) * mantissa(a.x)));
     for n in 0..400 {
-        // At a corner of the wall, and some bits beside; counter-clockwise to the last bit.
+        // At a corner of the wall, and some bits next to it; counter-clockwise to the last bit.
         let origin = Point::new(0.3 + f64::from(n) * 0.007, 0.9 - f64::from(n) * 0.0011);
         let corner = (Point::new(35.0, 21.0) - origin) / 64.0;
         let beside = |value: f64, bits: i64| f64::from_bits(value.to_bits().wrapping_add_signed(bits));
@@ -200,7 +201,7 @@ fn beams_closer_than_rounding_can_tell_are_cast_as_they_are() {
 }
 
 #[test]
-fn a_grid_too_long_for_sweeps_is_scanned_all_the_same() {
+fn a_grid_too_large_for_sweeps_is_still_scanned() {
     let mut grid = OccupancyGrid::new(600_000, 1, 0.05, Pose::identity());
     grid.set(CellIndex { column: 500_000, row: 0 }, Cell::Occupied);
     let mut walls = Walls::new(&grid);

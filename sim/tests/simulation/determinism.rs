@@ -1,4 +1,4 @@
-//! The same bits every time, and noises that leave each other alone.
+//! The same bits every time, and independent noises.
 
 use maps::{Point, pose};
 use robot::{Reading, Robot, Streams, VelocityCommand};
@@ -6,7 +6,7 @@ use sim::{DriftNoise, ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig
 
 use crate::room;
 
-/// FNV-1a over everything that a run's trace holds.
+/// FNV-1a over all data of a run's trace.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Hash(u64);
 
@@ -90,17 +90,17 @@ fn the_same_seed_gives_the_same_bits() {
     assert!((0..3).all(|n| runs[0][n] != runs[2][n]));
 }
 
-/// The numbers change when the simulation does, but never between debug and release, or with `GLIBC_TUNABLES` that switch
-/// FMA off.
+/// The numbers change when the simulation changes, but never between debug and release, or with `GLIBC_TUNABLES` that
+/// disable FMA.
 #[test]
-fn the_bits_are_those_of_every_other_build() {
+fn the_bits_are_the_same_in_every_build() {
     let [truth, odometry, scans] = run(&noisy(), 1, |_, _| {});
     let expected = [9_094_498_526_689_973_048, 17_704_104_868_612_553_165, 13_621_153_423_780_037_378].map(Hash);
     assert_eq!([truth, odometry, scans], expected);
 }
 
 #[test]
-fn each_noise_leaves_the_others_alone() {
+fn noises_are_independent_of_each_other() {
     let [truth, odometry, scans] = run(&busy(), 1, |_, _| {});
     let mut config = busy();
     config.odometry.noise = noisy().odometry.noise;
@@ -120,7 +120,7 @@ fn without_noise_the_seed_does_not_matter() {
 }
 
 #[test]
-fn faults_that_are_taken_back_before_they_act_leave_no_trace() {
+fn faults_that_are_reset_before_they_act_leave_no_trace() {
     let unfaulted = run(&noisy(), 1, |_, _| {});
     let taken_back = run(&noisy(), 1, |step, sim| {
         if step == 1000 {
@@ -133,7 +133,7 @@ fn faults_that_are_taken_back_before_they_act_leave_no_trace() {
 }
 
 #[test]
-fn a_laser_has_its_own_noise_whatever_lasers_there_are() {
+fn a_lasers_noise_does_not_depend_on_the_other_lasers() {
     let front = |config: &SimConfig| {
         let start = pose(1.0, 1.0, 0.3);
         let mut sim = Simulation::new(config, &room(8.0, 6.0), start, start, &Streams::new(1)).expect("a good start");
@@ -147,7 +147,7 @@ fn a_laser_has_its_own_noise_whatever_lasers_there_are() {
 }
 
 #[test]
-fn runs_can_go_to_other_threads() {
+fn runs_can_move_to_other_threads() {
     fn is_send<T: Send>() {}
     is_send::<Simulation>();
 }

@@ -13,7 +13,7 @@ fn at_charge(initial_pct: f64) -> SimConfig {
 }
 
 #[test]
-fn a_robot_that_stops_at_the_station_charges_and_one_that_leaves_does_not() {
+fn a_robot_at_the_station_charges_until_it_leaves() {
     let mut sim = in_a_room(&at_charge(50.0), pose(5.5, 5.0, 0.0));
     drive(&mut sim, 0.4, 0.0, 190);
     assert!(!sim.truth().is_docked(), "passing by");
@@ -27,13 +27,13 @@ fn a_robot_that_stops_at_the_station_charges_and_one_that_leaves_does_not() {
 }
 
 #[test]
-fn driving_drains_as_long_as_current_flows() {
+fn driving_drains_while_current_flows() {
     let mut sim = in_a_room(&at_charge(50.0), pose(4.0, 3.0, 0.0));
     drive(&mut sim, 0.0, 0.5, 500);
     let after = sim.truth().battery().charge_pct;
     assert!((after - 49.5).abs() < 1e-9, "{after}");
     drive(&mut sim, 0.0, 0.0, 500);
-    // 0.5 rad/s brakes within 13 steps; the step in which the motors reach 0 costs nothing any more.
+    // 0.5 rad/s brakes within 13 steps; the step in which the motors reach 0 consumes nothing.
     let rested = sim.truth().battery().charge_pct;
     assert!((after - rested - 12.0 * 0.001).abs() < 1e-9, "{rested}");
 }

@@ -49,7 +49,7 @@ fn a_wall_stops_the_robot_and_counts_as_one_collision() {
 }
 
 #[test]
-fn wheels_that_are_stopped_by_a_wall_do_not_count_on() {
+fn wheels_stopped_by_a_wall_do_not_continue_to_count() {
     let mut sim = in_a_room(&SimConfig::default(), pose(7.0, 3.0, 0.0));
     drive(&mut sim, 0.45, 0.0, 500);
     let truth = sim.truth();
@@ -57,7 +57,7 @@ fn wheels_that_are_stopped_by_a_wall_do_not_count_on() {
 }
 
 #[test]
-fn sliding_along_walls_and_around_a_corner_is_one_contact_and_stays_inside() {
+fn sliding_along_walls_and_around_a_corner_is_one_contact() {
     let mut sim = in_a_room(&SimConfig::default(), pose(6.0, 5.0, 0.6));
     drive(&mut sim, 0.45, 0.0, 2000);
     let at = sim.truth().pose().translation;
@@ -80,7 +80,7 @@ fn odometry_without_noise_is_exact() {
 }
 
 #[test]
-fn odometry_without_noise_is_exact_far_from_the_origin_too() {
+fn odometry_without_noise_is_exact_far_from_the_origin_as_well() {
     let plain = OccupancyGrid::new(200, 200, 0.05, pose(100.0, -120.0, 0.0));
     let start = pose(105.0, -115.0, 0.2);
     let mut sim =
@@ -90,8 +90,8 @@ fn odometry_without_noise_is_exact_far_from_the_origin_too() {
     assert!(off.translation.vector.norm() < 1e-9 && off.rotation.angle().abs() < 1e-9, "{off}");
 }
 
-/// What happens in a room that has been moved as a whole: the robot sets out past a pillar, meets a wall, slides along it
-/// and stops in the corner. Its poses in the room and the ranges of its lasers, each second, and its collisions.
+/// A drive in a room at a given pose: the robot drives past a pillar, hits a wall, slides along it and stops in the
+/// corner. Returns its poses relative to the room and the ranges of its lasers, each second, and its collisions.
 fn along_the_wall(room_at: Pose) -> (Vec<Pose>, Vec<Vec<f32>>, u64) {
     let here = room(8.0, 6.0);
     let mut there = OccupancyGrid::new(here.width(), here.height(), here.resolution_m(), room_at * here.origin());
@@ -117,7 +117,7 @@ fn along_the_wall(room_at: Pose) -> (Vec<Pose>, Vec<Vec<f32>>, u64) {
 }
 
 #[test]
-fn a_robot_drives_on_a_map_far_from_the_origin_as_on_one_near_it() {
+fn a_robot_drives_the_same_way_far_from_the_origin() {
     let (near, near_ranges, collisions) = along_the_wall(Pose::identity());
     assert!(collisions > 0 && near[0].translation.x > 1.2, "it sets out, and meets the wall");
     for (x_m, y_m) in [(5_000.0, -5_000.0), (688_000.0, 5_335_000.0)] {
@@ -138,7 +138,7 @@ fn a_robot_drives_on_a_map_far_from_the_origin_as_on_one_near_it() {
 }
 
 #[test]
-fn walls_hold_whatever_the_commands() {
+fn walls_stop_the_robot_whatever_the_commands() {
     let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
     let mut rng = Streams::new(5).stream("commands");
     for _ in 0..200 {
@@ -154,7 +154,7 @@ fn walls_hold_whatever_the_commands() {
 }
 
 #[test]
-fn odometry_with_bias_is_off_by_what_was_asked_for() {
+fn odometry_with_bias_is_off_by_the_configured_amount() {
     let mut config = SimConfig::default();
     config.odometry.distance_bias = 0.05;
     let mut sim = in_a_room(&config, pose(1.0, 3.0, 0.0));
@@ -176,7 +176,7 @@ fn motion_noise_moves_the_robot_and_its_odometry_alike() {
 }
 
 #[test]
-fn the_joypad_overrides_commands_until_it_lets_go() {
+fn the_joypad_overrides_commands_until_it_is_released() {
     let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
     drive(&mut sim, 0.4, 0.0, 50);
     sim.faults_mut().base.velocity_override = Some(VelocityCommand { linear_mps: -0.4, angular_radps: 0.0 });

@@ -1,4 +1,4 @@
-//! What goes wrong when it is told to, and only then.
+//! Faults act when they are set, and only then.
 
 mod base;
 mod battery;

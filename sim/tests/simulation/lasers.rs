@@ -1,4 +1,4 @@
-//! What the lasers see.
+//! The scans of the lasers.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Pose, pose};
 use robot::{LaserSpec, Robot, RobotModel, Streams};
@@ -34,14 +34,14 @@ fn assert_ranges(ranges: &[f32], expected: &[f64]) {
 }
 
 #[test]
-fn a_scan_in_an_empty_room_is_what_geometry_says() {
+fn a_scan_in_an_empty_room_agrees_with_geometry() {
     let root2 = 2_f64.sqrt();
     let ranges = first_ranges(&eight_beams(), &room(8.0, 6.0), pose(2.0, 1.5, 0.0));
     assert_ranges(&ranges, &[2.0, 1.5 * root2, 1.5, 1.5 * root2, 6.0, 4.5 * root2, 4.5, 2.0 * root2]);
 }
 
 #[test]
-fn a_map_may_be_turned() {
+fn a_map_may_be_rotated() {
     let mut turned = OccupancyGrid::new(200, 200, 0.05, pose(3.0, -2.0, 0.7));
     for row in 0..200 {
         turned.set(CellIndex { column: 150, row }, Cell::Occupied);
@@ -61,11 +61,11 @@ fn ranges_out_of_limits_are_infinite_and_unknown_cells_transparent() {
 }
 
 #[test]
-fn both_lasers_look_from_where_they_are_mounted() {
+fn both_lasers_scan_from_their_mounts() {
     let mut sim = in_a_room(&SimConfig::default(), pose(4.0, 3.0, 0.0));
     let mut readings = Vec::new();
     sim.read(&mut readings);
-    // No beam looks straight ahead: the two in the middle are half an increment beside it.
+    // No beam points straight ahead: the two in the middle are half an increment beside it.
     let half_increment_rad = 0.5 * (270.0 / 359.0_f64).to_radians();
     let ahead = 3.755 / libm::cos(half_increment_rad);
     for scan in scans(&readings) {
@@ -75,7 +75,7 @@ fn both_lasers_look_from_where_they_are_mounted() {
 }
 
 #[test]
-fn a_scan_sees_a_disc_come_along() {
+fn a_scan_sees_a_disc_approach() {
     let mut config = eight_beams();
     config.obstacles.push(ObstacleConfig {
         name: "person".to_owned(),

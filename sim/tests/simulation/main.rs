@@ -1,4 +1,4 @@
-//! The simulation as its users see it: driven, read, and looked at.
+//! The simulation from its users' point of view.
 
 mod determinism;
 mod docking;
@@ -16,7 +16,7 @@ use sim::{SimConfig, Simulation};
 /// Thickness of the room's walls, in metres.
 const WALL_M: f64 = 0.1;
 
-/// An empty room whose inside reaches from (0, 0) to (`length_m`, `width_m`), with walls around it.
+/// An empty room with the interior from (0, 0) to (`length_m`, `width_m`), surrounded by walls.
 fn room(length_m: f64, width_m: f64) -> OccupancyGrid {
     let cells = |extent_m: f64| ((extent_m + 2.0 * WALL_M) / 0.05).round() as usize;
     let (width, height) = (cells(length_m), cells(width_m));
@@ -33,7 +33,7 @@ fn in_a_room(config: &SimConfig, start: Pose) -> Simulation {
     Simulation::new(config, &room(8.0, 6.0), start, pose(7.0, 5.0, 0.0), &Streams::new(1)).expect("a good start")
 }
 
-/// Drives for that many steps and returns what was read meanwhile.
+/// Drives for this many steps and returns the readings.
 fn drive(sim: &mut Simulation, linear_mps: f64, angular_radps: f64, steps: usize) -> Vec<Reading> {
     sim.drive(VelocityCommand { linear_mps, angular_radps });
     let mut readings = Vec::new();

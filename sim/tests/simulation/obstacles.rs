@@ -1,4 +1,4 @@
-//! Bumping into things.
+//! Collisions with obstacles.
 
 use maps::{Point, pose};
 use sim::{ObstacleConfig, ObstacleMotion, RouteEnd, Shape, SimConfig};
@@ -25,7 +25,7 @@ fn a_pillar_stops_the_robot() {
 }
 
 #[test]
-fn a_light_box_is_pushed_along_until_a_wall_stops_both() {
+fn a_light_box_is_pushed_until_a_wall_stops_both() {
     let movable = ObstacleMotion::Movable { mass_kg: 5.0 };
     let mut sim = in_a_room(&among(vec![obstacle("crate", CRATE, 4.0, movable)]), pose(2.0, 3.0, 0.0));
     drive(&mut sim, 0.45, 0.0, 300);
@@ -38,7 +38,7 @@ fn a_light_box_is_pushed_along_until_a_wall_stops_both() {
 }
 
 #[test]
-fn a_person_who_walks_on_pushes_a_standing_robot_away_which_the_wheels_feel() {
+fn a_person_who_walks_on_pushes_a_standing_robot_and_its_wheels_notice() {
     let walk = ObstacleMotion::Route { waypoints: vec![Point::new(5.0, 3.0)], speed_mps: 0.8, end: RouteEnd::Stop };
     let mut sim = in_a_room(&among(vec![obstacle("person", PILLAR, 2.0, walk)]), pose(4.0, 3.0, 0.0));
     drive(&mut sim, 0.0, 0.0, 400);

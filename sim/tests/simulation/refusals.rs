@@ -1,4 +1,4 @@
-//! Simulations that cannot be.
+//! Invalid simulations.
 
 use maps::{OccupancyGrid, Pose, pose};
 use robot::Streams;
@@ -15,20 +15,20 @@ fn a_start_in_a_wall_is_refused_with_the_numbers() {
     let error = refusal(&SimConfig::default(), &room(8.0, 6.0), pose(7.8, 3.0, 0.0), pose(1.0, 1.0, 0.0));
     let message = error.to_string();
     assert!(message.starts_with("the start (7.8, 3) is 0.200 m from the wall at (8.025, 2.9"), "{message}");
-    assert!(message.ends_with("and the robot's radius is 0.3 m"), "{message}");
+    assert!(message.ends_with("but the robot's radius is 0.3 m"), "{message}");
 }
 
 #[test]
 fn a_start_or_station_outside_the_map_is_refused() {
     let (grid, inside) = (room(8.0, 6.0), pose(1.0, 1.0, 0.0));
     let error = refusal(&SimConfig::default(), &grid, pose(-3.0, 2.0, 0.0), inside);
-    assert_eq!(error.to_string(), "the start (-3, 2) lies outside the map, which is 8.20 m × 6.20 m");
+    assert_eq!(error.to_string(), "the start (-3, 2) is outside the map, which is 8.20 m × 6.20 m");
     let error = refusal(&SimConfig::default(), &grid, inside, pose(2.0, f64::NAN, 0.0));
     assert!(matches!(error, SimError::OutsideMap { what: Placement::Station, .. }), "{error}");
 }
 
 #[test]
-fn a_start_in_unknown_space_needs_as_much_room() {
+fn a_start_in_unknown_space_needs_the_same_room() {
     let mut grid = OccupancyGrid::new(100, 100, 0.05, pose(0.0, 0.0, 0.0));
     assert!(
         Simulation::new(&SimConfig::default(), &grid, pose(2.0, 2.0, 0.0), pose(2.0, 2.0, 0.0), &Streams::new(1))
@@ -53,13 +53,13 @@ fn a_start_inside_an_obstacle_is_refused() {
 }
 
 #[test]
-fn bad_settings_are_refused_all_at_once() {
+fn bad_settings_are_all_reported_at_once() {
     let mut config = SimConfig { dt: std::time::Duration::ZERO, ..SimConfig::default() };
     config.model.radius_m = -0.3;
     let error = refusal(&config, &room(8.0, 6.0), pose(4.0, 3.0, 0.0), pose(1.0, 1.0, 0.0));
     assert_eq!(
         error.to_string(),
-        "the simulation's settings cannot be used: model.radius_m is -0.3, must be greater than 0; \
+        "invalid settings of the simulation: model.radius_m is -0.3, must be greater than 0; \
          dt is 0, must be longer than 0 s"
     );
 }

@@ -1,4 +1,4 @@
-//! Scans by the million: the sweep finds what the plain traversal finds.
+//! Scans by the million: the sweep equals the plain traversal.
 
 use std::f64::consts::{PI, TAU};
 use std::path::Path;
@@ -41,7 +41,7 @@ fn assert_scans_are_exact(grid: &OccupancyGrid) {
     assert!(hits > 720_000, "only {hits} of 1.44 million beams met a wall");
 }
 
-/// Rooms of many sizes with open doors, and a cell in a thousand occupied.
+/// Rooms of many sizes with open doors, and one cell in a thousand occupied.
 fn building() -> OccupancyGrid {
     const SIDE: usize = 1984;
     let mut grid = OccupancyGrid::new(SIDE, SIDE, 0.05, pose(-50.0, -40.0, 0.4));

@@ -17,7 +17,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(20))]
 
     #[test]
-    fn the_floor_sees_less_than_the_encoders_count(slip in 0.0..1.0_f64, angular_radps in -0.5..0.5_f64) {
+    fn slip_moves_the_robot_less_than_the_encoders_count(slip in 0.0..1.0_f64, angular_radps in -0.5..0.5_f64) {
         let mut sim = at_the_left();
         sim.faults_mut().base.slip = slip;
         drive(&mut sim, 0.4, angular_radps, 100);
@@ -28,7 +28,7 @@ proptest! {
     }
 
     #[test]
-    fn encoders_see_what_a_weak_wheel_does(left in 0.0..1.0_f64, right in 0.0..1.0_f64) {
+    fn encoders_measure_the_actual_motion_of_a_weak_wheel(left in 0.0..1.0_f64, right in 0.0..1.0_f64) {
         let mut sim = at_the_left();
         (sim.faults_mut().base.left_wheel_factor, sim.faults_mut().base.right_wheel_factor) = (left, right);
         drive(&mut sim, 0.4, 0.0, 100);
@@ -40,7 +40,7 @@ proptest! {
 }
 
 #[test]
-fn wheels_that_slip_wholly_spin_on_the_spot() {
+fn fully_slipping_wheels_spin_in_place() {
     let mut sim = at_the_left();
     sim.faults_mut().base.slip = 1.0;
     drive(&mut sim, 0.4, 0.0, 200);
@@ -51,7 +51,7 @@ fn wheels_that_slip_wholly_spin_on_the_spot() {
 }
 
 #[test]
-fn wheels_that_slip_go_on_counting_at_a_wall() {
+fn slipping_wheels_continue_to_count_at_a_wall() {
     let pillar = ObstacleConfig {
         name: "pillar".to_owned(),
         shape: Shape::Disc { radius_m: 0.2 },
@@ -79,7 +79,7 @@ fn a_weak_left_wheel_pulls_to_the_left() {
 }
 
 #[test]
-fn a_speed_limit_slows_down_and_lets_go() {
+fn a_speed_limit_slows_the_robot_until_it_is_removed() {
     let mut sim = at_the_left();
     drive(&mut sim, 0.4, 0.0, 100);
     sim.faults_mut().base.speed_limit_mps = Some(0.1);
@@ -96,7 +96,7 @@ fn a_speed_limit_slows_down_and_lets_go() {
 }
 
 #[test]
-fn an_emergency_stop_stops_at_once_whatever_the_joypad_says() {
+fn an_emergency_stop_stops_at_once_despite_the_joypad() {
     let mut sim = at_the_left();
     drive(&mut sim, 0.4, 0.3, 100);
     let (at, charge_pct) = (sim.truth().pose(), sim.truth().battery().charge_pct);
@@ -112,8 +112,8 @@ fn an_emergency_stop_stops_at_once_whatever_the_joypad_says() {
 }
 
 #[test]
-fn delayed_commands_take_effect_later_and_in_order() {
-    /// Forward speeds after each step of a drive that goes on and stops again.
+fn delayed_commands_take_effect_late_and_in_order() {
+    /// Forward speeds after each step of a drive that starts and stops again.
     fn speeds(command_delay: Duration) -> Vec<f64> {
         let mut sim = at_the_left();
         sim.faults_mut().base.command_delay = command_delay;
@@ -129,7 +129,7 @@ fn delayed_commands_take_effect_later_and_in_order() {
 }
 
 #[test]
-fn an_empty_battery_stops_the_joypad_too() {
+fn an_empty_battery_also_stops_the_joypad() {
     let mut sim = at_the_left();
     sim.set_battery_charge(0.0);
     sim.faults_mut().base.velocity_override = Some(VelocityCommand { linear_mps: 0.4, angular_radps: 0.0 });

@@ -6,7 +6,7 @@ use sim::{BatteryReport, SimConfig, Simulation};
 
 use crate::{drive, in_a_room};
 
-/// A robot at the station of the room, with that charge; the readings of time 0 have been read.
+/// A robot at the station of the room, with this charge; the readings of time 0 have been read.
 fn at_the_station(initial_pct: f64) -> Simulation {
     let mut config = SimConfig::default();
     config.battery.initial_pct = initial_pct;
@@ -15,7 +15,7 @@ fn at_the_station(initial_pct: f64) -> Simulation {
     sim
 }
 
-/// What the battery tells while the robot stands for that many steps.
+/// The battery's readings while the robot stands for this many steps.
 fn told(sim: &mut Simulation, steps: usize) -> Vec<BatteryState> {
     let readings = drive(sim, 0.0, 0.0, steps);
     readings.iter().filter_map(|r| if let Reading::Battery(state) = r { Some(*state) } else { None }).collect()
@@ -43,7 +43,7 @@ fn a_faded_battery_drains_and_charges_faster() {
 }
 
 #[test]
-fn a_robot_docked_to_a_dead_station_is_not_charging_and_says_so() {
+fn a_robot_docked_to_a_dead_station_reports_that_it_is_not_charging() {
     let mut sim = at_the_station(50.0);
     sim.faults_mut().battery.charger_factor = 0.0;
     let told = told(&mut sim, 500);
@@ -65,7 +65,7 @@ fn a_slow_station_charges_slowly() {
 }
 
 #[test]
-fn a_stuck_sensor_tells_the_charge_of_before_with_new_times() {
+fn a_stuck_sensor_repeats_its_last_charge_with_new_times() {
     let mut sim = at_the_station(50.0);
     let before_pct = told(&mut sim, 200).last().expect("the battery reports").charge_pct;
     sim.faults_mut().battery.reported.stuck = true;
@@ -78,7 +78,7 @@ fn a_stuck_sensor_tells_the_charge_of_before_with_new_times() {
 }
 
 #[test]
-fn an_offset_is_told_and_not_so() {
+fn an_offset_affects_only_the_readings() {
     let mut sim = reported(BatteryReport { offset_pct: -12.5, ..BatteryReport::default() });
     assert_eq!(told(&mut sim, 5)[0].charge_pct, 37.5);
     assert_eq!(sim.truth().battery().charge_pct, 50.0);
@@ -97,7 +97,7 @@ fn noise_has_the_spread_that_is_asked_for() {
 }
 
 #[test]
-fn missing_readings_are_not_made_up_for() {
+fn missing_readings_are_lost() {
     let mut sim = reported(BatteryReport { missing: true, ..BatteryReport::default() });
     assert_eq!(told(&mut sim, 501), []);
     sim.faults_mut().battery.reported.missing = false;
@@ -105,7 +105,7 @@ fn missing_readings_are_not_made_up_for() {
 }
 
 #[test]
-fn the_charging_status_may_lie_both_ways() {
+fn the_charging_status_can_be_wrong_both_ways() {
     let mut sim = reported(BatteryReport { charging: Some(true), ..BatteryReport::default() });
     let early = told(&mut sim, 20);
     assert!(early.iter().all(|state| state.charging) && !sim.truth().battery().charging);

@@ -19,18 +19,18 @@ fn troubled(faults: &[(Option<&str>, LaserTrouble)]) -> Simulation {
     sim
 }
 
-/// The scans that one scanner gives while the robot stands for that many steps.
+/// The scans of one scanner while the robot stands for this many steps.
 fn scans_of(sim: &mut Simulation, laser: usize, steps: usize) -> Vec<LaserScan> {
     scans(&drive(sim, 0.0, 0.0, steps)).filter(|scan| scan.laser == laser).cloned().collect()
 }
 
-/// A scan of the front scanner with that trouble, and one without.
+/// A scan of the front scanner with this trouble, and one without.
 fn with_and_without(trouble: LaserTrouble) -> [Vec<f32>; 2] {
     [vec![(None, trouble)], Vec::new()].map(|faults| scans_of(&mut troubled(&faults), 0, 5).remove(0).ranges_m)
 }
 
 #[test]
-fn one_of_two_scanners_dies_and_comes_back() {
+fn one_of_two_scanners_dies_and_recovers() {
     let mut sim = troubled(&[(Some("back"), LaserTrouble::Dead)]);
     let readings = drive(&mut sim, 0.0, 0.0, 50);
     assert_eq!(scans(&readings).map(|scan| scan.laser).collect::<Vec<_>>(), [0; 10]);
@@ -42,7 +42,7 @@ fn one_of_two_scanners_dies_and_comes_back() {
 }
 
 #[test]
-fn a_stuck_scanner_repeats_itself_with_new_times() {
+fn a_stuck_scanner_repeats_its_last_scan_with_new_times() {
     let mut sim = troubled(&[]);
     drive(&mut sim, 0.4, 0.0, 100);
     let before = sim.truth().scans().next().expect("a scan").ranges_m.clone();
@@ -60,7 +60,7 @@ fn a_stuck_scanner_repeats_itself_with_new_times() {
 }
 
 #[test]
-fn beams_drop_out_and_others_stay_as_they_are() {
+fn some_beams_drop_out_and_the_others_are_unchanged() {
     let mut sim = troubled(&[(None, LaserTrouble::Dropout { probability: 0.3 })]);
     let [_, whole] = with_and_without(LaserTrouble::Stuck);
     let scans = scans_of(&mut sim, 0, 500);
@@ -91,11 +91,11 @@ fn nothing_beyond_a_range_limit_is_seen() {
 }
 
 #[test]
-fn a_scanner_that_is_displaced_sees_what_there_is_to_be_seen_from_there() {
+fn a_displaced_scanner_sees_from_its_true_mount() {
     let trouble = LaserTrouble::Mount { x_m: 0.05, y_m: -0.1, yaw_rad: 0.3 };
     let mut sim = troubled(&[(Some("back"), trouble)]);
     let displaced = scans_of(&mut sim, 1, 5).remove(0).ranges_m;
-    // The back scanner looks backward, so that its left is the robot's right.
+    // The back scanner faces backward, so its left is the robot's right.
     let mut config = SimConfig::default();
     let (x_m, y_m, heading_rad) = (-0.245 - 0.05, 0.1, std::f64::consts::PI + 0.3);
     config.model.lasers[1].mount = pose(x_m, y_m, heading_rad);
@@ -107,7 +107,7 @@ fn a_scanner_that_is_displaced_sees_what_there_is_to_be_seen_from_there() {
 }
 
 #[test]
-fn a_ghost_stands_before_the_scanner_and_turns_with_it() {
+fn a_ghost_is_fixed_to_the_scanner() {
     let [haunted, whole] = with_and_without(LaserTrouble::Ghost { distance_m: 1.5, bearing_rad: 0.0, width_rad: 0.2 });
     let changed: Vec<usize> = (0..360).filter(|beam| haunted[*beam] != whole[*beam]).collect();
     assert!(changed.iter().all(|beam| haunted[*beam] == 1.5));

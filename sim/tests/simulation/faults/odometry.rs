@@ -11,7 +11,7 @@ fn odometry_of(readings: &[Reading]) -> Vec<Odometry> {
     readings.iter().filter_map(|r| if let Reading::Odometry(odometry) = r { Some(*odometry) } else { None }).collect()
 }
 
-/// How far the robot really went and turned, and how far its odometry did, since the start at (2, 3) along x.
+/// How far the robot and its odometry have moved and turned since the start at (2, 3) along x.
 fn really_and_measured(sim: &Simulation) -> [(f64, f64); 2] {
     let (truth, odometry) = (pose(2.0, 3.0, 0.0).inv_mul(&sim.truth().pose()), sim.truth().odometry().pose);
     [truth, odometry].map(|pose| (pose.translation.vector.norm(), heading(&pose)))
@@ -21,7 +21,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(20))]
 
     #[test]
-    fn a_bias_of_the_distance_shows_in_the_distance(distance_bias in -0.5..0.5_f64, built_in in -0.2..0.2_f64) {
+    fn a_distance_bias_affects_the_distance(distance_bias in -0.5..0.5_f64, built_in in -0.2..0.2_f64) {
         let mut config = SimConfig::default();
         config.odometry.distance_bias = built_in;
         let mut sim = in_a_room(&config, pose(2.0, 3.0, 0.0));
@@ -33,7 +33,7 @@ proptest! {
     }
 
     #[test]
-    fn a_bias_of_the_angle_shows_in_turns_and_one_a_metre_on_straight_lines(bias in -0.5..0.5_f64) {
+    fn angle_biases_affect_turns_and_straight_lines(bias in -0.5..0.5_f64) {
         let mut sim = in_a_room(&SimConfig::default(), pose(2.0, 3.0, 0.0));
         sim.faults_mut().odometry.angle_bias = bias;
         drive(&mut sim, 0.0, 0.5, 100);
@@ -49,7 +49,7 @@ proptest! {
 }
 
 #[test]
-fn frozen_encoders_report_that_the_robot_stands_and_go_on_from_there() {
+fn frozen_encoders_report_standstill_and_continue_from_there() {
     let mut sim = in_a_room(&SimConfig::default(), pose(2.0, 3.0, 0.0));
     drive(&mut sim, 0.4, 0.0, 100);
     let (before, at) = (sim.truth().odometry(), sim.truth().pose());

@@ -1,4 +1,4 @@
-//! What faults leave behind in the bits of a run: nothing where they do not act, and nothing once they are over.
+//! The traces of faults in the bits of a run: none where they do not act, and none once they are over.
 
 use std::time::Duration;
 
@@ -13,13 +13,13 @@ use sim::{
 use crate::determinism::noisy;
 use crate::room;
 
-/// When a fault begins and ends, in steps.
+/// When a fault begins, in steps.
 const ONSET: usize = 300;
 const END: usize = 500;
 /// Of a run.
 const STEPS: usize = 800;
 
-/// Everything that a run shows.
+/// All outputs of a run.
 #[derive(Default)]
 struct Run {
     truth: Vec<(Pose, f64)>,
@@ -50,7 +50,7 @@ fn is_battery(reading: &Reading) -> bool {
     matches!(reading, Reading::Battery(_))
 }
 
-/// A noisy run on which the robot meets a person, pushes a box, and has these faults for a while.
+/// A noisy run in which the robot meets a person, pushes a box, and has these faults for a while.
 fn run(faults: impl Fn(&mut Faults)) -> Run {
     let start = pose(1.0, 1.0, 0.3);
     let mut sim = Simulation::new(&noisy(), &room(8.0, 6.0), start, start, &Streams::new(1)).expect("a good start");
@@ -74,7 +74,7 @@ fn laser_fault(laser: &str, trouble: LaserTrouble) -> LaserFault {
 }
 
 #[test]
-fn a_scanner_that_was_troubled_goes_on_as_if_it_had_not_been_and_no_one_else_notices() {
+fn a_scanner_recovers_fully_from_its_troubles_and_affects_nothing_else() {
     let unfaulted = run(|_| {});
     for trouble in [
         LaserTrouble::Dead,
@@ -91,13 +91,13 @@ fn a_scanner_that_was_troubled_goes_on_as_if_it_had_not_been_and_no_one_else_not
             assert_eq!(faulted.of(others, 0), unfaulted.of(others, 0), "{trouble:?}");
         }
         assert_ne!(faulted.of(is_scan, 0), unfaulted.of(is_scan, 0), "{trouble:?}");
-        // The scan that falls due in the last step of the fault still has it.
+        // The scan that is due in the last step of the fault still has it.
         assert_eq!(faulted.of(is_scan, END + 1), unfaulted.of(is_scan, END + 1), "{trouble:?}");
     }
 }
 
 #[test]
-fn a_gauge_that_was_wrong_goes_on_as_if_it_had_not_been_and_no_one_else_notices() {
+fn a_battery_gauge_recovers_fully_and_affects_nothing_else() {
     let unfaulted = run(|_| {});
     for report in [
         BatteryReport { stuck: true, ..BatteryReport::default() },
@@ -117,8 +117,8 @@ fn a_gauge_that_was_wrong_goes_on_as_if_it_had_not_been_and_no_one_else_notices(
 }
 
 #[test]
-fn encoders_that_were_wrong_count_on_as_if_they_had_not_been_and_no_one_else_notices() {
-    /// Speeds do not depend on what was counted before.
+fn encoders_continue_after_a_fault_and_affect_nothing_else() {
+    /// Speeds do not depend on earlier counts.
     fn speeds(run: &Run, from_step: usize) -> Vec<(f64, f64)> {
         let speed = |reading: &&Reading| match reading {
             Reading::Odometry(odometry) => (odometry.linear_mps, odometry.angular_radps),
@@ -154,7 +154,7 @@ fn pillar() -> ObstacleConfig {
 }
 
 #[test]
-fn a_body_that_the_robot_does_not_touch_is_seen_and_nothing_else() {
+fn a_body_that_the_robot_does_not_touch_only_affects_scans() {
     let (unfaulted, faulted) = (run(|_| {}), run(|faults| faults.bodies.push(pillar())));
     assert_eq!(faulted.truth, unfaulted.truth);
     assert_ne!(faulted.of(is_scan, 0), unfaulted.of(is_scan, 0));
@@ -218,7 +218,7 @@ fn the_same_faults_give_the_same_bits() {
     assert_eq!((first.truth, first.readings), (second.truth, second.readings));
 }
 
-/// Numbers of all kinds, most of which make no sense.
+/// Numbers of all kinds, most of them invalid.
 fn number() -> impl Strategy<Value = f64> {
     prop_oneof![
         Just(f64::NAN),
@@ -265,7 +265,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(100))]
 
     #[test]
-    fn nonsense_makes_no_step_panic(faults in nonsense()) {
+    fn invalid_values_do_not_make_a_step_panic(faults in nonsense()) {
         let start = pose(2.0, 2.0, 0.0);
         let config = SimConfig::default();
         let mut sim = Simulation::new(&config, &room(8.0, 6.0), start, start, &Streams::new(1)).expect("a good start");

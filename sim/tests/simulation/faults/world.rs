@@ -1,4 +1,4 @@
-//! Doors, people, a station that has been moved, a robot that has been carried away.
+//! Doors, people, a moved station, a kidnapped robot.
 
 use maps::{Point, Pose, pose};
 use sim::{ObstacleConfig, ObstacleMotion, Placement, RouteEnd, Shape, SimConfig, SimError, Simulation};
@@ -19,7 +19,7 @@ fn door(x_m: f64) -> ObstacleConfig {
     }
 }
 
-/// A person who walks up and down beside the robot's way.
+/// A person who walks up and down beside the robot's path.
 fn person(name: &str, x_m: f64) -> ObstacleConfig {
     ObstacleConfig {
         name: name.to_owned(),
@@ -33,7 +33,7 @@ fn person(name: &str, x_m: f64) -> ObstacleConfig {
     }
 }
 
-/// The names of all that is there, in order.
+/// The names of all obstacles, in order.
 fn names(sim: &Simulation) -> Vec<String> {
     sim.truth().obstacles().map(|obstacle| obstacle.name.to_owned()).collect()
 }
@@ -43,7 +43,7 @@ fn place_of(sim: &Simulation, name: &str) -> Pose {
 }
 
 #[test]
-fn a_door_that_closes_is_seen_and_stops_the_robot_until_it_opens() {
+fn a_closing_door_is_visible_and_stops_the_robot_until_it_opens() {
     let mut sim = at_the_left();
     sim.faults_mut().bodies.push(door(4.0));
     let readings = drive(&mut sim, 0.4, 0.0, 5);
@@ -59,7 +59,7 @@ fn a_door_that_closes_is_seen_and_stops_the_robot_until_it_opens() {
 }
 
 #[test]
-fn a_door_does_not_close_on_the_robot_but_behind_it() {
+fn a_door_closes_behind_the_robot_but_not_on_it() {
     let mut sim = at_the_left();
     sim.faults_mut().bodies.push(door(2.2));
     drive(&mut sim, 0.0, 0.0, 100);
@@ -74,7 +74,7 @@ fn a_door_does_not_close_on_the_robot_but_behind_it() {
 }
 
 #[test]
-fn people_walk_on_while_others_come_and_go() {
+fn people_continue_while_others_come_and_go() {
     let mut alone = at_the_left();
     alone.faults_mut().bodies = vec![person("Ann", 5.0)];
     let mut among = at_the_left();
@@ -105,7 +105,7 @@ fn people_walk_on_while_others_come_and_go() {
 }
 
 #[test]
-fn a_body_that_is_described_anew_is_put_down_anew() {
+fn a_body_with_a_new_description_is_placed_again() {
     let mut sim = at_the_left();
     sim.faults_mut().bodies = vec![door(4.0)];
     drive(&mut sim, 0.0, 0.0, 10);
@@ -127,7 +127,7 @@ fn bodies_come_after_those_of_the_configuration() {
 }
 
 #[test]
-fn a_box_that_came_with_a_fault_can_be_pushed() {
+fn a_box_added_by_a_fault_can_be_pushed() {
     let mut sim = at_the_left();
     let crate_there =
         ObstacleConfig { motion: ObstacleMotion::Movable { mass_kg: 5.0 }, name: "crate".to_owned(), ..door(3.0) };
@@ -137,7 +137,7 @@ fn a_box_that_came_with_a_fault_can_be_pushed() {
 }
 
 #[test]
-fn docking_happens_where_the_station_has_been_moved_to() {
+fn docking_happens_at_the_moved_station() {
     let mut config = SimConfig::default();
     config.battery.initial_pct = 50.0;
     let mut sim = in_a_room(&config, pose(7.0, 5.0, 0.0));
@@ -155,7 +155,7 @@ fn docking_happens_where_the_station_has_been_moved_to() {
 }
 
 #[test]
-fn a_kidnapped_robot_finds_itself_at_rest_elsewhere_and_its_wheels_felt_nothing() {
+fn a_kidnapped_robot_is_at_rest_elsewhere_without_its_wheels_noticing() {
     let mut sim = at_the_left();
     drive(&mut sim, 0.4, 0.0, 100);
     let (odometry, distance_m) = (sim.truth().odometry().pose, sim.truth().distance_m());
@@ -175,7 +175,7 @@ fn a_kidnapped_robot_finds_itself_at_rest_elsewhere_and_its_wheels_felt_nothing(
 }
 
 #[test]
-fn a_robot_is_not_carried_into_walls_or_bodies_or_off_the_map() {
+fn a_robot_cannot_be_moved_into_walls_or_bodies_or_off_the_map() {
     let mut sim = at_the_left();
     sim.faults_mut().bodies.push(door(4.0));
     drive(&mut sim, 0.0, 0.0, 1);
@@ -183,7 +183,7 @@ fn a_robot_is_not_carried_into_walls_or_bodies_or_off_the_map() {
     let error = sim.kidnap(pose(7.8, 3.0, 0.0)).expect_err("a wall");
     assert!(matches!(error, SimError::InWall { what: Placement::Kidnapping, .. }), "{error}");
     assert!(
-        error.to_string().starts_with("where the robot is carried to (7.8, 3) is 0.200 m from the wall"),
+        error.to_string().starts_with("the pose to which the robot is moved (7.8, 3) is 0.200 m from the wall"),
         "{error}"
     );
     let error = sim.kidnap(pose(4.2, 3.0, 0.0)).expect_err("a door");
@@ -197,7 +197,7 @@ fn a_robot_is_not_carried_into_walls_or_bodies_or_off_the_map() {
 }
 
 #[test]
-fn a_robot_that_is_carried_away_from_a_wall_no_longer_touches_it() {
+fn a_robot_that_is_moved_away_from_a_wall_no_longer_touches_it() {
     let mut sim = at_the_left();
     drive(&mut sim, -0.4, 0.0, 500);
     assert!(sim.truth().is_touching());
