@@ -24,10 +24,10 @@ fn before_a_door_that_stays_closed_navigation_gives_up_with_a_reason_and_the_tre
     let report = report("faults/door_closes", out.path(), &longer);
     let given_up = report["robot"]["given_up"].as_array().unwrap();
     assert!(given_up.len() >= 2, "{given_up:?}");
-    assert!(given_up.iter().all(|trip| trip["reason"] == "no way leads to the goal"), "{given_up:?}");
+    assert!(given_up.iter().all(|trip| trip["reason"] == "there is no path to the goal"), "{given_up:?}");
     assert_eq!(report["robot"]["collisions"], 0);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    assert!(page.contains("no way leads to the goal"));
+    assert!(page.contains("there is no path to the goal"));
 }
 
 #[test]

@@ -16,7 +16,7 @@ use nav::{Atlas, InitialPose, Localization, LocalizationParameters, SensorModel}
 use robot::{LaserScan, Streams, VelocityCommand};
 use unicycle::{Noise, Unicycle};
 
-/// Shows allocations beside the times: an update has none.
+/// Counts allocations as well: an update has none.
 #[global_allocator]
 static ALLOCATOR: AllocProfiler = AllocProfiler::system();
 
@@ -35,7 +35,7 @@ fn set_up(initial: &InitialPose, parameters: LocalizationParameters) -> (Localiz
     (localization, robot, scans)
 }
 
-/// Drives there and back for 0.1 s each; each way ends in an update with 120 beams.
+/// Drives forth and back for 0.1 s each; each ends in an update with 120 beams.
 fn drive_and_update(localization: &mut Localization, robot: &mut Unicycle, scans: &mut [LaserScan]) {
     for linear_mps in [0.45, -0.45] {
         for _ in 0..5 {
@@ -49,7 +49,7 @@ fn drive_and_update(localization: &mut Localization, robot: &mut Unicycle, scans
     }
 }
 
-/// Two updates with so many particles and 120 beams, and everything around them.
+/// Two updates with this many particles and 120 beams, including everything around them.
 #[divan::bench(args = [500, 1000, 2000])]
 fn two_updates(bencher: Bencher, particles: usize) {
     let parameters =
@@ -61,7 +61,7 @@ fn two_updates(bencher: Bencher, particles: usize) {
     bencher.bench_local(|| drive_and_update(&mut localization, &mut robot, &mut scans));
 }
 
-/// The first update of a global localization: poses drawn anywhere, and the best of them matched to the scan.
+/// The first update of a global localization: poses are drawn anywhere, and the best are matched to the scan.
 #[divan::bench]
 fn first_update_anywhere(bencher: Bencher) {
     let (localization, robot, scans) = set_up(&InitialPose::Anywhere, LocalizationParameters::default());
@@ -99,7 +99,7 @@ fn sensor_update(bencher: Bencher, particles: u32) {
         .bench_local(|| poses.iter().map(|pose| sensor.nats(pose)).sum::<f64>());
 }
 
-/// A localization on a map that has been made ready.
+/// Creating a localization on a prepared map.
 #[divan::bench]
 fn start_on_an_atlas(bencher: Bencher) {
     let model = robot::RobotModel::default();

@@ -1,4 +1,4 @@
-//! Planning, the costmap, and a step of control.
+//! Planning, the costmap, and a control step.
 
 #[path = "../tests/drives/floor.rs"]
 #[expect(dead_code, reason = "shared with the tests")]
@@ -19,7 +19,7 @@ fn main() {
     divan::main();
 }
 
-/// A floor of 1984 × 1984 cells (99.2 m square): 256 rooms of 6 m, each with doors of 1 m to all sides, not in line.
+/// A floor of 1984 × 1984 cells (99.2 m square): 256 rooms of 6 m, each with doors of 1 m to all sides, not aligned.
 fn campus() -> OccupancyGrid {
     let mut map = floor::hall(99.2, 99.2);
     for wall in 1..16 {
@@ -37,7 +37,7 @@ fn campus() -> OccupancyGrid {
     map
 }
 
-/// The office of 28 m × 22 m on a map of 1984 × 1984 cells, of which the rest is unknown.
+/// The office of 28 m × 22 m on a map of 1984 × 1984 cells, the rest of which is unknown.
 fn office_on_a_large_map() -> OccupancyGrid {
     let office = floor::office();
     let mut map = OccupancyGrid::new(1984, 1984, 0.05, pose(-50.0, -50.0, 0.0));
@@ -59,7 +59,7 @@ fn costmap_of_a_campus(bencher: Bencher) {
     bencher.bench_local(|| costmap(&map));
 }
 
-/// From one corner of 1984 × 1984 cells to the other, through 31 rooms: nearly all cells are looked at.
+/// From one corner of 1984 × 1984 cells to the other, through 31 rooms: nearly all cells are expanded.
 #[divan::bench(sample_count = 3)]
 fn plan_across_a_campus(bencher: Bencher) {
     let costmap = costmap(&campus());
@@ -67,7 +67,7 @@ fn plan_across_a_campus(bencher: Bencher) {
         .bench_local(|| plan(&costmap, &Point::new(3.0, 3.0), &Point::new(96.0, 96.0), 0.05).expect("there is a way"));
 }
 
-/// Across 1984 × 1984 cells with nothing in them.
+/// Across 1984 × 1984 empty cells.
 #[divan::bench(sample_count = 20)]
 fn plan_across_an_empty_hall(bencher: Bencher) {
     let costmap = costmap(&floor::hall(99.2, 99.2));
@@ -87,7 +87,7 @@ fn estimate(robot: &Unicycle) -> PoseEstimate {
     PoseEstimate { time: robot.time, pose: robot.truth, covariance: Matrix3::zeros() }
 }
 
-/// A robot in the office in a world that may hold more than the map.
+/// A robot in the office, in a world that may contain more than the map.
 fn set_up(world: OccupancyGrid, at: Pose) -> (Navigator, Unicycle) {
     let robot = Unicycle::new(world, at, Noise::default());
     let parameters = NavigationParameters::of(&robot.model);
@@ -95,7 +95,7 @@ fn set_up(world: OccupancyGrid, at: Pose) -> (Navigator, Unicycle) {
     (navigator, robot)
 }
 
-/// Taking in a scan that shows nothing but the map.
+/// Processing a scan that shows only the map.
 #[divan::bench]
 fn scan_of_the_map(bencher: Bencher) {
     let (mut navigator, mut robot) = set_up(floor::office(), pose(13.9, 9.3, 0.3));
@@ -103,7 +103,7 @@ fn scan_of_the_map(bencher: Bencher) {
     bencher.bench_local(|| navigator.scan(&scans[0], &estimate));
 }
 
-/// Taking in a scan that shows a box that is not on the map, and one that shows it gone.
+/// Processing a scan that shows a box that is not on the map, and one without it.
 #[divan::bench]
 fn scans_of_something_that_comes_and_goes(bencher: Bencher) {
     let mut world = floor::office();
@@ -118,7 +118,7 @@ fn scans_of_something_that_comes_and_goes(bencher: Bencher) {
     });
 }
 
-/// A step of control while driving along the corridor.
+/// A control step while driving along the corridor.
 #[divan::bench]
 fn step_of_control(bencher: Bencher) {
     let (mut navigator, mut robot) = set_up(floor::office(), pose(3.0, 9.3, 0.0));

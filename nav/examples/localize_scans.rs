@@ -1,7 +1,7 @@
-//! Localizes scans of your own: `cargo run --example localize_scans`.
+//! Localizes your own scans: `cargo run --example localize_scans`.
 //!
-//! A robot wakes up somewhere in a room that it has a map of, and drives. [`Robot`] stands in for yours: it delivers
-//! odometry that drifts, and scans. Everything below `main` could come from a driver or from a file instead.
+//! A robot starts somewhere in a room of which it has a map, and drives. [`Robot`] takes the place of yours: it
+//! delivers drifting odometry and scans. Everything below `main` could come from a driver or from a file instead.
 
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), nav::Error> {
     let mut robot = Robot { pose: start, odometry: pose(0.0, 0.0, 0.0), laser: laser.clone() };
     let model = RobotModel { lasers: vec![laser], ..RobotModel::default() };
 
-    // Where it is, nobody knows. If you do, say `InitialPose::at(…)`.
+    // Its pose is unknown. If you know it, use `InitialPose::at(…)`.
     let random = Streams::new(1).stream("localization");
     let mut localization =
         Localization::new(&map, &model, LocalizationParameters::default(), &InitialPose::Anywhere, random)?;
@@ -34,7 +34,7 @@ fn main() -> Result<(), nav::Error> {
     println!("time    estimate              off by          doubt  hypotheses");
     for step in 0..=160 {
         let time = Duration::from_millis(100 * step);
-        // Odometry first, then the scan of the same time: the scan is placed by the odometry around it.
+        // Odometry first, then the scan with the same time: the scan is placed by the odometry around it.
         localization.odometry(&robot.odometry(time));
         localization.scan(&robot.scan(time, &map));
         if step % 20 == 0 {
@@ -59,8 +59,8 @@ fn main() -> Result<(), nav::Error> {
     Ok(())
 }
 
-/// A room of 8 m × 5 m with a cupboard, a wall that juts out and a pillar. Maps of your own come from `maps::load_map`,
-/// in the format of ROS.
+/// A room of 8 m × 5 m with a cupboard, a protruding wall and a pillar. `maps::load_map` loads your own maps, in the
+/// format of ROS.
 fn map() -> OccupancyGrid {
     let mut map = OccupancyGrid::new(160, 100, 0.05, pose(0.0, 0.0, 0.0));
     let mut fill = |(left, bottom): (usize, usize), (right, top): (usize, usize), cell| {
@@ -76,17 +76,17 @@ fn map() -> OccupancyGrid {
     map
 }
 
-/// What you have instead of this is a robot.
+/// In your program, this is a real robot.
 struct Robot {
-    /// Where it really is.
+    /// Its true pose.
     pose: Pose,
-    /// Where it would be by its wheels.
+    /// Its pose according to its wheels.
     odometry: Pose,
     laser: LaserSpec,
 }
 
 impl Robot {
-    /// Drives on a wide circle, and counts 2 % too much way and 8 % too much turning.
+    /// Drives in a wide circle. Its odometry counts 2 % too much distance and 8 % too much turning.
     fn drive(&mut self, seconds: f64) {
         let (way_m, turn_rad) = (0.4 * seconds, 0.3 * seconds);
         self.pose *= pose(way_m, 0.0, turn_rad);
@@ -97,7 +97,7 @@ impl Robot {
         Odometry { time, pose: self.odometry, linear_mps: 0.4, angular_radps: 0.3 }
     }
 
-    /// Follows each beam until it meets something.
+    /// Follows each beam until it hits something.
     fn scan(&self, time: Duration, map: &OccupancyGrid) -> LaserScan {
         let range = |beam| {
             let ray = self.pose * self.laser.mount * pose(0.0, 0.0, self.laser.beam_angle_rad(beam));

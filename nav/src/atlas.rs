@@ -1,4 +1,4 @@
-//! What is worked out of a map once, however many runs use it.
+//! The data computed once from a map, shared by any number of runs.
 
 use std::sync::Arc;
 
@@ -9,10 +9,10 @@ use crate::costmap::clearance;
 use crate::localization::{BeamModel, FreeSpace, LikelihoodField, SurfaceField};
 use crate::{Error, LocalizationParameters};
 
-/// A map made ready for localizing and navigating robots of one model.
+/// A map prepared for localizing and navigating robots of one model.
 ///
-/// It takes some 50 ms on the floor of an office, and then any number of [`Localization`](crate::Localization)s and
-/// [`Navigator`](crate::Navigator)s share it, each set up in microseconds. It never changes.
+/// Preparation takes about 50 ms for an office floor. Then any number of [`Localization`](crate::Localization)s and
+/// [`Navigator`](crate::Navigator)s share it, and each is created in microseconds. It never changes.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -43,10 +43,10 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// Works out what robots of that model, localized with those parameters, need of the map.
+    /// Prepares a map for robots of this model, localized with these parameters.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter makes no sense; [`Error::NoFreeSpace`] if the map has no free cell.
+    /// [`Error::Parameter`] if a parameter is invalid; [`Error::NoFreeSpace`] if the map has no free cell.
     pub fn new(map: Arc<OccupancyGrid>, model: &RobotModel, parameters: LocalizationParameters) -> Result<Self, Error> {
         parameters.check()?;
         let free = FreeSpace::new(&map).ok_or(Error::NoFreeSpace)?;

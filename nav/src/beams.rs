@@ -1,4 +1,4 @@
-//! A laser's beams with their directions worked out.
+//! A laser's beams with precomputed directions.
 
 use maps::{Point, Pose};
 use nalgebra::Vector2;
@@ -20,13 +20,13 @@ impl Beams {
         Self { directions: (0..spec.beams).map(direction).collect(), spec: spec.clone() }
     }
 
-    /// Where the laser is when the robot is at `robot`, in the frame of that pose.
+    /// The pose of the laser when the robot is at `robot`, in the frame of that pose.
     pub(crate) fn eye(&self, robot: &Pose) -> Pose {
         robot * self.spec.mount
     }
 
-    /// The ends of the beams shorter than `farthest_m`, lengthened by `behind_m`, in the frame of `eye`. A hit too
-    /// near to be measured counts as one at `nearest_m`; beams that failed or do not exist are left out.
+    /// The ends of the beams shorter than `farthest_m`, lengthened by `behind_m`, in the frame of `eye`. A hit too near
+    /// to be measured counts as one at `nearest_m`; failed beams and beams beyond the model are left out.
     pub(crate) fn ends(
         &self,
         scan: &LaserScan,

@@ -1,8 +1,8 @@
-//! The costmap: how near each cell is to an obstacle, of the map or seen by the lasers.
+//! The costmap: how near each cell is to an obstacle, on the map or seen by the lasers.
 //!
-//! Rather than costs it stores clearances, from which costs follow by a table: the planner reads costs, the follower
-//! distances. What the lasers see is kept as a list of marked cells. A mark changes the layer only around it, and a
-//! scan that shows nothing but the map changes nothing.
+//! It stores clearances instead of costs, which follow from clearances by a table: the planner reads costs, the path
+//! follower reads distances. Obstacles seen by lasers are a list of marked cells. A mark changes only its surroundings,
+//! and a scan that shows only the map changes nothing.
 
 pub(crate) mod clearance;
 mod lasers;
@@ -18,13 +18,13 @@ use clearance::{FARTHEST_CELLS, OBSTACLE, UNKNOWN};
 
 pub use parameters::CostmapParameters;
 
-/// Cost of a cell in which the robot's centre cannot be without touching an obstacle, as in Nav2.
+/// Cost of a cell in which the robot's centre cannot be without collision, as in Nav2.
 pub const INSCRIBED_COST: u8 = 253;
 
 /// Cost of an obstacle, as in Nav2.
 pub const LETHAL_COST: u8 = 254;
 
-/// Cost of a cell of which nothing is known, as in Nav2.
+/// Cost of an unknown cell, as in Nav2.
 pub const UNKNOWN_COST: u8 = 255;
 
 /// A map with inflated obstacles, kept up to date by laser scans.
@@ -67,18 +67,18 @@ struct StampCell {
 }
 
 impl Costmap {
-    /// The costmap of a map, without anything seen yet.
+    /// The costmap of a map, without marks.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter makes no sense.
+    /// [`Error::Parameter`] if a parameter is invalid.
     pub fn new(map: &OccupancyGrid, parameters: CostmapParameters) -> Result<Self, Error> {
         Self::with(GridFrame::of(map), Arc::new(clearance::of_map(map)), parameters)
     }
 
-    /// The costmap of an atlas's map, without anything seen yet.
+    /// The costmap of an atlas's map, without marks.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter makes no sense.
+    /// [`Error::Parameter`] if a parameter is invalid.
     pub fn on(atlas: &Atlas, parameters: CostmapParameters) -> Result<Self, Error> {
         Self::with(GridFrame::of(atlas.map()), Arc::clone(&atlas.clearances), parameters)
     }
@@ -100,22 +100,22 @@ impl Costmap {
         })
     }
 
-    /// The parameters that it was built with.
+    /// The parameters.
     #[must_use]
     pub fn parameters(&self) -> &CostmapParameters {
         &self.parameters
     }
 
-    /// The cost of being at a point of the `map` frame: 0 in the open, growing towards obstacles,
-    /// [`INSCRIBED_COST`], [`LETHAL_COST`], or [`UNKNOWN_COST`], also outside of the map.
+    /// The cost at a point of the `map` frame: 0 in the open, growing towards obstacles, [`INSCRIBED_COST`],
+    /// [`LETHAL_COST`], or [`UNKNOWN_COST`], also outside the map.
     #[must_use]
     pub fn cost(&self, point: &Point) -> u8 {
         self.frame.offset_at(point).map_or(UNKNOWN_COST, |offset| self.cost_at(offset))
     }
 
-    /// How far the surface of the nearest obstacle is from the cell that holds a point of the `map` frame, in metres:
-    /// exact to a quarter of a cell, obstacles that lasers have seen only up to the inflation radius. Zero in an
-    /// obstacle, in the unknown, outside.
+    /// The distance from the cell that contains a point of the `map` frame to the surface of the nearest obstacle, in
+    /// metres: exact to a quarter of a cell, obstacles seen by lasers only up to the inflation radius. Zero in
+    /// obstacles, in unknown space and outside the map.
     #[must_use]
     pub fn clearance_m(&self, point: &Point) -> f64 {
         self.frame.offset_at(point).map_or(0.0, |offset| self.clearance_at_m(offset))
@@ -132,7 +132,7 @@ impl Costmap {
         self.generation
     }
 
-    /// Forgets all that lasers have seen.
+    /// Forgets everything that lasers have seen.
     pub fn forget_marks(&mut self) {
         if !self.marks.is_empty() {
             self.marks.clear();
@@ -149,7 +149,7 @@ impl Costmap {
         self.costs[usize::from(clearance)]
     }
 
-    /// Whether a line between two points of the `map` frame crosses a cell that is an obstacle or outside of the grid.
+    /// Whether a line between two points of the `map` frame crosses an obstacle or leaves the grid.
     pub(crate) fn line_meets_obstacle(&self, from: &Point, to: &Point) -> bool {
         let (from, to) = (self.frame.in_grid(from), self.frame.in_grid(to));
         let looks = (2.0 * (to - from).norm()).ceil().max(1.0);
@@ -174,15 +174,15 @@ impl Costmap {
         self.fixed[offset] == OBSTACLE
     }
 
-    /// Whether the robot cannot be at a point of the `map` frame because of what lasers have seen, though the map
-    /// would let it.
+    /// Whether the robot cannot be at a point of the `map` frame because of obstacles seen by lasers, although the map
+    /// permits it.
     pub(crate) fn is_blocked_by_marks(&self, point: &Point) -> bool {
         let inscribed = |clearance: u8| self.costs[usize::from(clearance)] >= INSCRIBED_COST;
         let blocked = |offset: usize| inscribed(self.clearances[offset]) && !inscribed(self.fixed[offset]);
         self.frame.offset_at(point).is_some_and(blocked)
     }
 
-    /// Marks the cell at a point of the `map` frame as an obstacle, if it is one of the grid and not yet an obstacle.
+    /// Marks the cell at a point of the `map` frame as an obstacle, unless it is one already or outside the grid.
     pub(crate) fn mark(&mut self, point: &Point) {
         if let Some(offset) = self.frame.offset_at(point) {
             self.mark_cell(offset);
@@ -200,7 +200,7 @@ impl Costmap {
     /// Removes the marks for which `is_gone` holds.
     fn clear_marks(&mut self, mut is_gone: impl FnMut(&GridFrame, usize) -> bool) {
         let frame = self.frame;
-        // The corners of the box around all that is gone.
+        // The corners of the bounding box of all removed marks.
         let mut gone: Option<(usize, usize)> = None;
         self.marks.retain(|mark| {
             let mark = *mark as usize;
@@ -216,7 +216,7 @@ impl Costmap {
         }
     }
 
-    /// Computes anew the cells that marks between two corners may have changed.
+    /// Recomputes the cells that marks between two corners may have changed.
     fn restore_around(&mut self, first: usize, last: usize) {
         let ((left, bottom), (right, top)) = (self.frame.column_and_row(first), self.frame.column_and_row(last));
         let reach = self.stamp_radius as usize;
@@ -253,14 +253,14 @@ impl Costmap {
     }
 }
 
-/// The corners of the smallest box of cells that holds another such box and a cell.
+/// The corners of the smallest box that contains another box and a cell.
 fn spanning(frame: &GridFrame, first: usize, last: usize, cell: usize) -> (usize, usize) {
     let ((left, bottom), (right, top)) = (frame.column_and_row(first), frame.column_and_row(last));
     let (column, row) = frame.column_and_row(cell);
     (bottom.min(row) * frame.width + left.min(column), top.max(row) * frame.width + right.max(column))
 }
 
-/// The clearances around an obstacle up to so many cells.
+/// The clearances around an obstacle, up to this many cells.
 fn stamp_of(radius: f64) -> Vec<StampCell> {
     let reach = radius as i32;
     let around = (-reach..=reach).flat_map(|along| (-reach..=reach).map(move |across| (across, along)));
@@ -317,7 +317,7 @@ mod tests {
     }
 
     proptest! {
-        /// Marking and clearing in any order leaves what a map with the remaining obstacles would have.
+        /// Marking and clearing in any order gives the same result as a map with the remaining obstacles.
         #[test]
         fn marks_come_and_go_without_a_trace(
             walls in prop::collection::vec((0_usize..60, 0_usize..50), 0..4),

@@ -1,14 +1,14 @@
 //! The exact Euclidean distance transform of a grid.
 //!
 //! Distances run from cell centre to cell centre, or to the nearest point of a cell, in half cells. They are squared
-//! integers, so nothing is rounded. Columns first, by two sweeps; then each row as the lower envelope of parabolas, in
-//! time linear in the number of cells. A cell is as near as the nearest of its centre and its two sides: three
-//! parabolas.
+//! integers, so nothing is rounded. Columns are processed first, in two sweeps; then each row is computed as the lower
+//! envelope of parabolas, in time linear in the number of cells. The distance to a cell is the distance to the nearest
+//! of its centre and its two sides: three parabolas.
 //!
 //! Source: P. Felzenszwalb and D. Huttenlocher, "Distance Transforms of Sampled Functions", Theory of Computing 8,
 //! 2012.
 
-/// The distance where a grid has no target at all.
+/// The distance in a grid without targets.
 pub(crate) const NO_TARGET: u32 = u32::MAX;
 
 /// The squared distance in cells from each cell to the nearest one that `is_target` accepts (by its offset in a grid
@@ -27,13 +27,13 @@ pub(crate) fn squared_distances(width: usize, height: usize, is_target: impl Fn(
 }
 
 /// The squared distance in half cells from each cell's centre to the nearest point of the nearest cell that `is_target`
-/// accepts, as [`squared_distances`] otherwise.
+/// accepts; otherwise like [`squared_distances`].
 pub(crate) fn squared_half_cells(width: usize, height: usize, is_target: impl Fn(usize) -> bool) -> Vec<u32> {
     if width == 0 || height == 0 {
         return Vec::new();
     }
     let mut field = distances_along_columns(width, height, is_target);
-    // Left sides and centres of the row's cells in turns, and the right side of the last.
+    // Alternating left sides and centres of the row's cells, and the right side of the last one.
     let mut halves = vec![NO_TARGET; 2 * width + 1];
     let mut envelope = Vec::with_capacity(halves.len());
     for row in field.chunks_exact_mut(width) {
@@ -65,7 +65,7 @@ fn distances_along_columns(width: usize, height: usize, is_target: impl Fn(usize
     field
 }
 
-/// The parabola over one column of a row: its vertex, and from which column on it is the lowest.
+/// The parabola over one column of a row: its vertex, and the column from which it is the lowest.
 struct Parabola {
     vertex: i64,
     height: i64,
@@ -141,12 +141,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn distances_are_those_of_brute_force((width, height, targets) in grids()) {
+        fn distances_equal_those_of_brute_force((width, height, targets) in grids()) {
             prop_assert_eq!(squared_distances(width, height, |i| targets[i]), brute_force(width, height, &targets));
         }
 
         #[test]
-        fn distances_to_cells_are_those_of_brute_force((width, height, targets) in grids()) {
+        fn distances_to_cells_equal_those_of_brute_force((width, height, targets) in grids()) {
             let expected = brute_force_to_cells(width, height, &targets);
             prop_assert_eq!(squared_half_cells(width, height, |i| targets[i]), expected);
         }

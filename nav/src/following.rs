@@ -1,8 +1,9 @@
-//! Following a path: regulated pure pursuit, with a way of its own to come to rest at the goal.
+//! Path following: regulated pure pursuit, with a separate phase for coming to rest at the goal.
 //!
-//! Far from the goal the robot steers for a point ahead on the path, on an arc that the lasers see to be free, slower
-//! in curves, near obstacles and before the end. Near the goal it drives straight at it, slows to a stop in it and
-//! turns to the heading asked for; what it misses, it aims at again from where it stands. So it never orbits.
+//! Far from the goal, the robot steers for a point ahead on the path, on an arc that the lasers see to be free. It
+//! drives more slowly in curves, near obstacles and near the end. Near the goal, it drives straight towards it, stops
+//! there and turns to the required heading. If it misses the goal, it aims again from where it stands. So it never
+//! orbits.
 //!
 //! Source of the pursuit: S. Macenski, S. Singh, F. Martín, J. Ginés, "Regulated Pure Pursuit for Robot Path Tracking",
 //! Autonomous Robots 47, 2023.
@@ -23,35 +24,35 @@ pub(crate) use route::Route;
 pub(crate) use smoothing::VelocitySmoother;
 pub(crate) use surroundings::Surroundings;
 
-/// Within this of the goal the robot drives straight at it, in metres.
+/// Within this distance of the goal, the robot drives straight towards it, in metres.
 const CLOSING_M: f64 = 0.3;
 
-/// Fastest approach of the goal over that distance, in m/s.
+/// Fastest approach to the goal within that distance, in m/s.
 const CLOSING_MPS: f64 = 0.25;
 
-/// Share of a tolerance that is aimed for; the rest is for coming to a stop and for corrections of the estimate.
+/// Share of a tolerance that is aimed for; the rest is for stopping and for corrections of the estimate.
 const AIMED_SHARE: f64 = 0.35;
 
-/// The robot faces where it is to drive when it is off by less than this, in radians.
+/// The robot counts as facing its direction of travel below this error, in radians.
 const FACING_RAD: f64 = 0.06;
 
-/// Aim again at a goal that is farther to the side than this, in radians.
+/// The robot aims again if the goal is farther to the side than this, in radians.
 const AIM_AGAIN_RAD: f64 = 0.4;
 
 /// Below these speeds the robot is at rest, in m/s and rad/s.
 const AT_REST_MPS: f64 = 0.02;
 const AT_REST_RADPS: f64 = 0.03;
 
-/// A way shorter than this is none, in metres.
+/// Shorter paths are not driven, in metres.
 const SHORTEST_WAY_M: f64 = 0.03;
 
-/// How far is looked ahead beyond what braking takes, in metres.
+/// Distance to check beyond the braking distance, in metres.
 const LOOK_BEYOND_M: f64 = 0.15;
 
-/// Shares of the distance to look ahead that are tried, until the arc is free.
+/// Shares of the lookahead distance that are tried, until the arc is free.
 const LOOKAHEAD_SHARES: [f64; 3] = [1.0, 0.6, 0.35];
 
-/// Share of the robot's turning rate that is used.
+/// Share of the robot's maximum turning rate that is used.
 const TURNING_SHARE: f64 = 0.9;
 
 /// When the end of the path counts as reached.
@@ -62,42 +63,42 @@ pub(crate) struct Arrival {
     pub(crate) heading_tolerance_rad: f64,
 }
 
-/// What the robot is doing about its path.
+/// The phase of following a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// Turning in place to where the path leads.
+    /// Turning in place to the direction of the path.
     Aligning,
     /// Driving along the path.
     Tracking,
     /// Turning in place towards the goal.
     Aiming,
-    /// Driving straight at the goal.
+    /// Driving straight towards the goal.
     Closing,
-    /// Turning in place to the heading asked for.
+    /// Turning in place to the required heading.
     Turning,
     /// At rest at the goal.
     Arrived,
 }
 
-/// What a follower needs to know at each step.
+/// The inputs of a follower in each step.
 #[derive(Clone, Copy)]
 pub(crate) struct Situation<'a> {
     pub(crate) at: &'a Pose,
     pub(crate) odometry: &'a Odometry,
-    /// How fast the robot drives, in m/s.
+    /// The robot's speed, in m/s.
     pub(crate) speed_mps: f64,
     pub(crate) costmap: &'a Costmap,
     pub(crate) surroundings: &'a Surroundings,
 }
 
-/// What comes of a step.
+/// The result of a step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Progress {
-    /// The velocity to drive at, whether or not the robot can reach it by the next step.
+    /// The wanted velocity, whether or not the robot can reach it by the next step.
     pub(crate) wanted: VelocityCommand,
     /// How far the robot is from its path, in metres.
     pub(crate) off_path_m: f64,
-    /// What keeps the robot from moving.
+    /// The obstacle that keeps the robot from moving.
     pub(crate) obstacle: Option<Point>,
 }
 
@@ -112,7 +113,7 @@ pub(crate) struct Follower {
 }
 
 impl Follower {
-    /// For a robot that was last told to drive at that speed, in m/s.
+    /// For a robot with this last commanded speed, in m/s.
     pub(crate) fn new(
         parameters: &FollowingParameters,
         model: &RobotModel,
@@ -127,7 +128,7 @@ impl Follower {
         } else if distance_m < CLOSING_M && route.remaining_m() < 2.0 * CLOSING_M {
             Phase::Aiming
         } else if told_mps > parameters.regulated_linear_scaling_min_speed {
-            // On the way already; tracking turns in place if it must.
+            // Already driving; tracking turns in place if necessary.
             Phase::Tracking
         } else {
             Phase::Aligning
@@ -143,7 +144,7 @@ impl Follower {
         self.phase
     }
 
-    /// One step of control.
+    /// One control step.
     pub(crate) fn step(&mut self, now: &Situation<'_>) -> Progress {
         let off_path_m = self.route.advance(&now.at.translation.vector.into());
         let (wanted, obstacle) = match self.phase {
@@ -187,7 +188,7 @@ impl Follower {
         (VelocityCommand { linear_mps, angular_radps: linear_mps * curvature }, None)
     }
 
-    /// The curvature of the arc to the farthest point ahead that can be reached freely, and how free it is.
+    /// The curvature of the arc to the farthest point ahead with a free arc, and the free distance on it.
     fn freest_arc(&self, now: &Situation<'_>, lookahead_m: f64) -> (f64, FreeWay) {
         let horizon_m = self.braking_m(now.speed_mps) + LOOK_BEYOND_M;
         let needed_m = self.model.radius_m + self.parameters.collision_margin;
@@ -206,7 +207,7 @@ impl Follower {
         best.expect("at least one arc is tried")
     }
 
-    /// As fast as the curve, the obstacles around, the way ahead and the end of the path allow, in m/s.
+    /// The highest speed that the curve, the obstacles, the free distance and the end of the path permit, in m/s.
     fn regulated_speed(&self, now: &Situation<'_>, curvature: f64, way: &FreeWay) -> f64 {
         let p = &self.parameters;
         let desired = p.desired_linear_vel.min(self.model.max_linear_mps);
@@ -270,20 +271,20 @@ impl Follower {
         VelocityCommand::STOP
     }
 
-    /// Turning in place by an angle, as fast as can be stopped in time.
+    /// Turning in place by an angle, as fast as possible while still stopping in time.
     fn turning(&self, turn_rad: f64) -> VelocityCommand {
         let braking = self.parameters.braking_share * self.model.max_angular_acceleration_radps2;
         let rate = (2.0 * braking * turn_rad.abs()).sqrt().min(TURNING_SHARE * self.model.max_angular_radps);
         VelocityCommand { linear_mps: 0.0, angular_radps: rate.copysign(turn_rad) }
     }
 
-    /// The greatest speed from which the robot can stop within a way, in m/s.
+    /// The greatest speed from which the robot can stop within a distance, in m/s.
     fn stoppable(&self, way_m: f64) -> f64 {
         let braking = self.parameters.braking_share * self.model.max_linear_acceleration_mps2;
         (2.0 * braking * way_m.max(0.0)).sqrt()
     }
 
-    /// The way that it takes to stop, in metres.
+    /// The braking distance, in metres.
     fn braking_m(&self, speed_mps: f64) -> f64 {
         speed_mps * speed_mps / (2.0 * self.parameters.braking_share * self.model.max_linear_acceleration_mps2)
     }

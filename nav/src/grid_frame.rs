@@ -1,8 +1,8 @@
-//! Where a grid lies: the arithmetic of an occupancy grid without its cells.
+//! The geometry of an occupancy grid without its cells.
 
 use maps::{OccupancyGrid, Point, Pose};
 
-/// Size, cell side and place of a grid in the `map` frame.
+/// Size, cell side and pose of a grid in the `map` frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct GridFrame {
     pub(crate) width: usize,
@@ -31,12 +31,12 @@ impl GridFrame {
         self.origin.inv_mul(pose)
     }
 
-    /// Offset of the cell that holds a point of the `map` frame, or `None` outside of the grid (and for NaN).
+    /// Offset of the cell that contains a point of the `map` frame, or `None` outside the grid (and for NaN).
     pub(crate) fn offset_at(&self, point: &Point) -> Option<usize> {
         self.offset_in_grid(&self.in_grid(point))
     }
 
-    /// Offset of the cell that holds a point in cells from the origin's corner.
+    /// Offset of the cell that contains a point given in cells from the origin's corner.
     pub(crate) fn offset_in_grid(&self, at: &Point) -> Option<usize> {
         let inside = at.x >= 0.0 && at.y >= 0.0 && at.x < self.width as f64 && at.y < self.height as f64;
         inside.then(|| at.y as usize * self.width + at.x as usize)

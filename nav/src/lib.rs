@@ -1,14 +1,14 @@
-//! Localization, planning and path following: what a mobile robot needs to get from here to there on a map.
+//! Localization, planning and path following for mobile robots with a map.
 //!
-//! Two things stand side by side, and neither knows of the other:
+//! It has two independent parts:
 //!
-//! - [`Localization`] says where the robot is. It takes odometry and laser scans and keeps a cloud of guesses of the
-//!   pose, each weighed by how well the scans fit the map from there (adaptive Monte Carlo localization).
-//! - [`Navigator`] drives to a [`Goal`]. It takes scans and estimates of the pose, keeps a [`Costmap`] of what the map
-//!   and the lasers show, [plans](plan()) a path, follows it, stops for what is in the way, tries another way, and
-//!   gives up with a reason. What it is doing is its [`NavigationStatus`].
+//! - [`Localization`] estimates the robot's pose. It takes odometry and laser scans and maintains a set of particles,
+//!   weighted by how well the scans fit the map from there (adaptive Monte Carlo localization).
+//! - [`Navigator`] drives to a [`Goal`]. It takes scans and estimates of the pose, maintains a [`Costmap`] of the
+//!   obstacles on the map and those seen by lasers, [plans](plan()) a path, follows it, stops for obstacles, tries
+//!   other paths, and gives up with a reason. [`NavigationStatus`] tells what it is doing.
 //!
-//! Nothing here knows whether a robot is simulated. Nothing reads a clock: times come with the readings, as
+//! The robot may be real or simulated. No clock is read: times come with the readings, as
 //! [`Duration`](std::time::Duration) since the start of the run. Random numbers come from the one stream given to
 //! [`Localization::new`]; the same readings and the same stream give the same results on every machine of a target.
 //! Lengths are in metres, angles in radians, poses in the map's frame unless a name says otherwise.
@@ -16,7 +16,7 @@
 //! Distances on grids are exact. Those of localization run between cell centres, and a surface lies half a cell before
 //! the centre of the cell behind it; clearances run to the nearest point of an obstacle's cell.
 //!
-//! # A robot's loop
+//! # A robot's control loop
 //!
 //! ```
 //! use std::time::Duration;
@@ -57,8 +57,8 @@
 //! # Ok::<(), nav::Error>(())
 //! ```
 //!
-//! What to read next: [`Localization`] and [`LocalizationParameters`] for the filter, [`NavigationStatus`] for what a
-//! navigator can be doing, [`NavigationParameters`] for every patience and distance that it has.
+//! What to read next: [`Localization`] and [`LocalizationParameters`] for the filter, [`NavigationStatus`] for the
+//! states of a navigator, [`NavigationParameters`] for its timeouts and distances.
 
 mod atlas;
 mod beams;

@@ -1,9 +1,9 @@
-//! Where the robot is: adaptive Monte Carlo localization.
+//! Adaptive Monte Carlo localization.
 //!
-//! One algorithm a file: the [likelihood field](likelihood_field), the [motion model](motion_model),
+//! There is one algorithm per file: the [likelihood field](likelihood_field), the [motion model](motion_model),
 //! [resampling], [KLD sampling](kld), [recovery] by [challengers], [clusters], [scan matching](scan_matching), the
-//! [beam model](beam_model), the [search] for a robot that may be anywhere, the [contradiction] that says that one may be
-//! lost, and the [reconsideration] that decides what is done about it; the [filter] puts them together, and
+//! [beam model](beam_model), the [search] for a robot that may be anywhere, the [contradiction] that detects a robot
+//! that may be lost, and the [reconsideration] that decides what to do about it. The [filter] combines them, and
 //! [`Localization`] connects it with odometry, scans and frames.
 
 mod beam_model;
@@ -56,40 +56,40 @@ pub use parameters::{LaserModel, LocalizationParameters};
 pub use sensor_model::SensorModel;
 pub(crate) use surface_field::SurfaceField;
 
-/// Scans of the other lasers join an update if they are at most so old.
+/// Scans of the other lasers join an update if they are at most this old.
 const OLDEST_SCAN: Duration = Duration::from_millis(250);
 
-/// Beams of each scan that are matched to the map, as a multiple of those that weigh the particles.
+/// Beams of each scan that are matched to the map, as a multiple of those that weight the particles.
 const MATCHED_BEAMS: usize = 3;
 
-/// Where a robot is believed to be.
+/// An estimate of the robot's pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseEstimate {
-    /// The time of which it speaks: that of the latest odometry.
+    /// The time of the estimate: that of the latest odometry.
     pub time: Duration,
     /// The pose of `base_link` in the `map` frame.
     pub pose: Pose,
     /// Covariance of x, y (metres, `map` frame) and heading (radians).
     ///
-    /// It says what the scan leaves open, judged by how well it fits, and what odometry has added since, judged by how
-    /// far scans have of late corrected it. On simulated drives the squared error in its units (NEES, 3 if it were exact)
-    /// is about 4, so that deviations are 15 % too small; among much furniture that is not on the map about 8, since what
-    /// misleads beams does so for metres. Where the map itself is wrong, it knows nothing of it.
+    /// It covers the uncertainty that the scan leaves, judged by how well it fits, and the drift of odometry since
+    /// then, judged by how far recent scans have corrected it. On simulated drives, the normalized squared error (NEES,
+    /// 3 if it were exact) is about 4, so deviations are 15 % too small. Among much unmapped furniture it is about 8,
+    /// because beams are misled consistently for metres. Errors of the map itself are not covered.
     pub covariance: Matrix3<f64>,
 }
 
-/// A place where the robot may be: a cluster of particles.
+/// A possible pose of the robot: a cluster of particles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hypothesis {
     /// The mean pose of `base_link` in the `map` frame.
     pub pose: Pose,
     /// Covariance of x, y (metres, `map` frame) and heading (radians).
     pub covariance: Matrix3<f64>,
-    /// How likely it is: the share of the particles' weight, from 0 to 1.
+    /// Its probability: the share of the particles' weight, from 0 to 1.
     pub weight: f64,
 }
 
-/// What is known of the pose before the first scan.
+/// What is known about the pose before the first scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InitialPose {
     /// Near a pose in the `map` frame.
@@ -104,7 +104,7 @@ pub enum InitialPose {
 }
 
 impl InitialPose {
-    /// A pose that is known to within 5 cm and 3° (standard deviations).
+    /// A pose known to within 5 cm and 3° (standard deviations).
     #[must_use]
     pub fn at(pose: Pose) -> Self {
         Self::Near { pose, covariance: Matrix3::from_diagonal(&nalgebra::Vector3::new(2.5e-3, 2.5e-3, 2.7e-3)) }
@@ -115,25 +115,25 @@ impl InitialPose {
 ///
 /// A particle filter with a choice of [sensor models](LaserModel), an odometry motion model, an adaptive number of
 /// particles (KLD sampling), selective systematic resampling and recovery from a lost pose. The estimate is the mean of
-/// the heaviest cluster of particles, matched to the scan, and carried on by odometry between updates.
+/// the heaviest cluster of particles, matched to the scan, and updated by odometry between scans.
 ///
-/// A robot that may be [anywhere](InitialPose::Anywhere) is sought with hypotheses, each matched to every scan, until one
-/// is far ahead of all others. The estimate then is the best of them, its covariance that of all, and the particles are
-/// the hypotheses.
+/// A robot that may be [anywhere](InitialPose::Anywhere) is located with hypotheses, each matched to every scan, until
+/// one is far ahead of all others. Until then the estimate is the best of them, its covariance is that of all, and the
+/// particles are the hypotheses.
 ///
-/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough,
-/// as soon as each laser that is not silent has delivered one. A robot at rest costs next to nothing, and its estimate
-/// stays as it is. In steady state no memory is allocated.
+/// Updates happen with the first scan, and then with the first scan after the robot has driven or turned far enough, as
+/// soon as each laser that is not silent has delivered one. A robot at rest needs almost no computation, and its
+/// estimate stays constant. In steady state no memory is allocated.
 ///
-/// A robot that has been carried away is found again in three ways: while it drives, by poses elsewhere that scans fit
-/// better for some way; as soon as beams go on going through walls of the map, also at rest, by a search as for one that
-/// may be anywhere; and where nearly all beams are short, by such a search, too. Both go on beside the tracking. For beams
-/// go through walls of the map where these have come down, and are short where people stand around the robot or doors
-/// close before it. So the estimate stays where it is, in doubt, unless another place explains the scans far better for
-/// some way, or, where beams are short, nearly every beam of them for ten seconds; and even then it returns if it was
-/// right after all.
+/// A kidnapped robot is found again in three ways: while it drives, by poses elsewhere that fit the scans better over
+/// some distance; if beams persistently pass through walls of the map, even at rest, by a global search; and if nearly
+/// all beams are too short, by such a search as well. These searches run in parallel to tracking, because beams also
+/// pass through walls that have been removed, and are too short when people surround the robot or a door closes in
+/// front of it. So the estimate stays, with a high doubt, unless another place explains the scans far better over some
+/// distance or, if beams are short, explains nearly every beam for ten seconds. Even then, the estimate returns if it
+/// turns out to have been right.
 ///
-/// Randomness comes from the stream given to [`new`](Self::new) alone; no clock is read.
+/// Randomness comes only from the stream given to [`new`](Self::new); no clock is read.
 ///
 /// ```
 /// use std::time::Duration;
@@ -162,37 +162,37 @@ pub struct Localization {
     filter: ParticleFilter,
     lasers: Vec<LaserMemory>,
     odometry: OdometryHistory,
-    /// The search for a robot that may be anywhere, until it has been found.
+    /// The search for a robot that may be anywhere, until it is found.
     search: Option<Box<Search>>,
-    /// The search for a robot that may be elsewhere, beside the tracking of where it is believed to be.
+    /// The search for a robot that may be elsewhere, in parallel to tracking its believed pose.
     suspicion: Option<Box<Search>>,
-    /// Where the robot was believed to be before a suspicion came true, in the grid's frame at the last update.
+    /// The pose believed before a suspicion was confirmed, in the grid's frame at the last update.
     remembered: Option<Gaussian>,
-    /// Whether odometry alone has moved the belief since a scan that told something of the map.
+    /// Whether the belief has moved by odometry only since the last informative scan.
     is_blind: bool,
     contradiction: Contradiction,
     trust: OdometryTrust,
     /// The estimate at the last update, in the grid's frame.
     belief: Gaussian,
-    /// Odometry at the last update; before the first one, the first odometry.
+    /// Odometry at the last update; before the first update, the first odometry.
     anchor: Option<Pose>,
     updates: u64,
     /// When the first scan was taken.
     first_scan: Option<Duration>,
-    /// Ends of the beams that weigh particles, and of those that are matched; kept for their memory.
+    /// Ends of the beams that weight particles, and of those that are matched; kept to reuse the memory.
     weighed: Endpoints,
     matched: Endpoints,
-    /// The beams that weigh particles in the beam model, and that contradict poses.
+    /// The beams that weight particles in the beam model, and that contradict poses.
     rays: Vec<Ray>,
 }
 
-/// What has become of the believed pose.
+/// The result of reconsidering the believed pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reconsidered {
     Stays,
-    /// The robot is believed to be elsewhere now.
+    /// The robot is now believed to be elsewhere.
     Moves,
-    /// It takes an update, even of a robot at rest, to tell.
+    /// An update is needed to tell, even for a robot at rest.
     Unsettled,
 }
 
@@ -203,11 +203,11 @@ impl Reconsidered {
 }
 
 impl Localization {
-    /// A localization of a robot on a map, with its stream of random numbers. Where there will be several on one map,
-    /// make an [`Atlas`] of it and use [`on`](Self::on).
+    /// A localization of a robot on a map, with its stream of random numbers. For several on one map, make an [`Atlas`]
+    /// of it and use [`on`](Self::on).
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter makes no sense; [`Error::NoFreeSpace`] if the map has no free cell.
+    /// [`Error::Parameter`] if a parameter is invalid; [`Error::NoFreeSpace`] if the map has no free cell.
     pub fn new(
         map: &OccupancyGrid,
         model: &RobotModel,
@@ -246,7 +246,7 @@ impl Localization {
         localization
     }
 
-    /// Forgets the pose and starts again from what is said to be known of it, now.
+    /// Forgets the pose and restarts with this knowledge of it.
     pub fn restart(&mut self, initial: &InitialPose) {
         let origin = self.origin();
         match initial {
@@ -269,8 +269,8 @@ impl Localization {
         self.trust = OdometryTrust::new();
     }
 
-    /// Takes in odometry. Readings come in the order of their time; one from before the last tells that the clock was
-    /// set back, and readings and scans of the time before are forgotten. A reading that is not finite is ignored.
+    /// Processes odometry. Readings must be in the order of their time. A reading from before the last one means that
+    /// the clock was set back, and earlier readings and scans are forgotten. A reading that is not finite is ignored.
     pub fn odometry(&mut self, odometry: &Odometry) {
         if !is_finite(odometry) {
             return;
@@ -283,13 +283,13 @@ impl Localization {
         self.anchor.get_or_insert(odometry.pose);
     }
 
-    /// Takes in a scan, after the odometry of its time if there is any, and updates the estimate if the robot has
+    /// Processes a scan, after the odometry of its time if there is any, and updates the estimate if the robot has
     /// moved far enough. Returns whether it did.
     ///
-    /// Scans of lasers that the model does not have are ignored; so are beams that are not finite, not within the laser's
-    /// range, or more than the laser has. Where a scan was taken is interpolated from the odometry of the last two
-    /// seconds, or extrapolated by up to a quarter of a second. A scan older than that odometry, or stamped later than
-    /// that, is ignored: nothing tells where it was taken.
+    /// Scans of lasers that the model does not have are ignored; so are beams that are not finite, outside the laser's
+    /// range, or beyond the laser's number of beams. The pose of a scan is interpolated from the odometry of the last
+    /// two seconds, or extrapolated by up to a quarter of a second. Scans with an older or later time are ignored,
+    /// because their pose is unknown.
     pub fn scan(&mut self, scan: &LaserScan) -> bool {
         let (Some(now), Some(anchor)) = (self.odometry.pose_at(scan.time), self.anchor) else { return false };
         let Some(laser) = self.lasers.get_mut(scan.laser) else { return false };
@@ -311,12 +311,12 @@ impl Localization {
             return false;
         }
         self.collect_ends(scan.time, &now);
-        // A suspicion or a search that has been thought of has moved the anchor.
+        // A suspicion or a search that has just begun may have moved the anchor.
         self.update(&self.anchor.unwrap_or(anchor), now);
         true
     }
 
-    /// The latest estimate of the pose, carried on by the odometry since. Before any scan, what was given initially.
+    /// The latest estimate of the pose, updated by the odometry since then. Before any scan, the initial pose.
     #[must_use]
     pub fn estimate(&self) -> PoseEstimate {
         let believed = pose(self.belief.x_m, self.belief.y_m, self.belief.heading_rad);
@@ -342,8 +342,8 @@ impl Localization {
         self.filter.particles().iter().map(move |particle| (in_map(particle), particle.weight))
     }
 
-    /// Where the robot may be, likeliest first: the clusters of the particles. Several while a robot is sought, or where
-    /// two places look alike.
+    /// The possible poses of the robot, most likely first: the clusters of the particles. There are several during a
+    /// search, or if two places look alike.
     #[must_use]
     pub fn hypotheses(&self) -> Vec<Hypothesis> {
         let mut clusters = Clusters::default();
@@ -357,24 +357,24 @@ impl Localization {
         clusters.all(self.filter.particles()).into_iter().map(in_map).collect()
     }
 
-    /// How much speaks against the estimate, from 0 (nothing) to 1: how far scans have of late been less likely than
-    /// they usually are. 1 while a robot that may be anywhere has not been found, and while hardly anything is seen of
-    /// the map.
+    /// The evidence against the estimate, from 0 (none) to 1: how much less likely recent scans have been than usual. 1
+    /// while a robot that may be anywhere has not been found, and while hardly anything of the map is visible.
     ///
-    /// A robot that has been carried away, or whose map is out of date, shows it here before it is found elsewhere; so
-    /// does one that a crowd hems in.
+    /// If the robot has been kidnapped, or if its map is out of date, this shows before it is found elsewhere; also if
+    /// a crowd surrounds it.
     #[must_use]
     pub fn doubt(&self) -> f64 {
         if self.search.is_some() || self.suspicion.is_some() { 1.0 } else { self.filter.doubt() }
     }
 
-    /// How many updates there have been since the start or the last [`restart`](Self::restart).
+    /// The number of updates since the start or the last [`restart`](Self::restart).
     #[must_use]
     pub fn updates(&self) -> u64 {
         self.updates
     }
 
-    /// Sees the latest scans from the robot's present pose: a few beams of each to weigh particles, more to match.
+    /// Collects the ends of the latest scans' beams from the robot's present pose: some of each scan to weight
+    /// particles, more to match.
     fn collect_ends(&mut self, time: Duration, now: &Pose) {
         self.weighed.clear();
         self.matched.clear();
@@ -384,7 +384,7 @@ impl Localization {
             || self.suspicion.is_some();
         for laser in self.lasers.iter_mut().filter(|laser| laser.is_fresh(time.saturating_sub(OLDEST_SCAN))) {
             let stride = laser.stride(self.atlas.parameters().max_beams);
-            // Other beams each time, so that all have their say.
+            // Other beams each time, so that all of them contribute.
             laser.append_ends(now, self.updates as usize % stride, stride, &mut self.weighed);
             if casts {
                 laser.append_rays(now, self.updates as usize % stride, stride, &mut self.rays);
@@ -395,7 +395,7 @@ impl Localization {
         }
     }
 
-    /// Sees the latest scans from the robot's present pose for a look: rays, and more ends to match.
+    /// Collects the latest scans from the robot's present pose for a look: rays, and more ends to match.
     fn see(&mut self, time: Duration, now: &Pose) {
         self.matched.clear();
         self.rays.clear();
@@ -417,14 +417,14 @@ impl Localization {
         self.updates += 1;
     }
 
-    /// An update of a robot that may be anywhere. Where it is still believed to be, it is tracked meanwhile.
+    /// An update for a robot that may be anywhere. Its believed pose, if there still is one, is tracked meanwhile.
     fn seek(&mut self, mut search: Box<Search>, anchor: &Pose, now: &Pose) {
         let tracked = search.has_incumbent().then(|| {
             let matched = self.follow(&DifferentialMotion::between(anchor, now, self.alphas()));
             self.filter.resample_if_needed(&matched);
             matched
         });
-        // Every beam counts to find the places that fit at all; to tell them apart, fewer do.
+        // Every beam counts for finding the places that fit at all; fewer are enough to compare them.
         let ends = if search.begins() { &self.matched } else { &self.weighed };
         let sought = self.filter.seek(&mut search, &anchor.inv_mul(now), ends, tracked);
         let is_over = sought.is_some_and(|(_, is_over)| is_over);
@@ -438,7 +438,7 @@ impl Localization {
         }
     }
 
-    /// Moves the particles and weighs them: where they now match the scan.
+    /// Moves and weights the particles. Returns where they match the scan.
     fn follow(&mut self, motion: &DifferentialMotion) -> Gaussian {
         self.filter.predict(motion);
         self.filter.weigh(&self.weighed, &self.rays);
@@ -450,7 +450,7 @@ impl Localization {
         Gaussian { covariance, ..matched }
     }
 
-    /// An update of a robot whose place is known.
+    /// An update for a robot whose pose is known.
     fn track(&mut self, anchor: &Pose, now: &Pose) {
         let motion = DifferentialMotion::between(anchor, now, self.alphas());
         if self.contradiction.is_map_hidden() {
@@ -467,7 +467,7 @@ impl Localization {
         }
         let (map, rays) = (self.atlas.map(), self.rays.as_slice());
         let is_contradicted = |at: &Gaussian, silent| Look::from(map, at, rays, silent).contradicts();
-        // Where lasers fail, the belief has the benefit of the doubt.
+        // If lasers fail, the belief has the benefit of the doubt.
         let may_win =
             |at: &Gaussian| is_contradicted(&self.belief, Silent::TellNothing) && !is_contradicted(at, Silent::AreFree);
         match self.filter.challenge(&self.belief, &moved, &self.weighed, &may_win) {
@@ -479,7 +479,7 @@ impl Localization {
         }
     }
 
-    /// Learns from how far the update has moved the belief from where odometry had carried the one before.
+    /// Learns from the difference between the belief after the update and the prediction by odometry.
     fn judge_odometry(&mut self, before: &Gaussian, motion: &DifferentialMotion, moved: &Pose) {
         let carried = after(before, moved);
         let turn_rad = maps::wrap_angle(self.belief.heading_rad - carried.heading_rad);
@@ -503,7 +503,7 @@ impl Localization {
         self.atlas.parameters()
     }
 
-    /// Origin of the map: the pose of the grid's frame, in which the filter works.
+    /// Origin of the map: the pose of the grid's frame, in which the filter computes.
     fn origin(&self) -> Pose {
         self.atlas.map().origin()
     }
@@ -519,7 +519,7 @@ fn gaussian(at: &Pose, covariance: Matrix3<f64>) -> Gaussian {
     Gaussian { x_m: at.translation.x, y_m: at.translation.y, heading_rad: heading(at), covariance }
 }
 
-/// The covariance of x, y and heading in a frame that is turned by `-angle_rad`.
+/// The covariance of x, y and heading in a frame rotated by `-angle_rad`.
 fn turned(covariance: &Matrix3<f64>, angle_rad: f64) -> Matrix3<f64> {
     let rotation = nalgebra::Rotation2::new(angle_rad).to_homogeneous();
     rotation * covariance * rotation.transpose()

@@ -1,4 +1,4 @@
-//! Driving to goals: the state machine that plans, follows, waits, tries again and gives up.
+//! Driving to goals: the state machine that plans, follows, waits, retries and gives up.
 //!
 //! ```text
 //!  idle --start--> thinking --path--> preparing_before_move --> moving --arrived--> goal_reached
@@ -8,9 +8,9 @@
 //!  aborted <--- failing '------------------------------- waiting_obstacle
 //! ```
 //!
-//! While it is failing it recovers, one behaviour after the other ([`Recovery`]), and looks for a path again and again.
-//! From everywhere: `stop` leads to idle, `pause` to paused, a silent laser that alone looks ahead or a pose that is not known to
-//! error.
+//! While it is failing, it performs recovery behaviors one after another ([`Recovery`]) and keeps searching for a path.
+//! From every state, `stop` leads to idle and `pause` to paused; a silent laser that alone looks ahead, or an unknown
+//! pose, leads to error.
 
 mod goal;
 mod machine;
@@ -40,17 +40,19 @@ pub use parameters::NavigationParameters;
 pub use recovery::Recovery;
 pub use status::{GiveUpReason, NavigationStatus};
 
-/// The longest time between two updates that counts in full, in seconds. After a longer one the robot sets out anew.
+/// The longest time between two updates that counts in full, in seconds. After a longer one, the robot starts from
+/// rest.
 const LONGEST_STEP_S: f64 = 0.1;
 
-/// An estimate so far from that at the last scan has jumped, in metres: the robot was held to be elsewhere.
+/// The estimate has jumped if it is this far from that at the last scan, in metres: the robot was believed to be
+/// elsewhere.
 const JUMP_M: f64 = 1.0;
 
 /// Drives a robot to goals.
 ///
-/// Feed it scans with [`scan`](Self::scan) and call [`update`](Self::update) at every step of control; it answers
-/// with the velocity to drive at. It sees nothing but the map, scans, odometry and the estimate of the pose. It reads
-/// no clock and draws no random numbers.
+/// Pass scans to [`scan`](Self::scan), and call [`update`](Self::update) in every control step; it returns the velocity
+/// to drive at. It uses only the map, scans, odometry and the estimate of the pose. It reads no clock and draws no
+/// random numbers.
 #[derive(Clone, Debug)]
 pub struct Navigator {
     parameters: NavigationParameters,
@@ -63,7 +65,7 @@ pub struct Navigator {
     reason: Option<GiveUpReason>,
     trip: Option<Trip>,
     last_update: Option<Duration>,
-    /// Where the robot was held to be at the last scan.
+    /// The believed pose at the last scan.
     scanned_at: Option<Pose>,
 }
 
@@ -71,7 +73,7 @@ impl Navigator {
     /// A navigator on a map, idle.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter, or one of the robot, makes no sense.
+    /// [`Error::Parameter`] if a parameter, or one of the robot, is invalid.
     pub fn new(map: &OccupancyGrid, model: &RobotModel, parameters: NavigationParameters) -> Result<Self, Error> {
         check_robot(model)?;
         parameters.check()?;
@@ -82,7 +84,7 @@ impl Navigator {
     /// A navigator of the atlas's robot on its map, idle.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if a parameter, or one of the robot, makes no sense.
+    /// [`Error::Parameter`] if a parameter, or one of the robot, is invalid.
     pub fn on(atlas: &Atlas, parameters: NavigationParameters) -> Result<Self, Error> {
         check_robot(atlas.model())?;
         parameters.check()?;
@@ -106,7 +108,7 @@ impl Navigator {
         }
     }
 
-    /// Starts for a goal, whatever went on before. The next update looks for a path.
+    /// Starts a trip to a goal and abandons any other trip. The next update searches for a path.
     pub fn start(&mut self, goal: Goal) {
         self.reason = None;
         if goal.is_valid() {
@@ -117,14 +119,14 @@ impl Navigator {
         }
     }
 
-    /// Forgets the goal and the outcome of the last trip: idle from now on.
+    /// Forgets the goal and the outcome of the last trip; the navigator is idle afterwards.
     pub fn stop(&mut self) {
         self.status = NavigationStatus::Idle;
         self.reason = None;
         self.trip = None;
     }
 
-    /// Forgets all that has happened, as a navigator that has just been made: the goal, and what the lasers have seen.
+    /// Returns to the initial state: forgets the goal and everything that the lasers have seen.
     pub fn restart(&mut self) {
         self.stop();
         self.costmap.forget_marks();
@@ -133,73 +135,73 @@ impl Navigator {
         (self.last_update, self.scanned_at) = (None, None);
     }
 
-    /// Stands still until [`resume`](Self::resume), if under way.
+    /// Stands still until [`resume`](Self::resume), if a trip is under way.
     pub fn pause(&mut self) {
         if self.status.is_under_way() {
             self.status = NavigationStatus::Paused;
         }
     }
 
-    /// Looks for a path again and goes on, if paused.
+    /// Searches for a path again and continues, if paused.
     pub fn resume(&mut self) {
         if self.status == NavigationStatus::Paused {
             self.status = NavigationStatus::Thinking;
         }
     }
 
-    /// What it is doing.
+    /// What the navigator is doing.
     #[must_use]
     pub fn status(&self) -> NavigationStatus {
         self.status
     }
 
-    /// Why it gave up, while [`Aborted`](NavigationStatus::Aborted) or [`Error`](NavigationStatus::Error); why it is
+    /// Why it gave up, in [`Aborted`](NavigationStatus::Aborted) or [`Error`](NavigationStatus::Error), or why it is
     /// [`Failing`](NavigationStatus::Failing).
     #[must_use]
     pub fn reason(&self) -> Option<GiveUpReason> {
         self.reason
     }
 
-    /// By what behaviour it is trying to get a way, while [`Failing`](NavigationStatus::Failing).
+    /// The current recovery behavior, in [`Failing`](NavigationStatus::Failing).
     #[must_use]
     pub fn recovery(&self) -> Option<Recovery> {
         let attempt = self.trip.as_ref().and_then(|trip| trip.attempt.as_ref());
         attempt.filter(|_| self.status == NavigationStatus::Failing).map(|attempt| attempt.recovery)
     }
 
-    /// The goal that it is under way to.
+    /// The goal of the current trip.
     #[must_use]
     pub fn goal(&self) -> Option<&Goal> {
         self.trip.as_ref().map(|trip| &trip.goal)
     }
 
-    /// The path that it follows, in the `map` frame, from where it was planned to its end; empty while there is none.
+    /// The current path, in the `map` frame, from where it was planned to its end; empty if there is none.
     #[must_use]
     pub fn path(&self) -> &[Point] {
         let follower = self.trip.as_ref().and_then(|trip| trip.follower.as_ref());
         follower.map_or(&[], |follower| follower.route().points())
     }
 
-    /// The rest of the path, in metres, while there is one.
+    /// The remaining length of the path, in metres, if there is one.
     #[must_use]
     pub fn remaining_m(&self) -> Option<f64> {
         let follower = self.trip.as_ref().and_then(|trip| trip.follower.as_ref());
         follower.map(|follower| follower.route().remaining_m())
     }
 
-    /// The map with all that the lasers have seen beside it.
+    /// The map, with all obstacles that the lasers have seen.
     #[must_use]
     pub fn costmap(&self) -> &Costmap {
         &self.costmap
     }
 
-    /// Takes in a scan and the estimate of the pose at its time. Scans of lasers that the model does not have, and
+    /// Processes a scan and the estimate of the pose at its time. Scans of lasers that the model does not have, and
     /// scans at a pose that is not finite, are ignored.
     pub fn scan(&mut self, scan: &LaserScan, estimate: &PoseEstimate) {
         let Some(beams) = self.lasers.get(scan.laser).filter(|_| is_finite(&estimate.pose)) else { return };
         let jumped = |before: Pose| (before.translation.vector - estimate.pose.translation.vector).norm() > JUMP_M;
         if self.scanned_at.replace(estimate.pose).is_some_and(jumped) {
-            // What was marked from where the robot was not is somewhere else.
+            // Obstacles marked from a wrong pose are in the wrong place.
             self.costmap.forget_marks();
         }
         self.costmap.take_in(scan, beams, &estimate.pose);
@@ -207,8 +209,7 @@ impl Navigator {
         self.surroundings.take_in(scan, beams, &estimate.pose);
     }
 
-    /// One step of control at time `now`: goes on with what it is doing and returns the velocity to drive at until
-    /// the next.
+    /// One control step at time `now`. Returns the velocity to drive at until the next step.
     pub fn update(&mut self, now: Duration, estimate: &PoseEstimate, odometry: &Odometry) -> VelocityCommand {
         let passed_s = self.last_update.map_or(0.0, |last| now.saturating_sub(last).as_secs_f64());
         self.last_update = Some(now);
@@ -220,7 +221,7 @@ impl Navigator {
         self.smoother.step(wanted, odometry, passed_s.min(LONGEST_STEP_S))
     }
 
-    /// Goes on with what it is doing and returns the velocity at which it wants to drive.
+    /// Continues its activity and returns the wanted velocity.
     fn wanted(&mut self, now: &Now<'_>) -> VelocityCommand {
         let Some(mut trip) = self.trip.take() else { return VelocityCommand::STOP };
         let started = *trip.started.get_or_insert(now.time);
@@ -229,7 +230,7 @@ impl Navigator {
             return VelocityCommand::STOP;
         }
         if !self.surroundings.sees_ahead(now.time, self.parameters.scan_patience) {
-            // Nothing has been seen yet, or not lately.
+            // Nothing has been seen yet, or not recently.
             self.trip = Some(trip);
             return VelocityCommand::STOP;
         }

@@ -1,7 +1,7 @@
-//! From here to there: a path that keeps clear of obstacles.
+//! Path planning with clearance from obstacles.
 //!
-//! [A*](astar) over the cells, then [shortening and smoothing](smoothing) of what it finds. A path is a list of
-//! points, 0.1 m or less apart, in the `map` frame.
+//! [A*](astar) over the cells, then [shortening and smoothing](smoothing) of the result. A path is a list of points,
+//! 0.1 m or less apart, in the `map` frame.
 
 mod astar;
 mod reach;
@@ -17,13 +17,13 @@ use standing::{Ground, nearest_cell};
 pub use reach::Reach;
 pub use reachability::largest_part;
 
-/// From how far away a robot that stands too near to an obstacle looks for a way out, in metres.
+/// The distance within which a robot too near to an obstacle searches for a way out, in metres.
 const ESCAPE_M: f64 = 1.0;
 
-/// How far from a goal where the robot just fits there may be a cell in all of which it does, in cells.
+/// The distance from a goal where the robot just fits to a cell that it fits anywhere in, in cells.
 const BESIDE_CELLS: f64 = 1.5;
 
-/// How far from the centroid of an area a goal is sought inside of it, in metres.
+/// The distance from the centroid of an area within which a goal inside it is searched, in metres.
 const WITHIN_AREA_M: f64 = 10.0;
 
 /// Why there is no path.
@@ -31,16 +31,16 @@ const WITHIN_AREA_M: f64 = 10.0;
 #[non_exhaustive]
 pub enum PlanError {
     /// The robot is not on the map.
-    #[error("the robot is outside of the map")]
+    #[error("the robot is outside the map")]
     StartOutside,
     /// The robot's centre is in an obstacle, or so near to obstacles that there is no way out.
-    #[error("the robot stands in an obstacle")]
+    #[error("the robot is in an obstacle")]
     StartInObstacle,
     /// The goal is not on the map.
-    #[error("the goal is outside of the map")]
+    #[error("the goal is outside the map")]
     GoalOutside,
-    /// Nothing is known of the goal.
-    #[error("the goal is where the map is unknown")]
+    /// The goal is in unknown space.
+    #[error("the goal is in unknown space of the map")]
     GoalUnknown,
     /// The goal is in an obstacle, or nearer to one than the robot's radius.
     #[error("the goal is {clearance_m:.2} m from an obstacle, but the robot needs {needed_m:.2} m")]
@@ -50,20 +50,20 @@ pub enum PlanError {
         /// Distance that the robot needs, in metres.
         needed_m: f64,
     },
-    /// Both ends are good, but obstacles or the unknown lie between.
-    #[error("no way leads to the goal")]
+    /// Both ends are acceptable, but obstacles or unknown space lie between them.
+    #[error("there is no path to the goal")]
     NoPath,
 }
 
 /// A path from `start` to `goal`, in the `map` frame.
 ///
-/// The path begins at `start`. It ends at `goal` if the robot fits there, else at the nearest place where it does, at
-/// most `tolerance_m` away. A start that is too near to an obstacle is left by the shortest way. The path never leads
-/// through unknown cells (but out of them, if it starts there), nor where the robot would touch an obstacle, as far as
+/// The path begins at `start`. It ends at `goal` if the robot fits there, otherwise at the nearest place where it does,
+/// at most `tolerance_m` away. From a start that is too near to an obstacle, it takes the shortest way out. The path
+/// never enters unknown cells (but may start in them), nor cells where the robot would touch an obstacle, as far as
 /// [clearances](Costmap::clearance_m) tell.
 ///
 /// # Errors
-/// Says why there is no path.
+/// The reason why there is no path.
 pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) -> Result<Vec<Point>, PlanError> {
     let end = end_at(&Ground::new(costmap), goal, tolerance_m)?;
     let mut path = plan_between(costmap, start, end.cell, &end.point)?;
@@ -73,21 +73,20 @@ pub fn plan(costmap: &Costmap, start: &Point, goal: &Point, tolerance_m: f64) ->
     Ok(path)
 }
 
-/// A path from `start` to the centroid of an area, or to the place nearest to it, still inside, in which the robot
-/// can be.
+/// A path from `start` to the centroid of an area, or to the nearest place inside the area where the robot can be.
 ///
 /// # Errors
-/// As [`plan`].
+/// As for [`plan`].
 pub fn plan_into(costmap: &Costmap, start: &Point, area: &Place) -> Result<Vec<Point>, PlanError> {
     let end = end_inside(&Ground::new(costmap), area)?;
     plan_between(costmap, start, end.cell, &end.point)
 }
 
-/// Where paths to a goal end.
+/// The end of paths to a goal.
 struct End {
     cell: usize,
     point: Point,
-    /// Whether the robot goes on from there, straight to the goal, where it just fits.
+    /// Whether the robot continues from there straight to the goal, where it just fits.
     leads_on: bool,
 }
 
@@ -119,7 +118,7 @@ fn end_inside(ground: &Ground<'_>, area: &Place) -> Result<End, PlanError> {
     Ok(End { cell, point: if offset == cell { center } else { frame.center(cell) }, leads_on: false })
 }
 
-/// The cell in which paths from `start` begin, and the one that `start` lies in.
+/// The cell in which paths from `start` begin, and the one that contains `start`.
 fn beginning(ground: &Ground<'_>, start: &Point) -> Result<[usize; 2], PlanError> {
     let costmap = ground.costmap;
     let start_cell = costmap.frame.offset_at(start).ok_or(PlanError::StartOutside)?;
@@ -134,7 +133,7 @@ fn beginning(ground: &Ground<'_>, start: &Point) -> Result<[usize; 2], PlanError
 fn plan_between(costmap: &Costmap, start: &Point, goal_cell: usize, end: &Point) -> Result<Vec<Point>, PlanError> {
     let ground = Ground::new(costmap);
     let [first, start_cell] = beginning(&ground, start)?;
-    // Something seen by the lasers may have closed the way; on the map alone there nearly always is one.
+    // Obstacles seen by lasers may have closed the way; on the map alone there is almost always one.
     if costmap.marked().len() > 0 && !reachability::is_reachable(&ground, first, goal_cell) {
         return Err(PlanError::NoPath);
     }
@@ -166,7 +165,7 @@ mod tests {
     use super::*;
     use crate::CostmapParameters;
 
-    /// A hall of 8 m × 6 m with boxes, on a grid whose origin is turned.
+    /// A hall of 8 m × 6 m with boxes, on a grid with a rotated origin.
     fn hall(boxes: &[(usize, usize, usize, usize)]) -> OccupancyGrid {
         let mut map = OccupancyGrid::new(160, 120, 0.05, pose(-3.0, 2.0, 0.5));
         for row in 0..120 {
@@ -190,7 +189,7 @@ mod tests {
         map.origin() * Point::new(x_m, y_m)
     }
 
-    /// The distance from a point to the nearest obstacle of the map, exactly, in metres.
+    /// The exact distance from a point to the nearest obstacle of the map, in metres.
     fn distance_m(map: &OccupancyGrid, point: &Point) -> f64 {
         let from = map.to_grid(point);
         let beside = |at: f64, cell: usize| (cell as f64 - at).max(at - (cell + 1) as f64).max(0.0);
@@ -204,7 +203,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(48))]
         #[test]
-        fn the_body_touches_nothing_anywhere_on_a_path(
+        fn the_body_touches_nothing_along_a_path(
             boxes in prop::collection::vec((5_usize..140, 5_usize..100, 2_usize..30, 2_usize..30), 0..9),
         ) {
             let map = hall(&boxes);
@@ -219,7 +218,7 @@ mod tests {
                     // A start that is too near is left.
                     if (point - start).norm() > ESCAPE_M {
                         let distance_m = distance_m(&map, &point);
-                        // Half a cell's diagonal from a cell's centre, less what a line cuts off between two looks.
+                        // Half a cell's diagonal from a cell's centre, minus the error of a line between two samples.
                         prop_assert!(distance_m > 0.28, "{distance_m} m from an obstacle at {point}");
                     }
                 }
@@ -228,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn a_path_through_the_open_is_straight_and_one_past_an_obstacle_is_round() {
+    fn a_path_is_straight_in_the_open_and_curved_around_an_obstacle() {
         let map = hall(&[]);
         let path = plan(&costmap(&map), &at(&map, 1.5, 1.5), &at(&map, 6.5, 4.5), 0.05).unwrap();
         let length_m: f64 = path.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
@@ -240,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn a_goal_where_the_robot_just_fits_is_the_end_and_one_where_it_does_not_is_approached() {
+    fn a_path_ends_at_a_goal_where_the_robot_fits_and_near_one_where_it_does_not() {
         let map = hall(&[]);
         let costmap = costmap(&map);
         // The wall's face is 0.1 m from the corner.

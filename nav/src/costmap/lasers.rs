@@ -1,7 +1,7 @@
-//! Marking what lasers see and clearing what they see through.
+//! Marks obstacles that lasers see, and clears marks through which they see.
 //!
-//! A hit that the map explains changes nothing. Marks are cleared from the mark's side: each mark in range looks up the
-//! beams that pass it, so that a scan costs a look at its ends and at the marks, not a walk along its beams.
+//! A hit that the map explains changes nothing. Marks are cleared from the marks' side: each mark in range looks up the
+//! beams that pass it. So a scan costs one lookup per beam end and per mark, not a walk along each beam.
 
 use std::f64::consts::TAU;
 
@@ -12,12 +12,12 @@ use super::{Costmap, clearance};
 use crate::beams::Beams;
 use crate::grid_frame::GridFrame;
 
-/// How far behind its end a beam's hit is sought, in cells: ends lie on surfaces, cells behind them.
+/// How far behind the end of a beam its obstacle is searched, in cells: ends lie on surfaces, cells behind them.
 const BEHIND_CELLS: f64 = 0.25;
 
 impl Costmap {
-    /// Takes in a scan of a laser on a robot that was at `robot` in the `map` frame: marks what the map does not
-    /// explain and clears marks that beams pass.
+    /// Processes a scan of a laser on a robot at `robot` in the `map` frame: marks obstacles that the map does not
+    /// explain, and clears marks that beams pass.
     pub(crate) fn take_in(&mut self, scan: &LaserScan, beams: &Beams, robot: &Pose) {
         let eye = beams.eye(&self.frame.pose_in_grid(robot));
         if !self.marks.is_empty() {
@@ -28,14 +28,14 @@ impl Costmap {
         let (nearest_m, farthest_m) = (beams.spec.range_min_m, self.parameters.obstacle_max_range);
         for end in beams.ends(scan, eye, nearest_m, farthest_m, BEHIND_CELLS * resolution_m) {
             let Some(offset) = self.frame.offset_in_grid(&(end / resolution_m)) else { continue };
-            // What stands in the unknown changes no plan: none leads there.
+            // Obstacles in unknown space change no plan: no path leads there.
             if self.fixed[offset] >= explained {
                 self.mark_cell(offset);
             }
         }
     }
 
-    /// Clears marks under the robot's body: it could not be there otherwise.
+    /// Clears marks under the robot's body, where there can be no obstacle.
     pub(crate) fn clear_footprint(&mut self, robot: &Point) {
         if self.marks.is_empty() {
             return;
@@ -61,7 +61,7 @@ impl Costmap {
     }
 }
 
-/// Whether the beams on both sides of a bearing (in the laser's frame) go on beyond a distance.
+/// Whether the beams on both sides of a bearing (in the laser's frame) extend beyond a distance.
 fn passes(scan: &LaserScan, beams: &Beams, bearing_rad: f64, distance_m: f64) -> bool {
     let turn = (bearing_rad - beams.spec.angle_min_rad).rem_euclid(TAU);
     let beam = (turn / beams.spec.angle_increment_rad) as usize;
@@ -96,8 +96,8 @@ mod tests {
         Costmap::new(&map, CostmapParameters::default()).unwrap()
     }
 
-    /// A front laser at (2, 2) that looks along x, in whose every beam something stands at `x_m`, as far as that is
-    /// in front.
+    /// A front laser at (2, 2) that faces along x. Every beam hits something at `x_m`, as far as that is in front of
+    /// it.
     fn scan(x_m: f64) -> (LaserScan, Beams) {
         let mut spec = RobotModel::default().lasers[0].clone();
         spec.mount = pose(0.0, 0.0, 0.0);
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn walls_of_the_map_mark_nothing_even_if_the_pose_is_a_little_off() {
+    fn walls_of_the_map_mark_nothing_even_with_a_small_pose_error() {
         let mut costmap = costmap();
         let (scan, beams) = scan(5.0);
         costmap.take_in(&scan, &beams, &pose(1.92, 2.0, 0.02));
@@ -119,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_on_the_map_is_marked_and_cleared_when_it_is_gone() {
+    fn unmapped_obstacles_are_marked_and_cleared_when_they_are_gone() {
         let mut costmap = costmap();
         let there = Point::new(3.52, 2.01);
         let (near, beams) = scan(3.5);
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn the_robot_itself_stands_on_free_ground() {
+    fn the_robots_own_footprint_is_free() {
         let mut costmap = costmap();
         for x in [1.9, 2.0, 2.2, 2.9] {
             costmap.mark(&Point::new(x, 2.0));

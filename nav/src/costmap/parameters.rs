@@ -4,23 +4,23 @@ use robot::RobotModel;
 
 use crate::{Error, error::check};
 
-/// Parameters of a [`Costmap`](crate::Costmap); names as in Nav2's costmap where it has them.
+/// Parameters of a [`Costmap`](crate::Costmap). Names are those of Nav2's costmap where it has the parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CostmapParameters {
     /// Radius of the robot's body, in metres. Default 0.30.
     pub robot_radius: f64,
-    /// Up to this distance from an obstacle being there costs something, in metres. Default 0.80 (Nav2: 0.55): with
-    /// the slower fall below, corridors are driven in their middle and doorways in theirs. At most 60 cells count.
+    /// Up to this distance from an obstacle, cells have a cost, in metres. Default 0.80 (Nav2: 0.55): with the slower
+    /// decay below, the robot drives in the middle of corridors and doorways. At most 60 cells.
     pub inflation_radius: f64,
-    /// How fast the cost falls with the distance from the robot's radius, per metre. Default 5.0 (Nav2: 10.0).
+    /// How fast the cost decays with the distance beyond the robot's radius, per metre. Default 5.0 (Nav2: 10.0).
     pub cost_scaling_factor: f64,
-    /// Lasers mark obstacles up to this range, in metres. Default 3.0 (Nav2: 2.5): beyond, a degree of heading puts a
-    /// wall into a cell that is free.
+    /// Lasers mark obstacles up to this range, in metres. Default 3.0 (Nav2: 2.5): beyond it, an error of one degree in
+    /// heading moves a wall into a free cell.
     pub obstacle_max_range: f64,
-    /// Lasers clear what they see through up to this range, in metres. Default 3.5 (Nav2: 3.0).
+    /// Lasers clear marks up to this range, in metres. Default 3.5 (Nav2: 3.0).
     pub raytrace_max_range: f64,
-    /// A hit this near to an obstacle of the map is that obstacle, in metres. Default 0.12: what pose and range are
-    /// off by. Nav2 has no such parameter.
+    /// A hit this near to an obstacle of the map counts as that obstacle, in metres. Default 0.12: the typical error of
+    /// pose and range. Nav2 has no such parameter.
     pub map_tolerance: f64,
 }
 
@@ -44,10 +44,10 @@ impl CostmapParameters {
         Self { robot_radius: model.radius_m, inflation_radius: model.radius_m + 0.5, ..Self::default() }
     }
 
-    /// Whether the values make sense.
+    /// Checks the values.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that does not.
+    /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
         let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive");
         let at_least_zero = |name, value: f64| (name, value, value >= 0.0 && value.is_finite(), "zero or positive");

@@ -4,31 +4,31 @@ use robot::RobotModel;
 
 use crate::{Error, error::check};
 
-/// Parameters of path following; names as in Nav2's regulated pure pursuit where it has them.
+/// Parameters of path following. Names are those of Nav2's regulated pure pursuit where it has the parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FollowingParameters {
-    /// Speed where nothing asks for less, in m/s; never more than the robot can. Default 0.45.
+    /// Undisturbed speed, in m/s, limited to the robot's maximum. Default 0.45.
     pub desired_linear_vel: f64,
-    /// Look ahead as far as the robot drives in this time, in seconds, within the two bounds below. Default 1.2
+    /// The robot looks ahead as far as it drives in this time, in seconds, within the two limits below. Default 1.2
     /// (Nav2: 1.5).
     pub lookahead_time: f64,
     /// Nearest point to steer for, in metres. Default 0.25 (Nav2: 0.3).
     pub min_lookahead_dist: f64,
-    /// Farthest point to steer for, in metres. Default 0.5 (Nav2: 0.9): corners are cut by about its square over eight
-    /// times the radius of the corner.
+    /// Farthest point to steer for, in metres. Default 0.5 (Nav2: 0.9): corners are cut by about its square divided by
+    /// eight times the radius of the corner.
     pub max_lookahead_dist: f64,
-    /// Turn in place if the point to steer for is farther to the side than this, in radians. Default 0.785.
+    /// The robot turns in place if the point to steer for is farther to the side than this, in radians. Default 0.785.
     pub rotate_to_heading_min_angle: f64,
-    /// Slow down in curves tighter than this radius, in proportion, in metres. Default 0.9.
+    /// The robot slows down in curves tighter than this radius, in proportion, in metres. Default 0.9.
     pub regulated_linear_scaling_min_radius: f64,
-    /// But not below this speed, in m/s, nor near obstacles. Default 0.15 (Nav2: 0.25).
+    /// The lowest speed in curves and near obstacles, in m/s. Default 0.15 (Nav2: 0.25).
     pub regulated_linear_scaling_min_speed: f64,
-    /// Slow down where an obstacle is nearer to the body than this, in proportion, in metres. Default 0.25.
+    /// The robot slows down if an obstacle is nearer to the body than this, in proportion, in metres. Default 0.25.
     pub cost_scaling_dist: f64,
-    /// Share of the robot's accelerations that is used to slow down in time. Default 0.7: the rest is for the delay
+    /// Share of the robot's acceleration used for slowing down in time. Default 0.7: the rest compensates for the delay
     /// between a command and its effect.
     pub braking_share: f64,
-    /// Distance to keep from what the lasers see, beside the radius, in metres. Default 0.015.
+    /// Distance to keep from obstacles seen by lasers, in addition to the radius, in metres. Default 0.015.
     pub collision_margin: f64,
 }
 
@@ -56,10 +56,10 @@ impl FollowingParameters {
         Self { desired_linear_vel: model.max_linear_mps, ..Self::default() }
     }
 
-    /// Whether the values make sense.
+    /// Checks the values.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that does not.
+    /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
         let positive = |name, value: f64| (name, value, value > 0.0 && value.is_finite(), "positive");
         check(&[

@@ -1,18 +1,18 @@
-//! A path, and how far along it the robot is.
+//! A path, and the robot's progress along it.
 
 use maps::Point;
 
-/// How far ahead of the last projection the next is sought, in metres: enough for a robot that was pushed, too little
-/// to jump to where the path comes by again.
+/// How far ahead of the last projection the next one is searched, in metres: enough for a robot that was pushed, too
+/// little to jump to a later part of the path nearby.
 const SEARCH_M: f64 = 1.0;
 
-/// A path of at least two points with the robot's place on it.
+/// A path of at least two points with the robot's position on it.
 #[derive(Clone, Debug)]
 pub(crate) struct Route {
     points: Vec<Point>,
     /// From each point to the end, in metres.
     to_end_m: Vec<f64>,
-    /// The segment that the robot is on, and how far along it, from 0 to 1.
+    /// The segment of the robot, and the position along it, from 0 to 1.
     segment: usize,
     along: f64,
 }
@@ -37,7 +37,7 @@ impl Route {
         self.points[self.points.len() - 1]
     }
 
-    /// Moves on to the place nearest to the robot and returns how far the robot is from it, in metres.
+    /// Advances to the position nearest to the robot and returns the distance to the robot, in metres.
     pub(crate) fn advance(&mut self, at: &Point) -> f64 {
         let farthest = self.to_end_m[self.segment] - SEARCH_M;
         let mut best = (f64::INFINITY, self.segment, self.along);
@@ -59,13 +59,13 @@ impl Route {
         best.0
     }
 
-    /// The rest of the way, in metres.
+    /// The remaining distance, in metres.
     pub(crate) fn remaining_m(&self) -> f64 {
         let (from, to) = (self.to_end_m[self.segment], self.to_end_m[self.segment + 1]);
         from + (to - from) * self.along
     }
 
-    /// The point so far ahead along the path; the end if it is nearer.
+    /// The point at this distance ahead along the path, or the end.
     pub(crate) fn ahead(&self, way_m: f64) -> Point {
         let left_m = self.remaining_m() - way_m;
         if left_m <= 0.0 {
@@ -78,7 +78,7 @@ impl Route {
         self.points[to] + (self.points[to - 1] - self.points[to]) * back
     }
 
-    /// The points of the path ahead up to so far, with their way from here, in metres.
+    /// The points of the path ahead up to this distance, each with its distance from here, in metres.
     pub(crate) fn points_ahead(&self, way_m: f64) -> impl Iterator<Item = (f64, Point)> {
         let remaining_m = self.remaining_m();
         let ahead = self.points.iter().zip(&self.to_end_m).skip(self.segment + 1);
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn points_ahead_come_with_their_way() {
+    fn points_ahead_come_with_their_distance() {
         let mut route = corner();
         route.advance(&Point::new(0.4, 0.0));
         let ahead: Vec<f64> = route.points_ahead(1.0).map(|(way_m, _)| way_m).collect();

@@ -2,19 +2,18 @@
 
 use robot::{Odometry, RobotModel, VelocityCommand};
 
-/// Commands that differ by more than this from what the wheels do were not followed, in m/s and rad/s.
+/// If the wheels' motion differs from the command by more than this, the command was not followed, in m/s and rad/s.
 const NOT_FOLLOWED_MPS: f64 = 0.15;
 const NOT_FOLLOWED_RADPS: f64 = 0.4;
 
-/// Over so long speeds are averaged, in seconds: those of encoders are noisy, and taken at their word they would keep
-/// the robot from setting out.
+/// Speeds are averaged over this time, in seconds: those of encoders are noisy, and unaveraged ones would keep the
+/// robot from starting.
 const AVERAGED_S: f64 = 0.2;
 
-/// Turns the velocities that are wanted into commands, in the place of Nav2's velocity smoother.
+/// Turns wanted velocities into commands, like Nav2's velocity smoother.
 ///
-/// A robot sets out and speeds up no faster than it can, from what it was told last or from what its wheels really do,
-/// whichever is slower, and keeps to the wanted arc meanwhile. Slowing down is never held back: the base brakes as hard
-/// as it can.
+/// The robot accelerates no faster than it can, from its last command or the actual motion of its wheels, whichever is
+/// slower, and stays on the wanted arc meanwhile. Slowing down is never delayed: the base brakes as hard as it can.
 #[derive(Clone, Debug)]
 pub(crate) struct VelocitySmoother {
     max_linear_mps: f64,
@@ -22,7 +21,7 @@ pub(crate) struct VelocitySmoother {
     max_linear_acceleration_mps2: f64,
     max_angular_acceleration_radps2: f64,
     command: VelocityCommand,
-    /// What the wheels were told, and what they did, on average of late.
+    /// The recent averages of commands and of wheel motion.
     told: VelocityCommand,
     done: VelocityCommand,
 }
@@ -41,17 +40,17 @@ impl VelocitySmoother {
         }
     }
 
-    /// The command last given.
+    /// The last command.
     pub(crate) fn command(&self) -> VelocityCommand {
         self.command
     }
 
-    /// How fast the robot drives forward, in m/s: as it was told, or faster if it is still slowing down.
+    /// The forward speed of the robot, in m/s: the commanded one, or more while it is still slowing down.
     pub(crate) fn speed_mps(&self) -> f64 {
         self.command.linear_mps.max(self.done.linear_mps)
     }
 
-    /// Goes a step of `dt_s` seconds towards the wanted velocity.
+    /// Advances by `dt_s` seconds towards the wanted velocity.
     pub(crate) fn step(&mut self, wanted: VelocityCommand, odometry: &Odometry, dt_s: f64) -> VelocityCommand {
         self.average(odometry, dt_s);
         let VelocityCommand { linear_mps, angular_radps } = self.command;
@@ -63,7 +62,7 @@ impl VelocitySmoother {
         let angular_is = followed(angular_radps, angular_excess, NOT_FOLLOWED_RADPS);
         let driving = wanted.linear_mps.clamp(-self.max_linear_mps, self.max_linear_mps);
         let linear = towards(driving, linear_mps, linear_is, linear_step);
-        // A robot that still speeds up turns the less, so as to drive the arc that was found to be free.
+        // A robot that still accelerates turns less, so that it stays on the arc that was found to be free.
         let share = if wanted.linear_mps == 0.0 { 1.0 } else { linear / wanted.linear_mps };
         let turning = (wanted.angular_radps * share).clamp(-self.max_angular_radps, self.max_angular_radps);
         let angular = towards(turning, angular_radps, angular_is, angular_step);
@@ -83,12 +82,12 @@ impl VelocitySmoother {
     }
 }
 
-/// What has become of a command: the command, unless the wheels do something else.
+/// The effective velocity of a command: the command, unless the wheels do something else.
 fn followed(command: f64, excess: f64, tolerated: f64) -> f64 {
     if excess.abs() > tolerated { command + excess } else { command }
 }
 
-/// The speed nearest to the wanted one that is at most a step faster than the slower of two.
+/// The speed nearest to the wanted one that is at most one step faster than the slower of the two.
 fn towards(wanted: f64, command: f64, actual: f64, step: f64) -> f64 {
     let along = wanted.signum();
     let slower = (command * along).min(actual * along).max(0.0);
@@ -110,7 +109,7 @@ mod tests {
         Odometry { time: Duration::ZERO, pose: Pose::identity(), linear_mps, angular_radps }
     }
 
-    /// A smoother of a robot that was told that velocity for a while and followed.
+    /// A smoother of a robot that has followed this command for a while.
     fn driving(told: VelocityCommand) -> VelocitySmoother {
         let mut smoother = VelocitySmoother::new(&RobotModel::default());
         for _ in 0..200 {
@@ -121,7 +120,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_speeds_up_as_it_can_and_stops_at_once() {
+    fn a_robot_accelerates_within_its_limits_and_stops_at_once() {
         let model = RobotModel::default();
         let wanted = VelocityCommand { linear_mps: 0.4, angular_radps: -0.5 };
         let mut smoother = VelocitySmoother::new(&model);
@@ -134,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_told_to_stop_is_not_told_to_go_on_while_it_still_rolls() {
+    fn a_stopping_robot_is_not_told_to_continue_while_it_still_rolls() {
         let mut smoother = driving(VelocityCommand { linear_mps: 0.45, angular_radps: 0.0 });
         let mut rolls_mps: f64 = 0.45;
         let turning = VelocityCommand { linear_mps: 0.0, angular_radps: -0.9 };
@@ -147,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_held_does_not_leap_when_it_is_let_go() {
+    fn a_blocked_robot_does_not_leap_when_it_is_released() {
         let mut smoother = driving(VelocityCommand { linear_mps: 0.45, angular_radps: 0.0 });
         let wanted = smoother.command();
         let held: Vec<f64> = (0..100).map(|_| smoother.step(wanted, &odometry(0.0, 0.0), DT_S).linear_mps).collect();
@@ -156,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_speeds_up_drives_the_arc_that_was_wanted() {
+    fn an_accelerating_robot_stays_on_the_wanted_arc() {
         let mut smoother = VelocitySmoother::new(&RobotModel::default());
         for _ in 0..200 {
             let VelocityCommand { linear_mps, angular_radps } = smoother.command();
@@ -168,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn encoders_whose_speeds_are_no_numbers_and_steps_without_time_do_no_harm() {
+    fn nan_speeds_and_steps_without_time_are_harmless() {
         let mut smoother = driving(VelocityCommand { linear_mps: 0.4, angular_radps: 0.0 });
         let wanted = smoother.command();
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
@@ -181,7 +180,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn commands_never_exceed_what_is_wanted_nor_reverse_it(
+        fn commands_never_exceed_or_reverse_the_wanted_velocity(
             steps in prop::collection::vec((-0.45_f64..0.45, -1.0_f64..1.0, -0.6_f64..0.6, -1.5_f64..1.5), 1..60),
         ) {
             let mut smoother = VelocitySmoother::new(&RobotModel::default());

@@ -1,7 +1,7 @@
-//! What the lasers see right around the robot, for stopping in time.
+//! The lasers' view of the robot's immediate surroundings, for stopping in time.
 //!
-//! Taken from the latest scans alone, without the map, so that an error of the pose cannot hide an obstacle. What is
-//! not looked at is not free: the lasers are asked, too, whether they see where the robot would drive.
+//! It uses only the latest scans, not the map, so an error of the pose cannot hide an obstacle. Unseen space does not
+//! count as free: it also checks whether the lasers see the space into which the robot would drive.
 
 use std::time::Duration;
 
@@ -11,25 +11,25 @@ use robot::{LaserScan, LaserSpec, RobotModel};
 
 use crate::beams::Beams;
 
-/// Hits farther from the laser than this are no concern, in metres: braking from full speed takes 0.2 m.
+/// Hits farther from the laser than this are ignored, in metres: braking from full speed takes 0.2 m.
 const FARTHEST_M: f64 = 1.3;
 
-/// What is too near to be measured is taken to be this near, as a share of the shortest range: a laser stands behind
-/// the body's edge, and an obstacle that vanishes when it is nearly touched must not seem to leave room.
+/// Objects too near to be measured are assumed at this distance, as a share of the shortest range: a laser is mounted
+/// behind the body's edge, and an obstacle that vanishes just before contact must not seem to leave room.
 const TOO_NEAR_SHARE: f64 = 0.5;
 
-/// Distance between the places along an arc that are looked at, in metres.
+/// Distance between the positions along an arc that are checked, in metres.
 const LOOK_M: f64 = 0.04;
 
-/// An obstacle is still there while something is seen within this of it, in metres.
+/// An obstacle is still there while there is a hit within this distance of it, in metres.
 const STILL_THERE_M: f64 = 0.1;
 
-/// How much nearer to an obstacle than it is already the robot may get when it is nearer than it should be, in metres:
-/// ranges are noisy, and a wall along the way seems to come and go. But it never gets nearer than its radius.
+/// How much nearer the robot may get to an obstacle that is already too near, in metres: ranges are noisy, and a wall
+/// along the path seems to come and go. But it never gets nearer than its radius.
 const NEARER_M: f64 = 0.005;
 
-/// A laser sees where the robot would drive if it sees places so far from the body's edge, in metres, in these
-/// directions from there, in radians.
+/// A laser sees where the robot would drive if it sees positions at this distance from the body's edge, in metres, in
+/// these directions, in radians.
 const BEFORE_BODY_M: f64 = 0.05;
 const AROUND_RAD: [f64; 3] = [-0.5, 0.0, 0.5];
 
@@ -40,24 +40,24 @@ pub(crate) struct Surroundings {
     views: Vec<View>,
 }
 
-/// What one laser sees.
+/// The view of one laser.
 #[derive(Clone, Debug)]
 struct View {
     hits: Vec<Point>,
-    /// Time of a scan that no [`update`](Surroundings::update) has seen, and of the latest that one has.
+    /// Time of a scan that [`update`](Surroundings::update) has not processed yet, and of the latest one that it has.
     fresh: Option<Duration>,
     heard: Option<Duration>,
-    /// Whether the laser sees the places before the body, and those behind it.
+    /// Whether the laser sees the positions in front of the body, and those behind it.
     ahead: [bool; AROUND_RAD.len()],
     behind: [bool; AROUND_RAD.len()],
 }
 
-/// How far the robot can go.
+/// The free distance of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct FreeWay {
-    /// Way along the arc, in metres; at most as far as was looked.
+    /// Distance along the arc, in metres; at most the checked distance.
     pub(crate) way_m: f64,
-    /// What is in the way.
+    /// The obstacle.
     pub(crate) obstacle: Option<Point>,
 }
 
@@ -79,7 +79,7 @@ impl Surroundings {
         Self { radius_m: model.radius_m, views: model.lasers.iter().map(view).collect() }
     }
 
-    /// Takes in the scan of a laser on a robot at `robot` in the `map` frame, in place of the laser's last.
+    /// Processes the scan of a laser on a robot at `robot` in the `map` frame, which replaces the laser's last scan.
     pub(crate) fn take_in(&mut self, scan: &LaserScan, beams: &Beams, robot: &Pose) {
         let radius_m = self.radius_m;
         let view = &mut self.views[scan.laser];
@@ -90,10 +90,10 @@ impl Surroundings {
         view.fresh = Some(scan.time);
     }
 
-    /// Takes note of the time, and forgets what a laser saw that has been silent for longer than `patience`.
+    /// Sets the time, and forgets the view of a laser that has been silent for longer than `patience`.
     pub(crate) fn update(&mut self, now: Duration, patience: Duration) {
         for view in &mut self.views {
-            // A scan from the future says no more than one from now.
+            // A scan from the future counts as one from now.
             view.heard = view.heard.max(view.fresh.take().map(|time| time.min(now)));
             if !view.is_heard(now, patience) {
                 view.hits.clear();
@@ -101,7 +101,7 @@ impl Surroundings {
         }
     }
 
-    /// Whether the lasers that look ahead have seen what is there, `patience` ago at most.
+    /// Whether the lasers that look ahead have seen the space ahead within the last `patience`.
     pub(crate) fn sees_ahead(&self, now: Duration, patience: Duration) -> bool {
         let is_seen = |place: usize| {
             let mut looking = self.views.iter().filter(|view| view.ahead[place]).peekable();
@@ -110,7 +110,7 @@ impl Surroundings {
         (0..AROUND_RAD.len()).all(is_seen)
     }
 
-    /// For how long no laser has seen what is ahead since the time `since`; none if no laser looks there.
+    /// For how long no laser has seen the space ahead since the time `since`; `None` if no laser looks there.
     pub(crate) fn blind_ahead_for(&self, now: Duration, since: Duration) -> Option<Duration> {
         let newest = |place: usize| {
             let looking = self.views.iter().filter(|view| view.ahead[place]);
@@ -119,14 +119,14 @@ impl Surroundings {
         (0..AROUND_RAD.len()).filter_map(newest).min().map(|heard| now.saturating_sub(heard))
     }
 
-    /// Whether lasers have seen what is behind the robot, `patience` ago at most.
+    /// Whether lasers have seen the space behind the robot within the last `patience`.
     pub(crate) fn sees_behind(&self, now: Duration, patience: Duration) -> bool {
         let is_seen = |place| self.views.iter().any(|view| view.behind[place] && view.is_heard(now, patience));
         (0..AROUND_RAD.len()).all(is_seen)
     }
 
-    /// How far a disc of radius `needed_m` at `from` can drive along an arc of that curvature (1/m, positive to the
-    /// left), at most `horizon_m`, without coming near a hit. Of hits that are nearer already, it may come no nearer.
+    /// How far a disc of radius `needed_m` at `from` can drive along an arc of this curvature (1/m, positive to the
+    /// left), at most `horizon_m`, without coming near a hit. If a hit is nearer already, it may not come nearer.
     pub(crate) fn free_way(&self, from: &Pose, curvature: f64, horizon_m: f64, needed_m: f64) -> FreeWay {
         let here = Point::from(from.translation.vector);
         let now_m = self.nearest(&here).map_or(f64::INFINITY, |(_, distance_m)| distance_m);
@@ -164,7 +164,7 @@ impl Surroundings {
         best.map(|(hit, squared)| (hit, squared.sqrt()))
     }
 
-    /// The hit nearest to `at` of those within `within_m` of it that are nearer to it than to `here`.
+    /// The hit nearest to `at` among those within `within_m` of it that are nearer to it than to `here`.
     fn nearest_approached(&self, here: &Point, at: &Point, within_m: f64) -> Option<Point> {
         let mut best: Option<(Point, f64)> = None;
         let within = within_m * within_m;
@@ -193,13 +193,13 @@ fn sees(laser: &LaserSpec, place: &Point) -> bool {
     turn.rem_euclid(std::f64::consts::TAU) <= field_rad
 }
 
-/// Nothing that a laser sees can be within the body: a hit, in `base_link`, moved out to its edge if it seems to be.
+/// A hit cannot be inside the body: if a hit, in `base_link`, seems to be, it is moved to the edge.
 fn outside_of_the_body(hit: Point, radius_m: f64) -> Point {
     let distance_m = hit.coords.norm();
     if distance_m < radius_m && distance_m > 0.0 { hit * (radius_m / distance_m) } else { hit }
 }
 
-/// Where an arc from the origin along x has got to after a way.
+/// The position on an arc from the origin along x after a distance.
 fn along_arc(way_m: f64, curvature: f64) -> Point {
     let turn = way_m * curvature;
     if turn.abs() < 1e-6 {
@@ -222,8 +222,8 @@ mod tests {
         surroundings
     }
 
-    /// A scan of the default model's laser of that number that sees something so far away in its beam 180, straight
-    /// away from the robot, and else nothing.
+    /// A scan of the default model's laser with this index that hits something at this distance with its beam 180,
+    /// straight away from the robot, and nothing else.
     fn scan(laser: usize, second: u64, range_m: f32) -> LaserScan {
         let mut ranges_m = vec![f32::INFINITY; 360];
         ranges_m[180] = range_m;
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_ends_before_what_is_in_it() {
+    fn the_free_distance_ends_before_an_obstacle() {
         let surroundings = with_hits(&[(1.0, 0.1), (0.2, 0.6)]);
         let straight = surroundings.free_way(&pose(0.0, 0.0, 0.0), 0.0, 1.0, 0.3);
         assert!(straight.way_m <= 1.0 - 0.28 && straight.way_m > 0.62, "{straight:?}");
@@ -253,7 +253,7 @@ mod tests {
     }
 
     #[test]
-    fn something_near_does_not_hide_what_is_farther() {
+    fn a_near_object_does_not_hide_farther_ones() {
         // Dirt on the glass of the left side, a wall ahead.
         let surroundings = with_hits(&[(0.0, 0.2), (0.6, 0.0)]);
         let ahead = surroundings.free_way(&pose(0.0, 0.0, 0.0), 0.0, 1.0, 0.315);
@@ -262,7 +262,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_wall_is_not_crept_up_to(slope_rad in 0.0..1.5_f64, from_m in 0.301..0.5_f64) {
+        fn the_robot_does_not_creep_towards_a_wall(slope_rad in 0.0..1.5_f64, from_m in 0.301..0.5_f64) {
             let wall: Vec<(f64, f64)> = (-400..400).map(|at| (f64::from(at) * 0.01, from_m)).collect();
             let surroundings = with_hits(&wall);
             let mut at = pose(-2.0, 0.0, slope_rad);
@@ -275,7 +275,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_too_near_to_be_measured_is_at_the_edge_of_the_body() {
+    fn objects_too_near_to_be_measured_are_at_the_edge_of_the_body() {
         let mut surroundings = Surroundings::new(&RobotModel::default());
         let mut near = scan(0, 1, f32::INFINITY);
         near.ranges_m[10] = f32::NEG_INFINITY;
@@ -285,7 +285,7 @@ mod tests {
     }
 
     #[test]
-    fn a_laser_that_falls_silent_leaves_the_robot_blind_where_only_it_looks() {
+    fn a_silent_laser_leaves_the_robot_blind_where_no_other_looks() {
         let (second, patience) = (Duration::from_secs, Duration::from_secs(1));
         let mut surroundings = Surroundings::new(&RobotModel::default());
         assert_eq!(surroundings.blind_ahead_for(second(3), second(1)), Some(second(2)), "never heard");
@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_from_the_future_is_not_news_for_ever() {
+    fn a_scan_from_the_future_does_not_stay_fresh_forever() {
         let mut surroundings = Surroundings::new(&RobotModel::default());
         take_in(&mut surroundings, &scan(0, 1000, 0.5));
         surroundings.update(Duration::from_secs(1), Duration::from_secs(1));
@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_without_a_laser_that_looks_ahead_is_never_blinded() {
+    fn a_robot_without_a_forward_laser_is_never_blinded() {
         let mut model = RobotModel::default();
         model.lasers.remove(0);
         let surroundings = Surroundings::new(&model);

@@ -1,12 +1,12 @@
 //! The beam sensor model.
 //!
-//! A beam is likely if it is about as long as the way to the first obstacle on the map. It may be shorter, because of
-//! something that is not on the map; it may hit nothing; it may be anything. Where its way leads into unknown cells
-//! before any obstacle, the map says nothing of how long it should be from there on, and all lengths beyond are alike:
-//! neither as good as a hit nor as bad as a miss.
+//! A beam is likely if its length is near the distance to the first obstacle on the map. It may be shorter, because of
+//! something that is not on the map; it may hit nothing; it may have any length. If it enters unknown cells before any
+//! obstacle, the map does not predict its length, and all longer lengths are equally likely: neither as good as a hit
+//! nor as bad as a miss.
 //!
-//! It costs a ray a beam and particle, and so some thirty times as much as the likelihood field. Its gain is that it
-//! knows of walls between the robot and where a beam ends.
+//! It casts one ray per beam and particle, which takes about thirty times as long as the likelihood field. Its
+//! advantage is that it considers walls between the robot and the end of a beam.
 //!
 //! The beams' likelihoods are multiplied, as probabilities are, and the product is tempered by `independent_beams`.
 //! Nav2's beam model adds the cubes of the likelihoods instead, as its likelihood field does.
@@ -25,20 +25,20 @@ pub(crate) struct Ray {
     pub(crate) eye: [f32; 2],
     /// Its direction, of length one.
     pub(crate) direction: [f32; 2],
-    /// Its length in metres, infinite if it hit nothing.
+    /// Its length in metres; infinite if it hit nothing.
     pub(crate) range_m: f32,
-    /// How far its laser reaches, in metres.
+    /// The maximum range of its laser, in metres.
     pub(crate) range_max_m: f32,
 }
 
-/// What a map says of the length of a ray, in metres.
+/// The length of a ray according to the map, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Expected {
     /// It ends at an obstacle.
     Wall(f64),
-    /// It comes into unknown cells before any obstacle.
+    /// It enters unknown cells before any obstacle.
     Unknown(f64),
-    /// It meets nothing within range.
+    /// It hits nothing within range.
     Nothing,
 }
 
@@ -65,7 +65,7 @@ impl BeamModel {
         }
     }
 
-    /// The logarithm of how likely the rays are, seen from a particle: a sum over all of them, in nats.
+    /// The log-likelihood of the rays, seen from a particle: a sum over all of them, in nats.
     pub(crate) fn nats(&self, map: &OccupancyGrid, particle: &Particle, rays: &[Ray]) -> f64 {
         let of = |ray: &Ray| {
             let turned = |[x, y]: [f32; 2]| {
@@ -80,7 +80,7 @@ impl BeamModel {
         rays.iter().map(of).sum()
     }
 
-    /// How likely a ray's length is: a density per metre, but a probability where nothing was hit.
+    /// The likelihood of a ray's length: a density per metre, but a probability if nothing was hit.
     fn likelihood(&self, ray: &Ray, expected: Expected) -> f64 {
         let (range_m, range_max_m) = (f64::from(ray.range_m), f64::from(ray.range_max_m));
         if range_m >= range_max_m {
@@ -104,7 +104,7 @@ impl BeamModel {
     }
 }
 
-/// What the map says of a ray from a point of the grid's frame, in metres, in a direction of length one.
+/// The length of a ray according to the map, from a point of the grid's frame, in metres, in a direction of length one.
 ///
 /// Source: J. Amanatides, A. Woo, "A Fast Voxel Traversal Algorithm for Ray Tracing", Eurographics 1987.
 pub(crate) fn expected(map: &OccupancyGrid, from: [f64; 2], direction: [f64; 2], range_max_m: f64) -> Expected {
@@ -147,7 +147,7 @@ mod tests {
 
     use super::*;
 
-    /// Free from x = 1 m to 4 m; a wall to the right of it, the unknown to the left of it and all around.
+    /// Free from x = 1 m to 4 m; a wall on the right, unknown space on the left and all around.
     fn map() -> OccupancyGrid {
         let mut map = OccupancyGrid::new(60, 40, 0.1, pose(0.0, 0.0, 0.0));
         for row in 5..35 {
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn rays_end_at_walls_and_where_nothing_is_known() {
+    fn rays_end_at_walls_and_in_unknown_space() {
         let from = [2.0, 2.0];
         assert_eq!(expected(&map(), from, [1.0, 0.0], 10.0), Expected::Wall(2.0));
         assert_eq!(expected(&map(), from, [1.0, 0.0], 1.5), Expected::Nothing);
@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_beam_is_likeliest_at_the_wall_and_rather_short_than_long() {
+    fn a_beam_is_most_likely_at_the_wall_and_rather_short_than_long() {
         let at_wall = nats(0.0, 2.0);
         assert!((0..60).all(|step| nats(0.0, 0.1 * step as f32) <= at_wall));
         assert!(nats(0.0, 1.0) > nats(0.0, 3.0), "something may stand before a wall, but a wall is no window");
@@ -192,14 +192,14 @@ mod tests {
     }
 
     #[test]
-    fn a_laser_overlooks_no_wall_that_it_does_not_reach() {
+    fn a_laser_does_not_miss_walls_out_of_its_range() {
         let silent = |range_max_m| nats_of(0.0, f32::INFINITY, range_max_m);
         assert!(silent(1.5) > -0.1, "the wall is 2 m away");
         assert!(silent(3.0) < -2.0, "a wall is rarely overlooked");
     }
 
     #[test]
-    fn in_the_unknown_all_lengths_are_alike() {
+    fn in_unknown_space_all_lengths_are_equally_likely() {
         let unknown = std::f64::consts::PI;
         let beyond: Vec<f64> = [1.2, 2.0, 5.0, 9.0].map(|range_m| nats(unknown, range_m)).to_vec();
         assert!(beyond.windows(2).all(|pair| (pair[0] - pair[1]).abs() < 1e-12), "{beyond:?}");

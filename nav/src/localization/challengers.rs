@@ -1,11 +1,11 @@
-//! Poses elsewhere that the scans may fit better: how a lost robot is found.
+//! Poses elsewhere that may fit the scans better: a way to find a lost robot.
 //!
-//! Augmented Monte Carlo localization mixes random particles into the cloud. Where much stands about that is not on
-//! the map, one of them sooner or later fits a single scan better than the truth does, and takes the cloud away. So
-//! here a random pose is on probation: it moves along with the odometry and takes the place of all particles only
-//! when it has fitted a number of scans that it was not chosen for, much better than the particles do, and when beams
-//! [contradict](super::contradiction) where they are. In the open, where most of the few things that beams hit are
-//! people, many a place where nothing is fits better than the truth.
+//! Augmented Monte Carlo localization mixes random particles into the set. If there are many unmapped obstacles, one of
+//! these particles sooner or later fits a single scan better than the truth does, and takes over. So here a random pose
+//! is on probation: it moves with the odometry and replaces the particles only when it has fitted a number of scans for
+//! which it was not chosen, much better than the particles do, and when beams [contradict](super::contradiction) the
+//! particles' pose. In the open, where most of the few objects that beams hit are people, many empty places fit better
+//! than the truth.
 
 use maps::Pose;
 use nalgebra::Matrix3;
@@ -18,11 +18,12 @@ use super::surface_field::SurfaceField;
 /// Most challengers at a time.
 const MOST: usize = 8;
 
-/// The fewest scans on probation, and the shortest way: from one place a wrong pose may fit one scan after the other.
+/// The smallest number of scans on probation, and the shortest distance: from one place, a wrong pose may fit many
+/// scans in a row.
 const PROBATION_SCANS: u32 = 10;
 const PROBATION_M: f64 = 1.5;
 
-/// How much likelier than the particles, in nats, a challenger must have made the scans.
+/// How much more likely than the particles, in nats, a challenger must have made the scans.
 const WINS_NATS: f64 = 30.0;
 
 /// How much less likely than usual, in nats, it may have made them.
@@ -40,26 +41,26 @@ pub(crate) struct Challengers {
 #[derive(Clone, Copy, Debug)]
 struct Challenger {
     at: Gaussian,
-    /// How much likelier it has made the scans on probation than is usual, and than the incumbent has.
+    /// How much more likely it has made the scans on probation than usual, and than the incumbent has.
     against_usual_nats: f64,
     against_incumbent_nats: f64,
     scans: u32,
     way_m: f64,
 }
 
-/// What challengers are judged by. Likelihoods are logarithms of the geometric mean over a scan's beams.
+/// The criteria for challengers. Likelihoods are logarithms of the geometric mean over a scan's beams.
 pub(crate) struct Trial<'a> {
     /// The ends of the scan's beams.
     pub(crate) ends: &'a Endpoints,
     pub(crate) field: &'a LikelihoodField,
     pub(crate) surfaces: &'a SurfaceField,
-    /// How likely scans usually are.
+    /// The usual likelihood of scans.
     pub(crate) usual_nats: f64,
     /// Where the particles are.
     pub(crate) incumbent: &'a Gaussian,
-    /// As how many independent beams the scan counts.
+    /// The number of independent beams as which the scan counts.
     pub(crate) beams: f64,
-    /// Whether a challenger may take the place of the incumbent, as far as walls between are concerned.
+    /// Whether a challenger may replace the incumbent, with regard to walls.
     pub(crate) may_win: &'a dyn Fn(&Gaussian) -> bool,
 }
 
@@ -79,8 +80,8 @@ impl Challengers {
         self.kept.clear();
     }
 
-    /// Moves all challengers, judges them by a new scan, lets go of those that lose or have come to where the
-    /// incumbent is, and returns the first that wins.
+    /// Moves all challengers, judges them by a new scan, removes those that lose or have moved to the incumbent's
+    /// place, and returns the first that wins.
     pub(crate) fn judge(&mut self, moved: &Pose, trial: &Trial<'_>) -> Option<Gaussian> {
         if self.kept.is_empty() {
             return None;
@@ -101,8 +102,8 @@ impl Challengers {
         winner.map(|challenger| challenger.at)
     }
 
-    /// Adds a pose if the scan is as likely as usual from where it matches best, and it is not yet among those here.
-    /// When there are many, the weakest of them goes.
+    /// Adds a pose if the scan, at the pose's best match, is as likely as usual, and the pose is not among the
+    /// challengers yet. If there are many, the weakest is removed.
     pub(crate) fn add(&mut self, candidate: &Particle, trial: &Trial<'_>) {
         let Particle { x_m, y_m, heading_rad, .. } = *candidate;
         let at = trial.matched(&Gaussian { x_m, y_m, heading_rad, covariance: Matrix3::zeros() });
@@ -117,7 +118,7 @@ impl Challengers {
                 self.kept.remove(weakest);
             }
         }
-        // The scan that it was chosen for says nothing for it.
+        // The scan for which it was chosen does not count in its favour.
         self.kept.push(Challenger { at, against_usual_nats: 0.0, against_incumbent_nats: 0.0, scans: 0, way_m: 0.0 });
     }
 }

@@ -24,9 +24,9 @@ struct Bin {
     cluster: Option<usize>,
 }
 
-/// Occupied bins by key, and clusters: bins that touch one another belong to one.
+/// Occupied bins by key, and clusters: adjacent bins belong to one cluster.
 ///
-/// All buffers are kept from one update to the next.
+/// All buffers are reused in the next update.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Clusters {
     keyed: Vec<(u64, u32)>,
@@ -48,7 +48,7 @@ impl Clusters {
         }
     }
 
-    /// The bin that a particle lies in; bins are numbered from 0 to [`bins`](Self::bins).
+    /// The bin of a particle; bins are numbered from 0 to [`bins`](Self::bins).
     pub(crate) fn bin_of(&self, particle: usize) -> usize {
         self.bin_of_particle[particle] as usize
     }
@@ -100,7 +100,7 @@ impl Clusters {
         }
     }
 
-    /// Makes a new cluster of a bin and all that touch it, directly or through others.
+    /// Makes a new cluster of a bin and all bins connected to it.
     fn grow_cluster(&mut self, first: usize) {
         let cluster = Some(self.weights.len());
         let mut weight = 0.0;
@@ -125,13 +125,13 @@ fn key_of(particle: &Particle) -> u64 {
     key((particle.x_m / BIN_M).floor() as i64, (particle.y_m / BIN_M).floor() as i64, heading)
 }
 
-/// Packs the place of a bin; half of the range of rows and columns is negative.
+/// Packs the position of a bin; half of the range of rows and columns is negative.
 fn key(column: i64, row: i64, heading: i64) -> u64 {
     let coordinate = |cells: i64| ((cells + (1 << (KEY_BITS - 1))).clamp(1, (1 << KEY_BITS) - 2)) as u64;
     coordinate(column) << (2 * KEY_BITS) | coordinate(row) << KEY_BITS | heading.rem_euclid(HEADING_BINS) as u64
 }
 
-/// The keys of the 26 bins around one; headings go round.
+/// The keys of the 26 neighbours of a bin; headings wrap around.
 fn neighbours(key: u64) -> impl Iterator<Item = u64> {
     let mask = (1 << KEY_BITS) - 1;
     let (column, row, heading) = (key >> (2 * KEY_BITS), (key >> KEY_BITS) & mask, key & mask);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn the_estimate_is_the_heaviest_cluster_and_not_the_mean_of_all() {
+    fn the_estimate_is_the_heaviest_cluster_not_the_mean_of_all() {
         let particles = [
             particle(1.0, 1.0, 3.13, 0.3),
             particle(1.2, 1.0, -3.13, 0.3),
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn bins_that_touch_are_one_cluster() {
+    fn adjacent_bins_are_one_cluster() {
         // A chain of bins across the origin, and one apart.
         let particles: Vec<_> = (-3..3).map(|i| particle(f64::from(i) * 0.5 + 0.2, 0.1, 0.0, 0.1)).collect();
         let mut clusters = Clusters::default();

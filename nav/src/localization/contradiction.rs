@@ -1,9 +1,9 @@
-//! Whether scans can have been seen from where the robot is believed to be, whoever stands about.
+//! Checks whether scans are possible from the believed pose, even with unmapped obstacles.
 //!
-//! People, boxes and closed doors make beams shorter than the map says, never longer. So beams that go through walls of
-//! the map say that the robot is somewhere else, and a crowd does not: where nearly all beams are short, the map is
-//! hidden, and the scan speaks neither for the pose nor against it. It takes several looks in a row, some time apart,
-//! to say anything.
+//! People, boxes and closed doors make beams shorter than the map predicts, never longer. So beams that pass through
+//! walls of the map show that the robot is elsewhere. A crowd does not: if nearly all beams are short, the map is
+//! hidden, and the scan is neither for nor against the pose. A conclusion takes several looks in a row, some time
+//! apart.
 
 use std::time::Duration;
 
@@ -15,39 +15,38 @@ use super::particle::{Gaussian, Particle};
 /// Time between two looks.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// A beam goes through a wall if it ends so far behind it, in metres, or by this share of the way to it: what a heading
-/// that is a little off, or a wall that is seen at a flat angle, makes of it.
+/// A beam passes through a wall if it ends this far behind it, in metres, or by this share of the distance to it: small
+/// heading errors, or walls at a flat angle, cause smaller differences.
 const THROUGH_M: f64 = 0.4;
 const THROUGH_SHARE: f64 = 0.1;
 
-/// A beam ends exactly at a wall if it does so within this, in metres, or within this share of its length.
+/// A beam ends exactly at a wall if it does so within this distance, in metres, or within this share of its length.
 const EXACT_M: f64 = 0.15;
 const EXACT_SHARE: f64 = 0.05;
 
-/// The pose is contradicted if this share of the beams goes through walls.
+/// The pose is contradicted if this share of the beams passes through walls.
 const MOST_THROUGH: f64 = 0.15;
 
-/// The map is hidden if fewer beams than this share end at its walls or behind them: from a pose that is but a little
-/// off, some are too long. If more than the other share end about where walls are, the scan fits.
+/// The map is hidden if less than this share of beams ends at its walls or behind them: with a small pose error, some
+/// are too long. If more than the other share ends near walls, the scan fits.
 const FEWEST_AT_WALLS: f64 = 0.1;
 const MOST_AT_WALLS: f64 = 0.5;
 
-/// The scan can have been seen from there alone, whatever a crowd looks like, if this share of the beams ends exactly
-/// at walls.
+/// The scan is possible only from there, with or without a crowd, if this share of the beams ends exactly at walls.
 const MOST_EXACT: f64 = 0.85;
 
-/// Fewer beams say nothing.
+/// Fewer beams are not conclusive.
 const FEWEST_BEAMS: usize = 20;
 
-/// A beam that hits nothing has been free for this share of the laser's range.
+/// A beam that hits nothing was free for this share of the laser's range.
 const SILENT_SHARE: f64 = 0.9;
 
-/// What a beam that is too short, and one that is too long, cost a pose, in nats. A crowd hides many beams at
-/// once, and so each of them costs little; a stray beam costs what it does in the sensor models.
+/// The cost of a beam that is too short, and of one that is too long, in nats. A crowd hides many beams at once, so
+/// each of them costs little; a stray beam costs as much as in the sensor models.
 const SHORT_NATS: f64 = 0.5;
 const LONG_NATS: f64 = 4.5;
 
-/// How scans have of late looked from a pose.
+/// The recent looks of scans from a pose.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Contradiction {
     last_look: Option<Duration>,
@@ -57,27 +56,27 @@ pub(crate) struct Contradiction {
     fits: u32,
 }
 
-/// What a scan says of a pose.
+/// The verdict of a scan on a pose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// Beams go through walls: the robot is elsewhere.
+    /// Beams pass through walls: the robot is elsewhere.
     Through,
     /// Nearly all beams are too short: the map is hidden, or the robot elsewhere.
     Hidden,
-    /// Nothing of the kind, but few beams end where the map says.
+    /// Neither of these, but few beams end where the map predicts.
     Unclear,
-    /// The map is seen as it is.
+    /// The map is seen as expected.
     Fits,
 }
 
 impl Contradiction {
     /// Whether it is time for another look.
     pub(crate) fn is_due(&self, now: Duration) -> bool {
-        // A clock that was set back makes a look due, too.
+        // After a clock was set back, a look is due, too.
         self.last_look.is_none_or(|last| now.checked_sub(last).is_none_or(|passed| passed >= PERIOD))
     }
 
-    /// Takes in what a look has said. One at a hidden map leaves it at what has been said of walls.
+    /// Records the verdict of a look. A look at a hidden map does not change the count of looks through walls.
     pub(crate) fn take_in(&mut self, now: Duration, verdict: Verdict) {
         let fits = if verdict == Verdict::Fits { self.fits + 1 } else { 0 };
         let (through, short) = match verdict {
@@ -93,28 +92,28 @@ impl Contradiction {
         self.last_verdict == Some(Verdict::Hidden)
     }
 
-    /// In how many looks beams have gone through walls, since the map was last seen.
+    /// The number of looks in which beams passed through walls, since the map was last seen.
     pub(crate) fn looks_through(&self) -> u32 {
         self.through
     }
 
-    /// How many looks in a row have not seen the map.
+    /// The number of looks in a row that did not see the map.
     pub(crate) fn looks_without_map(&self) -> u32 {
         self.short
     }
 
-    /// How many looks in a row have fitted.
+    /// The number of looks in a row that fitted.
     pub(crate) fn looks_that_fit(&self) -> u32 {
         self.fits
     }
 
-    /// Forgets what has been seen.
+    /// Forgets all looks.
     pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 }
 
-/// How a scan's beams end, seen from a pose.
+/// The ends of a scan's beams, seen from a pose.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Look {
     beams: usize,
@@ -125,17 +124,17 @@ pub(crate) struct Look {
     long: usize,
 }
 
-/// What beams that hit nothing tell.
+/// The meaning of beams that hit nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Silent {
-    /// Nothing, since lasers fail and glass is not seen.
+    /// None, since lasers fail and glass is invisible.
     TellNothing,
-    /// That there is nothing, nearly as far as the laser reaches.
+    /// Free space, nearly to the end of the laser's range.
     AreFree,
 }
 
 impl Look {
-    /// Looks at rays (each with its length, in the robot's frame) from a pose in the grid's frame.
+    /// Checks rays (each with its length, in the robot's frame) from a pose in the grid's frame.
     pub(crate) fn from(map: &OccupancyGrid, at: &Gaussian, rays: &[Ray], silent: Silent) -> Self {
         let at = Particle::new(at.x_m, at.y_m, at.heading_rad);
         let mut look = Self::default();
@@ -150,7 +149,7 @@ impl Look {
         let range_m = f64::from(if is_silent { ray.range_max_m * SILENT_SHARE as f32 } else { ray.range_m });
         let behind_m = |wall_m: f64| THROUGH_M.max(THROUGH_SHARE * wall_m);
         let (from, direction) = seen_from(at, ray);
-        // As far as it takes to see whether the next wall lies where the beam ends, or it was cut short.
+        // As far as necessary to see whether the beam ends at the next wall or before it.
         let reach_m = if is_silent { range_m } else { range_m + behind_m(range_m) };
         match expected(map, from, direction, reach_m) {
             Expected::Wall(wall_m) if range_m > wall_m + behind_m(wall_m) => {
@@ -171,7 +170,7 @@ impl Look {
         self.beams += 1;
     }
 
-    /// What it says of the pose.
+    /// The verdict on the pose.
     pub(crate) fn verdict(&self) -> Verdict {
         match () {
             () if self.beams < FEWEST_BEAMS => Verdict::Unclear,
@@ -182,17 +181,17 @@ impl Look {
         }
     }
 
-    /// Whether the robot is likelier not to be there than to be hidden from the map.
+    /// Whether it is more likely that the robot is elsewhere than that the map is hidden.
     pub(crate) fn contradicts(&self) -> bool {
         matches!(self.verdict(), Verdict::Through | Verdict::Hidden)
     }
 
-    /// Whether nearly all beams end exactly where the map says.
+    /// Whether nearly all beams end exactly where the map predicts.
     pub(crate) fn is_exact(&self) -> bool {
         self.beams >= FEWEST_BEAMS && self.share(self.exact) >= MOST_EXACT
     }
 
-    /// The logarithm of how likely a beam is, in nats, 0 at best. Short ones cost little.
+    /// The log-likelihood per beam, in nats, 0 at best. Short beams cost little.
     pub(crate) fn nats_a_beam(&self) -> f64 {
         let short = self.beams - self.exact - self.long;
         -(SHORT_NATS * self.share(short) + LONG_NATS * self.share(self.long))
@@ -203,7 +202,7 @@ impl Look {
     }
 }
 
-/// Where a ray begins and where it leads, in the grid's frame.
+/// The origin and direction of a ray, in the grid's frame.
 fn seen_from(at: &Particle, ray: &Ray) -> ([f64; 2], [f64; 2]) {
     let turned = |[x, y]: [f32; 2]| {
         let (x, y) = (f64::from(x), f64::from(y));
@@ -239,7 +238,7 @@ mod tests {
         Look::from(&hall(), at, rays, silent).verdict()
     }
 
-    /// What is seen around from a place, beams cut short by as many of ten as `are_hidden`.
+    /// The rays from a place, of which `are_hidden` of ten are cut short.
     fn seen(from: &Particle, are_hidden: usize) -> Vec<Ray> {
         let map = hall();
         let ray = |beam: usize| {
@@ -255,7 +254,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_crowd_does_not_contradict_a_pose_nor_does_a_pose_that_is_a_little_off(
+        fn neither_a_crowd_nor_a_small_pose_error_contradicts_a_pose(
             x in 1.0..9.0_f64, y in 1.0..5.0_f64, off in -0.1..0.1_f64, turn in -0.04..0.04_f64, hidden in 0_usize..=10,
         ) {
             let rays = seen(&Particle::new(x, y, 0.3), hidden);
@@ -266,13 +265,13 @@ mod tests {
         }
 
         #[test]
-        fn walls_that_are_seen_through_do(x in 3.0..7.0_f64, y in 1.0..5.0_f64, there in 10.8..11.6_f64) {
+        fn beams_through_walls_contradict_a_pose(x in 3.0..7.0_f64, y in 1.0..5.0_f64, there in 10.8..11.6_f64) {
             let rays = seen(&Particle::new(x, y, 0.3), 0);
             prop_assert_eq!(verdict(&gaussian(there, y, 0.3), &rays, Silent::TellNothing), Verdict::Through);
         }
 
         #[test]
-        fn only_what_is_seen_from_there_is_exact(x in 1.0..9.0_f64, y in 1.0..5.0_f64, hidden in 0_usize..=10) {
+        fn only_scans_from_the_same_place_are_exact(x in 1.0..9.0_f64, y in 1.0..5.0_f64, hidden in 0_usize..=10) {
             let rays = seen(&Particle::new(x, y, 0.3), hidden);
             let look = |x, y| Look::from(&hall(), &gaussian(x, y, 0.3), &rays, Silent::AreFree);
             prop_assert_eq!(look(x, y).is_exact(), hidden <= 1);
@@ -281,7 +280,7 @@ mod tests {
     }
 
     #[test]
-    fn one_look_is_not_enough_and_one_that_fits_begins_anew() {
+    fn one_look_is_not_enough_and_a_fitting_look_resets_the_count() {
         use Verdict::{Fits, Hidden, Through};
         let mut contradiction = Contradiction::default();
         let mut look = |second, verdict| {
@@ -296,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn few_beams_say_nothing() {
+    fn few_beams_are_not_conclusive() {
         let rays = seen(&Particle::new(5.0, 3.0, 0.3), 0);
         let verdict = verdict(&gaussian(11.2, 3.0, 0.3), &rays[..FEWEST_BEAMS - 1], Silent::TellNothing);
         assert_eq!(verdict, Verdict::Unclear);
@@ -314,7 +313,7 @@ mod tests {
     }
 
     #[test]
-    fn beams_that_hit_nothing_speak_only_if_they_are_asked() {
+    fn beams_that_hit_nothing_count_only_on_request() {
         let here = gaussian(5.0, 3.0, 0.3);
         let silent = |range_max_m| -> Vec<Ray> {
             let rays = seen(&Particle::new(5.0, 3.0, 0.3), 0).into_iter();

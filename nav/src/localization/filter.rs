@@ -1,4 +1,4 @@
-//! The particle filter: predict, weigh, resample.
+//! The particle filter: predict, weight, resample.
 
 use std::sync::Arc;
 
@@ -21,31 +21,31 @@ use super::resampling::{effective_number, systematic};
 use super::search::{Advantage, Search, Sighting};
 use crate::Atlas;
 
-/// Every how many particles one is put where the scan was matched.
+/// One in this many particles is placed where the scan was matched.
 const MATCHED_EVERY: usize = 20;
 
-/// A pose that may challenge the particles is the likeliest of so many drawn anywhere.
+/// A pose that may challenge the particles is the most likely of this many random ones.
 const CANDIDATES: usize = 64;
 
-/// Every how many beams choose among them.
+/// One in this many beams is used to choose among them.
 const CANDIDATE_STRIDE: usize = 4;
 
-/// Most challengers that are sought in an update: each takes about 10 µs.
+/// The maximum number of challengers searched for in an update: each takes about 10 µs.
 const MOST_SOUGHT: usize = 10;
 
-/// A robot is held to be lost only if the scan, seen from somewhere else, is as likely as scans usually are, or less so by
-/// this many nats a beam: where people stand about there, too. A scan that fits nowhere is a bad scan.
+/// A robot counts as lost only if the scan, seen from somewhere else, is as likely as scans usually are, or less likely
+/// by at most this many nats per beam, since there may be people there, too. A scan that fits nowhere is a bad scan.
 const FITS_ELSEWHERE_NATS: f64 = 0.2;
 
-/// Fewer beams than this say nothing of the pose.
+/// Fewer beams are not informative.
 const FEWEST_BEAMS: usize = 8;
 
-/// The particles and what moves, weighs and renews them. Poses are in the grid's frame.
+/// The particles, with the operations that move, weight and resample them. Poses are in the grid's frame.
 #[derive(Clone, Debug)]
 pub(crate) struct ParticleFilter {
     atlas: Arc<Atlas>,
     particles: Vec<Particle>,
-    /// The particles of the last generation, kept for their memory.
+    /// The particles of the last generation, kept to reuse the memory.
     spare: Vec<Particle>,
     penalties: Vec<u32>,
     nats: Vec<f64>,
@@ -82,7 +82,7 @@ impl ParticleFilter {
         &self.particles
     }
 
-    /// Places the particles around a pose, as many as its covariance needs.
+    /// Places as many particles around a pose as its covariance requires.
     pub(crate) fn place_around(&mut self, guess: &Gaussian) {
         let spread = spread_of(&guess.covariance);
         let mut count = self.parameters().min_particles;
@@ -103,7 +103,7 @@ impl ParticleFilter {
         self.start_anew();
     }
 
-    /// Places as many particles as there may be anywhere in free space.
+    /// Places the maximum number of particles anywhere in free space.
     pub(crate) fn place_anywhere(&mut self) {
         self.particles.clear();
         for _ in 0..self.parameters().max_particles {
@@ -119,14 +119,15 @@ impl ParticleFilter {
         self.challengers.clear();
     }
 
-    /// Moves all particles as the odometry says, with its noise.
+    /// Moves all particles by the odometry, with its noise.
     pub(crate) fn predict(&mut self, motion: &DifferentialMotion) {
         for particle in &mut self.particles {
             motion.sample(particle, &mut self.rng);
         }
     }
 
-    /// Weighs all particles by where their beams would end, or by how long they would be. Too few beams change nothing.
+    /// Weights all particles by the ends of their beams, or by the lengths of their beams. Too few beams change
+    /// nothing.
     pub(crate) fn weigh(&mut self, ends: &Endpoints, rays: &[Ray]) {
         if ends.len() < FEWEST_BEAMS {
             return;
@@ -138,8 +139,8 @@ impl ParticleFilter {
         }
     }
 
-    /// How much a scan of so many beams counts: neighbouring beams see the same things, so that they say less than as many
-    /// independent ones would. Without this, the particles collapse after a few scans.
+    /// The weight of a scan with this many beams: neighbouring beams see the same objects, so they are less informative
+    /// than independent ones. Without this, the particles collapse after a few scans.
     fn say(&self, beams: usize) -> f64 {
         (self.parameters().independent_beams / beams as f64).min(1.0)
     }
@@ -163,8 +164,8 @@ impl ParticleFilter {
         self.normalize(ends);
     }
 
-    /// Makes the weights add up to one, and takes note of how likely the scan is by the likelihood field: recovery
-    /// compares that of one scan with that of another.
+    /// Normalizes the weights, and records the scan's likelihood in the likelihood field: recovery compares it between
+    /// scans.
     fn normalize(&mut self, ends: &Endpoints) {
         let total: f64 = self.particles.iter().map(|particle| particle.weight).sum();
         let equal = 1.0 / self.particles.len() as f64;
@@ -172,7 +173,7 @@ impl ParticleFilter {
         let mut penalty = 0.0;
         for particle in &mut self.particles {
             particle.weight = if total > 0.0 { particle.weight / total } else { equal };
-            // Those of which nearly nothing is left would cost as much as the others, and hardly move the mean.
+            // Particles with a negligible weight would cost as much as the others and hardly move the mean.
             if particle.weight > 0.1 * equal {
                 penalty += particle.weight * f64::from(field.penalty(particle, ends));
             }
@@ -198,7 +199,7 @@ impl ParticleFilter {
             self.particles.iter_mut().for_each(|particle| particle.weight /= total);
             self.recovery.observe(libm::exp(-penalty / total * nats_per_unit / ends.len() as f64));
         } else {
-            // The only particles that fit had lost all weight before.
+            // The only particles that fit had lost all their weight before.
             let weight = 1.0 / self.particles.len() as f64;
             self.particles.iter_mut().for_each(|particle| particle.weight = weight);
         }
@@ -213,7 +214,7 @@ impl ParticleFilter {
     /// Draws a new generation if the weights have become too unequal. Relies on the clusters of the last
     /// [`estimate`](Self::estimate).
     ///
-    /// A few particles are put where the scan was `matched`: the best guess there is, even if no particle was near.
+    /// A few particles are placed where the scan was `matched`: the best available guess, even if no particle was near.
     pub(crate) fn resample_if_needed(&mut self, matched: &Gaussian) {
         let count = self.particles.len();
         let effective = effective_number(self.particles.iter().map(|particle| particle.weight));
@@ -232,9 +233,9 @@ impl ParticleFilter {
         std::mem::swap(&mut self.particles, &mut self.spare);
     }
 
-    /// Judges the poses that challenge the particles' `belief` after a motion, and seeks more of them, as many as the
-    /// fall of the scans' likelihood suggests. Returns the pose of one that has proved itself and `may_win`: the robot was
-    /// lost and is there.
+    /// Judges the poses that challenge the particles' `belief` after a motion, and searches for more of them, as many
+    /// as the decrease of the scans' likelihood suggests. Returns the pose of a winning one that `may_win`: the robot
+    /// was lost and is there.
     pub(crate) fn challenge(
         &mut self,
         belief: &Gaussian,
@@ -266,19 +267,19 @@ impl ParticleFilter {
         winner
     }
 
-    /// Lets go of the poses that challenge the particles.
+    /// Removes all challengers.
     pub(crate) fn dismiss_challengers(&mut self) {
         self.challengers.clear();
     }
 
-    /// Whether poses elsewhere challenge the particles.
+    /// Whether there are challengers.
     pub(crate) fn is_challenged(&self) -> bool {
         !self.challengers.is_empty()
     }
 
-    /// Seeks a robot that may be anywhere. The particles are those that have `tracked` it where it is still believed to be;
-    /// else the hypotheses of the search, or a cloud around the one that has proved right. Returns what is believed, and
-    /// whether the search is over.
+    /// Searches for a robot that may be anywhere. The particles are those that have `tracked` its believed pose, if
+    /// there still is one; otherwise the hypotheses of the search, or a set around the winning one. Returns the belief,
+    /// and whether the search is over.
     pub(crate) fn seek(
         &mut self,
         search: &mut Search,
@@ -301,8 +302,8 @@ impl ParticleFilter {
         }
     }
 
-    /// Seeks a robot that scans contradict to be where it is believed to be: the search for it, if this scan fits some other
-    /// place, and what is believed then.
+    /// Searches for a robot whose believed pose the scans contradict: returns the search, if this scan fits some other
+    /// place, and the belief.
     pub(crate) fn seek_elsewhere(
         &mut self,
         believed: &Gaussian,
@@ -318,8 +319,8 @@ impl ParticleFilter {
         Some((search, belief))
     }
 
-    /// Begins a search, or goes on with it, beside the tracking. The particles stay. Returns the pose of the hypothesis
-    /// that has proved right, if one has.
+    /// Begins or continues a search in parallel to tracking. The particles stay. Returns the pose of the winning
+    /// hypothesis, if there is one.
     pub(crate) fn seek_beside(
         &mut self,
         search: &mut Search,
@@ -335,7 +336,7 @@ impl ParticleFilter {
         search.update(&sighting, &mut self.rng)
     }
 
-    /// What a search believes. Its hypotheses become the particles, unless these track the robot where it is believed to be.
+    /// The belief of a search. Its hypotheses become the particles, unless these track the robot's believed pose.
     pub(crate) fn follow(&mut self, search: &Search) -> Option<Gaussian> {
         let belief = search.belief()?;
         if !search.has_incumbent() {
@@ -345,12 +346,12 @@ impl ParticleFilter {
         Some(belief)
     }
 
-    /// How far scans have of late been less likely than usual, from 0 to 1.
+    /// How much less likely recent scans have been than usual, from 0 to 1.
     pub(crate) fn doubt(&self) -> f64 {
         self.recovery.random_share()
     }
 
-    /// The bins that would still be occupied if as many particles were drawn again.
+    /// The number of bins that would still be occupied after drawing the same number of particles again.
     fn bins_after_resampling(&mut self) -> usize {
         let offset = self.rng.random();
         self.drawn.clear();
@@ -387,8 +388,8 @@ impl ParticleFilter {
     }
 }
 
-/// A matrix that turns independent standard normal numbers into ones of that covariance. A covariance that is none
-/// (not positive, even with a little added) spreads by its diagonal alone.
+/// A matrix that transforms independent standard normal numbers to this covariance. For an invalid covariance (not
+/// positive, even with a small correction), only the diagonal is used.
 fn spread_of(covariance: &Matrix3<f64>) -> Matrix3<f64> {
     match (covariance + Matrix3::identity() * 1e-12).cholesky() {
         Some(cholesky) => cholesky.unpack(),
@@ -401,7 +402,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_covariance_spreads_as_it_says_even_if_it_is_singular() {
+    fn singular_covariances_are_sampled_correctly() {
         let covariance = Matrix3::new(0.04, 0.01, 0.0, 0.01, 0.09, 0.0, 0.0, 0.0, 0.0);
         let spread = spread_of(&covariance);
         assert!((spread * spread.transpose() - covariance).abs().max() < 1e-9);

@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 
 use super::particle::Particle;
 
-/// Free cells as runs along rows: small, and each cell is as likely to be drawn as any other.
+/// Free cells as runs along rows: compact, and each cell is equally likely to be drawn.
 #[derive(Clone, Debug)]
 pub(crate) struct FreeSpace {
     width: usize,
@@ -42,12 +42,12 @@ impl FreeSpace {
         (cells > 0).then_some(Self { width: map.width(), resolution_m: map.resolution_m(), runs, cells })
     }
 
-    /// How large the free space is, in square metres.
+    /// The area of the free space, in square metres.
     pub(crate) fn area_m2(&self) -> f64 {
         self.cells as f64 * self.resolution_m * self.resolution_m
     }
 
-    /// A pose of any heading anywhere on a free cell, in the grid's frame.
+    /// A random pose on a free cell with a random heading, in the grid's frame.
     pub(crate) fn draw(&self, rng: &mut ChaCha8Rng) -> Particle {
         let cell = rng.random_range(0..self.cells) as u32;
         let run = self.runs[self.runs.partition_point(|run| run.before <= cell) - 1];
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn all_free_cells_and_only_they_are_drawn_equally_often() {
+    fn exactly_the_free_cells_are_drawn_equally_often() {
         let mut map = OccupancyGrid::new(7, 5, 0.5, pose(0.0, 0.0, 0.0));
         let free = [(0, 0), (6, 0), (0, 1), (2, 2), (3, 2), (6, 4)];
         for (column, row) in free {

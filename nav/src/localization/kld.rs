@@ -1,11 +1,9 @@
-//! KLD sampling: as many particles as the distribution needs.
-//!
-//! Source: D. Fox, "Adapting the Sample Size in Particle Filters Through KLD-Sampling", IJRR 22, 2003.
+//! KLD sampling: as many particles as the distribution requires.
 
-/// The fewest particles with which the sampled distribution stays within `pf_err` of the true one in Kullback–Leibler
-/// divergence, with the confidence of the normal quantile `pf_z`, when it occupies `bins` bins.
+/// The smallest number of particles with which the sampled distribution stays within `pf_err` of the true one in
+/// Kullback–Leibler divergence, with the confidence of the normal quantile `pf_z`, if it occupies `bins` bins.
 ///
-/// One bin (or none) needs one particle: there is nothing to tell apart.
+/// One bin (or none) needs one particle.
 pub(crate) fn particles_needed(bins: usize, pf_err: f64, pf_z: f64) -> usize {
     if bins <= 1 {
         return 1;

@@ -1,4 +1,4 @@
-//! The latest scan of a laser, ready to be seen from where the robot has moved to since.
+//! The latest scan of a laser, transformed to the robot's current pose.
 
 use std::time::Duration;
 
@@ -12,7 +12,7 @@ use super::parameters::LocalizationParameters;
 /// A laser and its latest scan.
 #[derive(Clone, Debug)]
 pub(crate) struct LaserMemory {
-    /// Where the laser sits in the robot's frame, in metres.
+    /// The position of the laser in the robot's frame, in metres.
     mount: [f32; 2],
     /// Cosine and sine of each beam's angle in the robot's frame.
     directions: Vec<[f32; 2]>,
@@ -62,16 +62,16 @@ impl LaserMemory {
         self.is_used = false;
     }
 
-    /// Whether a scan should come in any moment, so that an update at `time` had better wait for it: the latest is
-    /// more than half a period old, but not so old that the laser seems to be silent. A laser that has not been heard
-    /// since the first scan of any, at `first`, is given a period.
+    /// Whether a scan is expected soon, so that an update at `time` should wait for it: the latest is more than half a
+    /// period old, but not so old that the laser seems silent. A laser without any scan since the first one, at
+    /// `first`, is given one period.
     pub(crate) fn is_due(&self, time: Duration, first: Duration) -> bool {
         let heard = self.taken.map_or(first.saturating_sub(self.period), |taken| taken.time);
         let age = time.saturating_sub(heard);
         age * 2 > self.period && age * 2 <= self.period * 3
     }
 
-    /// Whether there is a scan that no update has used, and taken at `oldest` or later.
+    /// Whether there is a scan that no update has used and that was taken at `oldest` or later.
     pub(crate) fn is_fresh(&self, oldest: Duration) -> bool {
         !self.is_used && self.taken.is_some_and(|taken| taken.time >= oldest)
     }
@@ -85,8 +85,8 @@ impl LaserMemory {
         self.is_used = true;
     }
 
-    /// Every `step`-th beam from `first` on that hit something: where it ended, in the frame of a robot whose odometry
-    /// is `now`. Beams that hit nothing, failed, or hit nearer than the laser can measure, tell nothing.
+    /// Every `step`-th beam from `first` on that hit something: its end, in the frame of a robot with odometry `now`.
+    /// Beams that hit nothing, failed, or are below the laser's minimum range are left out.
     pub(crate) fn append_ends(&self, now: &Pose, first: usize, step: usize, ends: &mut Endpoints) {
         let Some(taken) = self.taken else { return };
         let moved = now.inv_mul(&taken.odometry);
@@ -100,7 +100,7 @@ impl LaserMemory {
         }
     }
 
-    /// The same beams as rays, those that hit nothing among them.
+    /// The same beams as rays, including those that hit nothing.
     pub(crate) fn append_rays(&self, now: &Pose, first: usize, step: usize, rays: &mut Vec<Ray>) {
         let Some(taken) = self.taken else { return };
         let moved = now.inv_mul(&taken.odometry);
@@ -116,7 +116,7 @@ impl LaserMemory {
         }
     }
 
-    /// How many beams to go on by, so that at most `most` of the laser's are used.
+    /// The stride with which at most `most` of the laser's beams are used.
     pub(crate) fn stride(&self, most: usize) -> usize {
         self.directions.len().div_ceil(most).max(1)
     }
@@ -129,7 +129,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn surfaces_are_met_before_the_ends_of_beams_by_their_depth() {
+    fn surfaces_are_hit_before_the_ends_of_beams_by_their_depth() {
         let spec = robot::RobotModel::default().lasers.swap_remove(0);
         let parameters = LocalizationParameters { surface_depth: 0.025, ..LocalizationParameters::default() };
         let mut memory = LaserMemory::new(&spec, &parameters);
@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn ends_are_seen_from_where_the_robot_is_now() {
+    fn ends_are_relative_to_the_robots_current_pose() {
         let spec = LaserSpec {
             name: "back".to_owned(),
             mount: pose(-0.2, 0.0, std::f64::consts::PI),

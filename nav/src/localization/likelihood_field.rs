@@ -1,8 +1,8 @@
 //! The likelihood-field sensor model.
 //!
-//! A beam is likely if it ends near a surface of the map, whatever lies on its way. How likely is looked up: the field
-//! holds the negative log-likelihood of a beam that ends in a cell, rounded to a byte, so that weighing a particle is a
-//! sum of bytes. Its cells are finer than the map's, so that the peak is narrower than a cell.
+//! A beam is likely if it ends near a surface of the map, regardless of obstacles on its way. The likelihood is looked
+//! up: the field holds the negative log-likelihood of a beam that ends in a cell, rounded to a byte, so weighting a
+//! particle is a sum of bytes. Its cells are finer than the map's, so that the peak is narrower than a cell.
 //!
 //! Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, table 6.3.
 
@@ -12,17 +12,17 @@ use super::parameters::LocalizationParameters;
 use super::particle::{Gaussian, Particle};
 use super::surface_field::{SurfaceField, cell};
 
-/// No cell of the field is larger than this, in metres, as far as memory allows. Finer ones do not make the estimate
-/// better: it is matched to the map's surfaces after all.
+/// The largest cell of the field, in metres, as far as memory allows. Finer cells do not improve the estimate, because
+/// it is matched to the map's surfaces afterwards.
 const LARGEST_M: f64 = 0.025;
 
 /// The most cells of a field: 16 MB.
 const MOST_CELLS: usize = 1 << 24;
 
-/// Beams that are weighed at once; as many as fit into vector registers.
+/// Number of beams weighted at once; as many as fit into vector registers.
 const LANES: usize = 8;
 
-/// 2²³: a number from 0 to 2²² that is added to it leaves its nearest integer in the lowest bits.
+/// 2²³: adding it to a number from 0 to 2²² leaves the nearest integer in the lowest bits.
 const TO_INTEGER: f32 = 8_388_608.0;
 
 /// The points where beams end, in the robot's frame, in metres.
@@ -55,7 +55,7 @@ impl Endpoints {
     }
 }
 
-/// How unlikely it is that a beam ends in a cell.
+/// The negative log-likelihood of a beam that ends in a cell.
 #[derive(Clone, Debug)]
 pub(crate) struct LikelihoodField {
     width: usize,
@@ -66,12 +66,12 @@ pub(crate) struct LikelihoodField {
     row_offset: f64,
     penalties: Vec<u8>,
     nats_per_unit: f64,
-    /// The cube of the likelihood that each penalty stands for.
+    /// The cube of the likelihood for each penalty.
     cubes: Box<[f64; 256]>,
 }
 
 impl LikelihoodField {
-    /// The field of a map, whose surfaces are given, for lasers that reach `range_max_m`.
+    /// The field of a map with these surfaces, for lasers with a range of `range_max_m`.
     pub(crate) fn new(
         map: &OccupancyGrid,
         surfaces: &SurfaceField,
@@ -113,8 +113,8 @@ impl LikelihoodField {
         }
     }
 
-    /// How unlikely the beams are that end at those points, seen from a particle, in units of
-    /// [`nats_per_unit`](Self::nats_per_unit), at most 255 a beam.
+    /// The negative log-likelihood of the beams with these ends, seen from a particle, in units of
+    /// [`nats_per_unit`](Self::nats_per_unit), at most 255 per beam.
     pub(crate) fn penalty(&self, particle: &Particle, ends: &Endpoints) -> u32 {
         let view = View::new(self, particle);
         let mut sum = 0;
@@ -135,20 +135,20 @@ impl LikelihoodField {
         sum
     }
 
-    /// The sum of the cubes of the beams' likelihoods, seen from a particle, and one: AMCL's likelihood field.
+    /// The sum of the cubes of the beams' likelihoods, seen from a particle, plus one: AMCL's likelihood field.
     pub(crate) fn sum_of_cubes(&self, particle: &Particle, ends: &Endpoints) -> f64 {
         let view = View::new(self, particle);
         let cube = |(x, y): (&f32, &f32)| self.cubes[usize::from(self.penalties[view.offset(*x, *y) as usize])];
         1.0 + ends.x_m.iter().zip(&ends.y_m).map(cube).sum::<f64>()
     }
 
-    /// How many nats (units of the natural logarithm) of log-likelihood a unit of penalty is.
+    /// The number of nats (units of the natural logarithm) per unit of penalty.
     pub(crate) fn nats_per_unit(&self) -> f64 {
         self.nats_per_unit
     }
 }
 
-/// The field seen from a particle: where its beams' ends fall.
+/// The field seen from a particle: the cells of its beams' ends.
 struct View {
     x: f32,
     y: f32,
@@ -173,8 +173,8 @@ impl View {
         }
     }
 
-    /// The offset of the cell that holds a point of the robot's frame; ends beyond the field fall on its rim, which is
-    /// as far as anything from all surfaces.
+    /// The offset of the cell that contains a point of the robot's frame. Ends outside the field fall on its rim, which
+    /// has the maximum distance from all surfaces.
     fn offset(&self, x_m: f32, y_m: f32) -> u32 {
         let column = (self.x + self.cos * x_m - self.sin * y_m).clamp(0.0, self.last_column);
         let row = (self.y + self.sin * x_m + self.cos * y_m).clamp(0.0, self.last_row);
@@ -201,7 +201,7 @@ impl HitLikelihood {
         }
     }
 
-    /// Nothing is known of what a beam meets in an unknown cell, so it is not less likely there than anywhere.
+    /// In an unknown cell, any object may be hit, so a beam is not less likely there than elsewhere.
     fn at(&self, distance_m: f64, unknown: bool) -> f64 {
         let deviations = distance_m / self.sigma_hit;
         let known = self.z_hit * libm::exp(-0.5 * deviations * deviations) + self.stray;
@@ -239,7 +239,7 @@ mod tests {
         LikelihoodField::new(map, &surfaces, &parameters, 10.0)
     }
 
-    /// What a robot at that pose in the room sees: points on the four walls.
+    /// The points on the four walls that a robot at this pose in the room sees.
     fn seen_from(at: &Particle, points: usize) -> Endpoints {
         let mut ends = Endpoints::default();
         for i in 0..points {
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn the_true_pose_is_the_likeliest() {
+    fn the_true_pose_is_the_most_likely() {
         let field = field_of(&room());
         let truth = Particle::new(1.62, 1.27, 0.4);
         let ends = seen_from(&truth, 25);
@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn a_beam_into_the_unknown_is_likelier_than_one_into_the_open() {
+    fn a_beam_into_unknown_space_is_more_likely_than_one_into_the_open() {
         let field = field_of(&room());
         let mut end = Endpoints::default();
         end.push(0.0, 0.0);
@@ -282,7 +282,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn ends_anywhere_are_weighed_without_a_panic(
+        fn ends_anywhere_are_weighted_without_a_panic(
             x in -1e4..1e4_f64, y in -1e4..1e4_f64, heading in -4.0..4.0_f64, far in -1e3..1e3_f32, count in 0_usize..20,
         ) {
             let mut ends = Endpoints::default();

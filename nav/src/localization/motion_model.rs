@@ -1,7 +1,7 @@
 //! The odometry motion model of a differential drive, with four alphas.
 //!
-//! A motion is a turn, a straight way and another turn, each with noise of its own.
-//! Source: S. Thrun, W. Burgard, D. Fox, "Probabilistic Robotics", MIT Press 2005, table 5.6.
+//! A motion is a turn, a straight line and another turn, each with its own noise. Source: S. Thrun, W. Burgard, D. Fox,
+//! "Probabilistic Robotics", MIT Press 2005, table 5.6.
 
 use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Rotation2, Vector2};
@@ -10,13 +10,13 @@ use rand_chacha::ChaCha8Rng;
 
 use super::particle::Particle;
 
-/// Below this way the first turn is noise in the odometry rather than a turn, in metres.
+/// Below this distance, the first turn is noise of the odometry, in metres.
 const SHORTEST_WAY_M: f64 = 0.01;
 
-/// What odometry says of a motion, and how far from it the true motion may lie.
+/// A motion according to odometry, and its noise.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DifferentialMotion {
-    /// Direction of the way relative to the heading at its start.
+    /// Direction of the line relative to the heading at its start.
     direction_rad: f64,
     way_m: f64,
     turn_rad: f64,
@@ -33,7 +33,7 @@ impl DifferentialMotion {
         let turn_rad = heading(&moved);
         let direction_rad =
             if way_m > 0.0 { libm::atan2(moved.translation.vector.y, moved.translation.vector.x) } else { 0.0 };
-        // The noise of driving backwards is that of driving forwards, not that of two half turns.
+        // Driving backwards has the same noise as driving forwards, not that of two half turns.
         let first = if way_m < SHORTEST_WAY_M { 0.0 } else { nearest_to_straight(direction_rad) };
         let last = if way_m < SHORTEST_WAY_M { turn_rad.abs() } else { nearest_to_straight(turn_rad - direction_rad) };
         let turn_deviation = |turn: f64| (a1 * turn * turn + a2 * way_m * way_m).sqrt();
@@ -47,7 +47,7 @@ impl DifferentialMotion {
         }
     }
 
-    /// Moves a particle, each noise drawn anew.
+    /// Moves a particle, with fresh noise.
     pub(crate) fn sample(&self, particle: &mut Particle, rng: &mut ChaCha8Rng) {
         let first = self.first_turn_deviation_rad * bell(rng);
         let way = self.way_m + self.way_deviation_m * bell(rng);
@@ -58,7 +58,8 @@ impl DifferentialMotion {
         particle.turn_to(wrap_angle(particle.heading_rad + self.turn_rad + first + last));
     }
 
-    /// The covariance of x, y and heading after the motion from a pose of that heading and covariance, to first order.
+    /// The covariance of x, y and heading after the motion from a pose with this heading and covariance, to first
+    /// order.
     pub(crate) fn propagate(&self, heading_rad: f64, before: &Matrix3<f64>) -> Matrix3<f64> {
         let turned = Rotation2::new(heading_rad + self.direction_rad);
         let way = turned * Vector2::new(self.way_m, 0.0);
@@ -72,15 +73,16 @@ impl DifferentialMotion {
     }
 }
 
-/// The size of a turn, or of the turn that is left when driving backwards.
+/// The size of a turn, or of the remaining turn when driving backwards.
 fn nearest_to_straight(angle_rad: f64) -> f64 {
     let turn = wrap_angle(angle_rad).abs();
     turn.min(std::f64::consts::PI - turn)
 }
 
-/// A number of mean 0 and variance 1 with a bell-shaped density, never beyond ± 3.5: the sum of four uniform ones.
+/// A random number with mean 0 and variance 1 with a bell-shaped density, never beyond ± 3.5: the sum of four uniform
+/// ones.
 ///
-/// Thrice as fast as a normal one, and particles a little short of tails do no harm.
+/// It is three times as fast as a normal one, and the shorter tails do no harm to particles.
 pub(crate) fn bell(rng: &mut ChaCha8Rng) -> f64 {
     /// Standard deviation of the sum of four uniform numbers from 0 to 65 535: √((65536² − 1) / 3).
     const DEVIATION: f64 = 37_837.227_240_418_89;
@@ -117,7 +119,7 @@ mod tests {
     }
 
     #[test]
-    fn without_noise_particles_move_as_the_odometry_says() {
+    fn without_noise_particles_follow_the_odometry() {
         for to in [pose(3.1, -0.4, 1.9), pose(0.004, 0.003, -2.0), pose(-0.5, 0.1, 0.0), pose(0.0, 0.0, 0.0)] {
             let motion = DifferentialMotion::between(&pose(0.0, 0.0, 0.0), &to, [0.0; 4]);
             let expected = pose(1.0, 2.0, 0.3) * to;
@@ -130,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn the_covariance_is_that_of_the_samples() {
+    fn the_covariance_agrees_with_the_samples() {
         let motion =
             DifferentialMotion::between(&pose(0.0, 0.0, 0.0), &pose(0.4, 0.1, 0.5), [0.02, 0.01, 0.015, 0.005]);
         let particles = sampled(&motion, 20_000);

@@ -1,4 +1,4 @@
-//! The odometry of the last two seconds, to be asked for the pose at a scan's time.
+//! The odometry of the last two seconds, for the poses of scans.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -9,10 +9,10 @@ use robot::Odometry;
 /// How long readings are kept.
 const KEPT: Duration = Duration::from_secs(2);
 
-/// Readings that there is room for without further memory: 128 a second.
+/// Readings that fit without further memory: 128 per second.
 const ROOM: usize = 256;
 
-/// How far odometry is extrapolated by its velocity. What is stamped later is out of step with it.
+/// How far odometry is extrapolated by its velocity. Later times are out of step with it.
 const EXTRAPOLATED: Duration = Duration::from_millis(250);
 
 /// Recent odometry, oldest first.
@@ -26,13 +26,13 @@ impl OdometryHistory {
         Self { readings: VecDeque::with_capacity(ROOM) }
     }
 
-    /// Takes in a reading. One that is older than the last (a clock that was set back) starts the history anew.
+    /// Adds a reading. If it is older than the last one (a clock was set back), the history starts over.
     pub(crate) fn push(&mut self, odometry: Odometry) {
         if self.latest().is_some_and(|last| odometry.time < last.time) {
             self.readings.clear();
         }
         let oldest = odometry.time.saturating_sub(KEPT);
-        // The last one before that time is kept, to interpolate from.
+        // The last one before that time is kept for interpolation.
         while self.readings.get(1).is_some_and(|second| second.time <= oldest) {
             self.readings.pop_front();
         }
@@ -43,8 +43,8 @@ impl OdometryHistory {
         self.readings.back()
     }
 
-    /// The pose in the `odom` frame at `time`: interpolated between readings, extrapolated for a moment after the
-    /// latest. `None` before the oldest reading, and where it would be extrapolated too far.
+    /// The pose in the `odom` frame at `time`: interpolated between readings, or extrapolated for a moment after the
+    /// latest. `None` before the oldest reading, and beyond the extrapolation limit.
     pub(crate) fn pose_at(&self, time: Duration) -> Option<Pose> {
         let before = self.readings.iter().rposition(|reading| reading.time <= time)?;
         let reading = self.readings.get(before)?;
@@ -68,7 +68,7 @@ fn extrapolated(latest: &Odometry, time: Duration) -> Pose {
     if ahead_s <= 0.0 {
         return latest.pose;
     }
-    // A short arc is its chord, seen from halfway round.
+    // A short arc is replaced with its chord, whose direction is that of the middle of the arc.
     let turn = latest.angular_radps * ahead_s;
     latest.pose * pose(0.0, 0.0, turn / 2.0) * pose(latest.linear_mps * ahead_s, 0.0, turn / 2.0)
 }
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_clock_set_back_starts_anew() {
+    fn a_clock_set_back_starts_over() {
         let mut history = OdometryHistory::new();
         history.push(reading(5000, 9.0, 0.0));
         history.push(reading(20, 1.0, 0.0));

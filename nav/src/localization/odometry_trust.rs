@@ -1,41 +1,41 @@
-//! How far off odometry is in truth, as a share of what the motion model allows for.
+//! The actual error of odometry, as a share of the error that the motion model allows.
 //!
-//! The alphas are chosen for odometry that is bad, so that particles cover the truth wherever it may be. What is
-//! reported between two updates should say how bad it is: that shows in how far scans have moved the estimate away from
-//! where odometry had carried it.
+//! The alphas are chosen for bad odometry, so that particles cover the truth in any case. The uncertainty reported
+//! between two updates should reflect the actual error, which shows in how far scans have moved the estimate away from
+//! the prediction by odometry.
 //!
 //! Source: R. K. Mehra, "On the Identification of Variances and Adaptive Kalman Filtering", IEEE Transactions on
-//! Automatic Control 15(2), 1970: the covariance of the innovations tells that of the process.
+//! Automatic Control 15(2), 1970: the covariance of the innovations determines that of the process.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// How much an update counts: the last twenty or so matter.
+/// The weight of an update: the last twenty or so matter.
 const FOLLOWS: f64 = 0.05;
 
-/// The share is never less than this: wheels may slip at any time.
+/// The lower limit of the share: wheels may slip at any time.
 const LEAST: f64 = 0.05;
 
-/// A single update never counts as more than this, whatever has happened.
+/// The upper limit for a single update.
 const MOST: f64 = 10.0;
 
 /// Added to a covariance that may be singular, in m² and rad².
 const REGULAR: f64 = 1e-9;
 
-/// The share of the motion model's variance that odometry's errors have had of late.
+/// The recent share of odometry's errors in the motion model's variance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct OdometryTrust {
     share: f64,
 }
 
 impl OdometryTrust {
-    /// Nothing is known but the motion model.
+    /// Initially, only the motion model is known.
     pub(crate) fn new() -> Self {
         Self { share: 1.0 }
     }
 
-    /// Takes in how far a scan has moved the estimate from where odometry had carried it: `off` (x and y in metres,
-    /// heading in radians), where the motion has that noise by its model, and the poses before and after are known that
-    /// well by themselves.
+    /// Records how far a scan has moved the estimate from the prediction by odometry: `off` (x and y in metres, heading
+    /// in radians), the noise of the motion according to the model, and the uncertainties of the poses before and
+    /// after.
     pub(crate) fn observe(&mut self, off: &Vector3<f64>, noise: &Matrix3<f64>, poses: &Matrix3<f64>) {
         let Some(information) = (noise + Matrix3::identity() * REGULAR).try_inverse() else { return };
         let explained = (information * poses).trace();
@@ -43,7 +43,7 @@ impl OdometryTrust {
         self.share += FOLLOWS * (share - self.share);
     }
 
-    /// The share of the motion model's variance to be reported.
+    /// The share of the motion model's variance to report.
     pub(crate) fn share(&self) -> f64 {
         self.share.max(LEAST)
     }
@@ -56,7 +56,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_share_is_found_from_what_scans_say() {
+    fn the_share_is_learned_from_scans() {
         let mut rng = robot::Streams::new(3).stream("innovations");
         let noise = Matrix3::from_diagonal(&Vector3::new(1e-4, 4e-4, 9e-4));
         let poses = Matrix3::identity() * 2e-5;
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn one_jump_does_not_ruin_it_and_perfect_odometry_is_not_trusted_blindly() {
+    fn one_jump_does_not_ruin_it_and_perfect_odometry_is_not_trusted_completely() {
         let mut trust = OdometryTrust::new();
         let noise = Matrix3::identity() * 1e-4;
         trust.observe(&Vector3::new(30.0, 0.0, 0.0), &noise, &Matrix3::zeros());

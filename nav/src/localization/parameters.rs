@@ -2,20 +2,20 @@
 
 use crate::{Error, error::check};
 
-/// What makes a scan likely: the sensor models of Nav2's AMCL.
+/// The likelihood of a scan: the sensor models of Nav2's AMCL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum LaserModel {
-    /// Each beam ends near an obstacle; the likelihoods' cubes are added, as in AMCL since its beginnings. Forgiving: a
-    /// beam that misses costs no more than what it would have brought. Nav2's default.
+    /// Each beam ends near an obstacle; the cubes of the likelihoods are added, as AMCL has always done. It is
+    /// forgiving: a beam that misses costs no more than it would have gained. Nav2's default.
     LikelihoodField,
-    /// Each beam ends near an obstacle; the likelihoods are multiplied, as probabilities are, with beams counted as
-    /// `independent_beams` at most. The default: it is the sharper one, and with the dependence of beams on
-    /// one another seen to, no less forgiving.
+    /// Each beam ends near an obstacle; the likelihoods are multiplied, like probabilities, with at most
+    /// `independent_beams` independent beams. The default: it is more precise and, because it considers the dependence
+    /// of beams, equally forgiving.
     #[default]
     LikelihoodFieldProb,
-    /// Each beam is as long as the way to the nearest obstacle; the likelihoods are multiplied, as in
-    /// `LikelihoodFieldProb`. Nav2's `beam` adds their cubes, as in `LikelihoodField`, so that parameters tuned for it
-    /// make a sharper model here. The unknown is any length away.
+    /// Each beam is as long as the distance to the nearest obstacle; the likelihoods are multiplied, as in
+    /// `LikelihoodFieldProb`. Nav2's `beam` adds their cubes, as in `LikelihoodField`, so parameters tuned for it make
+    /// a more peaked model here. Unknown space may be at any distance.
     Beam,
 }
 
@@ -25,69 +25,68 @@ pub enum LaserModel {
 /// reason is given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalizationParameters {
-    /// Fewest particles kept. Default 500: what tracking needs, since all of them then lie within one or two bins.
+    /// Minimum number of particles. Default 500: enough for tracking, when all of them lie within one or two bins.
     pub min_particles: usize,
-    /// Most particles kept. Default 10 000 (Nav2: 2000): only a global localization needs so many,
-    /// and an update of them takes about 7 ms.
+    /// Maximum number of particles. Default 10 000 (Nav2: 2000): only a global localization needs this many, and an
+    /// update of them takes about 7 ms.
     pub max_particles: usize,
     /// KLD sampling: the largest divergence allowed between the sampled and the true distribution. Default 0.05.
     pub pf_err: f64,
-    /// KLD sampling: the upper quantile of the standard normal distribution at the confidence wanted. Default 2.33
-    /// (99 %). Nav2 puts 0.99 itself here, which as a quantile stands for 84 %.
+    /// KLD sampling: the upper quantile of the standard normal distribution for the desired confidence. Default 2.33
+    /// (99 %). Nav2 uses 0.99 itself, which as a quantile corresponds to 84 %.
     pub pf_z: f64,
     /// Turning noise from turning: variance in rad² per rad². Default 0.01 (Nav2: 0.2): 10 % of a turn. The alphas
-    /// cover odometry that is a few per cent off; greater ones scatter the particles wider than the lasers need.
+    /// cover odometry with errors of a few per cent; larger ones spread the particles more than the lasers require.
     pub alpha1: f64,
-    /// Turning noise from driving: variance in rad² per m². Default 0.01 (Nav2: 0.2): 0.1 rad in a metre.
+    /// Turning noise from driving: variance in rad² per m². Default 0.01 (Nav2: 0.2): 0.1 rad per metre.
     pub alpha2: f64,
-    /// Driving noise from driving: variance in m² per m². Default 0.01 (Nav2: 0.2): 10 % of a way.
+    /// Driving noise from driving: variance in m² per m². Default 0.01 (Nav2: 0.2): 10 % of the distance.
     pub alpha3: f64,
-    /// Driving noise from turning: variance in m² per rad². Default 0.001 (Nav2: 0.2): 3 cm in a turn of 1 rad.
+    /// Driving noise from turning: variance in m² per rad². Default 0.001 (Nav2: 0.2): 3 cm for a turn of 1 rad.
     pub alpha4: f64,
     /// Weight of beams that end on a surface of the map. Default 0.9 (Nav2: 0.5): maps and scans mostly agree.
     pub z_hit: f64,
     /// Weight of beams that end anywhere. Default 0.1 (Nav2: 0.5).
     pub z_rand: f64,
     /// Weight of beams that end before the obstacle that they should hit; for the beam model. Default 0.1 (Nav2: 0.05):
-    /// people and chairs are in the way of more beams than stray. (The weights of the beam model are those of Nav2's,
-    /// but Nav2 adds the cubes of the beams' likelihoods, where here they are multiplied.)
+    /// people and chairs block more beams than go astray. (The weights of the beam model have the meaning of Nav2's,
+    /// but Nav2 adds the cubes of the beams' likelihoods, while here they are multiplied.)
     pub z_short: f64,
     /// Weight of beams that hit nothing though they should; for the beam model. Default 0.05, as in Nav2.
     pub z_max: f64,
-    /// How fast the likelihood of a beam that ends too early falls with its length, per metre; for the beam model.
+    /// How fast the likelihood of a beam that ends too early decays with its length, per metre; for the beam model.
     /// Default 0.1, as in Nav2.
     pub lambda_short: f64,
     /// Standard deviation of a hit's distance from the surface, in metres. Default 0.1 (Nav2: 0.2): map cells, laser
-    /// noise and the dependence of neighbouring beams on one another, for which a wider hit makes up.
+    /// noise and the dependence of neighbouring beams, for which a wider distribution compensates.
     pub sigma_hit: f64,
-    /// Beyond this distance from a surface all distances count as this one, in metres. Default 0.5 (Nav2: 2.0): five
-    /// `sigma_hit`, where a hit is already as unlikely as a stray beam.
+    /// All distances from a surface beyond this count as equal, in metres. Default 0.5 (Nav2: 2.0): five `sigma_hit`,
+    /// where a hit is already as unlikely as a stray beam.
     pub laser_likelihood_max_dist: f64,
-    /// What makes a scan likely. Default [`LaserModel::LikelihoodFieldProb`] (Nav2: `likelihood_field`).
+    /// The sensor model. Default [`LaserModel::LikelihoodFieldProb`] (Nav2: `likelihood_field`).
     pub laser_model_type: LaserModel,
-    /// Beams longer than this tell nothing, in metres, whatever the laser can do. Default 100, as in Nav2.
+    /// Beams longer than this are ignored, in metres, regardless of the laser's range. Default 100, as in Nav2.
     pub laser_max_range: f64,
-    /// Beams shorter than this tell nothing, in metres, whatever the laser can do. Default 0: the laser's own limit
-    /// counts (Nav2: −1, which means the same).
+    /// Beams shorter than this are ignored, in metres, regardless of the laser's range. Default 0: the laser's own
+    /// limit applies (Nav2: −1, with the same meaning).
     pub laser_min_range: f64,
-    /// How far behind the face of its cell a surface is hit, on average, in metres. Default 0: what a simulated robot
-    /// drives about in are the map's cells themselves. A map made from scans has a wall in every cell in which beams
-    /// ended, wherever in the cell: half a cell's side is right for it. Nav2 has no such parameter: it measures from
-    /// the middles of cells, which comes to the same as half a cell.
+    /// How far behind the face of its cell a surface is hit, on average, in metres. Default 0: the walls of a simulated
+    /// robot are the map's cells themselves. A map made from scans has a wall in every cell in which beams ended,
+    /// anywhere in the cell, so half a cell's side is right for it. Nav2 has no such parameter: it measures from cell
+    /// centres, which has the same effect as half a cell.
     pub surface_depth: f64,
-    /// However many beams there are, they weigh no more than so many that are independent of one another: what is not
-    /// on the map misleads many neighbouring beams at once. Default 60. Nav2 has no such parameter, and multiplies the
-    /// likelihoods of all beams.
+    /// All beams together count as at most this many independent ones: unmapped objects mislead many neighbouring beams
+    /// at once. Default 60. Nav2 has no such parameter, and multiplies the likelihoods of all beams.
     pub independent_beams: f64,
-    /// Beams of each scan that weigh the particles, evenly spread. Default 60, as in Nav2.
+    /// Beams of each scan that weight the particles, evenly spread. Default 60, as in Nav2.
     pub max_beams: usize,
-    /// Drive this far before the next update, in metres. Default 0.1 (Nav2: 0.25): an update is cheap, and the estimate
-    /// drifts with the odometry in between.
+    /// Distance until the next update, in metres. Default 0.1 (Nav2: 0.25): an update is cheap, and the estimate drifts
+    /// with the odometry in between.
     pub update_min_d: f64,
-    /// Or turn this far, in radians. Default 0.1 (Nav2: 0.2).
+    /// Turn until the next update, in radians. Default 0.1 (Nav2: 0.2).
     pub update_min_a: f64,
-    /// Resample when the effective number of particles falls below this share of them. Default 0.5. (Nav2 resamples
-    /// every `resample_interval` updates.)
+    /// The particles are resampled when their effective number falls below this share of them. Default 0.5. (Nav2
+    /// resamples every `resample_interval` updates.)
     pub resample_threshold: f64,
     /// How fast the long-term average of the scans' likelihood follows, per update. Default 0.005 (Nav2: 0, which
     /// switches recovery off).
@@ -130,10 +129,10 @@ impl Default for LocalizationParameters {
 }
 
 impl LocalizationParameters {
-    /// Whether the values make sense.
+    /// Checks the values.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that does not.
+    /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
         let share = |value: f64| (0.0..=1.0).contains(&value);
         let positive = |value: f64| value > 0.0 && value.is_finite();

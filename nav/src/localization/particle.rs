@@ -3,7 +3,7 @@
 use maps::{Pose, heading, pose, wrap_angle};
 use nalgebra::Matrix3;
 
-/// Two poses nearer to one another than this are the same guess.
+/// Two poses nearer to each other than this are the same guess.
 const SAME_M: f64 = 0.5;
 const SAME_RAD: f64 = 0.3;
 

@@ -1,21 +1,21 @@
-//! Whether the robot still is where it is believed to be: what is done about a pose that scans speak against.
+//! Reconsiders the believed pose when scans contradict it.
 //!
-//! Once a second a [look](super::contradiction) is taken from the believed pose. There are two ways to be lost, and two
-//! things that look like it.
+//! Once per second the scans are [checked](super::contradiction) against the believed pose. A robot can be lost in two
+//! ways, and two other situations look similar.
 //!
-//! - *Beams go through walls of the map.* The robot cannot be there. After a few such looks it is sought
-//!   [everywhere](super::search). If it drives, it may yet be there, where the map is wrong: so it is tracked on, and what
-//!   is believed stays as it is until another place has explained the scans far better for some time.
-//! - *Nearly all beams are short.* A robot that was put into a small room from a large one sees that; so does one that
-//!   people or closed doors hem in, and its wheels say that it has not moved. So what is believed stays as it is, and is
-//!   moved along with the odometry, while a *suspicion* looks for other places beside it. The suspicion comes true if
-//!   another place proves right over many scans and a way, with short beams where the robot is tracked costing little; or
-//!   if looks have gone on seeing nothing of the map, and one place alone explains nearly every beam of the scan exactly,
-//!   as a crowd hardly ever does. It is dropped as soon as the map is seen again.
+//! - *Beams pass through walls of the map.* The robot cannot be there. After a few such looks it is searched for
+//!   [everywhere](super::search). If it drives, it may still be there, and the map may be wrong: so it is also tracked,
+//!   and the belief stays until another place has explained the scans far better for some time.
+//! - *Nearly all beams are short.* A robot that was moved from a large room to a small one sees this; so does a robot
+//!   that people or closed doors surround, whose wheels report that it has not moved. So the belief stays, and moves
+//!   with the odometry, while a *suspicion* searches for other places in parallel. The suspicion is confirmed if
+//!   another place wins over many scans and some distance, with short beams costing little at the tracked pose; or if
+//!   looks still see nothing of the map, and one place alone explains nearly every beam of the scan exactly, which a
+//!   crowd hardly ever causes. It is dropped as soon as the map is seen again.
 //!
-//! Where a suspicion has come true, the pose before it is *remembered*, and moved along with the odometry until that has
-//! become too vague. If the remembered pose fits again while the robot is still sought, or when beams go through walls
-//! where it has been found, then the robot was hemmed in after all, and returns to it.
+//! When a suspicion is confirmed, the previous pose is *remembered*, and moved with the odometry until it has become
+//! too vague. If the remembered pose fits again while the search continues, or when beams pass through walls at the new
+//! pose, then the robot was only surrounded, and returns to the remembered pose.
 
 use std::time::Duration;
 
@@ -29,21 +29,20 @@ use super::scan_matching;
 use super::search::Search;
 use super::{Localization, Reconsidered};
 
-/// So many looks that speak against the pose are enough: of a robot at rest, and of one that drives and may find its way
-/// back by itself.
+/// This many looks against the pose are enough: for a robot at rest, and for one that drives and may recover by itself.
 const ENOUGH_AT_REST: u32 = 3;
 const ENOUGH_DRIVING: u32 = 6;
 
-/// So many looks in a row that fit end a suspicion.
+/// This many fitting looks in a row end a suspicion.
 const ENOUGH_THAT_FIT: u32 = 3;
 
-/// So many looks in a row that see nothing of the map are enough to believe in the one place that a scan fits exactly.
+/// After this many looks in a row that see nothing of the map, the only place that fits a scan exactly is believed.
 const ENOUGH_WITHOUT_MAP: u32 = 10;
 
-/// A pose is remembered until odometry has moved it along so far that this is its deviation, in metres.
+/// A pose is remembered until its deviation by odometry reaches this, in metres.
 const VAGUE_M: f64 = 1.0;
 
-/// Which of a scan's beams.
+/// Which of a scan's beams to use.
 #[derive(Clone, Copy)]
 enum Ends {
     Matched,
@@ -51,7 +50,7 @@ enum Ends {
 }
 
 impl Localization {
-    /// Looks at the latest scans, if it is time to, after a motion since the last update.
+    /// Checks the latest scans, if a look is due, after a motion since the last update.
     pub(super) fn reconsider(&mut self, time: Duration, now: &Pose, moved: &Pose, is_at_rest: bool) -> Reconsidered {
         let is_of_interest = self.updates > 0 && (self.search.is_none() || self.remembered.is_some());
         if !is_of_interest || !self.contradiction.is_due(time) {
@@ -63,7 +62,7 @@ impl Localization {
         }
         let verdict = self.look_from(&after(&self.belief, moved), Silent::TellNothing).verdict();
         if self.is_blind && verdict != Verdict::Hidden {
-            // Odometry alone has led to this pose. First it has to settle where the scan fits.
+            // Only odometry has led to this pose. First it must converge to where the scan fits.
             self.contradiction.take_in(time, Verdict::Unclear);
             return Reconsidered::Unsettled;
         }
@@ -84,7 +83,7 @@ impl Localization {
         Reconsidered::Stays
     }
 
-    /// Begins to seek the robot everywhere, since beams go through walls where it is believed to be, if the scan fits
+    /// Begins to search for the robot everywhere, since beams pass through walls at the believed pose, if the scan fits
     /// somewhere else.
     fn leave(&mut self, now: &Pose, moved: &Pose, is_at_rest: bool) -> bool {
         self.contradiction.forget();
@@ -107,12 +106,13 @@ impl Localization {
         self.suspicion = Some(suspicion);
     }
 
-    /// Shows the latest scan to a suspicion. Returns the pose that has proved right, if one has.
+    /// Passes the latest scan to a suspicion. Returns the winning pose, if there is one.
     fn seek_beside(&mut self, suspicion: &mut Search, moved: &Pose, ends: Ends) -> Option<Gaussian> {
         let (map, rays) = (self.atlas.map(), self.rays.as_slice());
         let nats = |at: &Gaussian| Look::from(map, at, rays, Silent::TellNothing).nats_a_beam();
         let here = nats(&self.belief);
-        // As in any search, every beam counts to find the places that fit at all, and fewer do to tell them apart.
+        // As in any search, every beam counts for finding the places that fit at all, and fewer are enough to compare
+        // them.
         let ends = match ends {
             Ends::Matched => &self.matched,
             Ends::Weighed => &self.weighed,
@@ -120,14 +120,14 @@ impl Localization {
         self.filter.seek_beside(suspicion, moved, ends, &|at| nats(at) - here)
     }
 
-    /// Whether a suspicion has come true by what is seen from one place, after a motion.
+    /// Whether a suspicion is confirmed by the view from one place, after a motion.
     fn comes_true(&self, suspicion: &Search, moved: &Pose) -> bool {
         let is_exact = |at: &Gaussian| self.look_from(&after(at, moved), Silent::AreFree).is_exact();
         self.contradiction.looks_without_map() >= ENOUGH_WITHOUT_MAP
             && suspicion.only_place().as_ref().is_some_and(is_exact)
     }
 
-    /// Goes on with a suspicion as the search for the robot; what has been believed is remembered.
+    /// Turns a suspicion into the search for the robot; the previous belief is remembered.
     fn believe(&mut self, suspicion: Box<Search>, now: &Pose) -> bool {
         self.carry_to(now);
         let Some(belief) = self.filter.follow(&suspicion) else { return false };
@@ -137,14 +137,14 @@ impl Localization {
         self.settle(belief, now)
     }
 
-    /// Goes on with a suspicion, after a motion to where the robot is now tracked. Returns whether it has come true.
+    /// Continues a suspicion, after a motion to where the robot is now tracked. Returns whether it is confirmed.
     pub(super) fn go_on_suspecting(&mut self, moved: &Pose) -> bool {
         let Some(mut suspicion) = self.suspicion.take() else { return false };
         let Some(found) = self.seek_beside(&mut suspicion, moved, Ends::Weighed) else {
             self.suspicion = Some(suspicion);
             return false;
         };
-        // Wherever the search ends without another place, the suspicion has been unfounded.
+        // If the search ends without another place, the suspicion was unfounded.
         let is_elsewhere = !are_same(&found, &self.belief) && !self.look_from(&found, Silent::AreFree).contradicts();
         if is_elsewhere {
             self.remembered = Some(self.belief);
@@ -155,7 +155,7 @@ impl Localization {
         is_elsewhere
     }
 
-    /// Looks from the remembered pose, after a motion, and returns to it once it fits better than the best place found.
+    /// Checks the remembered pose, after a motion, and returns to it once it fits better than the best place found.
     fn look_back(&mut self, time: Duration, now: &Pose, moved: &Pose) -> bool {
         let Some(remembered) = self.remembered else { return false };
         let at = self.matched_from(&after(&remembered, moved));
@@ -183,8 +183,7 @@ impl Localization {
         true
     }
 
-    /// An update, after a motion, of a robot that sees next to nothing of the map: what scans say of the pose would only
-    /// mislead.
+    /// An update, after a motion, for a robot that sees almost nothing of the map: scans would only mislead.
     pub(super) fn track_blindly(&mut self, anchor: &Pose, now: &Pose, motion: &DifferentialMotion) {
         let moved = anchor.inv_mul(now);
         self.filter.predict(motion);
@@ -194,7 +193,7 @@ impl Localization {
         self.go_on_suspecting(&moved);
     }
 
-    /// Moves what is believed and the particles along with the odometry.
+    /// Moves the belief and the particles with the odometry.
     fn carry_to(&mut self, now: &Pose) {
         let Some(anchor) = self.anchor.replace(*now) else { return };
         let motion = DifferentialMotion::between(&anchor, now, self.alphas());
@@ -203,7 +202,7 @@ impl Localization {
         self.belief = Gaussian { covariance, ..after(&self.belief, &anchor.inv_mul(now)) };
     }
 
-    /// Moves what is remembered along with the odometry, until that has become too vague.
+    /// Moves the remembered pose with the odometry, until it has become too vague.
     pub(super) fn carry_remembered(&mut self, motion: &DifferentialMotion, moved: &Pose) {
         let carried = self.remembered.map(|remembered| {
             let covariance = motion.propagate(remembered.heading_rad, &remembered.covariance);
@@ -217,7 +216,7 @@ impl Localization {
         scan_matching::matched(at, &self.matched, &self.atlas.surfaces)
     }
 
-    /// Looks at the rays from a pose.
+    /// Checks the rays from a pose.
     pub(super) fn look_from(&self, at: &Gaussian, silent: Silent) -> Look {
         Look::from(self.atlas.map(), at, &self.rays, silent)
     }

@@ -2,8 +2,8 @@
 //!
 //! Each particle of normalized weight w is drawn ⌊n·w⌋ or ⌈n·w⌉ times, and n·w times on average.
 
-/// Draws `count` particles of the given normalized weights with the comb that starts at `offset` in [0, 1) of a tooth,
-/// and hands the index of each to `draw`, in ascending order.
+/// Draws `count` particles with these normalized weights, with a comb that starts at `offset` (in [0, 1) of a tooth),
+/// and passes the index of each to `draw`, in ascending order.
 pub(crate) fn systematic(weights: impl Iterator<Item = f64>, count: usize, offset: f64, mut draw: impl FnMut(usize)) {
     let mut drawn = 0;
     let mut sum = 0.0;
@@ -16,13 +16,13 @@ pub(crate) fn systematic(weights: impl Iterator<Item = f64>, count: usize, offse
             drawn += 1;
         }
     }
-    // The weights' sum may fall short of one by rounding.
+    // The sum of the weights may be below one because of rounding.
     for _ in drawn..count {
         draw(last);
     }
 }
 
-/// The number of equally weighted particles that would tell as much as these of normalized weights: 1 / Σ w².
+/// The number of equally weighted particles that would be as informative as these normalized weights: 1 / Σ w².
 pub(crate) fn effective_number(weights: impl Iterator<Item = f64>) -> f64 {
     1.0 / weights.map(|weight| weight * weight).sum::<f64>()
 }
@@ -42,7 +42,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_particle_is_drawn_as_often_as_its_weight_says(
+        fn each_particle_is_drawn_in_proportion_to_its_weight(
             raw in prop::collection::vec(0.0..1.0_f64, 1..40), count in 1_usize..200, offset in 0.0..1.0_f64,
         ) {
             let total = raw.iter().sum::<f64>();

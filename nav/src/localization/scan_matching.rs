@@ -1,7 +1,7 @@
-//! Scan matching: the pose near a guess at which the beams end on surfaces best.
+//! Scan matching: the pose near a guess at which the beams fit surfaces best.
 //!
-//! Gauss–Newton on the beams' distances from the nearest surface, with a robust weight, so that what is not on the map
-//! has little say, and with the guess's covariance as a prior, so that a corridor does not let the pose slide along it.
+//! Gauss–Newton on the beams' distances from the nearest surface, with a robust weight, so that unmapped objects have
+//! little influence, and with the guess's covariance as a prior, so that the pose does not slide along a corridor.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,42 +10,41 @@ use super::particle::Gaussian;
 use super::surface_field::SurfaceField;
 use maps::wrap_angle;
 
-/// Most steps; two or three do as a rule.
+/// Maximum number of steps; two or three are usually enough.
 const STEPS: usize = 6;
 
 /// A step shorter than this, in metres and radians, is the last.
 const CONVERGED: f64 = 1e-4;
 
-/// Distance at which a beam has a quarter of its say, in metres.
+/// Distance at which a beam has a quarter of its weight, in metres.
 const OUTLIER_M: f64 = 0.1;
 
-/// Deviation of a beam's end from the surface, in metres: the map's cells and beams that depend on one another.
+/// Deviation of a beam's end from the surface, in metres: the map's cells, and the dependence of beams.
 const DEVIATION_M: f64 = 0.03;
 
-/// Beams never end nearer to surfaces than this, in metres, whatever they seem to do: where a cell's face lies is known
-/// no better.
+/// The smallest deviation of beams from surfaces, in metres: the position of a cell's face is not known better.
 const LEAST_DEVIATION_M: f64 = 0.01;
 
-/// A match farther from the guess than this many of its deviations is another place.
+/// A match farther from the guess than this many deviations is another place.
 const FARTHEST_DEVIATIONS: f64 = 5.0;
 
-/// The smallest deviation of the prior, in metres and radians, squared: particles that have collapsed onto one another
-/// must not forbid a correction.
+/// The smallest deviation of the prior, in metres and radians, squared: collapsed particles must not prevent a
+/// correction.
 const LEAST_VARIANCE: [f64; 3] = [6.25e-4, 6.25e-4, 6.25e-4];
 
-/// The guess moved to where the beams match, with the covariance that is left. Without a match nearby the guess
-/// stays, a little less sure of itself.
+/// The guess, moved to where the beams match, with the remaining covariance. Without a match nearby the guess stays,
+/// with a slightly larger covariance.
 pub(crate) fn matched(guess: &Gaussian, ends: &Endpoints, surfaces: &SurfaceField) -> Gaussian {
     let covariance = guess.covariance + Matrix3::from_diagonal(&Vector3::from(LEAST_VARIANCE));
     let prior = Gaussian { covariance, ..*guess };
     best_match(&prior, ends, surfaces).unwrap_or(prior)
 }
 
-/// How exactly the scan tells a matched pose: the covariance that is left of the guess that it was matched from.
+/// How precisely the scan determines a matched pose: the remaining covariance of the original guess.
 ///
-/// How far beams end from surfaces is taken from the beams themselves, so that a scan which fits badly tells less; and
-/// however many there are, they count as no more than so many `independent` ones: what is not on the map, or drawn
-/// wrongly, misleads many neighbours at once.
+/// The deviation of beams from surfaces is taken from the beams themselves, so a scan that fits badly is less
+/// informative. All beams together count as at most `independent` ones, because unmapped or wrongly mapped objects
+/// mislead many neighbours at once.
 pub(crate) fn remaining_covariance(
     guess: &Gaussian,
     matched: &Gaussian,
@@ -62,7 +61,7 @@ pub(crate) fn remaining_covariance(
     information.try_inverse().unwrap_or(prior)
 }
 
-/// The mean of the squared distances of beams' ends from surfaces, in m², each weighted by its say.
+/// The weighted mean of the squared distances of beams' ends from surfaces, in m².
 fn variance_of_ends(at: &Vector3<f64>, ends: &Endpoints, surfaces: &SurfaceField) -> f64 {
     let resolution_m = surfaces.resolution_m();
     let (sin, cos) = libm::sincos(at.z);
@@ -155,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn a_guess_nearby_is_moved_to_the_truth() {
+    fn a_nearby_guess_moves_to_the_truth() {
         let found = matched(&guess(3.12, 1.9, 0.08), &seen(true), &corridor(true));
         assert!((found.x_m - 3.0).abs() < 3e-3 && (found.y_m - 2.0).abs() < 3e-3, "{found:?}");
         assert!(found.heading_rad.abs() < 3e-3, "{found:?}");

@@ -1,17 +1,18 @@
-//! Global localization: a robot that may be anywhere is sought with several hypotheses at a time.
+//! Global localization: a robot that may be anywhere is located with several hypotheses at a time.
 //!
-//! Particles that are strewn over a whole map are too few by far: where one lies near the truth, it does so by half a
-//! metre and half a right angle, and loses against another that happens to fit. So here poses drawn anywhere are only
-//! candidates. Those that a scan fits best are matched to it, and stand as hypotheses from then on: they move along
-//! with the odometry, are matched to every scan, and gather evidence, until one is far ahead of all others. New
-//! candidates may join at any time, since the first scan may have been seen from where the map is wrong.
+//! Particles spread over a whole map are far too few: the one nearest to the truth is off by half a metre and half a
+//! right angle, and loses against another that happens to fit. So here random poses are only candidates. Those that fit
+//! a scan best are matched to it and become hypotheses: they move with the odometry, are matched to every scan, and
+//! gather evidence, until one is far ahead of all others. New candidates may join at any time, since the first scan may
+//! have been taken where the map is wrong.
 //!
-//! A robot whose surroundings hide the map from it is sought in the same way, beside the tracking of where it is believed
-//! to be. Then the best hypothesis has to be far ahead of that, too, where beams that are cut short cost either of them little.
+//! A robot whose surroundings hide the map is searched for in the same way, in parallel to tracking its believed pose.
+//! Then the best hypothesis must also be far ahead of that pose, with beams that are cut short costing either of them
+//! little.
 //!
-//! Of many poses one always happens to fit a scan better than the truth does, where people stand about or the place has
-//! changed. So the scan that a later candidate was chosen for speaks for none, and a robot that may yet be where it was
-//! believed to be is believed to be there until another place has been far ahead for several scans.
+//! Among many poses, one always happens to fit a scan better than the truth does if there are people or the place has
+//! changed. So the scan for which a later candidate was chosen counts for none, and the believed pose is kept until
+//! another place has been far ahead for several scans.
 
 use maps::{Pose, heading, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
@@ -22,48 +23,48 @@ use super::particle::{Gaussian, Particle, after, are_same};
 use super::scan_matching;
 use crate::Atlas;
 
-/// Poses that are drawn for the first scan, for each square metre of free floor, and the fewest and the most of them: a
-/// few of each lie within a quarter of a metre and 10° of the truth.
+/// Number of poses drawn for the first scan per square metre of free floor, with its minimum and maximum: a few of them
+/// lie within a quarter of a metre and 10° of the truth.
 const DRAWN_PER_M2: f64 = 400.0;
 const FEWEST_DRAWN: usize = 20_000;
 const MOST_DRAWN: usize = 600_000;
 
-/// Later scans draw so many times fewer, and fewer with each scan: what the first scans have not found, others seldom do.
+/// Later scans draw this many times fewer poses, and fewer with each scan, because they seldom find what the first
+/// scans have not found.
 const DRAWN_LATER: usize = 10;
 
-/// At most so many of the drawn poses are matched to the scan, the first time and later.
+/// The maximum number of drawn poses that are matched to the scan, for the first scan and later.
 const MATCHED_FIRST: usize = 600;
 const MATCHED_LATER: usize = 50;
 
-/// Beams that choose among drawn poses.
+/// Beams for choosing among drawn poses.
 const CHOOSING_BEAMS: usize = 30;
 
 /// Most hypotheses at a time.
 const MOST: usize = 300;
 
-/// As how many independent beams a scan counts: furniture that has been moved misleads many beams, and it does so for
-/// many scans.
+/// The number of independent beams as which a scan counts: moved furniture misleads many beams, for many scans.
 const INDEPENDENT_BEAMS: f64 = 20.0;
 
-/// A hypothesis that is so much less likely than the best is given up, in nats.
+/// A hypothesis this much less likely than the best is dropped, in nats.
 const GIVEN_UP_NATS: f64 = 40.0;
 
-/// One that joins later begins so much behind the best, in nats.
+/// A later one begins this much behind the best, in nats.
 const HANDICAP_NATS: f64 = 5.0;
 
-/// Where the robot was believed to be is believed on, unless the best has been so far ahead of it, in nats, in so many scans
-/// in a row, for so long a way, in metres; a radian counts as so many.
+/// The believed pose is kept unless the best has been ahead of it by this much, in nats, in this many scans in a row,
+/// over this distance, in metres; a radian counts as this many metres.
 const DOUBTED_NATS: f64 = 15.0;
 const DOUBTED_SCANS: u32 = 5;
 const DOUBTED_M: f64 = 1.0;
 const METRES_A_RADIAN: f64 = 0.5;
 
-/// Where the robot was believed to be before it was lost is so much likelier to begin with, in nats: robots are seldom
-/// carried away.
+/// The pose believed before the robot was lost is this much more likely initially, in nats: robots are seldom
+/// kidnapped.
 const HEAD_START_NATS: f64 = 10.0;
 
-/// The best is right once it has been so far ahead of all others, in nats, for so long a way, in metres, and so many
-/// scans.
+/// The best wins once it has been ahead of all others by this much, in nats, over this distance, in metres, and this
+/// many scans.
 const AHEAD_NATS: f64 = 15.0;
 const AHEAD_M: f64 = 2.0;
 const AHEAD_SCANS: u32 = 6;
@@ -71,7 +72,7 @@ const AHEAD_SCANS: u32 = 6;
 /// Places less far behind the best than this, in nats, look like it.
 const ALIKE_NATS: f64 = 10.0;
 
-/// How far a hypothesis may be from its best match: the deviations of the first guess in metres and radians, squared.
+/// How far a hypothesis may be from its best match: the squared deviations of the first guess, in metres and radians.
 const GUESS_VARIANCE: [f64; 3] = [0.04, 0.04, 0.02];
 
 /// A search for a robot that may be anywhere. Poses are in the grid's frame.
@@ -83,21 +84,21 @@ pub(crate) struct Search {
     scans: u32,
     ahead_scans: u32,
     ahead_m: f64,
-    /// How much likelier than the pose that is tracked meanwhile the best has made the scans while it was ahead, in nats.
+    /// How much more likely than the tracked pose the best has made the scans while it was ahead, in nats.
     advantage_nats: f64,
-    /// In how many scans in a row, and for how long a way, the best has been far ahead of the incumbent.
+    /// The number of scans in a row, and the distance, for which the best has been far ahead of the incumbent.
     doubted_scans: u32,
     doubted_m: f64,
     /// Whether the robot was at rest when it was found to be lost.
     is_at_rest: bool,
 }
 
-/// A place where the robot may be, and the logarithm of how likely it has made the scans.
+/// A possible pose, and the log-likelihood of the scans seen from it.
 #[derive(Clone, Copy, Debug)]
 struct Hypothesis {
     at: Gaussian,
     nats: f64,
-    /// Whether it is where the robot was believed to be before it was lost, and still is.
+    /// Whether this is the pose believed before the robot was lost, which is still possible.
     is_incumbent: bool,
 }
 
@@ -107,18 +108,18 @@ struct Candidate {
     at: Particle,
 }
 
-/// How much likelier a pose makes a beam than another one does, in nats.
+/// How much more likely a pose makes a beam than another one does, in nats.
 pub(crate) type Advantage<'a> = &'a dyn Fn(&Gaussian) -> f64;
 
-/// A scan, and how the robot has moved to where it was taken.
+/// A scan, and the robot's motion to where it was taken.
 pub(crate) struct Sighting<'a> {
     pub(crate) atlas: &'a Atlas,
     pub(crate) moved: &'a Pose,
     /// Ends of the scan's beams.
     pub(crate) ends: &'a Endpoints,
-    /// How much likelier a pose makes a beam of the scan than the pose does that is tracked meanwhile, in nats, if one is.
+    /// How much more likely a pose makes a beam of the scan than the tracked pose does, in nats, if there is one.
     pub(crate) advantage: Option<Advantage<'a>>,
-    /// Where the incumbent is by now, if it is tracked: particles do so better than a guess that is matched.
+    /// The current pose of the incumbent, if it is tracked: particles track better than a matched guess.
     pub(crate) tracked: Option<Gaussian>,
 }
 
@@ -131,15 +132,15 @@ impl Sighting<'_> {
         log_likelihood(&self.atlas.likelihoods, at, self.ends) * self.beams()
     }
 
-    /// As how many independent beams the scan counts.
+    /// The number of independent beams as which the scan counts.
     fn beams(&self) -> f64 {
         (self.ends.len() as f64).min(INDEPENDENT_BEAMS)
     }
 }
 
 impl Search {
-    /// A search for a robot that has been lost, and may yet be where it was believed to be. Of a robot at rest the first scan
-    /// decides whether that is believed on: walls come down where it is not, but hardly while it looks at them.
+    /// A search for a robot that is lost, but may still be where it was believed to be. For a robot at rest, the first
+    /// scan decides whether that is still believed: walls are removed in its absence, but hardly in its view.
     pub(crate) fn for_lost(believed: &Gaussian, is_at_rest: bool) -> Self {
         let incumbent = Hypothesis { at: *believed, nats: HEAD_START_NATS, is_incumbent: true };
         Self { hypotheses: vec![incumbent], is_at_rest, ..Self::default() }
@@ -154,18 +155,18 @@ impl Search {
         self.hypotheses.iter().find(|hypothesis| hypothesis.is_incumbent)
     }
 
-    /// Where the robot most likely is by what has been seen so far.
+    /// The most likely pose so far.
     pub(crate) fn best(&self) -> Option<Gaussian> {
         self.hypotheses.first().map(|best| best.at)
     }
 
-    /// Whether no scan has been taken in yet.
+    /// Whether no scan has been processed yet.
     pub(crate) fn begins(&self) -> bool {
         self.scans == 0
     }
 
-    /// Moves the hypotheses along with the odometry, where a scan says too little to judge them by; the incumbent to where it
-    /// has been tracked.
+    /// Moves the hypotheses with the odometry if a scan is too uninformative to judge them; the incumbent moves to its
+    /// tracked pose.
     pub(crate) fn carry(&mut self, moved: &Pose, tracked: Option<Gaussian>) {
         for hypothesis in &mut self.hypotheses {
             let tracked = tracked.filter(|_| hypothesis.is_incumbent);
@@ -173,7 +174,7 @@ impl Search {
         }
     }
 
-    /// Takes in a scan. Returns the pose of the hypothesis that has proved right, if one has.
+    /// Processes a scan. Returns the pose of the winning hypothesis, if there is one.
     pub(crate) fn update(&mut self, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) -> Option<Gaussian> {
         let leader = self.hypotheses.first().copied();
         let expected = leader.filter(|_| !self.begins()).map_or(0.0, |leader| leader.nats);
@@ -196,7 +197,7 @@ impl Search {
         self.judge(leads_still, sighting)
     }
 
-    /// Believes no longer in the incumbent once the best has been far ahead for long enough.
+    /// Drops the belief in the incumbent once the best has been far ahead for long enough.
     fn doubt_incumbent(&mut self, moved_m: f64) {
         let Some(best) = self.hypotheses.first().map(|best| best.nats) else { return };
         let Some(incumbent) = self.hypotheses.iter_mut().find(|hypothesis| hypothesis.is_incumbent) else { return };
@@ -210,8 +211,8 @@ impl Search {
         incumbent.is_incumbent = !(for_long || at_once);
     }
 
-    /// Sorts hypotheses by evidence and drops those that are far behind, or have come to where a better one is. One bad scan
-    /// does not drop the incumbent.
+    /// Sorts hypotheses by evidence and drops those that are far behind or have moved to the place of a better one. One
+    /// bad scan does not drop the incumbent.
     fn merge_and_give_up(&mut self) {
         self.hypotheses.sort_by(|a, b| b.nats.total_cmp(&a.nats));
         let Some(best) = self.hypotheses.first().map(|best| best.nats) else { return };
@@ -230,8 +231,8 @@ impl Search {
         self.hypotheses.truncate(kept);
     }
 
-    /// Draws poses and takes in those that fit best as hypotheses. They begin with that much evidence and that of the scan;
-    /// later ones behind the best.
+    /// Draws poses and adds those that fit best as hypotheses. They begin with this evidence and that of the scan;
+    /// later ones begin behind the best.
     fn admit(&mut self, nats: f64, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) {
         let most = if self.begins() { MATCHED_FIRST } else { MATCHED_LATER };
         let best = self.hypotheses.first().filter(|_| !self.begins()).map_or(f64::INFINITY, |best| best.nats);
@@ -250,7 +251,7 @@ impl Search {
         self.merge_and_give_up();
     }
 
-    /// Draws poses anywhere and keeps those that a few beams fit best.
+    /// Draws random poses and keeps those that fit a few beams best.
     fn choose(&mut self, most: usize, sighting: &Sighting<'_>, rng: &mut ChaCha8Rng) {
         let Sighting { atlas, ends, .. } = sighting;
         self.choosing.copy_every(ends.len().div_ceil(CHOOSING_BEAMS).max(1), ends);
@@ -271,9 +272,9 @@ impl Search {
         self.keep_best(most);
     }
 
-    /// Keeps that many candidates, best first; the penalty of the last.
+    /// Keeps this many candidates, best first. Returns the penalty of the last.
     fn keep_best(&mut self, most: usize) -> u32 {
-        // Stable: which of two equally good ones is kept depends on the order of drawing alone.
+        // Stable: which of two equally good ones is kept depends only on the order of drawing.
         self.candidates.sort_by_key(|candidate| candidate.penalty);
         self.candidates.truncate(most);
         self.candidates.last().map_or(u32::MAX, |last| last.penalty)
@@ -293,7 +294,7 @@ impl Search {
         (is_far_ahead && self.advantage_nats >= AHEAD_NATS).then_some(best)
     }
 
-    /// The best hypothesis, if it is ahead enough of all others to tell it from places that merely look alike.
+    /// The best hypothesis, if it is far enough ahead of all others to exclude places that merely look alike.
     pub(crate) fn only_place(&self) -> Option<Gaussian> {
         self.best().filter(|_| self.ahead_nats() >= ALIKE_NATS)
     }
@@ -306,7 +307,7 @@ impl Search {
         }
     }
 
-    /// The incumbent, or else the best hypothesis; its covariance is that of all of them around it.
+    /// The incumbent, or else the best hypothesis; its covariance covers all of them.
     pub(crate) fn belief(&self) -> Option<Gaussian> {
         let believed = self.incumbent().or(self.hypotheses.first())?.at;
         let mut covariance = Matrix3::zeros();
@@ -335,7 +336,7 @@ impl Search {
     }
 }
 
-/// A guess after a motion, about to be matched.
+/// A guess after a motion, before matching.
 fn driven(from: &Gaussian, moved: &Pose) -> Gaussian {
     Gaussian { covariance: Matrix3::from_diagonal(&Vector3::from(GUESS_VARIANCE)), ..after(from, moved) }
 }

@@ -1,4 +1,4 @@
-//! The sensor model by itself, for tools that ask how well a scan fits a map.
+//! The sensor model by itself, for tools that evaluate how well a scan fits a map.
 
 use std::sync::Arc;
 
@@ -10,8 +10,8 @@ use super::likelihood_field::Endpoints;
 use super::particle::Particle;
 use crate::Atlas;
 
-/// How likely a scan is, seen from a pose: the likelihood field that weighs [`Localization`](crate::Localization)'s
-/// particles.
+/// The likelihood of a scan, seen from a pose: the likelihood field that weights
+/// [`Localization`](crate::Localization)'s particles.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -36,7 +36,7 @@ pub struct SensorModel {
 }
 
 impl SensorModel {
-    /// The sensor model of the atlas's robot on its map. It has seen nothing yet.
+    /// The sensor model of the atlas's robot on its map, without a scan.
     #[must_use]
     pub fn new(atlas: &Arc<Atlas>) -> Self {
         let memory = |laser| LaserMemory::new(laser, atlas.parameters());
@@ -44,8 +44,8 @@ impl SensorModel {
         Self { atlas: Arc::clone(atlas), lasers, ends: Endpoints::default() }
     }
 
-    /// Takes in a scan instead of the one before: `max_beams` of its beams, evenly spread. Scans of lasers that the
-    /// robot does not have are ignored.
+    /// Replaces the scan: uses `max_beams` of its beams, evenly spread. Scans of lasers that the robot does not have
+    /// are ignored.
     pub fn look(&mut self, scan: &LaserScan) {
         let Some(laser) = self.lasers.get_mut(scan.laser) else { return };
         laser.keep(scan, Pose::identity());
@@ -53,14 +53,14 @@ impl SensorModel {
         laser.append_ends(&Pose::identity(), 0, laser.stride(self.atlas.parameters().max_beams), &mut self.ends);
     }
 
-    /// How many beams of the scan count: those that hit something.
+    /// The number of effective beams of the scan: those that hit something.
     #[must_use]
     pub fn beams(&self) -> usize {
         self.ends.len()
     }
 
-    /// The logarithm of how likely the scan's beams are, seen from a pose of `base_link` in the `map` frame: a sum over
-    /// the beams in nats, each 0 at best. No memory is allocated.
+    /// The log-likelihood of the scan's beams, seen from a pose of `base_link` in the `map` frame: a sum over the beams
+    /// in nats, each 0 at best. No memory is allocated.
     #[must_use]
     pub fn nats(&self, pose: &Pose) -> f64 {
         let at = self.atlas.map().origin().inv_mul(pose);
@@ -68,7 +68,7 @@ impl SensorModel {
         let particle = Particle {
             x_m: position.x,
             y_m: position.y,
-            // The field asks for its cosine and sine alone.
+            // The field only uses its cosine and sine.
             heading_rad: 0.0,
             cos: rotation.re,
             sin: rotation.im,

@@ -1,16 +1,16 @@
-//! The signed distance to the surfaces of the map, and how it changes.
+//! The signed distance to the surfaces of the map, and its gradient.
 
 use maps::{Cell, CellIndex, OccupancyGrid};
 
 use crate::distance_transform::{NO_TARGET, squared_distances};
 
-/// For each cell centre near an obstacle, how far it is to the obstacle's surface, negative inside.
+/// For each cell centre near an obstacle, its distance from the obstacle's surface, negative inside.
 ///
-/// Between cell centres it is interpolated, so that it is zero on the faces of cells, where lasers end. The field
-/// covers the map's obstacles with a margin; beyond that everything is far away.
+/// Between cell centres it is interpolated, so it is zero on the faces of cells, where beams end. The field covers the
+/// map's obstacles with a margin; outside it, the distance is the maximum.
 #[derive(Clone, Debug)]
 pub(crate) struct SurfaceField {
-    /// Grid coordinates of the field's first cell; it may lie outside of the map.
+    /// Grid coordinates of the field's first cell; it may lie outside the map.
     column: i64,
     row: i64,
     width: usize,
@@ -34,7 +34,7 @@ impl SurfaceField {
         };
         let outside = squared_distances(width, height, occupied);
         let inside = squared_distances(width, height, |offset| outside[offset] != 0);
-        // Between two cell centres on either side of a surface lies the surface in the middle.
+        // Between two cell centres on either side of a surface, the surface is in the middle.
         let to_surface = |squared: u32| match squared {
             NO_TARGET => farthest_m,
             _ => ((f64::from(squared).sqrt() - 0.5) * map.resolution_m()).min(farthest_m),
@@ -51,7 +51,7 @@ impl SurfaceField {
     }
 
     /// The distance at a point in grid coordinates (cells from the map's corner), in metres, and its gradient along the
-    /// grid's axes, in metres per metre. `None` where everything is far away.
+    /// grid's axes, in metres per metre. `None` far from all surfaces.
     pub(crate) fn sample(&self, column: f64, row: f64) -> Option<(f64, [f64; 2])> {
         // The corner of the four cell centres around the point.
         let (u, v) = (column - self.column as f64 - 0.5, row - self.row as f64 - 0.5);
@@ -76,13 +76,13 @@ impl SurfaceField {
         self.resolution_m
     }
 
-    /// The greatest distance that the field knows, in metres.
+    /// The greatest distance in the field, in metres.
     pub(crate) fn farthest_m(&self) -> f64 {
         f64::from(self.farthest_m)
     }
 }
 
-/// A cell by grid coordinates that may lie outside of the map, where nothing is known.
+/// A cell by grid coordinates; unknown outside the map.
 pub(crate) fn cell(map: &OccupancyGrid, column: i64, row: i64) -> Cell {
     match (usize::try_from(column), usize::try_from(row)) {
         (Ok(column), Ok(row)) => map.cell(CellIndex { column, row }).unwrap_or_default(),

@@ -1,25 +1,24 @@
-//! Where to drive to.
+//! Goals to drive to.
 
 use maps::{Place, Point};
 
-/// How near to a goal counts as there, in metres and radians, unless the goal says otherwise: 0.05 m and 0.6°, as in
-/// the original system.
+/// The default tolerances of a goal, in metres and radians: 0.05 m and 0.6°, as in the original system.
 const POSITION_TOLERANCE_M: f64 = 0.05;
 const HEADING_TOLERANCE_RAD: f64 = 0.6 * std::f64::consts::PI / 180.0;
 
-/// A place to drive to, and how near is near enough by the robot's own estimate.
+/// A place to drive to, with tolerances for the robot's own estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Goal {
-    /// Where to, in the `map` frame.
+    /// The position, in the `map` frame.
     pub position: Point,
-    /// Which way to face there, in radians in the `map` frame, if it matters.
+    /// The heading, in radians in the `map` frame, if it matters.
     pub heading_rad: Option<f64>,
-    /// How far from the position still counts as there, in metres, positive.
+    /// Distance from the position that still counts as there, in metres, positive.
     pub position_tolerance_m: f64,
-    /// How far from the heading still counts as there, in radians, positive.
+    /// Deviation from the heading that still counts as there, in radians, positive.
     pub heading_tolerance_rad: f64,
-    /// The area whose centroid the position is, if it is one: should the robot find no way to the centroid, any other
-    /// point inside will do.
+    /// The area whose centroid is the position, if there is one: if the robot cannot reach the centroid, any other
+    /// point inside is acceptable.
     pub area: Option<Place>,
 }
 
@@ -36,8 +35,8 @@ impl Goal {
         }
     }
 
-    /// A place, within 0.05 m and 0.6°: its pose, or the centroid of its area. The place's own tolerances say what
-    /// counts as being there when somebody asks; driving is held to more.
+    /// A place, within 0.05 m and 0.6°: its pose, or the centroid of its area. The place's own tolerances determine
+    /// whether a robot counts as being there; driving is more precise.
     #[must_use]
     pub fn to(place: &Place) -> Self {
         let area = matches!(place, Place::Area { .. }).then(|| place.clone());

@@ -1,4 +1,4 @@
-//! What a navigator does in each status, and what leads from one to another.
+//! The activities of a navigator in each status, and the transitions between them.
 
 use std::time::Duration;
 
@@ -12,31 +12,32 @@ use crate::Costmap;
 use crate::following::{Arrival, Follower, Phase, Progress, Route, Situation};
 use crate::planning::{PlanError, plan, plan_into};
 
-/// The path is held to be blocked by what lies on it up to so far ahead, in metres.
+/// The path is blocked if there is an obstacle on it up to this distance ahead, in metres.
 const LOOK_AHEAD_M: f64 = 2.5;
 
-/// It is looked at again when the robot has got on so far, in metres.
+/// It is checked again when the robot has advanced by this distance, in metres.
 const LOOK_AGAIN_M: f64 = 0.1;
 
-/// Stop and wait when the path is blocked nearer than this, in metres.
+/// The robot stops and waits if the path is blocked nearer than this, in metres.
 const STOP_BEFORE_M: f64 = 0.6;
 
-/// A robot that has waited takes a way around that is longer by as many times what it could have driven meanwhile.
+/// A waiting robot accepts a detour that is longer by this multiple of the distance that it could have driven
+/// meanwhile.
 const DETOUR_FOR_WAITING: f64 = 3.0;
 
-/// Something stands in the way when the robot cannot move for so long.
+/// The robot is stuck when it cannot move for this long.
 const STUCK: Duration = Duration::from_millis(400);
 
-/// Go on after waiting when the way has been free for so long.
+/// The robot continues after waiting when the path has been free for this long.
 const FREE_AGAIN: Duration = Duration::from_millis(300);
 
-/// Time between two tries to find a way.
+/// Time between two attempts to find a path.
 const TRY_AGAIN: Duration = Duration::from_secs(1);
 
 /// Share of a goal's tolerance by which a path may end beside it, because the robot does not fit there.
 pub(crate) const SHARE_OF_PLAN: f64 = 0.6;
 
-/// Nearer by this much is progress, in metres.
+/// This much nearer is progress, in metres.
 const PROGRESS_M: f64 = 0.1;
 
 impl Navigator {
@@ -59,7 +60,7 @@ impl Navigator {
         trip.since = now.time;
     }
 
-    /// Looks for a path, whatever its length.
+    /// Searches for a path of any length.
     pub(super) fn think(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         match find_path(&self.costmap, trip, now) {
             Ok(path) => self.take_path(trip, path, now),
@@ -78,7 +79,7 @@ impl Navigator {
         VelocityCommand::STOP
     }
 
-    /// Has no way, for now.
+    /// There is currently no path.
     fn fail(&mut self, trip: &mut Trip, reason: GiveUpReason, now: &Now<'_>) {
         self.reason = Some(reason);
         trip.next_plan = now.time + TRY_AGAIN;
@@ -86,8 +87,8 @@ impl Navigator {
         self.enter(trip, NavigationStatus::Failing, now);
     }
 
-    /// Whether there is no way on the map alone, whatever the lasers have seen. A robot that seems to stand in a wall
-    /// may stand elsewhere.
+    /// Whether there is no path on the map alone, regardless of what the lasers have seen. A robot that seems to be in
+    /// a wall may be elsewhere.
     fn is_hopeless(&self, trip: &Trip, now: &Now<'_>) -> bool {
         let mut unmarked = self.costmap.clone();
         unmarked.forget_marks();
@@ -96,7 +97,7 @@ impl Navigator {
     }
 
     fn take_path(&mut self, trip: &mut Trip, path: Vec<Point>, now: &Now<'_>) {
-        // An end beside the goal leaves less to miss it by; in an area any end will do.
+        // An end beside the goal leaves less tolerance; in an area any end is acceptable.
         let beside_m = path.last().map_or(0.0, |end| (end - trip.goal.position).norm());
         let missed_m = if trip.goal.area.is_some() { 0.0 } else { beside_m };
         let arrival = Arrival {
@@ -115,7 +116,7 @@ impl Navigator {
         self.enter(trip, NavigationStatus::PreparingBeforeMove, now);
     }
 
-    /// Follows the path, and looks whether it is free.
+    /// Follows the path, and checks whether it is free.
     pub(super) fn follow(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         self.look_ahead(trip);
         if let Some(blocked_m) = trip.blocked_m {
@@ -159,7 +160,7 @@ impl Navigator {
         progress
     }
 
-    /// Looks along the path for what lasers have marked on it, if anything has changed or the robot has got on.
+    /// Checks the path for obstacles marked by lasers, if anything has changed or the robot has advanced.
     fn look_ahead(&self, trip: &mut Trip) {
         let Some(follower) = &trip.follower else { return };
         let left_m = follower.route().remaining_m();
@@ -189,7 +190,7 @@ impl Navigator {
         }
     }
 
-    /// Counts one more blockage; false, and given up, if there have been too many.
+    /// Counts a blockage. Returns false, and gives up, if there have been too many.
     fn count_blockage(&mut self, trip: &mut Trip) -> bool {
         trip.blockages += 1;
         let few = trip.blockages <= self.parameters.blockages;
@@ -199,14 +200,14 @@ impl Navigator {
         few
     }
 
-    /// Stops and waits for what is in the way to go away.
+    /// Stops and waits for the obstacle to go away.
     fn stand(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         trip.free_since = None;
         self.enter(trip, NavigationStatus::WaitingObstacle, now);
         VelocityCommand::STOP
     }
 
-    /// Sees to it that a robot that does not move, or not nearer, does not stay so for ever.
+    /// Prevents a robot that does not move, or does not get nearer, from staying there forever.
     fn note_progress(&mut self, trip: &mut Trip, progress: &Progress, now: &Now<'_>) {
         let left_m = trip.follower.as_ref().map_or(0.0, |follower| follower.route().remaining_m());
         if left_m < trip.least_left_m - PROGRESS_M {
@@ -224,7 +225,7 @@ impl Navigator {
             return;
         };
         if now.time.saturating_sub(*trip.stuck_since.get_or_insert(now.time)) >= STUCK {
-            // What the map explained away is real after all.
+            // The object that the map seemed to explain is real after all.
             self.costmap.mark(&obstacle);
             self.stand(trip, now);
         }
@@ -242,14 +243,15 @@ impl Navigator {
         }
     }
 
-    /// There is a way, but it does not work: begins with the recovery behaviours that move the robot.
+    /// There is a path, but it does not work: begins with the recovery behaviors that move the robot.
     fn get_away(&mut self, trip: &mut Trip, reason: GiveUpReason, now: &Now<'_>) {
         self.fail(trip, reason, now);
         trip.recoveries = Recovery::FIRST_THAT_MOVES;
         trip.next_plan = Duration::MAX;
     }
 
-    /// Waits for what is in the way; goes on when it is gone, looks for another way when patience is over.
+    /// Waits for the obstacle to go away; continues when it is gone, searches for another path when patience has run
+    /// out.
     pub(super) fn wait(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         self.look_ahead(trip);
         let is_free = trip.blocked_m.is_none_or(|blocked_m| blocked_m >= STOP_BEFORE_M)
@@ -276,8 +278,8 @@ impl Navigator {
         VelocityCommand::STOP
     }
 
-    /// Whether the only other way is so long that what is in the way of this one may well be gone sooner. The longer
-    /// the robot has waited, the longer a way it takes.
+    /// Whether the only other path is so long that the obstacle on this one will probably be gone sooner. The longer
+    /// the robot has waited, the longer the detour that it accepts.
     fn is_better_to_wait(&self, trip: &mut Trip, now: &Now<'_>) -> bool {
         if now.time < trip.next_plan {
             return true;
@@ -289,8 +291,8 @@ impl Navigator {
         find_path(&self.costmap, trip, now).is_ok_and(|path| length_m(&path) > left_m + worth_m)
     }
 
-    /// Recovers: one behaviour after the other, with a look for a way after each and every second, as long as what the
-    /// lasers have seen may be why there is none.
+    /// Recovers: performs one behavior after another and searches for a path after each one and every second, as long
+    /// as obstacles seen by lasers may be the reason why there is none.
     pub(super) fn try_again(&mut self, trip: &mut Trip, now: &Now<'_>) -> VelocityCommand {
         let reason = self.reason.unwrap_or(GiveUpReason::NoPlan(PlanError::NoPath));
         let failed_for = now.time.saturating_sub(trip.since);

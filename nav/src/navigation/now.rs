@@ -1,11 +1,11 @@
-//! What an update knows.
+//! The inputs of an update.
 
 use std::time::Duration;
 
 use maps::{Point, Pose};
 use robot::Odometry;
 
-/// What an update knows.
+/// The inputs of an update.
 #[derive(Clone, Copy)]
 pub(super) struct Now<'a> {
     pub(super) time: Duration,

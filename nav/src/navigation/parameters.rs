@@ -13,30 +13,31 @@ pub struct NavigationParameters {
     pub costmap: CostmapParameters,
     /// How paths are followed.
     pub following: FollowingParameters,
-    /// How long to wait for something in the way to go away before looking for another way. Default 4 s: a person who
-    /// walks by takes less.
+    /// How long to wait for an obstacle to go away before searching for another path. Default 4 s: a person walking by
+    /// takes less.
     pub obstacle_patience: Duration,
-    /// A way around that is at most so much longer than the rest of the path is taken without waiting, in metres.
-    /// Default 2.
+    /// A detour that is longer than the rest of the path by at most this is taken without waiting, in metres. Default
+    /// 2.
     pub detour_m: f64,
-    /// Shortest time between two looks for a way around. Default 1 s.
+    /// Shortest time between two searches for a detour. Default 1 s.
     pub planning_period: Duration,
-    /// How long to recover and try again when there is no way, while something that the lasers have seen may be the
-    /// reason. Default 90 s: four times through all recovery behaviours. Of those who talk in a doorway or just where
-    /// the robot is to go, many have not moved on after half of it.
-    /// If the map alone is the reason, trying again is pointless and left out.
+    /// How long to recover and retry when there is no path, while obstacles seen by lasers may be the reason. Default
+    /// 90 s: four times through all recovery behaviors. Many people who talk in a doorway or at the robot's goal are
+    /// still there after half of it. If the map alone is the reason, retrying is pointless and skipped.
     pub failing_patience: Duration,
-    /// How long the robot may come no nearer to its goal before the path is planned anew, and the next time recovery
-    /// begins; after as many times as `stalls` it gives up. Default 10 s.
+    /// How long the robot may come no nearer to its goal before the path is replanned, and the next time recovery
+    /// begins. After `stalls` such periods it gives up. Default 10 s.
     pub progress_patience: Duration,
-    /// How often in a row progress may stop. Default 3.
+    /// The maximum number of times in a row that progress may stop. Default 3.
     pub stalls: u32,
-    /// How often the way may be blocked on one trip. Default 300: among people it is so every few seconds.
+    /// The maximum number of blockages on one trip. Default 300: among people, the path is blocked every few seconds.
     pub blockages: u32,
-    /// How long a laser may be silent while driving before the robot is blind where only that one looks: it cannot go
-    /// on without one that looks ahead, nor back up without one that looks behind. Default 1 s: ten scans.
+    /// How long a laser may be silent while driving before the robot counts as blind where only that laser looks: it
+    /// cannot continue without a laser that looks ahead, nor back up without one that looks behind. Default 1 s: ten
+    /// scans.
     pub scan_patience: Duration,
-    /// Plan anew if the robot is farther from its path than this, in metres. Default 0.5: it was pushed or driven away.
+    /// The path is replanned if the robot is farther from it than this, in metres. Default 0.5: it was pushed or driven
+    /// away.
     pub off_path_m: f64,
 }
 
@@ -65,10 +66,10 @@ impl NavigationParameters {
         Self { costmap: CostmapParameters::of(model), following: FollowingParameters::of(model), ..Self::default() }
     }
 
-    /// Whether the values make sense.
+    /// Checks the values.
     ///
     /// # Errors
-    /// [`Error::Parameter`] for the first that does not.
+    /// [`Error::Parameter`] for the first invalid one.
     pub fn check(&self) -> Result<(), Error> {
         self.costmap.check()?;
         self.following.check()?;

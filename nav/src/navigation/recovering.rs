@@ -1,4 +1,4 @@
-//! What a navigator does when it has no way: the recovery behaviours of Nav2's trees, one after the other.
+//! The navigator's recovery: the recovery behaviors of Nav2's trees, one after another.
 
 use maps::{Point, pose};
 use robot::VelocityCommand;
@@ -7,12 +7,13 @@ use super::recovery::{Attempt, Recovery};
 use super::trip::Trip;
 use super::{Navigator, Now};
 
-/// How far behind the robot is looked while it backs up, in metres; it stops when less than the second is free.
+/// The distance behind the robot that is checked while it backs up, in metres; it stops when less than the second is
+/// free.
 const LOOK_BEHIND_M: f64 = 0.25;
 const FREE_BEHIND_M: f64 = 0.1;
 
 impl Navigator {
-    /// Goes on with the recovery behaviour under way, or begins the next; true with the first step after one is done.
+    /// Continues the current recovery behavior, or begins the next; true in the first step after one is finished.
     pub(super) fn recover(&mut self, trip: &mut Trip, now: &Now<'_>) -> (VelocityCommand, bool) {
         let mut attempt = match trip.attempt.take() {
             Some(attempt) => attempt,
@@ -37,7 +38,8 @@ impl Navigator {
         attempt
     }
 
-    /// Whether the robot can back up a little: neither lasers nor the costmap know of anything there, and a laser looks.
+    /// Whether the robot can back up a little: neither lasers nor the costmap have an obstacle there, and a laser looks
+    /// there.
     fn is_free_behind(&self, now: &Now<'_>) -> bool {
         let needed_m = self.model.radius_m + self.parameters.following.collision_margin;
         let back = now.at * pose(0.0, 0.0, std::f64::consts::PI);

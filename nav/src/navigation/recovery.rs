@@ -1,4 +1,4 @@
-//! The recovery behaviours of Nav2's trees, one by one.
+//! The recovery behaviors of Nav2's trees.
 
 use std::time::Duration;
 
@@ -7,38 +7,38 @@ use robot::VelocityCommand;
 
 use super::now::Now;
 
-/// How far the robot backs up, in metres, each time farther by as much, and how fast, in m/s. In a narrow place it stands
-/// in the way of those whom it waits for, until it has left it.
+/// How far the robot backs up, in metres, farther by this much each time, and how fast, in m/s. In a narrow place it
+/// blocks the people for whom it waits, until it has left.
 const BACK_UP_M: f64 = 0.3;
 const BACK_UP_MPS: f64 = 0.12;
 
 /// How fast the robot spins, in rad/s.
 const SPIN_RADPS: f64 = 0.8;
 
-/// Time in which the lasers see again what is still there after the costmap has been cleared.
+/// Time in which the lasers see the remaining obstacles again after the costmap has been cleared.
 const SEE_AGAIN: Duration = Duration::from_millis(300);
 
 /// How long the robot waits.
 const WAIT: Duration = Duration::from_secs(5);
 
-/// A behaviour that moves the robot ends after this time at the latest.
+/// The time limit of a behavior that moves the robot.
 const LONGEST: Duration = Duration::from_secs(10);
 
-/// A behaviour by which a navigator that has no way tries to get one; names as in Nav2.
+/// A behavior by which a navigator without a path tries to find one; names as in Nav2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Recovery {
-    /// Forgets what the lasers have seen, which may have been long ago, and looks anew.
+    /// Forgets the obstacles that the lasers have seen, some of them perhaps long ago, and observes again.
     ClearCostmap,
-    /// Waits: people go on, doors open.
+    /// Waits: people walk on, doors open.
     Wait,
-    /// Drives back a little, as far as the lasers see that it is free.
+    /// Drives back a little, as far as the lasers see free space.
     BackUp,
     /// Turns once around.
     Spin,
 }
 
 impl Recovery {
-    /// The order in which they are tried, again and again.
+    /// The order in which they are performed, repeatedly.
     const ORDER: [Self; 6] = [Self::ClearCostmap, Self::Wait, Self::BackUp, Self::ClearCostmap, Self::Spin, Self::Wait];
 
     /// The name, for example `back_up`.
@@ -52,16 +52,16 @@ impl Recovery {
         }
     }
 
-    /// The one that is tried as the `number`th, counted from 0.
+    /// The behavior with this number, counted from 0.
     pub(super) fn nth(number: usize) -> Self {
         Self::ORDER[number % Self::ORDER.len()]
     }
 
-    /// Where in the order the robot first moves.
+    /// The index of the first behavior that moves the robot.
     pub(super) const FIRST_THAT_MOVES: usize = 2;
 }
 
-/// A recovery behaviour under way.
+/// A recovery behavior in progress.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Attempt {
     pub(super) recovery: Recovery,
@@ -85,7 +85,7 @@ impl Attempt {
         }
     }
 
-    /// The velocity to drive at, or nothing if it is done.
+    /// The velocity to drive at, or `None` if it is finished.
     pub(super) fn step(&mut self, now: &Now<'_>, free_behind: impl Fn() -> bool) -> Option<VelocityCommand> {
         let lasted = now.time.saturating_sub(self.since);
         match self.recovery {

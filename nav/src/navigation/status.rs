@@ -1,33 +1,32 @@
-//! What a navigator is doing, and why it gave up.
+//! The status of a navigator, and why it gave up.
 
 use std::time::Duration;
 
 use crate::PlanError;
 
-/// What a navigator is doing; the names are those of the original system.
+/// The status of a navigator; the names are those of the original system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum NavigationStatus {
     /// Nothing to do.
     #[default]
     Idle,
-    /// Turning in place to where the path leads.
+    /// Turning in place to the direction of the path.
     PreparingBeforeMove,
     /// Driving along the path.
     Moving,
-    /// Standing, because something is in the way; it may go away.
+    /// Standing still because of an obstacle, which may go away.
     WaitingObstacle,
-    /// At rest at the goal. Stays until the next start or stop.
+    /// At rest at the goal, until the next start or stop.
     GoalReached,
-    /// Given up; [`Navigator::reason`](crate::Navigator::reason) says why. Stays until the next start or stop.
+    /// Given up, until the next start or stop; [`Navigator::reason`](crate::Navigator::reason) tells why.
     Aborted,
-    /// There is no way: tries to get one by [recovery behaviours](crate::Recovery), for a while.
+    /// There is no path: tries to find one with [recovery behaviors](crate::Recovery) for a while.
     Failing,
-    /// Standing, because it was told to pause.
+    /// Standing still because it was told to pause.
     Paused,
-    /// Looking for a path.
+    /// Searching for a path.
     Thinking,
-    /// Cannot navigate at all; [`Navigator::reason`](crate::Navigator::reason) says why. Stays until the next start
-    /// or stop.
+    /// Cannot navigate at all, until the next start or stop; [`Navigator::reason`](crate::Navigator::reason) tells why.
     Error,
 }
 
@@ -69,19 +68,19 @@ pub enum GiveUpReason {
     /// There is no path.
     #[error(transparent)]
     NoPlan(#[from] PlanError),
-    /// The robot has not come nearer, though nothing that it sees is in its way.
+    /// The robot has not come nearer, although it sees no obstacle in its way.
     #[error("no progress in {} s", .0.as_secs())]
     NoProgress(Duration),
-    /// The way was blocked again and again.
-    #[error("the way was blocked {0} times")]
+    /// The path was blocked too often.
+    #[error("the path was blocked {0} times")]
     BlockedTooOften(u32),
     /// The goal has numbers that are not finite, or tolerances that are not positive.
-    #[error("the goal has numbers that make no sense")]
+    #[error("the goal has invalid numbers")]
     BadGoal,
     /// The estimate of the pose is not finite.
-    #[error("the pose is not known")]
+    #[error("the pose is unknown")]
     BadEstimate,
     /// The lasers that look ahead are silent.
-    #[error("no laser has seen what is ahead for {} ms", .0.as_millis())]
+    #[error("no laser has seen the space ahead for {} ms", .0.as_millis())]
     NoScans(Duration),
 }

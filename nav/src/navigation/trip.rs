@@ -8,40 +8,40 @@ use super::Goal;
 use super::recovery::Attempt;
 use crate::following::Follower;
 
-/// The robot waits in the same place again if it has not got farther from it than this, in metres.
+/// The robot waits in the same place again if it has moved less than this, in metres.
 const SAME_PLACE_M: f64 = 0.5;
 
-/// So many waits in vain in the same place are enough.
+/// This many futile waits in the same place are enough.
 const WAITS_IN_VAIN: u32 = 2;
 
-/// What belongs to one goal.
+/// The data of one goal.
 #[derive(Clone, Debug)]
 pub(super) struct Trip {
     pub(super) goal: Goal,
     pub(super) follower: Option<Follower>,
     pub(super) started: Option<Duration>,
-    /// When the present status began.
+    /// When the current status began.
     pub(super) since: Duration,
-    /// When the robot last could not move, since it last could.
+    /// When the robot became unable to move.
     pub(super) stuck_since: Option<Duration>,
-    /// What keeps the robot from moving.
+    /// The obstacle that keeps the robot from moving.
     pub(super) obstacle: Option<Point>,
-    /// When the way was seen to be free again, since it last was not.
+    /// When the path became free again.
     pub(super) free_since: Option<Duration>,
     pub(super) next_plan: Duration,
-    /// The least way left so far on this path, and when it was reached.
+    /// The shortest remaining distance so far on this path, and when it was reached.
     pub(super) least_left_m: f64,
     pub(super) progress_at: Duration,
     pub(super) stalls: u32,
     pub(super) blockages: u32,
-    /// The recovery behaviour under way, and how many there have been since the way was lost.
+    /// The current recovery behavior, and the number of them since the path was lost.
     pub(super) attempt: Option<Attempt>,
     pub(super) recoveries: usize,
-    /// Where the robot last waited in vain, and how often it has in that place.
+    /// Where the robot last waited in vain, and how often it has waited there.
     waited_at: Option<Point>,
     waits_in_vain: u32,
-    /// The costmap's generation and the way left at the last look along the path, in metres, and what was seen: the way
-    /// to what blocks it.
+    /// The costmap's generation and the remaining distance at the last check of the path, in metres, and the result:
+    /// the distance to the blockage.
     pub(super) looked: Option<(u64, f64)>,
     pub(super) blocked_m: Option<f64>,
 }
@@ -70,7 +70,7 @@ impl Trip {
         }
     }
 
-    /// Notes that the robot has waited in vain; true if it has so often in this place that waiting will not do.
+    /// Records a futile wait. Returns true if there have been so many in this place that waiting is no longer useful.
     pub(super) fn wait_in_vain(&mut self, at: &Point) -> bool {
         if self.waited_at.is_none_or(|before| (before - at).norm() > SAME_PLACE_M) {
             (self.waited_at, self.waits_in_vain) = (Some(*at), 0);

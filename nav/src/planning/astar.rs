@@ -1,13 +1,13 @@
 //! A* on eight neighbours.
 //!
-//! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it
-//! enters. Corners are not cut: a diagonal step needs both cells beside it.
+//! A step costs its length (5 along an axis, 7 along a diagonal: 1.4 for √2) times the cost of the cell that it enters.
+//! Corners are not cut: a diagonal step requires both adjacent cells to be free.
 //!
-//! The search is `pathfinding`'s, which keeps what it knows of cells in a hash map and what is open in a binary heap.
-//! That is most of the 5 ms that a path across 1984 × 1984 cells takes, though steps that lead nowhere new are told by
-//! an array over the cells, before the hash map is asked. Costs and parents in arrays as well, and a queue of buckets,
-//! since costs are small integers, would make it 1.2 ms (measured, for the same path): worth an own search once plans
-//! are so frequent that it matters. They are not: the path is planned anew only when it is blocked.
+//! The search is that of the crate `pathfinding`, which keeps visited cells in a hash map and open ones in a binary
+//! heap. They account for most of the 5 ms that a path across 1984 × 1984 cells takes, although an array over the cells
+//! filters useless steps before the hash map is accessed. Arrays for costs and parents, and a bucket queue, since costs
+//! are small integers, would reduce this to 1.2 ms (measured for the same path). That would justify a search of our own
+//! only if planning were frequent; but the path is replanned only when it is blocked.
 
 use super::standing::Ground;
 
@@ -15,7 +15,7 @@ use super::standing::Ground;
 const STRAIGHT: u32 = 5;
 const DIAGONAL: u32 = 7;
 
-/// The cells of the cheapest path from one cell to another, both included, or `None` if there is none.
+/// The cells of the cheapest path from one cell to another, inclusive, or `None` if there is none.
 pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Option<Vec<usize>> {
     let width = ground.costmap.frame.width as u32;
     let (to_column, to_row) = (to as u32 % width, to as u32 / width);
@@ -24,7 +24,7 @@ pub(crate) fn shortest_path(ground: &Ground<'_>, from: usize, to: usize) -> Opti
         let (short, long) = (across.min(along), across.max(along));
         (short * DIAGONAL + (long - short) * STRAIGHT) * ground.least_cost()
     };
-    // What the cheapest way so far to each cell costs, and one; zero where there is none yet.
+    // The cost of the cheapest path to each cell so far, plus one; zero if there is none yet.
     let mut reached = vec![0_u32; ground.costmap.clearances().len()];
     reached[from] = 1;
     let ways = |cell: &u32| {
@@ -79,7 +79,7 @@ mod tests {
     const WIDTH: usize = 16;
     const HEIGHT: usize = 12;
 
-    /// A small map with cells as big as the robot, so that walls cost around them but do not close everything.
+    /// A small map with cells as big as the robot, so that walls add costs around them but do not close everything.
     fn costmap(cells: &[Cell]) -> Costmap {
         let mut map = OccupancyGrid::new(WIDTH, HEIGHT, 0.5, pose(0.0, 0.0, 0.0));
         for (offset, cell) in cells.iter().enumerate() {
@@ -94,7 +94,7 @@ mod tests {
         prop::collection::vec(cell, WIDTH * HEIGHT)
     }
 
-    /// Costs of the cheapest paths from a cell, by relaxing until nothing changes.
+    /// Costs of the cheapest paths from a cell, by relaxation until nothing changes.
     fn cheapest(ground: &Ground<'_>, from: usize) -> Vec<Option<u32>> {
         let mut costs = vec![None; WIDTH * HEIGHT];
         costs[from] = Some(0);

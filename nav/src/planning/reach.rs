@@ -1,4 +1,4 @@
-//! Which places a robot can ever drive to: asked of a map before anything runs.
+//! The places that a robot can ever reach: a question about a map before anything runs.
 
 use maps::{OccupancyGrid, Point};
 use robot::RobotModel;
@@ -9,13 +9,13 @@ use super::{End, PlanError, beginning, end_at, end_inside};
 use crate::navigation::SHARE_OF_PLAN;
 use crate::{Costmap, CostmapParameters, Error, Goal};
 
-/// How far from a goal that cannot be reached another is looked for, in metres.
+/// The distance from an unreachable goal within which another is suggested, in metres.
 const INSTEAD_M: f64 = 5.0;
 
-/// Where robots of one model can drive on a map, with nothing but the map in their way.
+/// The part of a map that robots of one model can reach, with no obstacles other than those of the map.
 ///
-/// It says of any start and goal what a [`Navigator`](crate::Navigator) would find, as long as it has seen nothing that
-/// is not on the map. Working it out takes a look at every cell; after that, a question costs next to nothing.
+/// For any start and goal it gives the result of a [`Navigator`](crate::Navigator) that has seen nothing that is not on
+/// the map. Building it visits every cell; after that, a query is very cheap.
 ///
 /// ```
 /// use maps::Point;
@@ -34,15 +34,15 @@ const INSTEAD_M: f64 = 5.0;
 #[derive(Clone, Debug)]
 pub struct Reach {
     costmap: Costmap,
-    /// The number of the part of the map that each cell belongs to; 0 where the robot cannot be.
+    /// The number of the connected part of each cell; 0 where the robot cannot be.
     parts: Vec<u32>,
 }
 
 impl Reach {
-    /// Works out where robots of that model can drive on the map.
+    /// Computes the reachable parts of the map for robots of this model.
     ///
     /// # Errors
-    /// [`Error::Parameter`] if the model makes no sense.
+    /// [`Error::Parameter`] if the model is invalid.
     pub fn new(map: &OccupancyGrid, model: &RobotModel) -> Result<Self, Error> {
         let costmap = Costmap::new(map, CostmapParameters::of(model))?;
         let ground = Ground::new(&costmap);
@@ -50,10 +50,10 @@ impl Reach {
         Ok(Self { parts, costmap })
     }
 
-    /// Whether a robot at `start` gets to the goal.
+    /// Whether a robot at `start` can reach the goal.
     ///
     /// # Errors
-    /// Why it does not: first of all what is wrong with the goal.
+    /// The reason why it cannot; problems of the goal come first.
     pub fn check(&self, start: &Point, goal: &Goal) -> Result<(), PlanError> {
         let ground = Ground::new(&self.costmap);
         let end = end_at(&ground, &goal.position, SHARE_OF_PLAN * goal.position_tolerance_m);
@@ -68,7 +68,7 @@ impl Reach {
         if arrives { Ok(()) } else { Err(PlanError::NoPath) }
     }
 
-    /// The place nearest to the goal that a robot at `start` gets to, if there is one near.
+    /// The place nearest to the goal that a robot at `start` can reach, if there is one nearby.
     #[must_use]
     pub fn instead(&self, start: &Point, goal: &Goal) -> Option<Point> {
         let first = beginning(&Ground::new(&self.costmap), start).ok()?[0];
@@ -107,7 +107,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn what_can_be_reached_is_what_plans_lead_to(
+        fn reachable_places_are_those_with_a_plan(
             boxes in prop::collection::vec((5_usize..140, 5_usize..100, 2_usize..60, 2_usize..60), 0..9),
             ends in prop::collection::vec((-0.5..8.5_f64, -0.5..6.5_f64), 8),
         ) {

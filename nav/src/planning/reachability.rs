@@ -1,6 +1,6 @@
-//! Whether there is a way at all, which is found out much faster than the best one, or that there is none.
+//! Whether there is a path at all: much faster than finding the best one, or finding that there is none.
 //!
-//! Four neighbours are enough: a diagonal step of a path needs both cells beside it.
+//! Four neighbours are enough: a diagonal step of a path requires both adjacent cells to be free.
 
 use maps::Point;
 
@@ -10,7 +10,7 @@ use crate::grid_frame::GridFrame;
 
 /// Whether a path leads from one cell to another.
 ///
-/// Floods from both ends in turns, so that a closed room is noticed at the cost of the room.
+/// Floods alternately from both ends, so a closed room is detected at the cost of that room.
 pub(super) fn is_reachable(ground: &Ground<'_>, from: usize, to: usize) -> bool {
     if from == to {
         return true;
@@ -39,23 +39,23 @@ pub(super) fn is_reachable(ground: &Ground<'_>, from: usize, to: usize) -> bool 
     }
 }
 
-/// No flood has come to the cell.
+/// No flood has reached the cell.
 const NONE: u8 = 2;
 
-/// Centres, in the `map` frame, of the cells of the largest connected part of a costmap in which a body of that radius
-/// (in metres) touches nothing, in the order of the grid.
+/// Centres, in the `map` frame, of the cells of the largest connected part of a costmap in which a body with this
+/// radius (in metres) touches nothing, in the order of the grid.
 #[must_use]
 pub fn largest_part(costmap: &Costmap, radius_m: f64) -> Vec<Point> {
     let parts = parts(&costmap.frame, costmap.clearances().len(), |cell| costmap.clearance_at_m(cell) >= radius_m);
     let mut sizes = vec![0_usize; parts.iter().max().map_or(0, |last| *last as usize) + 1];
     parts.iter().filter(|part| **part > 0).for_each(|part| sizes[*part as usize] += 1);
-    // The first of those that are as large as any.
+    // The first of the largest ones.
     let largest = (1..sizes.len()).rev().max_by_key(|part| sizes[*part]).unwrap_or_default() as u32;
     let inside = parts.iter().enumerate().filter(|(_, part)| **part == largest && largest > 0);
     inside.map(|(cell, _)| costmap.frame.center(cell)).collect()
 }
 
-/// The connected parts of a grid's open cells: the number of each cell's part, from 1 on in the order of their first
+/// The connected parts of a grid's open cells: the number of each cell's part, from 1 in the order of their first
 /// cells, and 0 for cells that are not open.
 pub(super) fn parts(frame: &GridFrame, cells: usize, is_open: impl Fn(usize) -> bool) -> Vec<u32> {
     let mut parts = vec![0; cells];

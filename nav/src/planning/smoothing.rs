@@ -1,6 +1,6 @@
-//! Making a path of cells drivable: shortened where a straight line costs no more, then rounded off.
+//! Makes a path of cells drivable: shortens it where a straight line costs no more, then smooths it.
 //!
-//! Nothing is accepted that would bring the robot where it cannot be.
+//! No change is accepted that would bring the robot where it cannot be.
 
 use maps::Point;
 
@@ -9,17 +9,17 @@ use super::standing::Ground;
 /// Distance between the points of a path, in metres.
 const SPACING_M: f64 = 0.1;
 
-/// How many times every point is pulled towards the middle between its neighbours.
+/// How many times every point is pulled towards the midpoint of its neighbours.
 const ROUNDS: usize = 60;
 
-/// How far a point goes towards the middle, and how strongly it is held where it was.
+/// How far a point moves towards the midpoint, and how strongly it is held in its original place.
 const PULL: f64 = 0.4;
 const HOLD: f64 = 0.08;
 
-/// Lines are looked at so often, in points a cell.
+/// Number of samples on lines, per cell.
 const LOOKS_PER_CELL: f64 = 2.0;
 
-/// A path in the `map` frame along cells, from `start` (or the first cell's centre) to `end`, which lies in the last
+/// A path in the `map` frame along cells, from `start` (or the first cell's centre) to `end`, which is in the last
 /// cell.
 pub(crate) fn smoothed(ground: &Ground<'_>, cells: &[usize], start: Option<&Point>, end: &Point) -> Vec<Point> {
     let frame = &ground.costmap.frame;
@@ -39,7 +39,7 @@ pub(crate) fn smoothed(ground: &Ground<'_>, cells: &[usize], start: Option<&Poin
     chosen.unwrap_or_else(|| spaced(&points, spacing)).iter().map(|point| frame.in_map(point)).collect()
 }
 
-/// The path with points left out where the straight line between others costs no more than the way along them.
+/// The path without the points that can be replaced with a straight line that costs no more.
 fn shortened(ground: &Ground<'_>, points: &[Point]) -> Vec<Point> {
     let mut costs = vec![0.0; points.len()];
     for index in 1..points.len() {
@@ -58,7 +58,7 @@ fn shortened(ground: &Ground<'_>, points: &[Point]) -> Vec<Point> {
     kept
 }
 
-/// A far index that is good, found by strides that double while good and then halve; at least the next one.
+/// A far good index, found by strides that double while they are good and then halve; at least the next one.
 fn farthest(at: usize, last: usize, is_good: impl Fn(usize) -> bool) -> usize {
     let mut good = at + 1;
     let mut stride = 1;
@@ -91,12 +91,12 @@ fn line_cost(ground: &Ground<'_>, from: &Point, to: &Point) -> Option<f64> {
     Some(f64::from(sum) / 2.0 * length / looks as f64)
 }
 
-/// A straight way in the `map` frame, in points as far apart as those of a path.
+/// A straight path in the `map` frame, with the usual spacing of points.
 pub(crate) fn straight(from: &Point, to: &Point) -> Vec<Point> {
     spaced(&[*from, *to], SPACING_M)
 }
 
-/// The same path with points at most so far apart.
+/// The same path with at most this distance between points.
 fn spaced(points: &[Point], spacing: f64) -> Vec<Point> {
     let mut path = vec![points[0]];
     for pair in points.windows(2) {
@@ -106,8 +106,8 @@ fn spaced(points: &[Point], spacing: f64) -> Vec<Point> {
     path
 }
 
-/// Pulls every point but the ends towards the middle between its neighbours, unless it would get where the robot
-/// cannot be or dearer by more than a little.
+/// Pulls every point except the ends towards the midpoint of its neighbours, unless the robot cannot be there or the
+/// cost would be noticeably higher.
 fn round_off(ground: &Ground<'_>, path: &mut [Point]) {
     let held = path.to_vec();
     for _ in 0..ROUNDS {

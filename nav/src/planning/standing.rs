@@ -1,4 +1,4 @@
-//! Where the robot can be.
+//! The cells where the robot can be.
 
 use maps::Point;
 
@@ -12,7 +12,7 @@ const OPEN_COST: u32 = 10;
 /// What the cost of 252 adds to a cell's cost, as a multiple of the open cost.
 const NEAR_FACTOR: u32 = 4;
 
-/// The cells of a costmap as the planner sees them: can the robot's centre be there, and what does that cost?
+/// The planner's view of a costmap's cells: can the robot's centre be there, and at what cost?
 pub(crate) struct Ground<'a> {
     pub(crate) costmap: &'a Costmap,
     clearances: &'a [u8],
@@ -21,7 +21,7 @@ pub(crate) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    /// The robot keeps half a cell more than its radius from obstacles, since it may be anywhere in a cell.
+    /// The robot keeps half a cell more than its radius from obstacles, because it may be anywhere in a cell.
     pub(crate) fn new(costmap: &'a Costmap) -> Self {
         let needed_cells = costmap.parameters().robot_radius / costmap.frame.resolution_m + 0.5;
         let least = clearance::at_least(needed_cells);
@@ -47,7 +47,7 @@ impl<'a> Ground<'a> {
         OPEN_COST
     }
 
-    /// The cost at a point in grid coordinates; zero where the robot cannot be, also outside of the grid.
+    /// The cost at a point in grid coordinates; zero where the robot cannot be, including outside the grid.
     pub(crate) fn cost_in_grid(&self, at: &Point) -> u32 {
         self.costmap.frame.offset_in_grid(at).map_or(0, |cell| self.cost(cell))
     }
@@ -82,7 +82,7 @@ pub(crate) fn nearest_cell(
     best.map(|(_, cell)| cell)
 }
 
-/// The cells of a grid on the square ring of so many cells around one.
+/// The cells of a grid on the square ring with this distance from a cell.
 fn ring_around(
     column: usize,
     row: usize,

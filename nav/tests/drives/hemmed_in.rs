@@ -1,5 +1,4 @@
-//! Localization of a robot that cannot see the map, for doors or people around it, or that has been put where it sees
-//! another part of it.
+//! Localization of a robot that cannot see the map because of doors or people, or that has been moved elsewhere.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Pose, pose};
 use nav::{InitialPose, Localization, LocalizationParameters};
@@ -13,7 +12,7 @@ const TURN: VelocityCommand = VelocityCommand { linear_mps: 0.0, angular_radps: 
 const SMALL_CIRCLE: VelocityCommand = VelocityCommand { linear_mps: 0.1, angular_radps: 0.5 };
 const CIRCLE: VelocityCommand = VelocityCommand { linear_mps: 0.2, angular_radps: 0.5 };
 
-/// A robot in a world that is not its map, with a localization on its map.
+/// A robot in a world that differs from its map, with a localization on its map.
 struct Drive {
     robot: Unicycle,
     localization: Localization,
@@ -29,7 +28,7 @@ impl Drive {
         Self { robot, localization }
     }
 
-    /// Does as told for so long. Returns how far the estimate was off at worst, in metres.
+    /// Drives with this command for some time. Returns the largest error of the estimate, in metres.
     fn go(&mut self, seconds: u32, command: VelocityCommand) -> f64 {
         let mut worst_m = 0.0_f64;
         for _ in 0..50 * seconds {
@@ -48,7 +47,7 @@ impl Drive {
     }
 }
 
-/// Four leaves of a square around a place, so far from it.
+/// Closes four sides of a square around a place, at this distance.
 fn close_in(world: &mut OccupancyGrid, at: &Pose, away_m: f64) {
     let (x, y) = (at.translation.x, at.translation.y);
     let (left, right, bottom, top) = (x - away_m, x + away_m, y - away_m, y + away_m);
@@ -71,7 +70,7 @@ fn surround(world: &mut OccupancyGrid, at: &Pose, people: u32, away_m: f64) {
 }
 
 #[test]
-fn doors_that_close_around_a_robot_and_open_again_leave_its_pose_alone() {
+fn closing_and_opening_doors_around_a_robot_leave_its_pose_unchanged() {
     let places = [(pose(2.7, 3.5, 1.0), 1.2), (pose(13.9, 9.3, 0.3), 0.9), (pose(8.6, 3.4, -2.0), 1.0)];
     for (seed, (start, away_m)) in (0..).zip(places) {
         let mut drive = Drive::new(&office(), start, seed);
@@ -90,12 +89,12 @@ fn doors_that_close_around_a_robot_and_open_again_leave_its_pose_alone() {
 }
 
 #[test]
-fn people_who_stand_around_a_robot_leave_its_pose_alone() {
+fn people_around_a_robot_leave_its_pose_unchanged() {
     let places = [(pose(2.7, 3.5, 1.0), 14, 1.2), (pose(13.9, 9.3, 0.3), 12, 1.0), (pose(8.6, 3.2, 0.5), 18, 1.4)];
     for (seed, (start, people, away_m)) in (0..).zip(places) {
         let mut drive = Drive::new(&office(), start, seed);
         surround(&mut drive.robot.world, &start, people, away_m);
-        // From the first scan on, at rest and as it sets off; then they step aside.
+        // From the first scan on, at rest and starting; then they step aside.
         let hidden = [drive.go(30, REST), drive.go(15, TURN), drive.go(15, SMALL_CIRCLE)];
         drive.robot.world = office();
         let seen = [drive.go(10, REST), drive.go(10, CIRCLE)];
@@ -122,7 +121,7 @@ fn hall_and_rooms() -> OccupancyGrid {
 }
 
 #[test]
-fn a_robot_that_is_carried_at_rest_into_a_small_room_where_every_beam_is_shorter_is_found() {
+fn a_robot_moved_at_rest_into_a_small_room_is_found() {
     for (seed, room) in [(0, pose(15.5, 2.4, 0.4)), (1, pose(15.6, 6.0, -2.2)), (2, pose(15.3, 2.9, 3.0))] {
         let start = pose(6.5, 4.6, 0.3);
         let mut drive = Drive::new(&hall_and_rooms(), start, seed);
@@ -140,11 +139,11 @@ fn a_robot_that_is_carried_at_rest_into_a_small_room_where_every_beam_is_shorter
 }
 
 #[test]
-fn a_robot_that_is_carried_into_a_small_room_is_found_as_it_drives_though_the_room_looks_strange() {
+fn a_robot_moved_into_a_small_changed_room_is_found_as_it_drives() {
     let mut drive = Drive::new(&hall_and_rooms(), pose(6.5, 4.6, 0.3), 1);
     assert!(drive.go(5, REST) < 0.1);
     drive.robot.truth = pose(15.4, 1.9, 0.4);
-    // A box along a wall: no crowd, but not quite the map either.
+    // A box along a wall: not a crowd, but not quite the map either.
     fill(&mut drive.robot.world, [14.5, 3.65, 15.6, 3.95], Cell::Occupied);
     assert!(drive.go(3, REST) > 9.0);
     drive.go(15, CIRCLE);
@@ -154,7 +153,7 @@ fn a_robot_that_is_carried_into_a_small_room_is_found_as_it_drives_though_the_ro
     assert!(drive.off_m() < 0.1 && drive.localization.doubt() < 0.5, "{} m off", drive.off_m());
 }
 
-/// A world in which what is on the map around `there` stands around `here`, too.
+/// A world in which the walls on the map around `there` also stand around `here`.
 fn walled_in(map: &OccupancyGrid, there: [f64; 4], here: [f64; 2]) -> OccupancyGrid {
     let mut world = map.clone();
     let cells = |metres: f64| (metres / map.resolution_m()).round() as usize;
@@ -167,7 +166,7 @@ fn walled_in(map: &OccupancyGrid, there: [f64; 4], here: [f64; 2]) -> OccupancyG
 }
 
 #[test]
-fn a_robot_that_is_walled_in_as_if_elsewhere_returns_to_its_pose_once_the_walls_are_gone() {
+fn a_robot_surrounded_by_misleading_walls_returns_to_its_pose_when_they_are_gone() {
     // A room with its walls, as it might stand around the robot in the hall.
     let (room, hall) = ([14.0, 0.0, 17.2, 4.2], [5.0, 3.0]);
     for (seed, command) in [(0, REST), (1, CIRCLE)] {

@@ -1,4 +1,4 @@
-//! Localization on drives of some 60 m.
+//! Localization on drives of about 60 m.
 
 use std::time::Duration;
 
@@ -10,7 +10,7 @@ use robot::{LaserScan, Odometry, Streams, VelocityCommand};
 use crate::floor::{fill, office, round_trip};
 use crate::unicycle::{Noise, Unicycle, towards};
 
-/// How far estimates were off.
+/// The errors of estimates.
 #[derive(Debug, Default)]
 struct Errors {
     squared_m2: f64,
@@ -67,7 +67,7 @@ fn with_model(laser_model_type: LaserModel, robot: &Unicycle, initial: &InitialP
     Localization::new(&office(), &robot.model, parameters, initial, rng).expect("the parameters make sense")
 }
 
-/// Takes in all that the robot senses.
+/// Processes all of the robot's sensor data.
 fn sense(localization: &mut Localization, robot: &mut Unicycle) {
     localization.odometry(&robot.odometry());
     for scan in robot.scans() {
@@ -75,7 +75,7 @@ fn sense(localization: &mut Localization, robot: &mut Unicycle) {
     }
 }
 
-/// Drives the round trip by the truth and returns how far the estimates were off.
+/// Drives the round trip by the true pose and returns the errors of the estimates.
 fn drive(robot: &mut Unicycle, localization: &mut Localization) -> Errors {
     let mut errors = Errors::default();
     let (path, mut next) = (round_trip(), 0);
@@ -89,7 +89,7 @@ fn drive(robot: &mut Unicycle, localization: &mut Localization) -> Errors {
 }
 
 #[test]
-fn exact_odometry_and_lasers_are_followed_within_millimetres() {
+fn with_exact_sensors_the_error_is_millimetres() {
     let start = pose(2.7, 3.5, 1.0);
     for seed in 0..3 {
         let mut robot = Unicycle::new(office(), start, Noise::default());
@@ -102,7 +102,7 @@ fn exact_odometry_and_lasers_are_followed_within_millimetres() {
 }
 
 #[test]
-fn bad_odometry_and_noisy_lasers_are_followed_within_a_centimetre() {
+fn with_bad_odometry_and_noisy_lasers_the_error_is_below_a_centimetre() {
     let start = pose(2.7, 3.5, 1.0);
     for seed in 0..3 {
         let noise = Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 };
@@ -114,16 +114,16 @@ fn bad_odometry_and_noisy_lasers_are_followed_within_a_centimetre() {
         let errors = drive(&mut robot, &mut localization);
         println!("{:.1} m: {errors}", robot.driven_m);
         assert!(errors.rmse_m() < 0.012 && errors.rmse_rad() < 0.0055, "{errors}");
-        // Three on average if the covariance is exact; more if it is too sure of itself.
+        // Three on average if the covariance is exact; more if it is overconfident.
         let honesty = errors.normalized_squared / errors.count;
         assert!((1.5..6.0).contains(&honesty), "{honesty}");
     }
 }
 
 #[test]
-fn every_sensor_model_follows_bad_odometry() {
+fn every_sensor_model_handles_bad_odometry() {
     let start = pose(2.7, 3.5, 1.0);
-    // The sum of cubes is the blunt one.
+    // The sum of cubes is the least precise one.
     let models =
         [(LaserModel::LikelihoodField, 0.08), (LaserModel::LikelihoodFieldProb, 0.012), (LaserModel::Beam, 0.02)];
     for (model, most_m) in models {
@@ -136,7 +136,7 @@ fn every_sensor_model_follows_bad_odometry() {
 }
 
 #[test]
-fn a_robot_that_may_be_in_several_places_says_so() {
+fn a_robot_with_several_possible_poses_reports_them() {
     let mut robot = Unicycle::new(office(), pose(2.7, 3.5, 1.0), Noise::default());
     let mut localization = localization(&robot, &InitialPose::Anywhere, 1);
     assert_eq!(localization.doubt(), 1.0);
@@ -154,7 +154,7 @@ fn a_robot_that_may_be_in_several_places_says_so() {
 }
 
 #[test]
-fn furniture_that_is_not_on_the_map_does_little_harm() {
+fn unmapped_furniture_does_little_harm() {
     let start = pose(2.7, 3.5, 1.0);
     let mut world = office();
     for box_number in 0..14 {
@@ -168,12 +168,12 @@ fn furniture_that_is_not_on_the_map_does_little_harm() {
     let errors = drive(&mut robot, &mut localization);
     println!("{:.1} m: {errors}", robot.driven_m);
     assert!(errors.rmse_m() < 0.05 && errors.rmse_rad() < 0.01 && errors.greatest_m < 0.2, "{errors}");
-    // What furniture does to a scan is no noise: it pulls the same way for metres.
+    // The effect of furniture on a scan is not noise: it is consistent for metres.
     assert!(errors.normalized_squared / errors.count < 12.0, "{errors}");
 }
 
 #[test]
-fn a_robot_that_is_carried_away_finds_itself_again() {
+fn a_kidnapped_robot_relocalizes() {
     for (seed, elsewhere) in [pose(25.1, 3.0, -2.0), pose(2.7, 19.9, 0.5), pose(5.0, 19.9, 3.0)].into_iter().enumerate()
     {
         let start = pose(2.7, 3.5, 1.0);
@@ -203,7 +203,7 @@ fn a_robot_that_is_carried_away_finds_itself_again() {
 }
 
 #[test]
-fn lasers_that_go_wild_are_no_reason_to_be_elsewhere() {
+fn failing_lasers_are_no_reason_to_believe_another_pose() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise::default());
     let mut localization = localization(&robot, &InitialPose::at(start), 1);
@@ -221,7 +221,7 @@ fn lasers_that_go_wild_are_no_reason_to_be_elsewhere() {
 }
 
 #[test]
-fn a_robot_that_is_carried_away_at_rest_notices_and_finds_itself_once_it_drives() {
+fn a_robot_kidnapped_at_rest_notices_and_relocalizes_once_it_drives() {
     for (seed, elsewhere) in [pose(25.1, 3.0, -2.0), pose(2.7, 19.9, 0.5), pose(13.9, 9.3, 0.3)].into_iter().enumerate()
     {
         let start = pose(2.7, 3.5, 1.0);
@@ -245,7 +245,7 @@ fn a_robot_that_is_carried_away_at_rest_notices_and_finds_itself_once_it_drives(
 }
 
 #[test]
-fn a_robot_that_knows_nothing_finds_itself() {
+fn a_robot_without_an_initial_pose_localizes() {
     let mut found = 0;
     for seed in 0..5 {
         let start = pose(2.7, 3.5, 1.0);
@@ -277,7 +277,7 @@ fn a_robot_at_rest_keeps_its_estimate() {
 }
 
 #[test]
-fn readings_that_are_not_finite_do_no_harm() {
+fn readings_that_are_not_finite_are_harmless() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise::default());
     let mut localization = localization(&robot, &InitialPose::at(start), 1);
@@ -304,7 +304,7 @@ fn readings_that_are_not_finite_do_no_harm() {
 }
 
 #[test]
-fn scans_from_before_the_odometry_known_and_from_the_future_are_ignored() {
+fn scans_older_than_the_odometry_or_from_the_future_are_ignored() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise::default());
     let mut localization = localization(&robot, &InitialPose::at(start), 1);
@@ -328,7 +328,7 @@ fn scans_from_before_the_odometry_known_and_from_the_future_are_ignored() {
 }
 
 #[test]
-fn a_laser_of_short_range_overlooks_nothing_beside_one_of_long_range() {
+fn a_short_range_laser_works_beside_a_long_range_one() {
     let start = pose(2.7, 3.5, 1.0);
     let mut robot = Unicycle::new(office(), start, Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 });
     robot.model.lasers[1].range_max_m = 1.5;

@@ -1,4 +1,4 @@
-//! Whole drives: a robot of a few lines on a floor drawn in code, run by nothing but scans, odometry and the map.
+//! Whole drives: a minimal robot on a floor drawn in code, controlled only by scans, odometry and the map.
 
 mod floor;
 mod hemmed_in;

@@ -25,7 +25,7 @@ struct Drive {
 }
 
 impl Drive {
-    /// In a world that is as the map says.
+    /// In a world that matches the map.
     fn new(map: OccupancyGrid, at: Pose) -> Self {
         let world = map.clone();
         Self::in_world(&map, world, at)
@@ -57,7 +57,7 @@ impl Drive {
         self.closest_m = self.closest_m.min(self.robot.clearance_m());
     }
 
-    /// Drives until there is an outcome, at most so long; returns the outcome and how long it took.
+    /// Drives until there is an outcome, at most for this time; returns the outcome and the time taken.
     fn go(&mut self, goal: Goal, at_most_s: u64) -> (NavigationStatus, Duration) {
         self.statuses.clear();
         self.navigator.start(goal);
@@ -105,7 +105,7 @@ fn a_hundred_goals_in_the_open_are_reached() {
 }
 
 #[test]
-fn doorways_are_passed_without_a_touch() {
+fn doorways_are_passed_without_contact() {
     for (doorway_m, trips) in [(1.0, 10), (0.8, 10)] {
         let mut drive = Drive::new(two_rooms(doorway_m), pose(1.0, 1.0, 0.0));
         let mut rng = Streams::new(5).stream("goals");
@@ -142,7 +142,7 @@ fn a_trip_across_the_office_goes_through_the_statuses_in_order() {
 }
 
 #[test]
-fn an_obstacle_that_is_not_on_the_map_is_driven_around() {
+fn an_unmapped_obstacle_is_avoided() {
     let map = hall(10.0, 5.0);
     let mut world = map.clone();
     fill(&mut world, [4.5, 1.6, 5.2, 3.4], Cell::Occupied);
@@ -155,7 +155,7 @@ fn an_obstacle_that_is_not_on_the_map_is_driven_around() {
 }
 
 #[test]
-fn a_blocked_corridor_leads_to_another_way() {
+fn a_blocked_corridor_causes_a_detour() {
     // Two corridors from left to right; the shorter one is blocked.
     let mut map = hall(14.0, 8.0);
     fill(&mut map, [3.0, 1.8, 11.0, 6.0], Cell::Occupied);
@@ -170,7 +170,7 @@ fn a_blocked_corridor_leads_to_another_way() {
 }
 
 #[test]
-fn somebody_who_steps_aside_is_waited_for() {
+fn the_robot_waits_for_a_person_who_steps_aside() {
     let map = hall(12.0, 1.6);
     let mut world = map.clone();
     fill(&mut world, [5.0, 0.5, 5.4, 1.1], Cell::Occupied);
@@ -193,7 +193,7 @@ fn somebody_who_steps_aside_is_waited_for() {
 }
 
 #[test]
-fn a_robot_that_is_sent_elsewhere_stops_as_fast_as_it_can() {
+fn a_redirected_robot_stops_as_fast_as_it_can() {
     let mut drive = Drive::new(hall(10.0, 5.0), pose(1.0, 2.5, 0.0));
     drive.navigator.start(goal(9.0, 2.5, 0.0));
     (0..200).for_each(|_| drive.step());
@@ -224,7 +224,7 @@ fn a_closed_door_ends_in_a_reason_in_bounded_time() {
 }
 
 #[test]
-fn goals_where_the_robot_cannot_be_are_refused_at_once_with_a_reason() {
+fn unreachable_goals_are_refused_at_once_with_a_reason() {
     let mut map = hall(6.0, 5.0);
     fill(&mut map, [3.0, 0.0, 3.2, 5.0], Cell::Occupied);
     fill(&mut map, [1.0, 4.0, 2.0, 5.0], Cell::Unknown);
@@ -235,14 +235,14 @@ fn goals_where_the_robot_cannot_be_are_refused_at_once_with_a_reason() {
         assert!(took < Duration::from_millis(100));
         drive.navigator.reason().unwrap().to_string()
     };
-    assert_eq!(reason(4.5, 2.5), "no way leads to the goal");
-    assert_eq!(reason(1.5, 4.5), "the goal is where the map is unknown");
-    assert_eq!(reason(9.0, 2.5), "the goal is outside of the map");
+    assert_eq!(reason(4.5, 2.5), "there is no path to the goal");
+    assert_eq!(reason(1.5, 4.5), "the goal is in unknown space of the map");
+    assert_eq!(reason(9.0, 2.5), "the goal is outside the map");
     assert_eq!(reason(2.875, 2.5), "the goal is 0.12 m from an obstacle, but the robot needs 0.30 m");
 }
 
 #[test]
-fn an_area_is_entered_even_if_something_stands_on_its_centroid() {
+fn an_area_is_entered_even_if_its_centroid_is_blocked() {
     let mut map = hall(8.0, 5.0);
     fill(&mut map, [5.7, 2.0, 6.3, 3.0], Cell::Occupied);
     let corners = [(4.5, 1.0), (7.5, 1.0), (7.5, 4.0), (4.5, 4.0)].map(|(x, y)| Point::new(x, y)).to_vec();
@@ -255,13 +255,13 @@ fn an_area_is_entered_even_if_something_stands_on_its_centroid() {
 }
 
 #[test]
-fn a_robot_that_is_pushed_away_plans_again() {
+fn a_pushed_robot_replans() {
     let mut drive = Drive::new(hall(10.0, 6.0), pose(1.0, 3.0, 0.0));
     drive.navigator.start(goal(9.0, 3.0, 0.0));
     (0..300).for_each(|_| drive.step());
     let before = drive.navigator.path().to_vec();
     for _ in 0..300 {
-        // Somebody drives it by joypad; the navigator's commands are not followed.
+        // A person drives it by joypad; the navigator's commands are not followed.
         let odometry = drive.robot.odometry();
         drive.localization.odometry(&odometry);
         for scan in drive.robot.scans() {
@@ -299,7 +299,7 @@ fn silent_lasers_and_unknown_poses_are_errors() {
     assert_eq!(drive.navigator.reason(), Some(GiveUpReason::BadGoal));
 }
 
-/// Where the robot gets to with a laser that falls silent after 2 s.
+/// The drive with a laser that falls silent after 2 s.
 fn drive_with_a_silent_laser(laser: usize) -> Drive {
     let mut drive = Drive::new(hall(10.0, 5.0), pose(1.0, 2.5, 0.0));
     drive.navigator.start(goal(9.0, 2.5, 0.0));
@@ -320,7 +320,7 @@ fn drive_with_a_silent_laser(laser: usize) -> Drive {
 }
 
 #[test]
-fn a_robot_that_is_blind_ahead_stops_and_one_that_is_blind_behind_does_not() {
+fn a_robot_stops_if_it_is_blind_ahead_but_not_if_it_is_blind_behind() {
     let blind = drive_with_a_silent_laser(0);
     assert_eq!(blind.navigator.status(), NavigationStatus::Error);
     let Some(GiveUpReason::NoScans(silent)) = blind.navigator.reason() else {
@@ -333,7 +333,7 @@ fn a_robot_that_is_blind_ahead_stops_and_one_that_is_blind_behind_does_not() {
 }
 
 #[test]
-fn encoders_whose_speeds_are_noisy_do_not_carry_the_robot_past_its_goal() {
+fn noisy_encoder_speeds_do_not_carry_the_robot_past_its_goal() {
     let mut rng = Streams::new(6).stream("speeds");
     let mut drive = Drive::new(hall(6.0, 5.0), pose(1.0, 2.5, 0.0));
     // 5 cm from the wall.
@@ -358,7 +358,7 @@ fn encoders_whose_speeds_are_noisy_do_not_carry_the_robot_past_its_goal() {
 }
 
 #[test]
-fn a_robot_without_a_way_recovers_one_behaviour_after_the_other() {
+fn a_robot_without_a_path_tries_all_recovery_behaviors() {
     use nav::Recovery::{BackUp, ClearCostmap, Spin, Wait};
     let map = two_rooms(1.0);
     let mut world = map.clone();

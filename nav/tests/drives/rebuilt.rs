@@ -1,4 +1,4 @@
-//! Localization where walls of the map have come down.
+//! Localization with removed walls.
 
 use maps::{Cell, OccupancyGrid, pose};
 use nav::{InitialPose, Localization, LocalizationParameters};
@@ -7,11 +7,10 @@ use robot::Streams;
 use crate::floor::{fill, office, round_trip};
 use crate::unicycle::{Noise, Unicycle, towards};
 
-/// Way between two scans, in metres: as much as in logs that keep few.
+/// Distance between two scans, in metres: as in logs with few scans.
 const BETWEEN_SCANS_M: f64 = 1.0;
 
-/// The office after a wall along each of two corridors has come down, with new furniture in the rooms, which look
-/// alike.
+/// The office after a wall along each of two corridors was removed, with new furniture in the rooms, which look alike.
 fn rebuilt_office() -> OccupancyGrid {
     let mut world = office();
     fill(&mut world, [3.5, 10.5, 13.5, 10.65], Cell::Free);
@@ -24,7 +23,7 @@ fn rebuilt_office() -> OccupancyGrid {
     world
 }
 
-/// How far the estimate was off at worst on the round trip, in metres, and whether the robot was sought meanwhile.
+/// The largest error of the estimate on the round trip, in metres, and whether there was a search.
 fn drive(robot: &mut Unicycle, localization: &mut Localization) -> (f64, bool) {
     let (path, mut next) = (round_trip(), 0);
     let (mut worst_m, mut is_sought) = (0.0_f64, false);
@@ -47,7 +46,7 @@ fn drive(robot: &mut Unicycle, localization: &mut Localization) -> (f64, bool) {
 }
 
 #[test]
-fn a_robot_that_is_sought_because_walls_have_come_down_is_not_lost_meanwhile() {
+fn a_robot_is_not_lost_during_a_search_caused_by_removed_walls() {
     let start = pose(2.7, 3.5, 1.0);
     for seed in 0..4 {
         let noise = Noise { drift: 0.05, scatter: 0.2, laser_m: 0.01 };

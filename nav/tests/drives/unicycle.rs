@@ -1,4 +1,4 @@
-//! A robot of a few lines: a unicycle with limited acceleration, ideal lasers by plain ray casting.
+//! A minimal robot: a unicycle with limited acceleration and ideal lasers by plain ray casting.
 
 use std::time::Duration;
 
@@ -12,12 +12,12 @@ pub(crate) const STEP: Duration = Duration::from_millis(20);
 /// Steps between scans.
 const SCAN_STEPS: u64 = 5;
 
-/// How odometry and lasers lie.
+/// The errors of odometry and lasers.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Noise {
-    /// Odometry drives and turns by this share too far.
+    /// Odometry overestimates distance and turns by this share.
     pub(crate) drift: f64,
-    /// And by so much more at random, as a share of the motion.
+    /// Random error, as a share of the motion.
     pub(crate) scatter: f64,
     /// Standard deviation of a range, in metres.
     pub(crate) laser_m: f64,
@@ -99,7 +99,7 @@ impl Unicycle {
         (0..self.model.lasers.len()).map(|laser| self.scan(laser)).collect()
     }
 
-    /// How far the robot's body is from the nearest wall; negative means a collision.
+    /// The distance between the robot's body and the nearest wall; negative means a collision.
     pub(crate) fn clearance_m(&self) -> f64 {
         let centre = self.world.to_grid(&self.truth.translation.vector.into());
         let reach = 20;
@@ -172,7 +172,7 @@ fn cast(map: &OccupancyGrid, eye: &Pose, angle_rad: f64, range_max_m: f64) -> f6
     f64::INFINITY
 }
 
-/// Drives along a polyline by plain pure pursuit on a pose that is given, for tests of localization alone.
+/// Drives along a polyline by plain pure pursuit with a given pose, for tests of localization alone.
 pub(crate) fn towards(path: &[Point], next: &mut usize, at: &Pose) -> VelocityCommand {
     while *next < path.len() && (path[*next] - Point::from(at.translation.vector)).norm() < 0.3 {
         *next += 1;

@@ -161,7 +161,7 @@ pub struct Navigation {
 }
 
 impl Navigation {
-    /// The status with the reason and the behaviour, in words: `failing (back up): no way leads to the goal`.
+    /// The status with the reason and the behaviour, in words: `failing (back up): there is no path to the goal`.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words = self.status.replace('_', " ");
@@ -234,8 +234,8 @@ mod tests {
         let mut navigation = Navigation { status: "preparing_before_move".to_owned(), reason: None, recovery: None };
         assert_eq!(navigation.words(), "preparing before move");
         navigation.status = "failing".to_owned();
-        navigation.reason = Some("no way leads to the goal".to_owned());
+        navigation.reason = Some("there is no path to the goal".to_owned());
         navigation.recovery = Some("back_up".to_owned());
-        assert_eq!(navigation.words(), "failing (back up): no way leads to the goal");
+        assert_eq!(navigation.words(), "failing (back up): there is no path to the goal");
     }
 }

@@ -206,7 +206,7 @@ mod tests {
         let through = problems("[[people]]\nat = [-3.0, 6.4]\nroute = [[-3.0, 60.0]]");
         assert!(through.contains("leads through a wall"), "{through}");
         let off = problems("[[boxes]]\nat = [900.0, 6.6, 0]");
-        assert!(off.contains("outside of the map"), "{off}");
+        assert!(off.contains("outside the map"), "{off}");
         let twice =
             problems("[[people]]\nname = \"Ann\"\nat = [-3.0, 6.4]\n[[boxes]]\nname = \"Ann\"\nat = [-5.0, 6.6, 0]");
         assert!(twice.contains("two bodies named `Ann`"), "{twice}");

@@ -118,8 +118,8 @@ mod tests {
         let trips = vec![
             trip(1, Outcome::Arrived, None),
             trip(2, Outcome::Elsewhere, None),
-            trip(3, Outcome::GaveUp, Some("no way leads to the goal")),
-            trip(4, Outcome::TimeOver, Some("no way leads to the goal")),
+            trip(3, Outcome::GaveUp, Some("there is no path to the goal")),
+            trip(4, Outcome::TimeOver, Some("there is no path to the goal")),
         ];
         let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
         let expected = "\
@@ -133,9 +133,9 @@ way: driven over the shortest; time: taken over that at full speed on the shorte
 Failures, each with the command that drives it again:
   depot, seed 2, after 20 s: believes to have arrived, elsewhere
     again maps/depot.yaml 2
-  depot, seed 3, after 20 s: gave up: no way leads to the goal
+  depot, seed 3, after 20 s: gave up: there is no path to the goal
     again maps/depot.yaml 3
-  depot, seed 4, after 20 s: still under way when time was over; last: no way leads to the goal
+  depot, seed 4, after 20 s: still under way when time was over; last: there is no path to the goal
     again maps/depot.yaml 4
 ";
         assert_eq!(text, expected);
