@@ -138,7 +138,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let ran = ran?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
-        note(&format!("interrupted after {done} of {all} runs; the same command goes on where it stopped"));
+        note(&format!("interrupted after {done} of {all} runs; the same command resumes where it stopped"));
         return Ok(interrupt::status());
     }
     let (said, status) = match shard {

@@ -120,7 +120,7 @@ pub(crate) fn open_log(path: &Path) -> Result<Recording, Error> {
 
 fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<Fit, Error> {
     let Some(fit) = Fit::of(recording, map) else {
-        let message = format!("{}: no beam of the log has hit anything", args.log.display());
+        let message = format!("{}: no beam of the log hit anything", args.log.display());
         return Err(Error::refused(message, "a robot is localized by what its laser sees"));
     };
     if fit.is_plausible() {

@@ -412,9 +412,9 @@ fn what_does_not_belong_together_is_refused_and_left_untouched() {
     let merged = path("merged");
     let merge = |shards: &[&str], to: &str| refused(&[&["campaign", "merge", "--out", to], shards].concat());
     assert!(merge(&[&even, &other], &merged).contains("another campaign"));
-    assert!(merge(&[&even], &merged).contains("of the shards 0 to 1"));
-    assert!(merge(&[&even, &odd, &odd], &merged).contains("each must be there once"));
-    assert!(merge(&[&even, &odd], &path("out")).contains("has results already"));
+    assert!(merge(&[&even], &merged).contains("shards 0 to 1 are needed"));
+    assert!(merge(&[&even, &odd, &odd], &merged).contains("each shard must be present exactly once"));
+    assert!(merge(&[&even, &odd], &path("out")).contains("already has results"));
     let journal = fs::read_to_string(format!("{odd}/journal.jsonl")).unwrap();
     fs::write(format!("{odd}/journal.jsonl"), &journal[..journal.len() - 5]).unwrap();
     assert!(merge(&[&even, &odd], &merged).contains("not complete"));
@@ -431,7 +431,7 @@ fn what_does_not_belong_together_is_refused_and_left_untouched() {
     assert_eq!(fs::read_to_string(out.join("journal.jsonl")).unwrap(), old);
     assert_eq!(bytes(&out)[..2], before[..2]);
     fs::remove_file(out.join("journal.jsonl")).unwrap();
-    assert!(refused(&again[..4]).contains("a dataset without the journal that it was made of"));
+    assert!(refused(&again[..4]).contains("a dataset without its journal"));
     assert_eq!(fs::read(out.join("dataset.parquet")).unwrap(), before[0]);
 }
 

@@ -196,7 +196,8 @@ fn what_cannot_be_compared_is_refused() {
     };
     assert!(refused(&path(0), &path(1)).contains("vary `battery.initial_pct` differently: 31 to 80, and 31 to 90"));
     assert!(
-        refused(&path(0), &path(2)).contains("vary different things: `battery.initial_pct`, and `execution.tick_s`")
+        refused(&path(0), &path(2))
+            .contains("vary different parameters: `battery.initial_pct`; and `execution.tick_s`")
     );
     assert!(refused(&path(3), &path(4)).contains("watch no property in common"));
     assert!(refused(&path(0), folder.path().to_str().unwrap()).contains("cannot read"));
@@ -207,5 +208,5 @@ fn what_cannot_be_compared_is_refused() {
     assert!(steward(&arguments).status.success());
     assert!(refused(&path(0), shards.join("shard-0-of-2").to_str().unwrap()).contains("is shard 0/2"));
     fs::remove_file(outs[0].join("summary.json")).unwrap();
-    assert!(refused(&path(0), &path(3)).contains("has not come to its end"));
+    assert!(refused(&path(0), &path(3)).contains("has not finished"));
 }

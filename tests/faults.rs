@@ -146,7 +146,7 @@ fn the_matrix_says_which_property_notices_which_fault() {
     assert_eq!(matrix["fault_free"]["alarms"].as_array().unwrap().len(), 0);
     let text = String::from_utf8(run(&[]).stdout).unwrap();
     assert!(text.contains("No false alarm in 3 runs of errand without a fault."), "{text}");
-    assert!(text.contains("No property notices faults/battery_sensor_offset."), "{text}");
+    assert!(text.contains("No property detects faults/battery_sensor_offset."), "{text}");
     assert!(std::fs::read_to_string(out.path().join("index.html")).unwrap().contains("faults/battery_level"));
 }
 

@@ -101,8 +101,8 @@ fn what_is_no_whole_recording_is_refused_with_one_message() {
     let has = |said: String, words: &str| assert!(said.contains(words), "{said}");
     has(said_of(&whole[..whole.len() - 1]), "ends before its run does, at ");
     has(said_of(&whole[..15]), "ends before its run does, and tells nothing of it");
-    has(said_of(b""), "is no recording of a run");
-    has(said_of(b"{\"scenario\":\"nominal\"}\n"), "is no recording of a run");
+    has(said_of(b""), "is not a recording of a run");
+    has(said_of(b"{\"scenario\":\"nominal\"}\n"), "is not a recording of a run");
     let mut other = whole.clone();
     other[8] = 77;
     has(said_of(&other), "has version 77 of the format");

@@ -19,7 +19,7 @@ use crate::{hung_tree, pair, receiver_of, sender};
 const STEP: Duration = Duration::from_millis(100);
 
 fn value(message: &Message) -> i64 {
-    let Some(Value::Int(n)) = message.field(1) else { panic!("{message} is no number") };
+    let Some(Value::Int(n)) = message.field(1) else { panic!("{message} is not a number") };
     *n
 }
 

@@ -18,23 +18,23 @@ use super::summary::command;
 use super::{RunOutcome, RunRecord};
 use crate::Error;
 
-/// The confidence of the intervals; what is less probable than the rest is taken for a difference.
+/// The confidence of the intervals; a result that would be less likely by chance counts as a difference.
 const CONFIDENCE: f64 = 0.95;
-/// How many runs are named that went differently.
+/// How many differing runs are listed.
 const NAMED: usize = 3;
 
-/// What two campaigns say of each other.
+/// The comparison of two campaigns.
 #[derive(Clone, Debug, Serialize)]
 pub struct CampaignComparison {
-    /// The one before.
+    /// The earlier one.
     pub before: Side,
-    /// The one after.
+    /// The later one.
     pub after: Side,
     /// The confidence of all intervals.
     pub confidence: Confidence,
-    /// How many runs both have with the same number, seed and parameters.
+    /// How many runs have the same number, seed and parameters in both.
     pub pairs: u64,
-    /// For each property that both watch, and the expectation.
+    /// One comparison per property that both watch, and one for the expectation.
     pub comparisons: Vec<Compared>,
 }
 
@@ -43,7 +43,7 @@ pub struct CampaignComparison {
 pub struct Side {
     /// Where its results are.
     pub folder: PathBuf,
-    /// How the command line calls it.
+    /// Its name on the command line.
     pub campaign: String,
     /// The command that runs it again.
     pub again: String,
@@ -53,7 +53,7 @@ pub struct Side {
     pub version: String,
     /// How many runs it has.
     pub runs: u64,
-    /// How many of them failed; they count for no property.
+    /// How many of them failed; they do not count for any property.
     pub failed: u64,
 }
 
@@ -62,23 +62,23 @@ pub struct Side {
 pub struct Compared {
     /// What: a property that was violated, or `expectation`.
     pub of: String,
-    /// The two counts, and what they say.
+    /// The two counts and their comparison.
     #[serde(flatten)]
     pub comparison: Comparison,
-    /// In the pairs: how many went differently; null without pairs.
+    /// How many pairs differ; null without pairs.
     pub paired: Option<Paired>,
     /// The p-value of the pairs: McNemar's exact test.
     pub paired_p_value: Option<f64>,
-    /// The first runs in which it happened only before, and only after.
+    /// The first runs in which it happened only before.
     pub first_only_before: Vec<u64>,
     /// See [`first_only_before`](Self::first_only_before).
     pub first_only_after: Vec<u64>,
-    /// Whether the rate is `lower`, `higher`, or the runs show `no_difference`: by Fisher's test, or by the pairs' if there
-    /// are some, with an error of 5 % over all that is compared (Bonferroni).
+    /// Whether the rate is `lower`, `higher`, or shows `no_difference` that is significant: by Fisher's test, or by
+    /// that of the pairs if there are any, with an error of 5 % over everything compared (Bonferroni).
     pub change: Change,
 }
 
-/// What became of a rate.
+/// The change of a rate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Change {
@@ -122,23 +122,23 @@ impl CampaignComparison {
     }
 }
 
-/// Opens the results of a whole campaign that has come to its end.
+/// Opens the results of a whole, finished campaign.
 fn open(folder: &Path) -> Result<JournalReader, Error> {
     let journal = JournalReader::open(folder)?;
     let shown = folder.display();
     if journal.header.shard != Shard::ALL {
         let Shard { index, of } = journal.header.shard;
         let message = format!("{shown} is shard {index}/{of} of a campaign");
-        return Err(Error::refused(message, "put the shards together first: `steward campaign merge`"));
+        return Err(Error::refused(message, "merge the shards first: `steward campaign merge`"));
     }
     if !folder.join(SUMMARY).is_file() {
-        let message = format!("the campaign in {shown} has not come to its end");
-        return Err(Error::refused(message, "run its command again: it goes on where it stopped"));
+        let message = format!("the campaign in {shown} has not finished");
+        return Err(Error::refused(message, "run its command again: it resumes where it stopped"));
     }
     Ok(journal)
 }
 
-/// Refuses campaigns that vary different things.
+/// Refuses campaigns that vary different parameters.
 fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
     let help = "two campaigns are comparable if they vary the same parameters in the same way";
     let keys = |layout: &Layout| -> Vec<String> {
@@ -150,7 +150,7 @@ fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
     if old != new {
         let list =
             |keys: &[String]| if keys.is_empty() { "nothing".to_owned() } else { format!("`{}`", keys.join("`, `")) };
-        let message = format!("the campaigns vary different things: {}, and {}", list(&old), list(&new));
+        let message = format!("the campaigns vary different parameters: {}; and {}", list(&old), list(&new));
         return Err(Error::refused(message, help));
     }
     let differs = |old: &&ParameterLayout| {
@@ -168,12 +168,12 @@ fn check_alike(before: &Layout, after: &Layout) -> Result<(), Error> {
 /// Something that can happen in runs of both campaigns.
 struct ComparedEvent {
     name: String,
-    /// The places of its property in both; none for the expectation.
+    /// The indices of its property in both; none for the expectation.
     places: Option<[usize; 2]>,
 }
 
 impl ComparedEvent {
-    /// What both campaigns know of.
+    /// What both campaigns watch.
     fn shared(before: &Layout, after: &Layout) -> Result<Vec<Self>, Error> {
         let place = |layout: &Layout, name: &String| layout.properties.iter().position(|other| other == name);
         let shared = before.properties.iter().filter_map(|name| {
@@ -182,13 +182,13 @@ impl ComparedEvent {
         let shared: Vec<Self> = shared.collect();
         if shared.is_empty() && !(before.properties.is_empty() && after.properties.is_empty()) {
             let list = |layout: &Layout| layout.properties.join(", ");
-            let message = format!("the campaigns watch no property in common: {}; {}", list(before), list(after));
+            let message = format!("the campaigns have no property in common: {}; and {}", list(before), list(after));
             return Err(Error::refused(message, "compare campaigns whose scenarios have the same properties"));
         }
         Ok(shared.into_iter().chain([Self { name: "expectation".to_owned(), places: None }]).collect())
     }
 
-    /// Whether it happened in a run of the campaign of that place.
+    /// Whether it happened in a run of the campaign with that index.
     fn happened(&self, record: &RunRecord, campaign: usize) -> Option<bool> {
         match self.places {
             Some(places) => Some(record.facts.as_ref()?.monitors.get(places[campaign])?.verdict == Outcome::Violated),
@@ -197,7 +197,7 @@ impl ComparedEvent {
     }
 }
 
-/// What is counted while the runs of both go by.
+/// The counts over the runs of both.
 struct Tally {
     runs: [u64; 2],
     failed: [u64; 2],
@@ -219,7 +219,7 @@ impl Tally {
         Self { runs: [0; 2], failed: [0; 2], pairs: 0, events: events.into_iter().map(counted).collect() }
     }
 
-    /// Counts the runs of one number; either campaign may have none.
+    /// Counts the two runs with one number; either may be missing.
     fn add(&mut self, old: Option<&RunRecord>, new: Option<&RunRecord>) {
         let alike = old.zip(new).is_some_and(|(old, new)| (old.seed, &old.values) == (new.seed, &new.values));
         self.pairs += u64::from(alike);
@@ -307,7 +307,7 @@ impl Compared {
         let verdict = match self.change {
             Change::Lower => format!("less often {what} after"),
             Change::Higher => format!("more often {what} after"),
-            Change::NoDifference => "no difference shown".to_owned(),
+            Change::NoDifference => "no significant difference".to_owned(),
         };
         writeln!(f, "\n{}: {verdict}", self.of)?;
         writeln!(
@@ -334,7 +334,7 @@ impl Compared {
         let Some((paired, p_value)) = self.paired.zip(self.paired_p_value) else { return Ok(()) };
         writeln!(
             f,
-            "  of equal runs, {} only before and {} only after, McNemar's exact test p = {}",
+            "  in the same runs: {} only before, {} only after, McNemar's exact test p = {}",
             paired.only_before,
             paired.only_after,
             probability(p_value)

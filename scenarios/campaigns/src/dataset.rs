@@ -1,28 +1,28 @@
-//! The dataset: one Parquet file with a row for each run, in the order of the runs.
+//! The dataset: one Parquet file with one row per run, in the order of the runs.
 //!
 //! | column | type | |
 //! |---|---|---|
 //! | `k`, `seed` | integer | the run's number and its root seed |
 //! | `param.KEY` | integer, real, boolean or text | the value of each parameter |
 //! | `outcome` | text | `as_expected`, `not_as_expected` or `failed` |
-//! | `failure` | text | why the run failed; null otherwise, and then nothing below is |
+//! | `failure` | text | why the run failed, in which case all following columns are null; null otherwise |
 //! | `ended` | text | why the run ended: `arrival`, `violation`, `settled` or `time_limit` |
-//! | `sim_time_s` | real | how long the run took |
+//! | `sim_time_s` | real | simulated duration of the run |
 //! | `ticks` | integer | how many ticks were generated |
 //! | `arrived_s` | real | when the robot first came to rest at a place where the scenario stops |
 //! | `battery_minimum_pct`, `battery_final_pct` | real | the battery's charge |
 //! | `distance_m` | real | how far the robot drove |
 //! | `collisions` | integer | contacts begun with anything else |
-//! | `localization_rmse_m`, `localization_max_m` | real | how well it knew where it was |
-//! | `faults` | integer | how many faults took hold |
+//! | `localization_rmse_m`, `localization_max_m` | real | error of the estimated position |
+//! | `faults` | integer | how many faults took effect |
 //! | `fault_onset_s` | real | when the first did |
 //! | `trace_hash` | text | BLAKE3 hash of the trace |
 //! | `PROPERTY.verdict` | text | `satisfied`, `violated` or `inconclusive` |
 //! | `PROPERTY.tick`, `PROPERTY.time_s` | integer, real | when it was violated |
 //! | `PROPERTY.latency_s` | real | time from the first fault's onset to the violation |
 //!
-//! What does not exist is null. A dataset is a function of its runs' records: the same campaign gives the same bytes, on
-//! any number of cores, resumed, sharded or neither.
+//! Missing values are null. A dataset depends on its runs' records alone: the same campaign gives the same bytes on any
+//! number of cores, whether it was resumed, sharded or neither.
 
 use std::io;
 use std::path::Path;
@@ -40,10 +40,10 @@ use super::journal::{Layout, ParameterKind};
 use super::{RunFacts, RunRecord, Value};
 use crate::Error;
 
-/// So many runs are held in memory and written as one row group.
+/// This many runs are held in memory and written as one row group.
 const ROW_GROUP: usize = 2_000;
 
-/// A dataset on its way to a file.
+/// A dataset that is being written.
 pub(super) struct DatasetWriter {
     writer: SerializedFileWriter<Unfinished>,
     layout: Layout,
@@ -51,7 +51,7 @@ pub(super) struct DatasetWriter {
 }
 
 impl DatasetWriter {
-    /// Begins a dataset.
+    /// Starts a dataset.
     pub(super) fn begin(path: &Path, layout: &Layout) -> Result<Self, Error> {
         let failed = |source| Error::unwritten(path, source);
         let fields: Result<Vec<_>, ParquetError> =
@@ -72,7 +72,7 @@ impl DatasetWriter {
         if self.rows.len() == ROW_GROUP { self.flush() } else { Ok(()) }
     }
 
-    /// Writes what is left and gives the file back.
+    /// Writes the remaining rows and returns the file.
     pub(super) fn finish(mut self) -> io::Result<Unfinished> {
         if !self.rows.is_empty() {
             self.flush()?;
@@ -91,7 +91,7 @@ impl DatasetWriter {
     }
 }
 
-/// What the system said, where that is what was wrong.
+/// The operating system's error, if there was one.
 fn io_error(error: ParquetError) -> io::Error {
     match error {
         ParquetError::External(source) => match source.downcast::<io::Error>() {
@@ -102,7 +102,7 @@ fn io_error(error: ParquetError) -> io::Error {
     }
 }
 
-/// A column's values; null where there is none.
+/// A column's values; null where there are none.
 enum Cells {
     Integers(Vec<Option<i64>>),
     Numbers(Vec<Option<f64>>),
@@ -110,7 +110,7 @@ enum Cells {
     Texts(Vec<Option<String>>),
 }
 
-/// All columns of these runs, in their order.
+/// All columns of these runs, in order.
 fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
     let mut columns = Columns { rows, all: Vec::new() };
     columns.integer("k", |row| Some(row.k as i64));
@@ -166,12 +166,12 @@ impl Columns<'_> {
         self.push(name, Cells::Numbers(self.rows.iter().map(of).collect()));
     }
 
-    /// How many there were of something in each run that did not fail.
+    /// A count in each run that did not fail.
     fn count(&mut self, name: &str, of: fn(&RunFacts) -> u64) {
         self.integer(name, |row| row.facts.as_ref().map(|facts| of(facts) as i64));
     }
 
-    /// What was measured in each run that did not fail.
+    /// A measurement in each run that did not fail.
     fn fact(&mut self, name: &str, of: fn(&RunFacts) -> Option<f64>) {
         self.number(name, |row| row.facts.as_ref().and_then(of));
     }
@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_dataset_is_read_back_as_it_was_written_in_several_row_groups() {
+    fn a_dataset_with_several_row_groups_is_read_back_unchanged() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("some.parquet");
         let runs = ROW_GROUP as u64 + 3;

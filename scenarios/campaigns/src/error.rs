@@ -1,4 +1,4 @@
-//! Why a command could not be carried out, and the exit status that says so.
+//! Why a command could not be carried out, and the corresponding exit status.
 
 use std::io;
 use std::path::PathBuf;
@@ -10,39 +10,39 @@ use miette::Diagnostic;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A file or an argument is wrong, or a run cannot go on.
+    /// A file or an argument is wrong, or a run cannot continue.
     #[error(transparent)]
     Scenario(#[from] scenarios::Error),
     /// A run cannot be shown.
     #[error(transparent)]
     Report(#[from] reports::Error),
-    /// A run was interrupted: how far it came, and what there is of it.
+    /// A run was interrupted: how far it got, and what was written.
     #[error("{0}")]
     Interrupted(String),
 }
 
 impl Error {
-    /// The exit status of a command that was interrupted: what a shell calls such a program.
+    /// The exit status of an interrupted command, by the convention of shells.
     pub const INTERRUPTED: u8 = 130;
 
-    /// The error that one diagnostic makes.
+    /// The error for one diagnostic.
     #[must_use]
     pub fn bad_input(diagnostic: impl Diagnostic + Send + Sync + 'static) -> Self {
         scenarios::Error::bad_input(diagnostic).into()
     }
 
-    /// Bad input that no place in a file stands for, with what would be accepted.
+    /// Bad input without a place in a file, with what would be accepted.
     #[must_use]
     pub fn refused(message: impl Into<String>, help: impl Into<String>) -> Self {
         Self::bad_input(Problem::new(message).with_help(help))
     }
 
-    /// A file that could not be written, with what the system said.
+    /// A file that could not be written, with the operating system's error.
     pub(crate) fn unwritten(path: impl Into<PathBuf>, source: io::Error) -> Self {
         diagnostics::Error::Write { path: path.into(), source }.into()
     }
 
-    /// What is wrong with the input, each a diagnostic of its own; none if the error is another one.
+    /// What is wrong with the input, one diagnostic each; none for other errors.
     #[must_use]
     pub fn diagnostics(&self) -> Vec<&dyn Diagnostic> {
         match self {
@@ -54,7 +54,7 @@ impl Error {
         }
     }
 
-    /// Everything that is wrong, in a line.
+    /// Everything that is wrong, in one line.
     #[must_use]
     pub fn reasons(&self) -> String {
         match self {
@@ -63,7 +63,7 @@ impl Error {
         }
     }
 
-    /// The exit status: 2 for bad input (what the files describe included), 3 when the work could not be done, 130 when it
+    /// The exit status: 2 for bad input (including the described files), 3 when the work could not be done, 130 when it
     /// was interrupted.
     #[must_use]
     pub fn exit_status(&self) -> u8 {

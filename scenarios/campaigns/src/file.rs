@@ -1,4 +1,4 @@
-//! The campaign file: what a user writes, read and checked as far as it can be without the scenario.
+//! The campaign file: what a user writes, read and checked as far as is possible without the scenario.
 
 use diagnostics::document::{Document, Field, Table};
 use diagnostics::{FileProblems, Problem, Span, Spanned};
@@ -10,37 +10,37 @@ use super::parameter::{Domain, Parameter, normal_cdf};
 use super::sampling::{MAX_SOBOL_DIMENSIONS, Sampling};
 use super::statistics::{Confidence, Precision, Sprt, StatisticsError};
 
-/// No campaign has more runs.
+/// The greatest number of runs of a campaign.
 pub const MAX_RUNS: u64 = 100_000_000;
-/// No list of values is longer: the scenario is asked about each before the first run.
+/// The greatest length of a list of values: the scenario checks each of them before the first run.
 const MAX_VALUES: u64 = 1000;
-/// No range has more steps.
+/// The greatest number of steps of a range.
 const MAX_STEPS: u64 = 1_000_000;
 
 /// A campaign file.
 #[derive(Clone, Debug)]
 pub struct CampaignFile {
-    /// What the campaign is to find out, in a line.
+    /// What the campaign is to find out, in one line.
     pub about: String,
-    /// The scenario, by name or as a path beside the file.
+    /// The scenario, by name or as a path relative to the file.
     pub scenario: Spanned<String>,
-    /// Where all randomness of the campaign comes from.
+    /// The seed of all the campaign's randomness.
     pub seed: u64,
     /// Which root seeds the runs have.
     pub seeds: Seeds,
-    /// What is set in every run alike, as `--set` takes it.
+    /// What is set in every run, in the syntax of `--set`.
     pub set: Vec<Spanned<String>>,
-    /// How runs are spread over the parameters.
+    /// How runs are distributed over the parameters.
     pub sampling: Sampling,
     /// What varies.
     pub parameters: Vec<Parameter>,
-    /// How many runs there are at most.
+    /// The maximum number of runs.
     pub runs: u64,
-    /// When fewer are enough.
+    /// When fewer runs are sufficient.
     pub goal: Option<Goal>,
-    /// What is drawn against the parameters.
+    /// What is plotted against the parameters.
     pub measures: Vec<Measure>,
-    /// What the results are held against.
+    /// The model with which the results are compared.
     pub model: Option<Model>,
 }
 
@@ -49,31 +49,31 @@ pub struct CampaignFile {
 pub enum Seeds {
     /// Run k has the campaign's seed plus k.
     Each,
-    /// All have the campaign's: only the parameters differ.
+    /// All have the campaign's seed: only the parameters differ.
     Same,
 }
 
 /// A statistical goal.
 #[derive(Clone, Debug)]
 pub struct Goal {
-    /// Of what the probability is asked: a property's violation by its name, or `expectation`, that a run is not what the
-    /// scenario expects.
+    /// The event whose probability is in question: a property's violation by its name, or `expectation`, that a run is
+    /// not what the scenario expects.
     pub of: Spanned<String>,
-    /// What is asked.
+    /// The question.
     pub question: Question,
 }
 
-/// What is asked of a probability.
+/// A question about a probability.
 #[derive(Clone, Debug)]
 pub enum Question {
-    /// What it is, to within a half width.
+    /// Its value, to within a half width.
     Estimate(Precision),
     /// On which side of a bound it lies.
     Test(Sprt),
 }
 
 impl CampaignFile {
-    /// Reads a campaign; `name` is what diagnostics call it.
+    /// Reads a campaign; `name` is its name in diagnostics.
     ///
     /// # Errors
     /// Everything that is wrong with the text.
@@ -111,10 +111,10 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
     check_parameters(root, &sampling, &parameters);
     model.iter().for_each(|model| model.check(root, &parameters));
     let runs = if sampling.value == Sampling::Grid {
-        refuse_given(root, runs, "a grid has one run for each combination: say `repeats` for more");
+        refuse_given(root, runs, "a grid has one run per combination: set `repeats` for more");
         grid_runs(root, &parameters, repeats)
     } else {
-        refuse_given(root, repeats, "only a grid repeats its runs: say `runs`");
+        refuse_given(root, repeats, "only a grid repeats its runs: set `runs`");
         settled_runs(root, sampling.value, goal.as_ref(), runs)
     };
     Some(CampaignFile {
@@ -146,7 +146,7 @@ fn refuse_given(root: Table<'_>, field: Field<'_, Spanned<u64>>, why: &str) {
     }
 }
 
-/// How many runs a design has that is no grid.
+/// The number of runs of a design other than a grid.
 fn settled_runs(
     root: Table<'_>,
     sampling: Sampling,
@@ -154,22 +154,25 @@ fn settled_runs(
     runs: Field<'_, Spanned<u64>>,
 ) -> Option<u64> {
     if let (Sampling::LatinHypercube, Some(goal)) = (sampling, goal) {
-        let problem = goal.of.span.problem("a Latin hypercube cannot stop early").with_label("this is when to stop");
-        root.report(problem.with_help("only all of its runs together are one: choose `sobol` or `random`"));
+        let problem =
+            goal.of.span.problem("a Latin hypercube cannot stop early").with_label("this asks it to stop early");
+        root.report(problem.with_help("only all of its runs together form one: choose `sobol` or `random`"));
     }
     match goal.map(|goal| &goal.question) {
         Some(Question::Estimate(precision)) => {
             Some(runs.optional().map_or(u64::MAX, |runs| runs.value).min(precision.max_runs()))
         }
         Some(Question::Test(_)) => {
-            let help = "a test may go on for ever: say with `runs` how many runs there are at most";
+            let help = "a test may never decide: set `runs` to the maximum number of runs";
             runs.required_or(help).map(|runs| runs.value)
         }
-        None => runs.required_or("say how many runs, or what to find out in a `[goal]`").map(|runs| runs.value),
+        None => runs
+            .required_or("set the number of runs with `runs`, or a statistical goal with `[goal]`")
+            .map(|runs| runs.value),
     }
 }
 
-/// How many runs a grid has.
+/// The number of runs of a grid.
 fn grid_runs(root: Table<'_>, parameters: &[Parameter], repeats: Field<'_, Spanned<u64>>) -> Option<u64> {
     let repeats = repeats.optional().map_or(1, |repeats| repeats.value);
     let counts: Vec<u64> = parameters.iter().filter_map(|parameter| parameter.domain.count()).collect();
@@ -180,35 +183,36 @@ fn grid_runs(root: Table<'_>, parameters: &[Parameter], repeats: Field<'_, Spann
     let factors: Vec<String> = counts.iter().chain([&repeats]).map(u64::to_string).collect();
     let message = format!("the grid has {} = {runs} runs", factors.join(" × "));
     let span = parameters.first().map_or(root.span(), |parameter| &parameter.key.span);
-    let help = format!("at most {MAX_RUNS} are possible: take fewer values, or `sobol` with the `runs` you can afford");
+    let help = format!("the maximum is {MAX_RUNS}: use fewer values, or `sobol` with as many `runs` as you can afford");
     root.report(span.problem(message).with_label("of these parameters").with_help(help));
     None
 }
 
-/// Whether the parameters go together, and with the design.
+/// Whether the parameters are compatible with each other and with the design.
 fn check_parameters(root: Table<'_>, sampling: &Spanned<Sampling>, parameters: &[Parameter]) {
     for (place, parameter) in parameters.iter().enumerate() {
         let Spanned { value: key, span } = &parameter.key;
         let before = &parameters[..place];
         let inside = |outer: &str, inner: &str| inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with('.'));
         if before.iter().any(|other| other.key.value == *key) {
-            root.report(span.problem(format!("`{key}` varies twice")).with_label("again"));
+            root.report(span.problem(format!("`{key}` is varied twice")).with_label("again"));
         } else if let Some(other) =
             before.iter().find(|other| inside(&other.key.value, key) || inside(key, &other.key.value))
         {
             root.report(span.problem(format!("`{key}` and `{}` overlap", other.key.value)).with_label("this key"));
         }
         if sampling.value == Sampling::Grid && parameter.domain.count().is_none() {
-            let problem = span.problem(format!("a grid cannot go through all values of `{key}`"));
+            let problem = span.problem(format!("a grid cannot enumerate all values of `{key}`"));
             root.report(
-                problem.with_label("of this key").with_help("say `values`, or `steps` between `from` and `to`"),
+                problem.with_label("of this key").with_help("set `values`, or `steps` between `from` and `to`"),
             );
         }
     }
     if sampling.value == Sampling::Sobol && parameters.len() > MAX_SOBOL_DIMENSIONS {
-        let problem = sampling.span.problem(format!("a Sobol sequence has at most {MAX_SOBOL_DIMENSIONS} parameters"));
+        let problem =
+            sampling.span.problem(format!("a Sobol sequence can vary at most {MAX_SOBOL_DIMENSIONS} parameters"));
         let label = format!("with {} parameters", parameters.len());
-        root.report(problem.with_label(label).with_help("`latin_hypercube` and `random` take any number"));
+        root.report(problem.with_label(label).with_help("`latin_hypercube` and `random` accept any number"));
     }
 }
 
@@ -221,13 +225,13 @@ fn read_parameter(table: Table<'_>) -> Option<Parameter> {
     Some(Parameter { key: key?, domain: domain?, name, about })
 }
 
-/// Whether a formula can speak of it.
+/// Whether a formula can refer to it.
 fn is_name(name: &str) -> bool {
     name.starts_with(|first: char| first.is_alphabetic() || first == '_')
         && name.chars().all(|letter| letter.is_alphanumeric() || letter == '_')
 }
 
-/// Whether `--set` takes it as a key.
+/// Whether `--set` accepts it as a key.
 fn is_key(key: &str) -> bool {
     key.split('.').all(|part| !part.trim().is_empty()) && !key.contains(['=', '\n'])
 }
@@ -236,7 +240,7 @@ fn read_domain(table: Table<'_>) -> Option<Domain> {
     let kinds = ["values", "from", "normal", "exponential"];
     let given: Vec<&str> = kinds.into_iter().filter(|kind| table.has(kind)).collect();
     kinds.into_iter().chain(["to", "steps", "scale", "whole"]).for_each(|key| table.know(key));
-    let help = "say either `values`, or `from` and `to`, or `normal`, or `exponential`";
+    let help = "set `values`, or `from` and `to`, or `normal`, or `exponential`";
     match given.as_slice() {
         ["values"] => {
             let few = |values: &Vec<_>| (1..=MAX_VALUES).contains(&(values.len() as u64));
@@ -255,7 +259,7 @@ fn read_domain(table: Table<'_>) -> Option<Domain> {
             table.table("exponential").and_then(mean).required().map(|mean| Domain::Exponential { mean })
         }
         [] => {
-            table.report(table.span().problem("nothing says what the parameter may be").with_help(help));
+            table.report(table.span().problem("the parameter has no values").with_help(help));
             None
         }
         _ => {
@@ -266,10 +270,10 @@ fn read_domain(table: Table<'_>) -> Option<Domain> {
     }
 }
 
-/// Refuses the keys of a range beside something else.
+/// Refuses the keys of a range in other domains.
 fn only_ranges(table: Table<'_>) {
     for (key, span) in table.keys().filter(|(key, _)| ["to", "steps", "scale", "whole"].contains(key)) {
-        table.report(span.problem(format!("`{key}` belongs to `from`")).with_label("there is no `from`"));
+        table.report(span.problem(format!("`{key}` requires `from`")).with_label("there is no `from`"));
     }
 }
 
@@ -281,7 +285,8 @@ fn read_range(table: Table<'_>) -> Option<Domain> {
     if whole {
         for (key, span) in table.keys().filter(|(key, _)| ["steps", "scale"].contains(key)) {
             table.report(
-                span.problem(format!("`{key}` does not go with `whole`")).with_label("all whole numbers are taken"),
+                span.problem(format!("`{key}` cannot be combined with `whole`"))
+                    .with_label("`whole` uses every whole number"),
             );
         }
         let (from, to) = (table.integer("from").optional(), table.integer("to").spanned().optional());
@@ -292,7 +297,7 @@ fn read_range(table: Table<'_>) -> Option<Domain> {
     let (from, to) = (from?, to?);
     check_order(table, from.value < to.value, &to.span)?;
     if logarithmic && from.value <= 0.0 {
-        table.report(from.span.problem("a logarithmic scale begins above 0").with_label("this value"));
+        table.report(from.span.problem("a logarithmic scale must start above 0").with_label("this value"));
         return None;
     }
     Some(Domain::Range { from: from.value, to: to.value, logarithmic, steps })
@@ -312,8 +317,8 @@ fn read_normal(table: Table<'_>) -> Option<Domain> {
     let share = |end: f64| normal_cdf((end - mean) / sd);
     let left = max.map_or(1.0, share) - min.map_or(0.0, share);
     if left < 1e-6 {
-        let problem = table.span().problem("hardly anything of the distribution lies between `min` and `max`");
-        table.report(problem.with_label("this distribution").with_help("at least a millionth of it must"));
+        let problem = table.span().problem("almost none of the distribution lies between `min` and `max`");
+        table.report(problem.with_label("this distribution").with_help("at least a millionth must"));
         return None;
     }
     Some(Domain::Normal { mean, sd, min, max })
@@ -326,7 +331,7 @@ fn read_goal(table: Table<'_>) -> Option<Goal> {
         (true, false) => {
             let half_width = table.number("half_width").spanned().required();
             let confidence = table.number("confidence").try_map(|value, span| sensible(span, Confidence::new(value)));
-            let confidence = confidence.required_or("say how sure to be, such as `confidence = 0.95`");
+            let confidence = confidence.required_or("set the confidence, such as `confidence = 0.95`");
             let (of, half_width) = (estimate.required(), half_width?);
             let precision = sensible(&half_width.span, Precision::new(half_width.value, confidence?));
             let precision = precision.map_err(|problem| table.report(problem)).ok()?;
@@ -335,7 +340,8 @@ fn read_goal(table: Table<'_>) -> Option<Goal> {
         (false, true) => {
             let (bound, indifference) =
                 (table.number("bound").spanned().required(), table.number("indifference").required());
-            let error = table.number("error").required_or("say how often to be wrong, such as `error = 0.05`");
+            let error =
+                table.number("error").required_or("set the probability of a wrong decision, such as `error = 0.05`");
             let (of, bound) = (test.required(), bound?);
             let sprt = sensible(&bound.span, Sprt::new(bound.value, indifference?, error?));
             let sprt = sprt.map_err(|problem| table.report(problem)).ok()?;
@@ -349,7 +355,7 @@ fn read_goal(table: Table<'_>) -> Option<Goal> {
     }
 }
 
-/// What statistics refuses is a problem of the place that says it.
+/// Reports what the statistics refuse at the place in the file.
 fn sensible<T>(span: &Span, result: Result<T, StatisticsError>) -> Result<T, Problem> {
     result.map_err(|error| span.problem(error.to_string()).with_label("this value"))
 }

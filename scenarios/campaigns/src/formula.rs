@@ -18,33 +18,33 @@ pub struct Formula {
     root: Node,
 }
 
-/// Why a text is no formula.
+/// Why a text is not a formula.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FormulaError {
-    /// It is longer than that, in bytes.
-    #[error("a formula has at most {0} letters")]
+    /// It is longer than this, in bytes.
+    #[error("a formula may have at most {0} characters")]
     TooLong(usize),
-    /// Its parentheses are too deep.
-    #[error("the parentheses are too deep")]
+    /// Its parentheses are nested too deeply.
+    #[error("the parentheses are nested too deeply")]
     TooDeep,
-    /// It ends before it is whole.
-    #[error("the formula breaks off")]
+    /// It ends before it is complete.
+    #[error("the formula is incomplete")]
     Unfinished,
     /// A parenthesis is not closed.
     #[error("a `)` is missing")]
     Unclosed,
-    /// It is whole before this.
-    #[error("`{0}` is one too many")]
+    /// It is already complete before this.
+    #[error("unexpected `{0}` after the end of the formula")]
     Superfluous(String),
-    /// This is where a number, a name or a parenthesis should be.
-    #[error("`{0}` cannot stand here")]
+    /// This is in the place of a number, a name or a parenthesis.
+    #[error("unexpected `{0}`")]
     Misplaced(String),
-    /// This looks like a number and is none.
-    #[error("`{0}` is no number")]
+    /// This looks like a number but is not one.
+    #[error("`{0}` is not a number")]
     NotANumber(String),
-    /// No formula has this character.
-    #[error("`{0}` means nothing here")]
+    /// Formulas do not contain this character.
+    #[error("unknown character `{0}`")]
     Meaningless(char),
 }
 
@@ -73,7 +73,7 @@ impl Formula {
         }
     }
 
-    /// What it comes to; `value` knows the names. None if a name has no value, or if it comes to no finite number.
+    /// Its value; `value` looks up the names. None if a name has no value or the result is not finite.
     #[must_use]
     pub fn value(&self, value: &impl Fn(&str) -> Option<f64>) -> Option<f64> {
         self.root.value(value).filter(|value| value.is_finite())
@@ -88,7 +88,7 @@ impl Formula {
     }
 }
 
-/// As it was written.
+/// As written.
 impl fmt::Display for Formula {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.text)
@@ -127,7 +127,7 @@ impl Node {
     }
 }
 
-/// A piece of a formula's text.
+/// A token of a formula's text.
 #[derive(Clone, Debug, PartialEq)]
 enum Token {
     Number(f64),
@@ -169,9 +169,9 @@ fn tokens(text: &str) -> Result<Vec<Token>, FormulaError> {
     Ok(tokens)
 }
 
-/// A formula may not be longer, in bytes.
+/// The greatest length of a formula, in bytes.
 const LONGEST: usize = 1000;
-/// Parentheses may not be deeper.
+/// The greatest nesting depth of parentheses.
 const DEEPEST: usize = 100;
 
 struct Parser<I: Iterator<Item = Token>> {
@@ -187,7 +187,7 @@ impl<I: Iterator<Item = Token>> Parser<I> {
         self.chain(['*', '/'], |parser| parser.single(depth))
     }
 
-    /// Parts with signs of one kind between them, from left to right.
+    /// Operands with operators of one kind between them, from left to right.
     fn chain(
         &mut self,
         signs: [char; 2],
@@ -231,7 +231,7 @@ mod tests {
     }
 
     #[test]
-    fn points_come_before_lines_and_both_go_from_left_to_right() {
+    fn multiplication_binds_tighter_and_operators_are_left_associative() {
         assert_eq!(value("1 + 2 * a"), Some(7.0));
         assert_eq!(value("(1 + 2) * a"), Some(9.0));
         assert_eq!(value("10 - 3 - 2"), Some(5.0));
@@ -243,7 +243,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_said() {
+    fn errors_are_reported() {
         for (text, wanted) in [
             ("1 +", FormulaError::Unfinished),
             ("(1", FormulaError::Unclosed),

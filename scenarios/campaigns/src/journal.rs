@@ -1,8 +1,8 @@
-//! The journal: each run's record as a line of text, written when the run and all before it have ended.
+//! The journal: each run's record as a line of text, written once the run and all before it have ended.
 //!
-//! It is what makes a campaign survive: whatever kills the program, complete lines are there, and an incomplete last one is
-//! cut off when the campaign goes on. Datasets are made from journals alone, so that one that was resumed or merged cannot
-//! differ from one that was not.
+//! It makes a campaign survive interruptions: if the program is killed, all complete lines remain, and an incomplete
+//! last line is cut off when the campaign resumes. Datasets are made from journals alone, so that a resumed or merged
+//! dataset cannot differ from any other.
 
 use std::borrow::Borrow;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -20,16 +20,16 @@ use crate::Error;
 /// The format of journals and datasets.
 const FORMAT: u32 = 2;
 pub(super) const JOURNAL: &str = "journal.jsonl";
-/// The dataset that is made of the journal.
+/// The dataset made from the journal.
 pub(super) const DATASET: &str = "dataset.parquet";
 const TIMING: &str = "timing.csv";
 
-/// Whether a campaign writes to `folder`, or has.
+/// Whether `folder` has the journal of a campaign.
 pub(crate) fn has_journal(folder: &Path) -> bool {
     folder.join(JOURNAL).exists()
 }
 
-/// A journal's first line: what it is a journal of.
+/// A journal's first line, which identifies the campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Header {
     format: u32,
@@ -40,33 +40,33 @@ pub(super) struct Header {
     pub(super) layout: Layout,
 }
 
-/// What the first line of every journal says, whatever its format.
+/// The part of the first line that is the same in every format.
 #[derive(Deserialize)]
 struct Stamp {
     format: u32,
     version: String,
 }
 
-/// What a journal's records mean, so that results can be made without the campaign's file.
+/// The meaning of a journal's records, so that results can be made without the campaign's file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Layout {
-    /// How the command line calls the campaign.
+    /// The campaign's name on the command line.
     pub(super) campaign: String,
-    /// The number of runs that the command line asked for, where it is not the file's.
+    /// The number of runs requested on the command line, if it differs from the file's.
     pub(super) asked: Option<u64>,
-    /// How it calls the scenario.
+    /// The scenario's name on the command line.
     pub(super) scenario: String,
     /// What it is to find out.
     pub(super) about: String,
     pub(super) parameters: Vec<ParameterLayout>,
     pub(super) properties: Vec<String>,
-    /// The columns of the dataset that the report draws against the parameters.
+    /// The columns of the dataset that the report plots against the parameters.
     pub(super) measures: Vec<Measure>,
-    /// What the results are held against.
+    /// The model with which the results are compared.
     pub(super) model: Option<ModelLayout>,
 }
 
-/// A campaign's model, as [`Model`] says it.
+/// A campaign's model, as in [`Model`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct ModelLayout {
     pub(super) of: String,
@@ -98,22 +98,22 @@ impl Layout {
     }
 }
 
-/// A parameter's key and what its values are.
+/// A parameter's key and the type of its values.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct ParameterLayout {
     pub(super) key: String,
     pub(super) kind: ParameterKind,
-    /// What its values may be, in words.
+    /// Its possible values, in words.
     pub(super) domain: String,
-    /// Whether equal ratios are equally far apart.
+    /// Whether its scale is logarithmic.
     pub(super) logarithmic: bool,
-    /// How the model calls it.
+    /// Its name in the model.
     pub(super) name: Option<String>,
     /// What it is, in words.
     pub(super) about: Option<String>,
 }
 
-/// What all values of a parameter are.
+/// The common type of a parameter's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum ParameterKind {
@@ -183,16 +183,15 @@ impl Header {
         self.runs
     }
 
-    /// That a journal in `folder` is another campaign's, if it is.
+    /// The error if a journal in `folder` belongs to another campaign.
     pub(super) fn check(&self, found: &Self, folder: &Path) -> Result<(), Error> {
         let folder = folder.display();
         let (message, help) = if found.version != self.version {
             let help = "results of different versions are not mixed: use that version or another folder, or start over with \
                         `--fresh`";
-            (format!("{folder} has results of version {}, and this is {}", found.version, self.version), help)
+            (format!("{folder} has results of version {}, but this is {}", found.version, self.version), help)
         } else if (&found.plan, found.runs) != (&self.plan, self.runs) {
-            let help = "its file, its number of runs, or a file of its scenario (map, tree, skill, property, …) is another \
-                        now: use another folder, or start over with `--fresh`";
+            let help = "its file, its number of runs, or a file of its scenario (map, tree, skill, property, …) has changed: use another folder, or start over with `--fresh`";
             (format!("{folder} has results of another campaign"), help)
         } else if found.shard != self.shard {
             let Shard { index, of } = found.shard;
@@ -204,8 +203,7 @@ impl Header {
     }
 }
 
-/// A journal that is being written, with the wall times beside it. As long as it is open no other program writes to the
-/// folder.
+/// A journal that is being written, with the wall times. While it is open, no other program writes to the folder.
 #[derive(Debug)]
 pub(super) struct Journal {
     folder: PathBuf,
@@ -214,7 +212,7 @@ pub(super) struct Journal {
 }
 
 impl Journal {
-    /// Begins a journal in `folder`, or goes on with the one that is there; `replay` gets what it holds already.
+    /// Starts a journal in `folder`, or resumes the existing one; `replay` gets the records that it already has.
     pub(super) fn open(
         folder: &Path,
         header: &Header,
@@ -226,12 +224,15 @@ impl Journal {
             move |source| Error::unwritten(path, source)
         };
         if !journal.exists() && folder.join(DATASET).exists() {
-            let message = format!("{} has a dataset without the journal that it was made of", folder.display());
-            return Err(Error::refused(message, "what is there is not overwritten: use another folder"));
+            let message = format!("{} has a dataset without its journal", folder.display());
+            return Err(Error::refused(message, "existing files are not overwritten: use another folder"));
         }
         if !journal.exists() && folder.join(REPORT).exists() {
             let message = format!("{} has the report of a run", folder.display());
-            return Err(Error::refused(message, "a campaign does not write over it: name another folder with `--out`"));
+            return Err(Error::refused(
+                message,
+                "a campaign does not overwrite it: choose another folder with `--out`",
+            ));
         }
         std::fs::create_dir_all(folder).map_err(failed(folder))?;
         let open = |path: &Path| {
@@ -258,7 +259,7 @@ impl Journal {
     /// Reads what was written.
     ///
     /// # Errors
-    /// [`Error::Scenario`] if it is no longer where it was written to.
+    /// [`Error::Scenario`] if it is no longer where it was written.
     pub(super) fn reader(&self) -> Result<JournalReader, Error> {
         let path = self.folder.join(JOURNAL);
         let file = File::open(&path).map_err(|source| Error::unwritten(path, source))?;
@@ -270,7 +271,7 @@ impl Journal {
         &self.folder
     }
 
-    /// Writes a run down, with how long the computer took if that is known here.
+    /// Writes the record of a run, with its wall time if known.
     pub(super) fn append(&mut self, record: &RunRecord, wall_time_s: impl Into<Option<f64>>) -> Result<(), Error> {
         let failed = |name: &str| {
             let path = self.folder.join(name);
@@ -284,7 +285,7 @@ impl Journal {
     }
 }
 
-/// Empties the journal in `folder`, if there is one, once it has removed the files that were `made_of_it`.
+/// Empties the journal in `folder`, if there is one, after removing the files that were `made_of_it`.
 pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error> {
     let path = folder.join(JOURNAL);
     let Ok(file) = OpenOptions::new().read(true).write(true).open(&path) else { return Ok(()) };
@@ -293,7 +294,7 @@ pub(super) fn start_over(folder: &Path, made_of_it: &[&str]) -> Result<(), Error
     let header: Option<serde_json::Value> = lines.next_as().unwrap_or_default();
     if lines.end > 0 && header.is_none_or(|header| header["plan"].is_null()) {
         let message = format!("{} is not the journal of a campaign", path.display());
-        return Err(Error::refused(message, "only what a campaign wrote is removed: use another folder"));
+        return Err(Error::refused(message, "only files that a campaign wrote are removed: use another folder"));
     }
     for name in made_of_it.iter().chain([&TIMING]) {
         let path = folder.join(name);
@@ -312,12 +313,12 @@ fn lock(journal: &File, folder: &Path) -> Result<(), Error> {
             let message = format!("another program is writing to {}", folder.display());
             Err(Error::refused(message, "wait for it to end, or use another folder"))
         }
-        // A file system without locks is no reason not to run.
+        // Runs also work on a file system without locks.
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
 }
 
-/// What a journal has that was written before: how many runs, and where its last complete line ends.
+/// How many runs an existing journal has, and where its last complete line ends.
 fn resume(
     folder: &Path,
     file: &File,
@@ -338,7 +339,7 @@ fn resume(
     Ok((runs, lines.end))
 }
 
-/// Where the first so many complete lines end, or all there are.
+/// Where the first `count` complete lines end, or all of them if there are fewer.
 fn end_of_lines(file: &File, count: u64) -> io::Result<u64> {
     let (mut reader, mut end, mut line) = (BufReader::new(file.take(file.metadata()?.len())), 0, Vec::new());
     for _ in 0..count {
@@ -359,14 +360,14 @@ fn cut(file: &mut File, end: u64) -> io::Result<()> {
     file.seek(SeekFrom::Start(end)).map(drop)
 }
 
-/// Writes a line with one call, so that a file holds whole lines however the program ends, but for the last.
+/// Writes a line with one call, so that all lines but the last are complete however the program ends.
 fn write_line(file: &mut File, content: &impl Serialize) -> io::Result<()> {
     let mut line = serde_json::to_vec(content).expect("records are always JSON");
     line.push(b'\n');
     file.write_all(&line)
 }
 
-/// A journal that is read from beginning to end.
+/// A journal that is read from start to end.
 #[derive(Debug)]
 pub(super) struct JournalReader {
     pub(super) header: Header,
@@ -379,7 +380,7 @@ impl JournalReader {
         let path = folder.join(JOURNAL);
         let file = File::open(&path).map_err(|error| {
             let message = format!("cannot read {}: {error}", path.display());
-            Error::refused(message, "a folder with results has the journal that its campaign wrote")
+            Error::refused(message, "a folder with results contains the journal of its campaign")
         })?;
         Self::of(file, folder)
     }
@@ -396,7 +397,7 @@ impl JournalReader {
     }
 }
 
-/// The wall times beside a journal, read from beginning to end.
+/// The wall times of a journal, read from start to end.
 #[derive(Debug)]
 pub(super) struct TimingReader {
     lines: io::Lines<BufReader<File>>,
@@ -405,7 +406,7 @@ pub(super) struct TimingReader {
 }
 
 impl TimingReader {
-    /// Opens the wall times in `folder`; none where they are missing.
+    /// Opens the wall times in `folder`; none if they are missing.
     pub(super) fn open(folder: &Path) -> Option<Self> {
         let file = File::open(folder.join(TIMING)).ok()?;
         let mut lines = BufReader::new(file).lines();
@@ -413,7 +414,7 @@ impl TimingReader {
         Some(Self { lines, last: None })
     }
 
-    /// How long run `k` took, in seconds, if that is written down. Runs are asked for in their order.
+    /// How long run `k` took, in seconds, if known. Runs must be asked for in order.
     pub(super) fn of(&mut self, k: u64) -> Option<f64> {
         while self.last.is_none_or(|(last, _)| last < k) {
             let line = self.lines.next()?.ok()?;
@@ -434,7 +435,7 @@ struct Lines<R> {
 }
 
 impl<F: Read + Borrow<File>> Lines<io::Take<F>> {
-    /// The lines of a file, as far as it has been written by now.
+    /// The lines of a file, as far as it has been written.
     fn of(file: F, folder: &Path) -> io::Result<Self> {
         let len = file.borrow().metadata()?.len();
         Ok(Self { folder: folder.to_owned(), reader: BufReader::new(file.take(len)), end: 0 })
@@ -485,5 +486,5 @@ impl<R: Read> Lines<R> {
 
 fn damaged(folder: &Path) -> Error {
     let message = format!("the journal in {} is damaged, or of another version", folder.display());
-    Error::refused(message, "a complete line of it is not what a campaign writes: use another folder")
+    Error::refused(message, "it has a line that no campaign of this version writes: use another folder")
 }

@@ -1,16 +1,16 @@
 //! Campaigns: from one run to a hundred thousand.
 //!
-//! One run shows that a fault can break a requirement; a campaign says how likely it is. A [`Plan`] is read from a TOML
-//! file, and says what each run is as a function of its number: the values of the [parameters](Parameter) that the file
-//! varies, spread by a [`Sampling`](sampling::Sampling), and a seed. What the numbers that come of it mean, and when there
-//! are enough of them, is in [`statistics`].
+//! One run shows that a fault can break a requirement; a campaign says how likely that is. A [`Plan`] is read from a
+//! TOML file and defines each run as a function of its number: the values of the [parameters](Parameter) that the file
+//! varies, distributed by a [`Sampling`](sampling::Sampling), and a seed. [`statistics`] explains what the results mean
+//! and when there are enough runs.
 //!
 //! [`run`] runs a campaign, or a [`Shard`] of it, on all cores and writes each run's [`RunRecord`] to a journal, in the
-//! order of the runs; [`Ran::finish`] makes the [dataset] and the [`Summary`] of that, and [`merge`] puts shards together. A
-//! run that is refused, cannot go on or panics is a record like any other; it says nothing of any property, and counts
-//! as one that was not as expected. What a run may take is bounded in simulated time and communications
-//! (`execution.max_time_s`, `step_budget` and `run_budget` of the scenario), never by the clock: results must not depend on
-//! the machine.
+//! order of the runs. [`Ran::finish`] makes the [dataset] and the [`Summary`] from it, and [`merge`] puts shards
+//! together. A run that is refused, cannot continue or panics is a record like any other: it does not count for any
+//! property, and it counts as not as expected. Runs are limited in simulated time and communications
+//! (`execution.max_time_s`, `step_budget` and `run_budget` of the scenario), never by the wall clock: results must not
+//! depend on the machine.
 
 pub mod compare;
 pub mod dataset;

@@ -1,4 +1,4 @@
-//! The matrix: which property notices which fault.
+//! The matrix: which property detects which fault.
 
 mod page;
 mod table;
@@ -15,20 +15,20 @@ use crate::report_of;
 
 pub use table::table;
 
-/// A scenario of the matrix, ready to be run.
+/// A scenario of the matrix, ready to run.
 struct Job {
     scenario: Arc<Scenario>,
     seed: u64,
 }
 
-/// What came of running scenarios with faults, and the same world without any.
+/// The results of scenarios with faults, and of the same world without faults.
 #[derive(Clone, Debug, Serialize)]
 pub struct Matrix {
     /// The properties, in the order in which the scenarios name them.
     pub properties: Vec<String>,
     /// The scenarios with faults, in their order.
     pub rows: Vec<Row>,
-    /// The runs without any fault.
+    /// The runs without faults.
     pub fault_free: FaultFree,
 }
 
@@ -39,15 +39,15 @@ pub struct Row {
     pub scenario: String,
     /// The root seed.
     pub seed: u64,
-    /// What its first fault does, in words; null if none took hold.
+    /// What its first fault does, in words; null if none took effect.
     pub fault: Option<String>,
-    /// When its first fault took hold, in ticks and in seconds; null if none did.
+    /// When its first fault took effect, in ticks and in seconds; null if none did.
     pub onset: Option<Onset>,
-    /// What each property says, in the order of the matrix; null where the scenario does not watch it.
+    /// The verdict of each property, in the order of the matrix; null where the scenario does not watch it.
     pub notices: Vec<Option<Notice>>,
     /// Whether the run was what the scenario expects.
     pub as_expected: bool,
-    /// What differs from that, in words.
+    /// The differences, in words.
     pub differences: Vec<String>,
     /// Contacts begun between the robot and anything else.
     pub collisions: u64,
@@ -55,32 +55,32 @@ pub struct Row {
     pub arrived: bool,
 }
 
-/// When a fault took hold.
+/// When a fault took effect.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Onset {
-    /// The last tick generated before; null if there was none.
+    /// The last tick generated before it; null if there was none.
     pub tick: Option<u64>,
     /// The time, in seconds.
     pub time_s: f64,
 }
 
-/// What a property says of a run.
+/// The verdict of a property on a run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Notice {
     /// `satisfied`, `violated` or `inconclusive`.
     pub verdict: Outcome,
-    /// How many ticks after the fault's onset it was violated; null if it was not, or before the onset.
+    /// How many ticks after the fault's onset it was violated; null if it was not, or was violated before the onset.
     pub ticks_after_onset: Option<u64>,
-    /// Whether it was violated before any fault took hold.
+    /// Whether it was violated before any fault took effect.
     pub false_alarm: bool,
 }
 
-/// What came of the runs without any fault.
+/// The results of the runs without faults.
 #[derive(Clone, Debug, Serialize)]
 pub struct FaultFree {
     /// The scenario.
     pub scenario: String,
-    /// How many runs there were, with the root seeds from 1 on.
+    /// How many runs there were, with root seeds starting at 1.
     pub runs: u64,
     /// The runs in which a property was violated, or that were not as expected.
     pub alarms: Vec<Alarm>,
@@ -96,11 +96,11 @@ pub struct Alarm {
 }
 
 impl Matrix {
-    /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. `progress` is told how
-    /// many runs of how many are done.
+    /// Runs the scenarios with their own seeds, and the fault-free one `runs` times, on all cores. Calls `progress`
+    /// with the number of finished runs and the number of all runs.
     ///
     /// # Errors
-    /// What is wrong with a scenario, or why a run cannot go on.
+    /// What is wrong with a scenario, or why a run cannot continue.
     pub fn run(
         scenarios: Vec<Arc<Scenario>>,
         fault_free: &Arc<Scenario>,
@@ -121,7 +121,7 @@ impl Matrix {
         Ok(Self { properties, rows, fault_free })
     }
 
-    /// The rows whose fault no property notices.
+    /// The rows whose fault is not detected by any property.
     pub fn unnoticed(&self) -> impl Iterator<Item = &Row> {
         self.rows.iter().filter(|row| !row.notices.iter().flatten().any(|notice| notice.verdict == Outcome::Violated))
     }
@@ -178,13 +178,13 @@ impl Row {
     }
 }
 
-/// How many ticks were generated after one, up to another and with it; none if that came before.
+/// How many ticks were generated after one tick, up to and including another; none if the other came first.
 fn ticks_after(last_before: Option<u64>, tick: u64) -> Option<u64> {
     tick.checked_add(1)?.checked_sub(last_before.map_or(0, |last| last + 1))
 }
 
 impl Alarm {
-    /// The alarm that a run without a fault is; none if all is as it should be.
+    /// The alarm raised by a run without faults; none if everything is as expected.
     fn of(report: &Report) -> Option<Self> {
         let violated = report.monitors.iter().filter(|monitor| monitor.verdict == Outcome::Violated);
         let mut what: Vec<String> = violated.map(|monitor| format!("{} is violated", monitor.name)).collect();

@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 pub enum Measure {
     /// When the robot came to rest where the scenario stops.
     ArrivedS,
-    /// The least charge of the battery.
+    /// The lowest charge of the battery.
     BatteryMinimumPct,
     /// Distance driven.
     DistanceM,
     /// Contacts begun between the robot and anything else.
     Collisions,
-    /// Root mean square of localization's error.
+    /// Root mean square of the localization error.
     LocalizationRmseM,
     /// Its greatest error.
     LocalizationMaxM,
@@ -49,11 +49,11 @@ impl Measure {
     pub fn about(self) -> &'static str {
         match self {
             Self::ArrivedS => "time of arrival, s",
-            Self::BatteryMinimumPct => "least charge of the battery, %",
+            Self::BatteryMinimumPct => "lowest charge of the battery, %",
             Self::DistanceM => "distance driven, m",
             Self::Collisions => "collisions",
-            Self::LocalizationRmseM => "localization's error (rmse), m",
-            Self::LocalizationMaxM => "localization's greatest error, m",
+            Self::LocalizationRmseM => "localization error (RMSE), m",
+            Self::LocalizationMaxM => "greatest localization error, m",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! A model that a campaign is held against: something happens as soon as a quantity exceeds a bound.
+//! A model with which a campaign is compared: something happens as soon as a quantity exceeds a bound.
 
 use diagnostics::Spanned;
 use diagnostics::document::Table;
@@ -8,13 +8,13 @@ use super::{Domain, Formula, Parameter, Value};
 /// A model: the campaign's `[model]`.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// Of what it speaks: a property's violation by its name, or `expectation`.
+    /// The event that it predicts: a property's violation by its name, or `expectation`.
     pub of: Spanned<String>,
     /// The model in words.
     pub about: String,
     /// A formula over the names of parameters.
     pub quantity: Spanned<Formula>,
-    /// It happens where the quantity is greater.
+    /// The event happens where the quantity is greater than this.
     pub bound: f64,
 }
 
@@ -34,7 +34,7 @@ impl Model {
         Some(Self { of: of?, about, quantity: quantity?, bound: bound? })
     }
 
-    /// Complains about names in the formula that no parameter with numbers has.
+    /// Reports names in the formula that do not belong to a numeric parameter.
     pub(super) fn check(&self, root: Table<'_>, parameters: &[Parameter]) {
         let of_numbers = |domain: &Domain| match domain {
             Domain::Values(values) => values.iter().all(|value| matches!(value, Value::Integer(_) | Value::Number(_))),
@@ -43,9 +43,9 @@ impl Model {
         let numbers = parameters.iter().filter(|parameter| of_numbers(&parameter.domain));
         let known: Vec<&str> = numbers.filter_map(|parameter| parameter.name.as_deref()).collect();
         for name in self.quantity.value.names().into_iter().filter(|name| !known.contains(name)) {
-            let problem = self.quantity.span.problem(format!("no parameter with numbers has the name `{name}`"));
+            let problem = self.quantity.span.problem(format!("there is no numeric parameter with the name `{name}`"));
             let help = match known.as_slice() {
-                [] => "give parameters names: `name = \"drain\"`".to_owned(),
+                [] => "give the parameters names: `name = \"drain\"`".to_owned(),
                 known => format!("there are `{}`", known.join("`, `")),
             };
             root.report(problem.with_label("this formula").with_help(help));

@@ -1,4 +1,4 @@
-//! What varies from run to run: a scenario's value, and what it may be.
+//! What varies from run to run: a value of the scenario, and its domain.
 
 use std::fmt;
 
@@ -20,7 +20,7 @@ pub enum Value {
     Text(String),
 }
 
-/// As TOML, and so as `--set` takes it.
+/// As TOML, as accepted by `--set`.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -47,40 +47,40 @@ impl FromItem<'_> for Value {
     }
 }
 
-/// One thing that varies.
+/// A parameter that varies.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// The key, dotted as `--set` takes it.
+    /// The key, dotted as for `--set`.
     pub key: Spanned<String>,
-    /// What it may be.
+    /// Its domain.
     pub domain: Domain,
-    /// How the campaign's model calls it: an identifier.
+    /// Its name in the campaign's model: an identifier.
     pub name: Option<String>,
     /// What it is, in words, with its unit.
     pub about: Option<String>,
 }
 
-/// What a parameter may be.
+/// The domain of a parameter.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Domain {
-    /// One of these; never empty.
+    /// One of these values; never empty.
     Values(Vec<Value>),
     /// Every whole number from the first to the last.
     Whole {
         /// The first.
         from: i64,
-        /// The last, which belongs to them.
+        /// The last, inclusive.
         to: i64,
     },
     /// Numbers from one to another.
     Range {
         /// The lower end.
         from: f64,
-        /// The upper end, which is above.
+        /// The upper end, greater than the lower one.
         to: f64,
-        /// Whether equal ratios, and not equal differences, are equally far apart.
+        /// Whether the scale is logarithmic.
         logarithmic: bool,
-        /// Only so many, evenly spaced with both ends among them; at least 2.
+        /// Only this many, evenly spaced, including both ends; at least 2.
         steps: Option<u64>,
     },
     /// Normally distributed numbers.
@@ -89,9 +89,9 @@ pub enum Domain {
         mean: f64,
         /// The standard deviation, above 0.
         sd: f64,
-        /// The distribution is cut off below.
+        /// The distribution is truncated below this.
         min: Option<f64>,
-        /// The distribution is cut off above.
+        /// The distribution is truncated above this.
         max: Option<f64>,
     },
     /// Exponentially distributed numbers.
@@ -126,7 +126,7 @@ impl fmt::Display for Domain {
 }
 
 impl Domain {
-    /// How many values there are, where they can be counted.
+    /// The number of values, if it is finite.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
         match self {
@@ -137,7 +137,7 @@ impl Domain {
         }
     }
 
-    /// The value of that place among those that can be counted; none where they cannot be or there is no such place.
+    /// The value with that index, if the values can be counted and the index is valid.
     #[must_use]
     pub fn nth(&self, place: u64) -> Option<Value> {
         let count = self.count().filter(|count| place < *count)?;
@@ -148,7 +148,7 @@ impl Domain {
         }
     }
 
-    /// The value below which a fraction `u` of them lies, `0 < u < 1`: the quantile.
+    /// The value below which a fraction `u` of the values lies, `0 < u < 1`: the quantile.
     #[must_use]
     pub fn at(&self, u: f64) -> Value {
         let place = |count: u64| ((u * count as f64) as u64).min(count - 1);
@@ -169,8 +169,8 @@ impl Domain {
         }
     }
 
-    /// Values at and near the ends, with one in the middle: what a scenario must accept before a campaign starts. An
-    /// unlimited tail is tried where one value of a thousand lies beyond.
+    /// Values at and near the ends, and one in the middle: what a scenario must accept before a campaign starts. For an
+    /// unlimited tail, the value that one in a thousand exceeds.
     #[must_use]
     pub fn extremes(&self) -> Vec<Value> {
         match (self, self.count()) {
@@ -181,7 +181,7 @@ impl Domain {
         }
     }
 
-    /// A number of a range, a share of the way from its lower to its upper end; none of anything else.
+    /// A number of a range, at a fraction of the distance from its lower to its upper end; none for other domains.
     fn between(&self, share: f64) -> Option<Value> {
         let Self::Range { from, to, logarithmic, .. } = self else { return None };
         let number = if *logarithmic { from * libm::pow(to / from, share) } else { from * (1.0 - share) + to * share };
@@ -194,7 +194,7 @@ pub(super) fn normal_cdf(x: f64) -> f64 {
     libm::erfc(-x / std::f64::consts::SQRT_2) / 2.0
 }
 
-/// Its inverse, by bisection in the lower half, where no digit is lost.
+/// Its inverse, by bisection in the lower half, where no precision is lost.
 fn normal_quantile(u: f64) -> f64 {
     if u > 0.5 {
         return -normal_quantile(1.0 - u);
@@ -212,7 +212,7 @@ mod tests {
     use super::*;
 
     fn number(value: &Value) -> f64 {
-        let Value::Number(number) = value else { panic!("{value} is no number") };
+        let Value::Number(number) = value else { panic!("{value} is not a number") };
         *number
     }
 
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn ranges_have_their_ends_and_even_steps() {
+    fn ranges_include_their_ends_and_have_even_steps() {
         let range = Domain::Range { from: 1.0, to: 2.0, logarithmic: false, steps: Some(5) };
         let values: Vec<f64> = (0..5).map(|place| number(&range.nth(place).unwrap())).collect();
         assert_eq!(values, [1.0, 1.25, 1.5, 1.75, 2.0]);
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_are_those_of_the_tables() {
+    fn quantiles_agree_with_tables() {
         let normal = Domain::Normal { mean: 10.0, sd: 2.0, min: None, max: None };
         for (u, wanted) in [(0.5, 10.0), (0.975, 13.919_927_969_08), (0.001, 3.819_535_387_66)] {
             assert!(near(&normal.at(u), wanted), "{} at {u}", normal.at(u));
@@ -244,7 +244,7 @@ mod tests {
         assert!(near(&Domain::Exponential { mean: 3.0 }.at(0.5), 3.0 * std::f64::consts::LN_2));
         let cut = Domain::Normal { mean: 0.0, sd: 1.0, min: Some(0.0), max: Some(0.5) };
         assert!(cut.extremes().iter().all(|value| (0.0..=0.5).contains(&number(value))));
-        // Half of what is left of the distribution lies below: Φ(x) = (Φ(0) + Φ(0.5))/2.
+        // Half of what is left of the distribution lies below it: Φ(x) = (Φ(0) + Φ(0.5))/2.
         assert!((normal_cdf(number(&cut.at(0.5))) - (0.5 + normal_cdf(0.5)) / 2.0).abs() < 1e-12);
     }
 

@@ -1,4 +1,4 @@
-//! The plan: what each run of a campaign is, as a function of its number.
+//! The plan: each run of a campaign as a function of its number.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use super::parameter::{Parameter, Value};
 use super::sampling::{Dimension, Sampling};
 use crate::Error;
 
-/// A campaign, ready to be run: its file, its scenario, and what each run is.
+/// A campaign, ready to run: its file, its scenario, and its runs.
 ///
 /// ```
 /// use campaigns::Plan;
@@ -40,18 +40,18 @@ use crate::Error;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// How the command line calls it, and its text.
+    /// Its name on the command line, and its text.
     name: String,
     text: String,
     file: CampaignFile,
-    /// The number of runs, where another one than the file's was asked for.
+    /// The requested number of runs, if it differs from the file's.
     asked: Option<u64>,
     found: Found,
-    /// A fingerprint of all files on disk that the scenario is made of.
+    /// A fingerprint of all files on disk that belong to the scenario.
     files: String,
-    /// A dimension for each parameter; none for a grid.
+    /// One dimension per parameter; none for a grid.
     dimensions: Vec<Dimension>,
-    /// The scenario without what varies, whose files and map all runs share.
+    /// The scenario without what varies; all runs share its files and map.
     base: Arc<Scenario>,
     /// The properties that the scenario watches.
     properties: Vec<String>,
@@ -82,23 +82,23 @@ impl Plan {
         }
         let text = diagnostics::text_from_disk(path).map_err(|error| {
             let message = format!("cannot read the campaign {name}: {error}");
-            let help = "a campaign is a TOML file that names a scenario and what varies";
+            let help = "a campaign is a TOML file that names a scenario and the parameters to vary";
             Error::refused(message, format!("{help}, or one of {}", campaign_names()))
         })?;
         Self::parse(&name, &text)
     }
 
-    /// Reads a campaign's text; a scenario that it names by a path is looked for beside `name`.
+    /// Reads a campaign's text. A scenario given as a path is looked up relative to `name`.
     ///
-    /// The scenario is loaded with the values that the parameters have at their ends and in the middle, and with all of
-    /// those that are listed, one parameter after the other: what it would refuse in the middle of a campaign, it refuses
-    /// now. Values that it takes each but not together may still be refused in a run.
+    /// The scenario is loaded with the values at the ends and in the middle of each parameter's domain, and with all
+    /// listed values, one parameter after the other: what it would refuse in the middle of a campaign, it refuses now.
+    /// Values that it accepts individually but not together may still be refused in a run.
     ///
     /// # Errors
     /// [`Error::Scenario`] with everything that is wrong.
     pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
         let file = CampaignFile::parse(name, text).map_err(Error::bad_input)?;
-        // All runs, and a campaign that goes on tomorrow, have to be of the same files.
+        // All runs must use the same files, even if the campaign resumes later.
         let mut found = scenario(name, &file)?;
         found.files = found.files.remembering();
         let set: Vec<String> = file.set.iter().map(|set| set.value.clone()).collect();
@@ -116,7 +116,7 @@ impl Plan {
     /// The same campaign with another number of runs.
     ///
     /// # Errors
-    /// If there are none, or more than its combinations allow for a grid, or than are possible.
+    /// If the number is zero, or exceeds the combinations of a grid or the maximum.
     pub fn with_runs(mut self, runs: u64) -> Result<Self, Error> {
         let most = if self.file.sampling == Sampling::Grid { self.file.runs } else { MAX_RUNS };
         if !(1..=most).contains(&runs) {
@@ -134,11 +134,11 @@ impl Plan {
         if shard == Shard::ALL || self.file.goal.is_none() {
             return Ok(());
         }
-        let help = "shards do not know of each other's results: leave out the `[goal]` and say `runs`";
+        let help = "shards do not know each other's results: leave out the `[goal]` and set `runs`";
         Err(Error::refused("a campaign that stops at a goal cannot be sharded", help))
     }
 
-    /// How the command line calls the campaign.
+    /// The campaign's name on the command line.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
@@ -156,15 +156,15 @@ impl Plan {
         &self.base
     }
 
-    /// What the command line adds to the campaign's name to repeat one of its runs: the number of runs, where it is not
-    /// the file's.
+    /// What must be added to the campaign's name on the command line to repeat one of its runs: the number of runs, if
+    /// it differs from the file's.
     pub(super) fn asked(&self) -> Option<u64> {
         self.asked
     }
 
-    /// A fingerprint of what the runs are: the texts of the campaign and its scenario, the number of runs, and all files
-    /// on disk that the scenario is made of: its bases, map, places, tree, skills and properties. The files that come
-    /// with the program are its version's.
+    /// A fingerprint of the runs: the texts of the campaign and its scenario, the number of runs, and all files on disk
+    /// that belong to the scenario: its bases, map, places, tree, skills and properties. The files that come with the
+    /// program are identified by its version.
     #[must_use]
     pub fn identity(&self) -> String {
         let mut hash = blake3::Hasher::new();
@@ -174,7 +174,7 @@ impl Plan {
         hash.finalize().to_hex().to_string()
     }
 
-    /// What the file says.
+    /// The contents of the file.
     #[must_use]
     pub fn file(&self) -> &CampaignFile {
         &self.file
@@ -186,19 +186,19 @@ impl Plan {
         &self.found
     }
 
-    /// How many runs there are at most.
+    /// The maximum number of runs.
     #[must_use]
     pub fn runs(&self) -> u64 {
         self.file.runs
     }
 
-    /// Run `k`: a function of plan and number, whatever ran before or runs elsewhere.
+    /// Run `k`: a function of plan and number, independent of all other runs.
     ///
     /// # Panics
     /// If there is no such run.
     #[must_use]
     pub fn run(&self, k: u64) -> PlannedRun {
-        assert!(k < self.file.runs, "there are only {} runs, and no run {k}", self.file.runs);
+        assert!(k < self.file.runs, "there is no run {k}: there are only {} runs", self.file.runs);
         let seed = match self.file.seeds {
             Seeds::Each => self.file.seed.wrapping_add(k),
             Seeds::Same => self.file.seed,
@@ -213,7 +213,7 @@ impl Plan {
         PlannedRun { k, seed, values }
     }
 
-    /// The combination of run `k`: the last parameter changes fastest, and after the last combination comes the first
+    /// The combination of run `k`: the last parameter changes fastest, and after the last combination the first follows
     /// again.
     fn grid_point(&self, k: u64) -> Vec<Value> {
         let mut rest = k;
@@ -227,7 +227,7 @@ impl Plan {
         values
     }
 
-    /// Tries what the scenario says to the parameters' values.
+    /// Checks whether the scenario accepts the parameters' values.
     fn check(&self, set: &[String]) -> Result<(), Error> {
         let mut complaints = Complaints::default();
         for problem in self.refusals(&self.run(0), set) {
@@ -241,8 +241,8 @@ impl Plan {
         Ok(complaints.check()?)
     }
 
-    /// What the scenario does not take, once for each parameter. Parameters are varied around the first run; where the
-    /// scenario refuses that already, each is tried alone, so that every one that is wrong is found.
+    /// What the scenario refuses, once per parameter. Parameters are varied around the first run; if the scenario
+    /// refuses that run already, each parameter is tried alone, so that every wrong one is found.
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
         let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
         let overrides = |place: usize, value: &Value| {
@@ -264,15 +264,16 @@ impl Plan {
         let mut problems: Vec<Problem> = self.file.parameters.iter().enumerate().filter_map(refused).collect();
         if let (Some(error), true, Some(parameter)) = (together, problems.is_empty(), self.file.parameters.first()) {
             let span = &parameter.key.span;
-            let message = format!("the scenario does not take the first run's values together: {}", error.reasons());
-            problems.push(span.problem(message).with_label("this parameter and those after it"));
+            let message =
+                format!("the scenario does not accept the combination of the first run's values: {}", error.reasons());
+            problems.push(span.problem(message).with_label("this parameter and the following ones"));
         }
         problems
     }
 }
 
 impl PlannedRun {
-    /// What the scenario is loaded with for this run of `plan`, as `--set` takes it.
+    /// The overrides with which the scenario is loaded for this run of `plan`, in the syntax of `--set`.
     #[must_use]
     pub fn overrides(&self, plan: &Plan) -> Vec<String> {
         let set = plan.file.set.iter().map(|set| set.value.clone());
@@ -281,13 +282,13 @@ impl PlannedRun {
     }
 }
 
-/// That no campaign of that name comes with the program, with the nearest name.
+/// The error that no campaign with that name comes with the program, with the most similar name.
 fn no_campaign(name: &str) -> Error {
     let meant = diagnostics::did_you_mean(name, shipped_campaigns().map(|(known, _)| known));
     let meant = meant.map_or_else(String::new, |meant| meant + " ");
     Error::refused(
         format!("there is no campaign `{name}`"),
-        format!("{meant}There are {}, or the path of a file", campaign_names()),
+        format!("{meant}available are {}; or give the path of a file", campaign_names()),
     )
 }
 
@@ -295,7 +296,7 @@ fn campaign_names() -> String {
     shipped_campaigns().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
-/// A dimension for each parameter; none for a grid.
+/// One dimension per parameter; none for a grid.
 fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
     let dimension = |(place, parameter): (usize, &Parameter)| {
         Dimension::new(file.sampling, place, &parameter.key.value, file.seed, file.runs)
@@ -303,21 +304,22 @@ fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
     file.parameters.iter().enumerate().filter_map(dimension).collect()
 }
 
-/// The scenario that a campaign names: beside its file, or one that comes with the program.
+/// The scenario that a campaign names: relative to its file, or one that comes with the program.
 fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
     let beside = Path::new(name).parent().unwrap_or(Path::new("")).join(&file.scenario.value);
     let found =
         if beside.is_file() { find::find(&beside.display().to_string()) } else { find::find(&file.scenario.value) };
     found.map_err(|error| {
         let problem = file.scenario.span.problem(error.to_string()).with_label("this scenario");
-        let help = "a scenario is looked for beside the campaign's file, and then by its name (`steward list`)";
+        let help = "a scenario is looked up relative to the campaign's file, and then by its name (`steward list`)";
         Error::bad_input(problem.with_help(help))
     })
 }
 
-/// That the scenario does not take a value, said at the parameter.
+/// The error that the scenario does not accept a value, at the parameter.
 fn refusal(key: &Spanned<String>, value: &Value, error: &scenarios::Error) -> Problem {
-    let problem = key.span.problem(format!("the scenario does not take `{}={value}`: {}", key.value, error.reasons()));
+    let problem =
+        key.span.problem(format!("the scenario does not accept `{}={value}`: {}", key.value, error.reasons()));
     problem.with_label("this parameter")
 }
 

@@ -1,4 +1,4 @@
-//! What is kept of a run.
+//! The record of a run.
 
 use monitors::Outcome;
 use reports::report::{MonitorReport, OutcomeReport, Report};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Measure, PlannedRun, Value};
 
-/// One run of a campaign: what it was, and what came of it. Nothing in it depends on the computer.
+/// One run of a campaign and its result. Nothing in it depends on the computer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
     /// The run's number, from 0.
@@ -17,7 +17,7 @@ pub struct RunRecord {
     pub values: Vec<Value>,
     /// How it went.
     pub outcome: RunOutcome,
-    /// Why there are no facts, in words: what the scenario refused, why the run could not go on, or how it panicked.
+    /// Why there are no facts, in words: what the scenario refused, why the run could not continue, or how it panicked.
     pub failure: Option<String>,
     /// What was measured; none if the run failed.
     pub facts: Option<RunFacts>,
@@ -31,7 +31,7 @@ pub enum RunOutcome {
     AsExpected,
     /// It was not.
     NotAsExpected,
-    /// It did not come to an end.
+    /// It did not reach its end.
     Failed,
 }
 
@@ -58,7 +58,7 @@ pub struct RunFacts {
     pub ticks: u64,
     /// When the robot first came to rest at one of the places where the scenario stops, in seconds.
     pub arrived_s: Option<f64>,
-    /// The least charge of the battery, in percent.
+    /// The lowest charge of the battery, in percent.
     pub battery_minimum_pct: f64,
     /// Its charge at the end, in percent.
     pub battery_final_pct: f64,
@@ -70,18 +70,18 @@ pub struct RunFacts {
     pub localization_rmse_m: f64,
     /// The greatest such distance, in metres.
     pub localization_max_m: f64,
-    /// How many faults took hold.
+    /// How many faults took effect.
     pub faults: u64,
     /// When the first did, in seconds.
     pub fault_onset_s: Option<f64>,
     /// BLAKE3 hash of the run's trace.
     pub trace_hash: String,
-    /// What the monitors say, in the order of [`Plan::properties`](super::Plan::properties).
+    /// The verdicts of the monitors, in the order of [`Plan::properties`](super::Plan::properties).
     pub monitors: Vec<MonitorFacts>,
 }
 
 impl RunFacts {
-    /// What was measured; none if it does not exist.
+    /// A measured value, if it exists.
     #[must_use]
     pub fn measured(&self, measure: Measure) -> Option<f64> {
         match measure {
@@ -95,7 +95,7 @@ impl RunFacts {
     }
 }
 
-/// What a monitor says at the end of a run.
+/// The final verdict of a monitor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MonitorFacts {
     /// `satisfied`, `violated` or `inconclusive`.
@@ -104,7 +104,7 @@ pub struct MonitorFacts {
     pub tick: Option<u64>,
     /// The time of the violation, in seconds.
     pub time_s: Option<f64>,
-    /// Time from the first fault's onset to the violation, in seconds; none if it was violated before or not at all.
+    /// Time from the first fault's onset to the violation, in seconds; none if there was no violation after the onset.
     pub latency_s: Option<f64>,
 }
 
@@ -137,14 +137,14 @@ impl RunRecord {
         Self { k, seed, values, outcome, failure: None, facts: Some(facts) }
     }
 
-    /// The record of a run that did not come to an end.
+    /// The record of a run that did not reach its end.
     pub(super) fn failed(run: PlannedRun, why: String) -> Self {
         let PlannedRun { k, seed, values } = run;
         Self { k, seed, values, outcome: RunOutcome::Failed, failure: Some(why), facts: None }
     }
 
-    /// Whether the property of that place among the [plan's](super::Plan::properties) was violated. None of a run that
-    /// failed: it says nothing of any property, and counts for none.
+    /// Whether the property with that index among the [plan's](super::Plan::properties) was violated. None for a run
+    /// that failed: it does not count for any property.
     #[must_use]
     pub fn violated(&self, property: usize) -> Option<bool> {
         Some(self.facts.as_ref()?.monitors.get(property)?.verdict == Outcome::Violated)

@@ -1,4 +1,4 @@
-//! From journals to results: the dataset and the summary, of one campaign or of its shards put together.
+//! From journals to results: the dataset and the summary, of one campaign or of its merged shards.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,16 +15,16 @@ use crate::Error;
 
 /// The summary's file.
 pub(super) const SUMMARY: &str = "summary.json";
-/// How many runs the summary names of a kind.
+/// How many runs of each kind the summary lists.
 const NAMED: usize = 10;
 /// The confidence of the summary's intervals.
 const CONFIDENCE: f64 = 0.95;
 
-/// Makes dataset, summary and page of a journal that holds all runs of a campaign.
+/// Makes dataset, summary and page from a journal that holds all runs of a campaign.
 ///
 /// # Errors
-/// [`Error::Scenario`] if the journal is damaged, or if the results cannot be written; results that were
-/// there before then stay as they were.
+/// [`Error::Scenario`] if the journal is damaged, or if the results cannot be written; existing results then stay
+/// unchanged.
 pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summary, Error> {
     let folder = journal.folder();
     let mut records = journal.reader()?;
@@ -49,18 +49,17 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
     Ok(summary)
 }
 
-/// Removes what a campaign wrote to `folder`, whichever campaign it was, and nothing else, before a shard of `plan` is run
-/// there.
+/// Removes what any campaign wrote to `folder`, and nothing else, before a shard of `plan` is run there.
 ///
 /// # Errors
-/// [`Error::Scenario`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the journal
-/// there is no campaign's, or cannot be written.
+/// [`Error::Scenario`] if [`run`](super::run) would refuse the shard, if another program is writing there, or if the
+/// journal there does not belong to a campaign or cannot be written.
 pub fn start_over(plan: &Plan, shard: Shard, folder: &Path) -> Result<(), Error> {
     plan.check_shard(shard)?;
     journal::start_over(folder, &[DATASET, SUMMARY, page::FILE])
 }
 
-/// The folders of shards that a path stands for: itself, or all in it.
+/// The shard folders at a path: the path itself, or all folders in it.
 fn shard_folders(path: &PathBuf) -> Vec<PathBuf> {
     let has_journal = |folder: &PathBuf| folder.join(JOURNAL).is_file();
     let inside = std::fs::read_dir(path).into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
@@ -72,21 +71,21 @@ fn shard_folders(path: &PathBuf) -> Vec<PathBuf> {
     if shards.is_empty() { vec![path.clone()] } else { shards }
 }
 
-/// Puts the shards of a campaign together: a journal in `out`, and then the results. Each of `shards` is the folder of one,
-/// or a folder with several. Where that was killed half-way it goes on.
+/// Merges the shards of a campaign: a journal in `out`, and then the results. Each of `shards` is the folder of one
+/// shard, or a folder with several. An interrupted merge resumes.
 ///
 /// # Errors
-/// [`Error::Scenario`] if the shards are not all of one campaign, or incomplete, or `out` has results already or another
-/// campaign's journal, or cannot be written to.
+/// [`Error::Scenario`] if the shards do not all belong to one campaign or are incomplete, or if `out` already has
+/// results or another campaign's journal, or cannot be written.
 pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
     let shards = &shards.iter().flat_map(shard_folders).collect::<Vec<_>>();
     let mut readers = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;
     let header = whole(shards, &readers)?;
     if out.join(DATASET).exists() {
-        let message = format!("{} has results already", out.display());
-        return Err(Error::refused(message, "choose a new folder for what is put together"));
+        let message = format!("{} already has results", out.display());
+        return Err(Error::refused(message, "choose a new folder for the merged results"));
     }
-    // Everything is read once before anything is written, so that what is incomplete leaves nothing behind.
+    // Everything is read once before anything is written, so that an incomplete merge leaves nothing behind.
     let mut complete = shards.iter().map(|folder| JournalReader::open(folder)).collect::<Result<Vec<_>, _>>()?;
     complete.sort_by_key(|reader| reader.header.shard.index);
     in_turn(&header, complete, |_| Ok(()))?;
@@ -112,35 +111,36 @@ pub fn merge(shards: &[PathBuf], out: &Path) -> Result<Summary, Error> {
     finish(&journal, None)
 }
 
-/// The header of all shards together, if they belong together.
+/// The common header of all shards, if they belong together.
 fn whole(folders: &[PathBuf], readers: &[JournalReader]) -> Result<Header, Error> {
     let Some(first) = readers.first().map(|reader| &reader.header) else {
-        return Err(Error::refused("there are no shards", "name the folders that the shards were written to"));
+        return Err(Error::refused("there are no shards", "give the folders to which the shards were written"));
     };
     for (folder, reader) in folders.iter().zip(readers) {
         first.with_shard(reader.header.shard).check(&reader.header, folder)?;
         if reader.header.shard.of != first.shard.of {
             let message = format!(
-                "{} is one of {} shards, {} one of {}",
+                "{} is one of {} shards, but {} is one of {}",
                 folders[0].display(),
                 first.shard.of,
                 folder.display(),
                 reader.header.shard.of
             );
-            return Err(Error::refused(message, "only shards of one sharding belong together"));
+            return Err(Error::refused(message, "merge only shards of one campaign with the same number of shards"));
         }
     }
     let mut there: Vec<u64> = readers.iter().map(|reader| reader.header.shard.index).collect();
     there.sort_unstable();
     if there != (0..first.shard.of).collect::<Vec<_>>() {
         let there: Vec<String> = there.iter().map(u64::to_string).collect();
-        let message = format!("of the shards 0 to {}, there are {}", first.shard.of - 1, there.join(", "));
-        return Err(Error::refused(message, "each must be there once"));
+        let message =
+            format!("shards 0 to {} are needed, but the folders have {}", first.shard.of - 1, there.join(", "));
+        return Err(Error::refused(message, "each shard must be present exactly once"));
     }
     Ok(first.with_shard(Shard::ALL))
 }
 
-/// Hands on all runs of the shards, which are in their order, in the order of the runs.
+/// Passes on all runs of the shards, each of which is ordered, in the order of the runs.
 fn in_turn(
     header: &Header,
     mut readers: Vec<JournalReader>,
@@ -150,14 +150,14 @@ fn in_turn(
     for k in 0..header.runs() {
         let record = readers[(k % of) as usize].next()?.filter(|record| record.k == k).ok_or_else(|| {
             let message = format!("shard {}/{of} is not complete: run {k} is missing", k % of);
-            Error::refused(message, "run the same command again: it goes on where it stopped")
+            Error::refused(message, "run the same command again: it resumes where it stopped")
         })?;
         take(record)?;
     }
     Ok(())
 }
 
-/// What is counted while the runs go by.
+/// The counts over the runs.
 struct Tally {
     outcomes: Outcomes,
     properties: Vec<Count>,

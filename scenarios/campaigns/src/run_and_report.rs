@@ -1,4 +1,4 @@
-//! A run from its start to its report.
+//! A run from start to report.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -15,7 +15,7 @@ use scenarios::scenario::Scenario;
 use crate::Error;
 use crate::journal::has_journal;
 
-/// Runs a scenario to its end, with monitors, and leaves nothing behind but the report.
+/// Runs a scenario to its end, with monitors, and keeps only the report.
 ///
 /// # Errors
 /// What is wrong with the scenario.
@@ -24,10 +24,10 @@ pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
     run_and_report(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
 }
 
-/// Runs a scenario to its end, as [`conduct`] does, and shows it.
+/// Runs a scenario to its end, like [`conduct`], and shows it.
 ///
 /// # Errors
-/// What could not be written; why the run cannot go on; that `follow` broke it off.
+/// What could not be written; why the run cannot continue; that `follow` interrupted it.
 pub fn run_and_report(
     live: Live,
     detail: Detail,
@@ -53,21 +53,21 @@ pub fn run_and_report(
     Ok(presentation.finish(&view)?)
 }
 
-/// Refuses a folder that has the results of a campaign: a run does not write over them.
+/// Refuses a folder with the results of a campaign: a run does not overwrite them.
 ///
 /// # Errors
-/// That it has some.
+/// If it has some.
 pub fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
     match outputs.folder.as_deref().filter(|folder| has_journal(folder)) {
         Some(folder) => {
             let message = format!("{} has the results of a campaign", folder.display());
-            Err(Error::refused(message, "a run does not write over them: name another folder with `--out`"))
+            Err(Error::refused(message, "a run does not overwrite them: choose another folder with `--out`"))
         }
         None => Ok(()),
     }
 }
 
-/// That a run was broken off, and what there is of it.
+/// The error that a run was interrupted, and what was written.
 fn interrupted(view: &RunView, outputs: &Outputs, record: Option<&Path>) -> Error {
     let mut text = format!("interrupted after {:.1} s of simulated time", view.time().as_secs_f64());
     let verdicts = view.monitors().map(|monitor| {
@@ -86,7 +86,7 @@ fn interrupted(view: &RunView, outputs: &Outputs, record: Option<&Path>) -> Erro
     let what = if record.is_some_and(is_log) { "event log" } else { "recording" };
     for (what, path) in [(what, record), ("animation", outputs.gif.as_deref())] {
         if let Some(path) = path {
-            text += &format!(", the {what} until then is {}", path.display());
+            text += &format!(", the {what} up to that point is {}", path.display());
         }
     }
     Error::Interrupted(text)

@@ -19,51 +19,51 @@ use super::{Plan, PlannedRun, RunRecord, results};
 use crate::Error;
 use crate::report_of;
 
-/// How far a campaign has come, after one more of its runs.
+/// The progress of a campaign, after one more of its runs.
 #[derive(Clone, Debug)]
 pub struct Progress<'p> {
-    /// How many runs are done, those of earlier sittings included.
+    /// How many runs are done, including those of earlier sessions.
     pub done: u64,
-    /// How many there are at most.
+    /// The maximum number of runs.
     pub all: u64,
-    /// What is asked of the runs: each property by its name, and `expectation`.
+    /// The events that are counted: each property by its name, and `expectation`.
     pub asked: &'p [String],
-    /// In how many of how many runs each of them happened: the property was violated, the run was not as expected.
+    /// In how many of how many runs each event happened: the property was violated, or the run was not as expected.
     pub counts: &'p [Count],
 }
 
-/// What came of running a campaign.
+/// The result of running a campaign.
 #[derive(Debug)]
 pub struct Ran {
     /// How many runs are done.
     pub done: u64,
-    /// How many there are at most.
+    /// The maximum number of runs.
     pub all: u64,
-    /// Whether nothing is left to be run: all runs are done, or the campaign's goal is reached.
+    /// Whether nothing is left to run: all runs are done, or the campaign's goal is reached.
     pub complete: bool,
-    /// What came of the campaign's goal, if it has one.
+    /// The result of the campaign's goal, if it has one.
     pub goal: Option<GoalReport>,
-    /// Nobody else writes to the folder as long as it is open.
+    /// While it is open, no other program writes to the folder.
     journal: Journal,
 }
 
 impl Ran {
-    /// Makes dataset, summary and page of the journal, which holds all runs of the campaign.
+    /// Makes dataset, summary and page from the journal, which holds all runs of the campaign.
     ///
     /// # Errors
-    /// [`Error::Scenario`] if they cannot be written; results that were there before then stay as they were.
+    /// [`Error::Scenario`] if they cannot be written; existing results then stay unchanged.
     pub fn finish(self) -> Result<Summary, Error> {
         results::finish(&self.journal, self.goal)
     }
 }
 
-/// Runs a shard of a campaign, or what is left of it, on so many `threads`, and writes the journal in `folder`. Once `interrupted` is set, no run
-/// begins any more; those that have begun end and are written down. `progress` is told after each run. A run that fails
-/// is a result; see [`RunRecord::failure`].
+/// Runs a shard of a campaign, or the rest of it, on this many `threads`, and writes the journal in `folder`. Once
+/// `interrupted` is set, no new run starts; those that have started finish and are recorded. `progress` is called after
+/// each run. A run that fails is a result; see [`RunRecord::failure`].
 ///
 /// # Errors
-/// [`Error::Scenario`] if the folder has another campaign's results, if a campaign with a goal is to be sharded, or if the
-/// journal cannot be written.
+/// [`Error::Scenario`] if the folder has another campaign's results, if a campaign with a goal is to be sharded, or if
+/// the journal cannot be written.
 pub fn run(
     plan: &Plan,
     shard: Shard,
@@ -75,7 +75,7 @@ pub fn run(
     run_each(plan, shard, folder, threads, interrupted, progress, |run| conducted(plan, run))
 }
 
-/// Runs what is left of a shard, each run by `conduct`.
+/// Runs the rest of a shard, each run by `conduct`.
 fn run_each(
     plan: &Plan,
     shard: Shard,
@@ -104,12 +104,12 @@ fn run_each(
         progress(&watch.progress(done, all));
         Ok::<bool, Error>(!watch.enough())
     })?;
-    // Whoever has removed the folder meanwhile has removed the results.
+    // If the folder has been removed meanwhile, the results are gone.
     journal.reader()?;
     Ok(Ran { done, all, complete: done == all || watch.enough(), goal: watch.report(), journal })
 }
 
-/// Counts what happens in the runs, in their order, and says whether the campaign's goal is reached.
+/// Counts events in the runs, in order, and decides whether the campaign's goal is reached.
 struct Watch<'p> {
     plan: &'p Plan,
     asked: Vec<String>,
@@ -136,7 +136,7 @@ impl<'p> Watch<'p> {
         Progress { done, all, asked: &self.asked, counts: &self.counts }
     }
 
-    /// The campaign's goal, with the count that it asks for.
+    /// The campaign's goal, with the count of its event.
     fn goal(&self) -> Option<(&'p Goal, Count)> {
         let goal = self.plan.file().goal.as_ref()?;
         let place = self.asked.iter().position(|asked| *asked == goal.of.value);
@@ -160,7 +160,7 @@ impl<'p> Watch<'p> {
     }
 }
 
-/// The result, and how long the computer took for it, in seconds.
+/// The result, and its wall time in seconds.
 fn timed<T>(work: impl FnOnce() -> T) -> (T, f64) {
     #[expect(clippy::disallowed_methods, reason = "how long the computer took is no part of the results")]
     let began = Instant::now();
@@ -184,24 +184,24 @@ fn conducted(plan: &Plan, run: &PlannedRun) -> Result<RunRecord, String> {
 }
 
 thread_local! {
-    /// Whether a panic of this thread is caught and becomes a result.
+    /// Whether panics of this thread are caught and become results.
     static CATCHING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// What `work` gives; a panic is a failure like any other.
+/// The result of `work`; a panic is a failure like any other.
 fn caught<T>(work: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     let message = |panic: Box<dyn Any + Send>| {
         let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
         format!("panicked: {}", text.unwrap_or("without a message"))
     };
     CATCHING.set(true);
-    // What the work leaves half done is its own and goes with it.
+    // Unfinished work is local to the run and is dropped with it.
     let result = catch_unwind(AssertUnwindSafe(work));
     CATCHING.set(false);
     result.unwrap_or_else(|panic| Err(message(panic)))
 }
 
-/// Lets panics that are [caught] pass in silence: they are told among the results. `--only` tells where it was.
+/// Silences panics that are [caught]: they are part of the results. `--only` shows where it happened.
 fn hush_caught_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -222,15 +222,15 @@ mod tests {
     static NOT: AtomicBool = AtomicBool::new(false);
 
     #[test]
-    fn a_panic_is_a_failure_in_words() {
+    fn a_panic_is_a_failure_with_a_message() {
         let panics = || -> Result<(), String> { panic!("run {}", 3) };
         assert_eq!(caught(panics), Err("panicked: run 3".to_owned()));
         assert_eq!(caught(|| Ok(1)), Ok(1));
     }
 
-    /// Whatever a run does, it is a record, and the campaign goes on.
+    /// Every run becomes a record, however it ends, and the campaign continues.
     #[test]
-    fn runs_that_panic_or_are_refused_are_records_with_their_command() {
+    fn runs_that_panic_or_are_refused_are_recorded_with_their_command() {
         let text = "scenario = \"errand\"\nruns = 4\nset = [\"execution.max_time_s=0.1\"]\n";
         let plan = Plan::parse("two words.toml", text).unwrap().with_runs(3).unwrap();
         let folder = tempfile::tempdir().unwrap();
@@ -253,7 +253,7 @@ mod tests {
         assert_eq!((summary.outcomes.failed, summary.failures.len()), (2, 2));
         assert_eq!(summary.failures[0].why.as_deref(), Some("panicked: a wheel came off"));
         assert_eq!(summary.failures[0].command, "steward campaign 'two words.toml' --runs 3 --only 0");
-        // Failed runs say nothing of a property, in the summary as on the way.
+        // Failed runs do not count for a property, neither in the summary nor in the progress.
         let (_, counts) = seen.last().unwrap();
         assert_eq!(counts[0].runs(), 1);
         assert_eq!((counts[3].happened(), counts[3].runs()), (3, 3), "the third ends before it arrives");

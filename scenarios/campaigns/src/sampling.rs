@@ -1,14 +1,15 @@
-//! Where in the space of parameters a run stands: a pure function of the plan and the run's number.
+//! The sample point of each run in the space of parameters: a pure function of the plan and the run's number.
 //!
-//! Each parameter is one dimension, named by its key, and a run gets a number from 0 to 1 in each. Randomness comes from a
-//! stream for each key, so that another parameter shifts none. The designs:
+//! Each parameter is one dimension, named by its key, and a run gets a number from 0 to 1 in each. Each key has its own
+//! random stream, so that adding a parameter changes no other. The designs:
 //!
-//! - [`Random`](Sampling::Random): each run is drawn on its own.
-//! - [`LatinHypercube`](Sampling::LatinHypercube): in each dimension, each of as many equal strata as there are runs has
-//!   exactly one of them (McKay, Beckman and Conover, Technometrics 21, 1979). Only all runs together are such a design.
-//! - [`Sobol`](Sampling::Sobol): a sequence that fills the space evenly from its beginning on, shifted at random.
+//! - [`Random`](Sampling::Random): each run is drawn independently.
+//! - [`LatinHypercube`](Sampling::LatinHypercube): each dimension is divided into as many equal strata as there are
+//!   runs, and each stratum has exactly one run (McKay, Beckman and Conover, Technometrics 21, 1979). Only all runs
+//!   together form such a design.
+//! - [`Sobol`](Sampling::Sobol): a sequence that fills the space evenly from its start, with a random shift.
 //!
-//! A grid goes through all combinations of values instead; the plan does that, since it needs no numbers from 0 to 1.
+//! A grid enumerates all combinations of values instead; the plan does that, since it needs no numbers from 0 to 1.
 
 mod permutation;
 mod sobol;
@@ -19,14 +20,14 @@ use robot::Streams;
 use permutation::Permutation;
 pub use sobol::MAX_DIMENSIONS as MAX_SOBOL_DIMENSIONS;
 
-/// How runs are spread over the space of parameters.
+/// How runs are distributed over the space of parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sampling {
     /// Every combination of the parameters' values.
     Grid,
-    /// Each run on its own.
+    /// Each run independently.
     Random,
-    /// Every parameter's range evenly, with one run in each stratum.
+    /// Each parameter's range evenly, with one run in each stratum.
     LatinHypercube,
     /// A low-discrepancy sequence.
     Sobol,
@@ -41,11 +42,10 @@ pub(super) enum Dimension {
 }
 
 impl Dimension {
-    /// The dimension of a parameter that stands at that place among the parameters; none for a grid. `runs` matters to
-    /// a Latin hypercube alone.
+    /// The dimension of the parameter with that index; none for a grid. Only a Latin hypercube depends on `runs`.
     ///
     /// # Panics
-    /// If a Sobol sequence has no such place.
+    /// If a Sobol sequence has no such dimension.
     pub(super) fn new(sampling: Sampling, place: usize, key: &str, seed: u64, runs: u64) -> Option<Self> {
         let streams = Streams::new(seed);
         let key = key.to_owned();
@@ -63,7 +63,7 @@ impl Dimension {
         }
     }
 
-    /// Where run `k` stands, above 0 and below 1.
+    /// The coordinate of run `k`, above 0 and below 1.
     pub(super) fn at(&self, k: u64) -> f64 {
         match self {
             Self::Random { streams, key } => random(streams, key, k),
@@ -79,12 +79,12 @@ impl Dimension {
     }
 }
 
-/// A run's own random number for a key.
+/// A random number for one run and one key.
 fn random(streams: &Streams, key: &str, k: u64) -> f64 {
     inside(streams.stream(&format!("campaign/{k}/{key}")).random())
 }
 
-/// Keeps a number off the ends, where distributions have no value.
+/// Keeps a number away from 0 and 1, where quantiles are infinite.
 fn inside(number: f64) -> f64 {
     number.clamp(1e-12, 1.0 - 1e-12)
 }
@@ -101,7 +101,8 @@ mod tests {
         (0..runs).map(|k| dimensions.iter().map(|dimension| dimension.at(k)).collect()).collect()
     }
 
-    /// The centred L2 discrepancy (Hickernell, Mathematics of Computation 67, 1998): how unevenly points lie.
+    /// The centred L2 discrepancy (Hickernell, Mathematics of Computation 67, 1998): how unevenly points are
+    /// distributed.
     fn discrepancy(points: &[Vec<f64>]) -> f64 {
         let n = points.len() as f64;
         let off = |x: f64| (x - 0.5).abs();
@@ -147,7 +148,7 @@ mod tests {
         }
     }
 
-    /// In its first two dimensions it is a (0, m, 2)-net in base 2.
+    /// In its first two dimensions, it is a (0, m, 2)-net in base 2.
     #[test]
     fn every_dyadic_rectangle_has_its_share_of_a_sobol_sequence() {
         let points = points(Sampling::Sobol, 2, 256);
@@ -161,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn sobol_lies_more_evenly_than_random_in_many_dimensions() {
+    fn sobol_is_more_even_than_random_in_many_dimensions() {
         for dimensions in [2, 5, MAX_SOBOL_DIMENSIONS] {
             let of = |sampling| discrepancy(&points(sampling, dimensions, 512));
             let (sobol, random) = (of(Sampling::Sobol), of(Sampling::Random));
@@ -170,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn random_points_are_uniform_and_depend_on_nothing_but_seed_key_and_number() {
+    fn random_points_are_uniform_and_depend_only_on_seed_key_and_number() {
         let points = points(Sampling::Random, 1, 4000);
         let mut sorted: Vec<f64> = points.iter().map(|point| point[0]).collect();
         sorted.sort_unstable_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! Parts of a campaign, for many machines.
+//! Parts of a campaign, for several machines.
 
 use serde::{Deserialize, Serialize};
 
@@ -12,25 +12,25 @@ pub struct Shard {
 }
 
 impl Shard {
-    /// All of a campaign.
+    /// The whole campaign.
     pub const ALL: Self = Self { index: 0, of: 1 };
 
-    /// A campaign has no more parts than this.
+    /// The greatest number of parts of a campaign.
     pub const MOST: u64 = 1_000_000;
 
-    /// One of so many parts, if there is such a part.
+    /// Part `index` of `of`, if it exists.
     #[must_use]
     pub fn new(index: u64, of: u64) -> Option<Self> {
         (index < of && of <= Self::MOST).then_some(Self { index, of })
     }
 
-    /// How many of that many runs are in the part.
+    /// How many of `runs` runs are in the part.
     #[must_use]
     pub fn len(self, runs: u64) -> u64 {
         (runs + self.of - 1 - self.index) / self.of
     }
 
-    /// The number of the part's run of that place.
+    /// The number of the part's run with that index.
     #[must_use]
     pub fn run(self, place: u64) -> u64 {
         self.index + place * self.of

@@ -1,10 +1,10 @@
-//! A campaign's results in short.
+//! The summary of a campaign's results.
 
 use serde::Serialize;
 
 use super::statistics::{Count, Interval, Side};
 
-/// A campaign's results in short: `summary.json`.
+/// The summary of a campaign's results: `summary.json`.
 #[derive(Clone, Debug, Serialize)]
 pub struct Summary {
     /// The campaign's file.
@@ -19,15 +19,15 @@ pub struct Summary {
     pub runs: u64,
     /// How many of them were not what the scenario expects, and how many failed.
     pub outcomes: Outcomes,
-    /// How often each property was violated. Runs that failed count for no property.
+    /// How often each property was violated. Runs that failed do not count for any property.
     pub properties: Vec<Estimate>,
     /// How often a run was not what the scenario expects, or failed.
     pub expectation: Estimate,
-    /// What came of the campaign's goal; null without one.
+    /// The result of the campaign's goal; null without one.
     pub goal: Option<GoalReport>,
-    /// The first runs that failed, with why and how to repeat them.
+    /// The first runs that failed, with the reason and the command that repeats them.
     pub failures: Vec<Named>,
-    /// The first runs that were not as expected, with how to repeat them.
+    /// The first runs that were not as expected, with the command that repeats them.
     pub unexpected: Vec<Named>,
 }
 
@@ -39,23 +39,23 @@ impl Summary {
     }
 }
 
-/// The command that repeats a run alone, made of the one that runs its campaign `again`.
+/// The command that repeats a run alone, derived from the command `again` that runs its campaign.
 pub(super) fn command(again: &str, k: u64) -> String {
     format!("{again} --only {k}")
 }
 
-/// How many runs went how.
+/// The number of runs with each outcome.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Outcomes {
     /// As the scenario expects.
     pub as_expected: u64,
-    /// Not so.
+    /// Not as the scenario expects.
     pub not_as_expected: u64,
-    /// Not to their end.
+    /// Did not reach their end.
     pub failed: u64,
 }
 
-/// How often something happened, and what that says.
+/// How often something happened, and the estimate of its probability.
 #[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
     /// What: a property that was violated, or `expectation`.
@@ -64,7 +64,7 @@ pub struct Estimate {
     pub count: Count,
     /// The fraction; null without runs.
     pub rate: Option<f64>,
-    /// The exact interval with a confidence of 0.95, for a number of runs that was settled beforehand.
+    /// The exact interval with a confidence of 0.95, for a number of runs that was fixed in advance.
     pub interval: Interval,
 }
 
@@ -79,16 +79,16 @@ pub struct Named {
     pub command: String,
 }
 
-/// What came of a campaign's goal.
+/// The result of a campaign's goal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct GoalReport {
-    /// Of what the probability is asked.
+    /// The event whose probability is in question.
     pub of: String,
-    /// In how many of how many runs it happened. Runs that failed count for no property.
+    /// In how many of how many runs it happened. Runs that failed do not count for any property.
     pub count: Count,
     /// Whether the goal was reached with these runs.
     pub reached: bool,
-    /// The interval of an estimate, which keeps the goal's confidence though it was looked at on the way.
+    /// The interval of an estimate, which keeps the goal's confidence despite the intermediate looks.
     pub interval: Option<Interval>,
     /// The decision of a test.
     pub side: Option<Side>,

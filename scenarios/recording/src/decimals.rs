@@ -1,6 +1,6 @@
-//! Numbers as people read them.
+//! Numbers in readable form.
 
-/// A number with at most so many decimals.
+/// A number with at most this many decimals.
 #[must_use]
 pub fn decimals(number: f64, most: usize) -> String {
     let text = format!("{number:.most$}");

@@ -1,4 +1,4 @@
-//! The last record of a run that came to its end.
+//! The last record of a run that ran to its end.
 
 use std::fmt;
 use std::time::Duration;
@@ -8,32 +8,32 @@ use serde::{Deserialize, Serialize};
 
 use crate::{MonitorState, Scene};
 
-/// What is known of a run once it has ended.
+/// What is known about a run once it has ended.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct End {
     /// Why it ended.
     pub ended: Ended,
     /// BLAKE3 hash of the trace, in hexadecimal.
     pub trace_hash: String,
-    /// What each monitor says in the end, in the order of the [header](crate::Header::monitors).
+    /// The final verdict of each monitor, in the order of the [header](crate::Header::monitors).
     pub monitors: Vec<MonitorEnd>,
-    /// What went wrong in the skills' machines, each thing once, in the order of its first time.
+    /// What went wrong in the skills' machines: each error once, in the order of first occurrence.
     pub skill_errors: Vec<SkillError>,
     /// How many messages each fault has damaged, in the order of the [header](crate::Header::faults); none for a fault
-    /// that damages none.
+    /// that does not damage messages.
     pub messages_hit: Vec<Option<u64>>,
-    /// What can be seen in the last step, if pictures may be taken.
+    /// What is visible in the last step, if pictures may be taken.
     pub scene: Option<Scene>,
 }
 
 /// Why a run ended.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Ended {
-    /// The robot came to rest at this place, where the scenario stops.
+    /// The robot came to rest at this place, and the scenario stops there.
     Arrival(String),
-    /// This property was violated, and the scenario stops at that.
+    /// This property was violated, and the scenario stops then.
     Violation(String),
-    /// Every property had its verdict, and the scenario stops at that.
+    /// Every property had its verdict, and the scenario stops then.
     Settled,
     /// The scenario's limit of simulated time was reached.
     TimeLimit(Duration),
@@ -63,32 +63,32 @@ impl fmt::Display for Ended {
     }
 }
 
-/// What a monitor says in the end.
+/// The final state of a monitor.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct MonitorEnd {
-    /// How it stands.
+    /// Its verdict.
     pub state: MonitorState,
-    /// What is still owed.
+    /// The obligations that are still pending.
     pub open: Vec<OpenObligation>,
     /// The clauses whose antecedent never held.
     pub vacuous: Vec<Vacuity>,
-    /// What went wrong in the scripts of a monitor that is a machine, each thing once.
+    /// What went wrong in the scripts of a monitor that is a machine, each error once.
     pub errors: Vec<String>,
-    /// How often each location of the monitor's graph was entered, where the monitor counts that.
+    /// How often each location of the monitor's graph was entered, if the monitor counts visits.
     pub visits: Vec<u64>,
 }
 
-/// Something that went wrong in a skill's machine.
+/// An error in a skill's machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SkillError {
     /// The skill.
     pub skill: String,
-    /// The state in which the machine's file has what failed; none for what stands outside of states.
+    /// The state whose element in the machine's file failed; none for elements outside of states.
     pub state: Option<String>,
     /// What went wrong, in words.
     pub message: String,
-    /// When it did for the first time.
+    /// When it first happened.
     pub time: Duration,
-    /// How often it did.
+    /// How often it happened.
     pub times: u64,
 }

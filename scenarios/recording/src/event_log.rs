@@ -7,7 +7,7 @@ use serde_json::json;
 
 use crate::{Header, RunView};
 
-/// An event as a line of the event log, without the line's end.
+/// An event as a line of the event log, without the newline.
 #[must_use]
 pub fn event_line(event: &Event, topology: &Topology) -> String {
     let time_s = event.time.as_secs_f64();
@@ -35,8 +35,8 @@ pub fn message_json(message: &Message) -> serde_json::Value {
     message.fields().iter().map(value).collect()
 }
 
-/// Writes the event log, JSON Lines: a line that describes the run, then one a communication, one a tick generated,
-/// and one for the tree's statuses whenever they have changed.
+/// Writes the event log as JSON Lines: one line that describes the run, then one line per communication, one per
+/// generated tick, and one with the tree's statuses each time they change.
 #[derive(Debug)]
 pub struct EventLogWriter<W: Write> {
     output: BufWriter<W>,
@@ -44,10 +44,10 @@ pub struct EventLogWriter<W: Write> {
 }
 
 impl<W: Write> EventLogWriter<W> {
-    /// Begins a log with the line that describes the run.
+    /// Starts a log with the line that describes the run.
     ///
     /// # Errors
-    /// What the system says.
+    /// If writing fails.
     pub fn begin(output: W, header: &Header) -> io::Result<Self> {
         let mut log = Self { output: BufWriter::new(output), statuses: serde_json::Value::Null };
         let description = json!({
@@ -60,10 +60,10 @@ impl<W: Write> EventLogWriter<W> {
         Ok(log)
     }
 
-    /// Writes what the last step of a run brought. Steps must have [details](crate::Details).
+    /// Writes what the last step of a run added. Steps must have [details](crate::Details).
     ///
     /// # Errors
-    /// What the system says.
+    /// If writing fails.
     pub fn follow(&mut self, view: &RunView) -> io::Result<()> {
         for event in view.events() {
             writeln!(self.output, "{}", event_line(event, view.topology()))?;
@@ -80,16 +80,16 @@ impl<W: Write> EventLogWriter<W> {
         Ok(())
     }
 
-    /// Ends the log and gives its file back.
+    /// Ends the log and returns its file.
     ///
     /// # Errors
-    /// What the system says.
+    /// If writing fails.
     pub fn finish(self) -> io::Result<W> {
         self.output.into_inner().map_err(io::IntoInnerError::into_error)
     }
 }
 
-/// The tree's statuses by the node's number and name.
+/// The tree's statuses, keyed by the node's number and name.
 fn statuses(view: &RunView) -> serde_json::Value {
     let nodes = view.header().tree.iter().enumerate().zip(view.outcomes());
     let named = nodes.map(|((number, node), outcome)| {

@@ -11,19 +11,19 @@ use serde::{Deserialize, Serialize};
 
 use crate::{End, Header, Inconsistent, RunView, Step};
 
-/// What a recording begins with.
+/// The first bytes of every recording.
 const MAGIC: [u8; 8] = *b"STEWREC\n";
-/// The version of the format: another one for every change of the records.
+/// The version of the format. It goes up with every change of the records.
 pub const FORMAT: u32 = 1;
-/// A chunk is written when its records take so many bytes.
+/// A chunk is written once its records take this many bytes.
 const CHUNK_BYTES: usize = 256 * 1024;
-/// No chunk takes more bytes than these, packed or not: a step is a part of that at most.
+/// No chunk takes more bytes than this, compressed or not; a step is at most a part of one.
 const MAX_CHUNK_BYTES: u64 = 1 << 30;
 
-/// One of the records that a run is told by.
+/// One record of a run.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Record {
-    /// What does not change; the first record.
+    /// What does not change during the run; the first record.
     Header(Box<Header>),
     /// A step.
     Step(Step),
@@ -40,18 +40,18 @@ pub enum RecordingError {
     Read {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The file is something else.
-    #[error("{} is no recording of a run", .0.display())]
+    /// The file is not a recording.
+    #[error("{} is not a recording of a run", .0.display())]
     Foreign(PathBuf),
     /// The file is a recording in another version of the format.
     #[error("{} has version {found} of the format; this program reads version {FORMAT}", path.display())]
     Version {
         /// The file.
         path: PathBuf,
-        /// The version that it has.
+        /// The version of the file.
         found: u32,
     },
     /// The file was changed after it was written.
@@ -62,15 +62,15 @@ pub enum RecordingError {
     Truncated {
         /// The file.
         path: PathBuf,
-        /// How far it tells the run, in words.
+        /// How much of the run it contains, in words.
         told: String,
     },
 }
 
 /// Writes a recording.
 ///
-/// The documentation of the crate describes the file. It is written in chunks: a program that is killed leaves all
-/// those that it has written.
+/// The documentation of the crate describes the file. It is written in chunks: if the program is killed, the chunks
+/// already written remain readable.
 #[derive(Debug)]
 pub struct Writer<W: Write> {
     output: W,
@@ -78,10 +78,10 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a recording.
+    /// Starts a recording.
     ///
     /// # Errors
-    /// What the system says.
+    /// If writing fails.
     pub fn begin(mut output: W) -> io::Result<Self> {
         output.write_all(&MAGIC)?;
         output.write_all(&FORMAT.to_le_bytes())?;
@@ -91,7 +91,7 @@ impl<W: Write> Writer<W> {
     /// Writes a record.
     ///
     /// # Errors
-    /// What the system says.
+    /// If writing fails.
     pub fn write(&mut self, record: &Record) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
         self.chunk = postcard::to_extend(record, chunk).map_err(io::Error::other)?;
@@ -113,10 +113,10 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Ends the recording and gives its file back.
+    /// Ends the recording and returns its file.
     ///
     /// # Errors
-    /// What the system says.
+    /// If writing fails.
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         Ok(self.output)
@@ -128,10 +128,10 @@ impl<W: Write> Writer<W> {
 pub struct Recording {
     path: PathBuf,
     input: io::BufReader<File>,
-    /// The records of a chunk, and how much of them has been read.
+    /// The records of a chunk, and how much of it has been read.
     chunk: Vec<u8>,
     read: usize,
-    /// The next record, if it has been looked at.
+    /// The next record, if it has been peeked at.
     ahead: Option<Record>,
 }
 
@@ -139,7 +139,7 @@ impl Recording {
     /// Opens a recording.
     ///
     /// # Errors
-    /// [`RecordingError`], if the file cannot be read, or is no recording in this version of the format.
+    /// [`RecordingError`], if the file cannot be read or is not a recording in this version of the format.
     pub fn open(path: &Path) -> Result<Self, RecordingError> {
         let read = |source| RecordingError::Read { path: path.to_owned(), source };
         let file = File::open(path).map_err(read)?;
@@ -157,7 +157,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// The next record; none where the file ends, be it in the middle of a chunk.
+    /// The next record; none at the end of the file, even in the middle of a chunk.
     ///
     /// # Errors
     /// [`RecordingError`], if the file cannot be read or is damaged.
@@ -174,7 +174,7 @@ impl Recording {
         Ok(Some(record))
     }
 
-    /// Reads the next chunk; false where the file ends before it does.
+    /// Reads the next chunk; false if the file ends first.
     fn next_chunk(&mut self) -> Result<bool, RecordingError> {
         let mut length = [0; 4];
         if self.fill(&mut length)? < length.len() {
@@ -199,7 +199,7 @@ impl Recording {
         }
     }
 
-    /// Reads until a buffer is full or the file ends: how many bytes.
+    /// Reads until the buffer is full or the file ends. Returns the number of bytes.
     fn fill(&mut self, buffer: &mut [u8]) -> Result<usize, RecordingError> {
         let mut length = 0;
         while length < buffer.len() {
@@ -225,7 +225,7 @@ impl Recording {
         RecordingError::Truncated { path: self.path.clone(), told }
     }
 
-    /// The run at its start: of the first two records.
+    /// The run at its start, from the first two records.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -243,7 +243,7 @@ impl Recording {
         }
     }
 
-    /// Goes on by a step; the last one comes with the end. Call it until there is one.
+    /// Advances by one step; the last step brings the end with it. Call it until the view has an end.
     ///
     /// # Errors
     /// [`RecordingError`]; [`Truncated`](RecordingError::Truncated) if the file ends before the run does.

@@ -1,4 +1,4 @@
-//! The first record of a run: what does not change while it goes on.
+//! The first record of a run: everything that stays the same during it.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,21 +11,21 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Graph, plain};
 
-/// The name of the process that is the tree of a run; what its leaves say, they say to it.
+/// The name of the process that represents a run's tree: leaves send their messages to it.
 pub const TREE: &str = "BT";
 
-/// What is known of a run before its first step.
+/// What is known about a run before its first step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Header {
     /// The version of the program that ran it.
     pub version: String,
     /// The scenario's name.
     pub scenario: String,
-    /// What the scenario shows, in a line.
+    /// What the scenario shows, in one line.
     pub about: String,
     /// Where the scenario comes from.
     pub origin: Origin,
-    /// The parameters of robot, world and execution that were in effect.
+    /// The effective parameters of robot, world and execution.
     pub settings: Vec<SettingGroup>,
     /// The root seed.
     pub seed: u64,
@@ -33,9 +33,9 @@ pub struct Header {
     pub tick: Duration,
     /// Time between steps.
     pub dt: Duration,
-    /// Whether the scenario has properties that this run did not watch.
+    /// Whether the scenario has properties that were not watched in this run.
     pub unwatched: bool,
-    /// The processes and channels, with the messages that may pass.
+    /// The processes and channels, with the messages that may pass through them.
     #[serde(with = "plain::topology")]
     pub topology: Arc<Topology>,
     /// The nodes of the behavior tree, in document order.
@@ -44,9 +44,9 @@ pub struct Header {
     pub skills: Vec<String>,
     /// The processes that are components, by name.
     pub components: Vec<String>,
-    /// The properties that are watched, in the order of the scenario.
+    /// The watched properties, in the order of the scenario.
     pub monitors: Arc<[Monitor]>,
-    /// The faults of the scenario, whether they take hold or not.
+    /// The faults of the scenario, whether they take effect or not.
     pub faults: Vec<Arc<Fault>>,
     /// The map of the world.
     #[serde(with = "plain::grid")]
@@ -59,7 +59,7 @@ pub struct Header {
     /// Where the charging station stands, in the `map` frame, if there is one.
     #[serde(with = "plain::pose_if_any")]
     pub station: Option<Pose>,
-    /// The place that the robot is sent to, for pictures.
+    /// The place to which the robot is sent, for pictures.
     pub destination: Option<String>,
     /// The robot's radius, in metres.
     pub robot_radius_m: f64,
@@ -68,25 +68,25 @@ pub struct Header {
     pub lasers: Vec<LaserSpec>,
     /// When pictures are taken.
     pub snapshots: Snapshots,
-    /// What the run must come to.
+    /// The expected results of the run.
     pub expected: Expected,
 }
 
-/// Where a scenario comes from, for running it again.
+/// Where a scenario comes from, so that it can be run again.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
-    /// How the command line calls it.
+    /// Its name on the command line.
     pub argument: String,
     /// The text of its file.
     pub text: String,
-    /// What the command line changed, as `--set` takes it.
+    /// What the command line changed, in the syntax of `--set`.
     pub overrides: Vec<String>,
 }
 
-/// Parameters that belong together, with their values in words.
+/// Parameters of one subject, with their values in words.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SettingGroup {
-    /// What they are parameters of.
+    /// The subject.
     pub title: String,
     /// Names and values.
     pub rows: Vec<(String, String)>,
@@ -95,11 +95,11 @@ pub struct SettingGroup {
 /// A node of the behavior tree.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Node {
-    /// The place of the node above, which comes before it.
+    /// The index of its parent, which comes before it.
     pub parent: Option<usize>,
     /// The name of its process, or its label.
     pub process: String,
-    /// What stands for its kind in pictures; none for kinds that are drawn by their name.
+    /// Its symbol in pictures; none for kinds that are drawn by their name.
     pub symbol: Option<String>,
     /// Whether it is a leaf.
     pub is_leaf: bool,
@@ -116,27 +116,27 @@ impl From<&bt::Node> for Node {
     }
 }
 
-/// A property that is watched.
+/// A watched property.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Monitor {
     /// The property's name.
     pub name: String,
-    /// Its formula, as it is written.
+    /// Its formula, as written.
     pub property: String,
-    /// What it asks for, in a few words.
+    /// What it requires, in a few words.
     pub summary: String,
-    /// The formula that the monitor was made from; none for a monitor that was attached as it stands.
+    /// The formula that the monitor was made from; none for a monitor that was attached directly.
     pub formula: Option<Formula>,
-    /// The monitor's graph, where it has that form.
+    /// The monitor's graph, if it has one.
     pub graph: Option<Graph>,
 }
 
 /// A fault of the scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fault {
-    /// What kind of fault.
+    /// The kind of fault.
     pub kind: String,
-    /// Whether it happens at an instant and holds no longer.
+    /// Whether it happens at one instant and has no duration.
     pub momentary: bool,
     /// What it does, in words.
     pub words: String,
@@ -155,14 +155,14 @@ pub enum Argument {
     Text(String),
     /// True or false.
     Flag(bool),
-    /// A point or a pose: x and y in metres in the `map` frame, and perhaps a heading in degrees.
+    /// A point or a pose: x and y in metres in the `map` frame, and an optional heading in degrees.
     Place(Vec<f64>),
     /// Several points, each x and y in metres in the `map` frame.
     Places(Vec<Vec<f64>>),
 }
 
 impl Argument {
-    /// The value as reports write it.
+    /// The value in the form that reports use.
     #[must_use]
     pub fn to_json(&self) -> serde_json::Value {
         match self {
@@ -181,7 +181,7 @@ impl Argument {
 pub struct Place {
     /// Its name.
     pub name: String,
-    /// The corners of an area, or the one point that the place is, in the `map` frame.
+    /// The corners of an area, or the single point of the place, in the `map` frame.
     #[serde(with = "plain::points")]
     pub corners: Vec<Point>,
 }
@@ -191,7 +191,7 @@ pub struct Place {
 pub enum SnapshotOccasion {
     /// The first step.
     Start,
-    /// A fault takes hold.
+    /// A fault takes effect.
     Fault,
     /// A monitor gives its verdict.
     Verdict,
@@ -208,29 +208,29 @@ pub struct Snapshots {
     pub at: Vec<SnapshotOccasion>,
     /// At these times.
     pub at_times: Vec<Duration>,
-    /// Every so often.
+    /// At this interval.
     pub every: Option<Duration>,
 }
 
-/// What a run must come to.
+/// The expected results of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Expected {
-    /// What each property must turn out to be.
+    /// The expected outcome of each property.
     pub outcomes: Vec<(String, Outcome)>,
     /// Places that must have been reached.
     pub reached: Vec<String>,
     /// Places that must not have been reached.
     pub not_reached: Vec<String>,
-    /// How many collisions there may be.
+    /// The greatest permitted number of collisions.
     pub max_collisions: Option<u64>,
-    /// What the battery must not have gone below, in percent.
+    /// The lowest permitted charge of the battery, in percent.
     pub min_battery_pct: Option<f64>,
-    /// How far from the truth localization may be at worst, in metres.
+    /// The greatest permitted localization error, in metres.
     pub max_localization_m: Option<f64>,
 }
 
 impl Expected {
-    /// What a property must turn out to be, if anything.
+    /// The expected outcome of a property, if there is one.
     #[must_use]
     pub fn of(&self, property: &str) -> Option<Outcome> {
         self.outcomes.iter().find(|(name, _)| name == property).map(|(_, outcome)| *outcome)

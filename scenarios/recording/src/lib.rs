@@ -1,36 +1,37 @@
 //! A run is a stream of records.
 //!
-//! Whatever produces a run writes them: the simulation. Whatever shows, judges or stores a run reads them and nothing
-//! else: reports, pictures, animations, pages, the event log, the progress line. So a run that was recorded can be
-//! shown again without being run again.
+//! The simulation writes the records. Everything that shows, judges or stores a run reads them and nothing else:
+//! reports, pictures, animations, pages, the event log, the progress line. A recorded run can therefore be shown again
+//! without running it again.
 //!
 //! # The records
 //!
-//! 1. A [`Header`]: the scenario and its settings, processes and channels, tree, monitors, faults, map, robot, and what
-//!    the run must come to.
-//! 2. A [`Step`] in which nothing has happened yet: the state in which the run begins.
-//! 3. A [`Step`] for each step of the simulation: how the robot stands; [what has happened](Happening); and, if
-//!    somebody wants to see the run, its [`Details`]: events, and what has changed in tree, skills, components and
-//!    monitors. A [`Scene`] (scans, particles, path, other bodies) is only where a picture may be taken, which a
-//!    [`SceneClock`] and the happenings say.
-//! 4. An [`End`]: why it ended, the hash of the trace, what the monitors say. A run that was broken off has none.
+//! 1. A [`Header`]: the scenario and its settings, processes and channels, tree, monitors, faults, map, robot, and the
+//!    expected results.
+//! 2. A [`Step`] in which nothing has happened yet: the initial state.
+//! 3. A [`Step`] for each step of the simulation: the state of the robot; [what has happened](Happening); and, if the
+//!    run is to be shown, its [`Details`]: events, and what has changed in tree, skills, components and monitors. A
+//!    [`Scene`] (scans, particles, path, other bodies) is present only where a picture may be taken, as decided by a
+//!    [`SceneClock`] and the happenings.
+//! 4. An [`End`]: why the run ended, the hash of the trace, the final verdicts. An interrupted run has none.
 //!
-//! A [`RunView`] takes them one after the other and answers what readers ask.
+//! A [`RunView`] takes the records one after the other and answers the questions of readers.
 //!
 //! # Units and frames
 //!
-//! Times are since the start of the run, in whole nanoseconds. Lengths are in metres, angles in radians, charges in
-//! percent; the name of a number says so. Positions and poses are in the `map` frame but for where a laser is mounted,
-//! which is in `base_link`. Where a record names something by a number, that is its place in the header.
+//! Times are in whole nanoseconds since the start of the run. Lengths are in metres, angles in radians, charges in
+//! percent; the suffix of a name gives the unit. Positions and poses are in the `map` frame, except the mounting pose
+//! of a laser, which is in `base_link`. Where a record refers to something by a number, the number is its index in the
+//! header.
 //!
 //! # Files
 //!
-//! [`Writer`] writes the records of a run to a file and [`Recording`] reads them back, with all their bits. The format
-//! is binary; its version ([`FORMAT`]) goes up with every change of a record, and other versions are not read. In
-//! detail: a file begins with the eight bytes `STEWREC\n` and the version as four bytes, lowest first. Then come
-//! chunks, each with its length in bytes (four bytes, lowest first) and so many bytes of a zlib stream. Unpacked, a
-//! chunk holds whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
-//! documented here: fields in their order, without names.
+//! [`Writer`] writes the records of a run to a file and [`Recording`] reads them back, bit for bit. The format is
+//! binary. Its version ([`FORMAT`]) goes up with every change of a record, and other versions are not read. In detail:
+//! a file begins with the eight bytes `STEWREC\n` and the version in four bytes, little-endian. Then come chunks, each
+//! with its length in bytes (four bytes, little-endian) and that many bytes of a zlib stream. Decompressed, a chunk
+//! holds whole [`Record`]s in the [postcard](https://postcard.jamesmunns.com/wire-format) encoding of the types
+//! documented here: fields in order, without names.
 //!
 //! ```
 //! use std::time::Duration;
@@ -80,14 +81,14 @@
 //! ```
 //!
 //! Values of other crates are written as numbers. A pose is x, y, and cosine and sine of the heading. The map is its
-//! columns, its rows, the side of a cell, the pose of its lower left corner, and a byte for each cell (0 free, 1
-//! occupied, 2 unknown), row by row. The topology is its processes (name, place of the process that each is part of)
-//! and its channels (places of sender and receiver, whether they shake hands, shapes of the messages). A laser is its
-//! name, its pose, the angle of the first beam and that from one to the next, the number of beams, the time between
-//! scans, and the shortest and longest range; a scan is its time, the place of its laser, and a range for each beam.
+//! columns, its rows, the side of a cell, the pose of its lower left corner, and one byte per cell (0 free, 1 occupied,
+//! 2 unknown), row by row. The topology is its processes (name, index of the parent process) and its channels (indices
+//! of sender and receiver, whether they are synchronous, shapes of the messages). A laser is its name, its pose, the
+//! angle of the first beam and the angle between beams, the number of beams, the time between scans, and the shortest
+//! and longest range; a scan is its time, the index of its laser, and one range per beam.
 //!
-//! The hash of a trace ([`TraceHash`]) and the event log ([`EventLogWriter`]), which tells less and is for other
-//! programs, are here, too.
+//! This crate also has the hash of a trace ([`TraceHash`]) and the event log ([`EventLogWriter`]), which contains less
+//! and is meant for other programs.
 
 mod decimals;
 mod end;

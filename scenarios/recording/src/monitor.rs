@@ -1,24 +1,24 @@
-//! Monitors as data: their graphs, and how they stand.
+//! Monitors as data: their graphs and states.
 
 use channels::{ChannelId, GraphTransition, Label, LocationId, ProgramGraph, Topology, Verdict};
 use monitors::Outcome;
 use serde::{Deserialize, Serialize};
 
-/// How a monitor stands.
+/// The state of a monitor.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MonitorState {
-    /// What can be said so far.
+    /// The verdict so far.
     pub verdict: Verdict,
-    /// Whether something is still owed.
+    /// Whether an obligation is still pending.
     pub is_open: bool,
-    /// Where it stands, in a word.
+    /// Its location, in one word.
     pub location: String,
     /// The active location of its graph, if it has one.
     pub active: Option<usize>,
 }
 
 impl MonitorState {
-    /// How a monitor stands now.
+    /// The current state of a monitor.
     #[must_use]
     pub fn of(monitor: &dyn channels::Monitor) -> Self {
         Self {
@@ -29,7 +29,7 @@ impl MonitorState {
         }
     }
 
-    /// What a run that ends now says of the property.
+    /// The outcome of the property if the run ends now.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         match self.verdict {
@@ -40,14 +40,14 @@ impl MonitorState {
     }
 }
 
-/// A monitor's graph. Loops are left out: a monitor without a matching transition stays where it is.
+/// A monitor's graph. Self-loops are omitted: a monitor without a matching transition stays in its location.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Graph {
     /// The locations.
     pub locations: Vec<Location>,
-    /// The place of the first one.
+    /// The index of the initial location.
     pub initial: usize,
-    /// The transitions from one to another.
+    /// The transitions between different locations.
     pub transitions: Vec<Transition>,
 }
 
@@ -63,16 +63,16 @@ pub struct Location {
 /// A transition of a monitor's graph.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Transition {
-    /// The place of the location that it leaves.
+    /// The index of the location that it leaves.
     pub from: usize,
-    /// The place of the one that it enters.
+    /// The index of the location that it enters.
     pub to: usize,
-    /// What it is taken at, in words.
+    /// What triggers it, in words.
     pub label: String,
 }
 
 impl Graph {
-    /// The graph of a monitor on those channels, where it has that form.
+    /// The graph of a monitor on those channels, if the monitor has one.
     #[must_use]
     pub fn of(monitor: &dyn channels::Monitor, topology: &Topology) -> Option<Self> {
         let (graph, _) = monitor.graph()?;
@@ -88,8 +88,8 @@ impl Graph {
     }
 }
 
-/// The transitions as a picture shows them. A receive action is named by what the message tells, and the negation of
-/// another transition's label is "else".
+/// The transitions as a picture shows them. A receive action is named by the content of the message, and the negation
+/// of another transition's label is "else".
 fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<Transition> {
     let shown = || graph.transitions().iter().filter(|transition| transition.from != transition.to);
     let label = |transition: &GraphTransition| {
@@ -111,7 +111,7 @@ fn transitions(graph: &ProgramGraph, topology: &Topology) -> Vec<Transition> {
         .collect()
 }
 
-/// What a channel's messages tell, in a word: `request`, or the last field of a reply, such as `level`.
+/// The content of a channel's messages, in one word: `request`, or the last field of a reply, such as `level`.
 fn what_passes(topology: &Topology, channel: ChannelId) -> String {
     let fields = topology.get(channel).domain.shapes().first().map_or(&[][..], |shape| shape.fields());
     let request = fields.first().filter(|(name, _)| name == "request");

@@ -1,4 +1,4 @@
-//! How values of other crates are written: as numbers, with all their bits.
+//! How values of other crates are written: as numbers, bit for bit.
 
 use maps::{Cell, OccupancyGrid, Point, Pose};
 use nalgebra::{Complex, Translation2, UnitComplex};
@@ -9,7 +9,7 @@ fn numbers(pose: &Pose) -> [f64; 4] {
 }
 
 fn of_numbers([x, y, re, im]: [f64; 4]) -> Pose {
-    // Not normalized again: the bits stay as they were.
+    // Not normalized again, so that the bits stay the same.
     Pose::from_parts(Translation2::new(x, y), UnitComplex::new_unchecked(Complex::new(re, im)))
 }
 
@@ -91,8 +91,8 @@ pub(crate) mod lasers {
 
     use super::*;
 
-    /// Name; pose in `base_link`; angle of the first beam and from one to the next, in radians; number of beams; time
-    /// between scans; shortest and longest range, in metres.
+    /// Name; pose in `base_link`; angle of the first beam and between beams, in radians; number of beams; time between
+    /// scans; shortest and longest range, in metres.
     type Plain = (String, [f64; 4], f64, f64, usize, Duration, f64, f64);
 
     pub(crate) fn serialize<S: Serializer>(lasers: &[LaserSpec], serializer: S) -> Result<S::Ok, S::Error> {
@@ -120,7 +120,7 @@ pub(crate) mod scans {
     use robot::LaserScan;
     use serde::{Deserialize, Deserializer, Serializer};
 
-    /// When; the place of the laser; a range in metres for each beam.
+    /// Time; the index of the laser; one range in metres per beam.
     type Plain = (Duration, usize, Vec<f32>);
 
     pub(crate) fn serialize<S: Serializer>(scans: &[Arc<LaserScan>], serializer: S) -> Result<S::Ok, S::Error> {
@@ -154,7 +154,7 @@ pub(crate) mod grid {
         let (width, height, resolution_m, origin, cells) = Plain::deserialize(deserializer)?;
         let cells: Option<Vec<Cell>> = cells.into_iter().map(of_byte).collect();
         let cells = cells.filter(|cells| Some(cells.len()) == width.checked_mul(height));
-        let cells = cells.ok_or_else(|| D::Error::custom("a map has a cell for each column of each row"))?;
+        let cells = cells.ok_or_else(|| D::Error::custom("a map must have one cell per column and row"))?;
         Ok(Arc::new(OccupancyGrid::from_cells(width, height, resolution_m, of_numbers(origin), cells)))
     }
 }
@@ -166,8 +166,8 @@ pub(crate) mod topology {
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-    /// Processes: a name, and the place of the process that it is part of. Channels: the places of sender and receiver,
-    /// whether they shake hands, and the messages that may pass.
+    /// Processes: a name, and the index of the parent process. Channels: the indices of sender and receiver, whether
+    /// they are synchronous, and the messages that may pass.
     type Plain = (Vec<(String, usize)>, Vec<(usize, usize, bool, Domain)>);
 
     pub(crate) fn serialize<S: Serializer>(topology: &Topology, serializer: S) -> Result<S::Ok, S::Error> {
@@ -185,7 +185,7 @@ pub(crate) mod topology {
         let (processes, channels) = Plain::deserialize(deserializer)?;
         let mut topology = Topology::default();
         let mut ids: Vec<ProcessId> = Vec::new();
-        let unknown = || D::Error::custom("a process that there is not");
+        let unknown = || D::Error::custom("a process that does not exist");
         for (place, (name, whole)) in processes.iter().enumerate() {
             let declared = match ids.get(*whole) {
                 Some(whole) => topology.member(*whole, name),
@@ -233,7 +233,7 @@ mod tests {
         topology.channel(leaf, root, Capacity::Zero, answers.clone()).unwrap();
         topology.channel(tree, leaf, Capacity::One, answers).unwrap();
         let cells = vec![Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Free, Cell::Free, Cell::Occupied];
-        // Of a rotation that is not quite one, too, every bit is kept.
+        // The bits are kept even if the rotation is not quite normalized.
         let pose = of_numbers([-0.0, 0.1 + 0.2, 1.0 + f64::EPSILON, 1e-300]);
         All {
             pose,

@@ -1,16 +1,16 @@
-//! When a run is looked at, besides where something happens.
+//! When a run is shown, apart from the moments at which something happens.
 
 use std::time::Duration;
 
 use crate::Snapshots;
 
-/// Time between the frames of an animation while the robot is under way, and while it is charged.
+/// Time between the frames of an animation while the robot is driving, and while it is charging.
 const FRAME_PERIODS: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(30)];
 
-/// Says at which steps a picture may be wanted for the sake of the time.
+/// Decides at which steps a picture may be wanted because of the time.
 ///
-/// Whoever tells a run asks it where a [`Scene`](crate::Scene) is needed, and whoever takes pictures asks another one
-/// where to take them: both get the same answers.
+/// The writer of a run asks one clock where a [`Scene`](crate::Scene) is needed, and the reader asks another one where
+/// to take pictures: both get the same answers.
 #[derive(Clone, Debug)]
 pub struct SceneClock {
     frame: Duration,
@@ -20,7 +20,7 @@ pub struct SceneClock {
 }
 
 impl SceneClock {
-    /// The clock of a run in which these pictures are taken.
+    /// The clock of a run with these pictures.
     #[must_use]
     pub fn new(snapshots: &Snapshots) -> Self {
         let mut named = snapshots.at_times.clone();
@@ -37,7 +37,7 @@ impl SceneClock {
         due
     }
 
-    /// Whether one of the times that the scenario names has come.
+    /// Whether one of the times listed in the scenario has been reached.
     pub fn is_named(&mut self, now: Duration) -> bool {
         self.named.pop_if(|time| *time <= now).is_some()
     }
@@ -54,7 +54,7 @@ impl SceneClock {
 
     /// Whether it is time for a picture of any kind.
     pub fn is_any(&mut self, now: Duration, charging: bool) -> bool {
-        // Each of them has to be asked.
+        // Each clock has to be asked.
         let due = [self.is_frame(now, charging), self.is_named(now), self.is_regular(now)];
         due.contains(&true)
     }

@@ -1,4 +1,4 @@
-//! A step of a run: what it brought, and what has changed in it.
+//! A step of a run: what happened, and what has changed.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -11,20 +11,20 @@ use serde::{Deserialize, Serialize};
 
 use crate::{MonitorState, plain};
 
-/// How much is told of each step.
+/// How much detail each step contains.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Detail {
-    /// What decides what comes of the run: for reports alone.
+    /// Only what determines the results of the run: for reports alone.
     #[default]
     Verdicts,
-    /// [Details], too, with a scene wherever a [`SceneClock`](crate::SceneClock) wants one: for everything that shows a
+    /// [Details], too, with a scene where a [`SceneClock`](crate::SceneClock) asks for one: for everything that shows a
     /// run.
     Full,
     /// The same with a scene in each step.
     Scenes,
 }
 
-/// A step of a run. The first one is the state in which the run begins, before anything has happened.
+/// A step of a run. The first one is the initial state, before anything has happened.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Step {
     /// Since the start of the run, at the end of the step.
@@ -39,7 +39,7 @@ pub struct Step {
     pub robot: RobotState,
     /// What has happened, in order.
     pub happenings: Vec<Happening>,
-    /// What more there is to tell of the step.
+    /// Further details of the step.
     pub details: Option<Box<Details>>,
 }
 
@@ -54,20 +54,20 @@ pub struct RobotState {
     pub estimate: Pose,
     /// The battery's charge, in percent.
     pub charge_pct: f64,
-    /// Whether the battery is being charged.
+    /// Whether the battery is charging.
     pub charging: bool,
     /// How far it has driven, in metres.
     pub distance_m: f64,
-    /// How many contacts have begun between it and anything else.
+    /// How many contacts with anything else have begun.
     pub collisions: u64,
 }
 
 /// Something that has happened in a step.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Happening {
-    /// A fault took hold.
+    /// A fault took effect.
     FaultBegan {
-        /// Its place in the [header](crate::Header::faults).
+        /// Its index in the [header](crate::Header::faults).
         fault: usize,
         /// When.
         time: Duration,
@@ -77,46 +77,46 @@ pub enum Happening {
         #[serde(with = "plain::point")]
         position: Point,
     },
-    /// A fault let go.
+    /// A fault ended.
     FaultEnded {
-        /// Its place in the [header](crate::Header::faults).
+        /// Its index in the [header](crate::Header::faults).
         fault: usize,
         /// When.
         time: Duration,
     },
-    /// A fault was due and could not be done.
+    /// A fault was due but could not be injected.
     FaultLeftUndone {
-        /// Its place in the [header](crate::Header::faults).
+        /// Its index in the [header](crate::Header::faults).
         fault: usize,
         /// When.
         time: Duration,
-        /// Why it could not be done, in words.
+        /// Why it could not be injected, in words.
         reason: String,
     },
-    /// Something went wrong in a node of the tree that had not before.
+    /// A new error in a node of the tree.
     TreeError {
-        /// The node's place in the [header](crate::Header::tree).
+        /// The node's index in the [header](crate::Header::tree).
         node: usize,
-        /// What, in words.
+        /// The error, in words.
         message: String,
         /// The tick.
         tick: u64,
     },
-    /// Navigation gave a trip up.
+    /// Navigation gave up a trip.
     GivenUp {
         /// Why, in words.
         reason: String,
     },
     /// A monitor gave its verdict.
     Verdict {
-        /// Its place in the [header](crate::Header::monitors).
+        /// Its index in the [header](crate::Header::monitors).
         monitor: usize,
-        /// The verdict, and why.
+        /// The verdict and its reason.
         decision: Decision,
     },
     /// The robot came to rest at a place for the first time.
     Arrival {
-        /// Its place in the [header](crate::Header::places).
+        /// Its index in the [header](crate::Header::places).
         place: usize,
     },
 }
@@ -126,42 +126,43 @@ pub enum Happening {
 pub struct Decision {
     /// The verdict: true or false.
     pub verdict: Verdict,
-    /// The event at which it fell.
+    /// The event that decided it.
     pub event: Event,
-    /// Why the property is violated, where the monitor can say so.
+    /// Why the property is violated, if the monitor can explain it.
     pub witness: Option<Witness>,
 }
 
-/// What a step tells to those who show a run.
+/// The details of a step, for everything that shows a run.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Details {
     /// The events of the step, in order.
     pub events: Vec<Event>,
-    /// What last happened to each node of the tree; none if that is as it was.
+    /// The last outcome of each node of the tree; none if nothing has changed.
     pub outcomes: Option<Vec<Option<bt::Outcome>>>,
-    /// The skills and components that are now elsewhere: their place in the topology, and their location.
+    /// The skills and components that have changed their location: their index in the topology, and the location.
     pub locations: Vec<(usize, String)>,
-    /// The monitors that now stand elsewhere: their place in the [header](crate::Header::monitors), and how they stand.
+    /// The monitors that have changed their state: their index in the [header](crate::Header::monitors), and the state.
     pub monitors: Vec<(usize, MonitorState)>,
-    /// What navigation is doing; none if that is as it was.
+    /// What navigation is doing; none if nothing has changed.
     pub navigation: Option<Navigation>,
-    /// What can be seen, where a picture may be taken.
+    /// What is visible, where a picture may be taken.
     pub scene: Option<Scene>,
 }
 
-/// What navigation is doing, and why, each by its name or in words.
+/// What navigation is doing, and why.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Navigation {
     /// Its status: `waiting_obstacle`.
     pub status: String,
-    /// Why it has given up, or has no way, in words.
+    /// Why it has given up or has no path, in words.
     pub reason: Option<String>,
-    /// By what behaviour it is trying to get a way: `back_up`.
+    /// The recovery behaviour that is running: `back_up`.
     pub recovery: Option<String>,
 }
 
 impl Navigation {
-    /// The status with the reason and the behaviour, in words: `failing (back up): there is no path to the goal`.
+    /// The status with the reason and the recovery behaviour, in words: `failing (back up): there is no path to the
+    /// goal`.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words = self.status.replace('_', " ");
@@ -175,16 +176,16 @@ impl Navigation {
     }
 }
 
-/// What can be seen at a moment of a run.
+/// What is visible at one moment of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Scene {
-    /// The last scan of each laser that is not dead.
+    /// The last scan of each working laser.
     #[serde(with = "plain::scans")]
     pub scans: Vec<Arc<LaserScan>>,
-    /// Where localization's particles are, thinned to [some hundreds](Scene::MAX_PARTICLES), in the `map` frame.
+    /// The positions of localization's particles, thinned to [some hundreds](Scene::MAX_PARTICLES), in the `map` frame.
     #[serde(with = "plain::points")]
     pub particles: Vec<Point>,
-    /// What is left of the path that is being followed, in the `map` frame.
+    /// The rest of the path that the robot is following, in the `map` frame.
     #[serde(with = "plain::points")]
     pub path: Vec<Point>,
     /// People, doors, boxes.
@@ -192,7 +193,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// More particles than this tell no more in a picture.
+    /// More particles than this do not improve a picture.
     pub const MAX_PARTICLES: usize = 600;
 }
 
@@ -201,14 +202,14 @@ impl Scene {
 pub struct Body {
     /// Its name.
     pub name: String,
-    /// Its outline about its centre.
+    /// Its outline around its centre.
     pub shape: BodyShape,
-    /// Where its centre is, in the `map` frame.
+    /// The pose of its centre, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
 }
 
-/// A body's outline about its centre.
+/// A body's outline around its centre.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum BodyShape {
     /// A disc.

@@ -1,4 +1,4 @@
-//! A run as its readers see it: what its records have told so far.
+//! A run as its readers see it: the state after the records read so far.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -12,12 +12,12 @@ use crate::{
     Step,
 };
 
-/// A record that does not fit those before it: it speaks of a fault, a node or a channel that there is not.
+/// A record that does not fit those before it: it refers to a fault, a node or a channel that does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a record speaks of something that the run does not have")]
+#[error("a record refers to something that does not exist in the run")]
 pub struct Inconsistent;
 
-/// A run as far as its records have told it. It knows what was, where somebody asks for that, and how it is now.
+/// A run up to the records applied so far: its history, where readers need it, and its current state.
 #[derive(Clone, Debug)]
 pub struct RunView {
     header: Arc<Header>,
@@ -29,7 +29,7 @@ pub struct RunView {
     events: Vec<Event>,
     happenings: Vec<Happening>,
     outcomes: Vec<Option<bt::Outcome>>,
-    /// By the place of the process in the topology.
+    /// By the index of the process in the topology.
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
     decisions: Vec<Option<Decision>>,
@@ -39,7 +39,7 @@ pub struct RunView {
     undone: Vec<UndoneFault>,
     tree_errors: Vec<TreeError>,
     given_up: Vec<GivenUp>,
-    /// By the place of the place in the header.
+    /// By the index of the place in the header.
     reached: Vec<Option<Duration>>,
     tally: Tally,
     end: Option<End>,
@@ -89,7 +89,7 @@ impl RunView {
         Ok(view)
     }
 
-    /// Goes on by a step.
+    /// Advances by one step.
     ///
     /// # Errors
     /// [`Inconsistent`] if it does not fit what came before it.
@@ -182,7 +182,7 @@ impl RunView {
         check(channel.index() < self.topology().channels().count())
     }
 
-    /// Comes to the end.
+    /// Finishes the run.
     ///
     /// # Errors
     /// [`Inconsistent`] if it does not fit what came before it.
@@ -234,7 +234,7 @@ impl RunView {
         self.communications
     }
 
-    /// The robot: where it is and where it believes to be, its battery, how far it has come.
+    /// The robot: its true and estimated pose, its battery, the distance driven.
     #[must_use]
     pub fn robot(&self) -> &RobotState {
         &self.robot
@@ -264,7 +264,7 @@ impl RunView {
         &self.happenings
     }
 
-    /// What last happened to each node of the tree.
+    /// The last outcome of each node of the tree.
     #[must_use]
     pub fn outcomes(&self) -> &[Option<bt::Outcome>] {
         &self.outcomes
@@ -285,18 +285,18 @@ impl RunView {
         if names.is_empty() { "no leaf is running".to_owned() } else { format!("{} is running", names.join(", ")) }
     }
 
-    /// Where a skill or a component stands, by its name.
+    /// The location of a skill or a component, by its name.
     #[must_use]
     pub fn location(&self, process: &str) -> Option<&str> {
         self.locations[self.topology().find_process(process)?.index()].as_deref()
     }
 
-    /// The properties that are watched, with what their monitors say.
+    /// The watched properties, with the states of their monitors.
     pub fn monitors(&self) -> impl ExactSizeIterator<Item = MonitorView<'_>> {
         (0..self.monitors.len()).map(|monitor| self.monitor(monitor))
     }
 
-    /// The property of that place in the header, with what its monitor says.
+    /// The property with that index in the header, with the state of its monitor.
     ///
     /// # Panics
     /// If there is no such property.
@@ -316,31 +316,31 @@ impl RunView {
         &self.navigation
     }
 
-    /// What could be seen when it was last told.
+    /// What was visible in the last scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// The faults that have taken hold so far.
+    /// The faults that have taken effect so far.
     #[must_use]
     pub fn faults(&self) -> &[FaultRecord] {
         &self.faults
     }
 
-    /// The faults that have taken hold so far, each with all its times, in the order of the first.
+    /// The faults that have taken effect so far, each with all its occurrences, in the order of the first.
     #[must_use]
     pub fn fault_courses(&self) -> Vec<FaultCourse<'_>> {
         FaultCourse::of(&self.faults)
     }
 
-    /// The faults that were due so far and could not be done.
+    /// The faults that were due so far but could not be injected.
     #[must_use]
     pub fn undone_faults(&self) -> &[UndoneFault] {
         &self.undone
     }
 
-    /// What has gone wrong in the tree so far.
+    /// The errors in the tree so far.
     #[must_use]
     pub fn tree_errors(&self) -> &[TreeError] {
         &self.tree_errors
@@ -352,18 +352,18 @@ impl RunView {
         &self.given_up
     }
 
-    /// The places by name, with when each was reached.
+    /// The places by name, with the time at which each was reached.
     pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
         self.header.places.iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
     }
 
-    /// Sums over the steps so far.
+    /// Aggregates over the steps so far.
     #[must_use]
     pub fn tally(&self) -> &Tally {
         &self.tally
     }
 
-    /// What is known of the run once it has ended.
+    /// What is known about the run once it has ended.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
         self.end.as_ref()
@@ -374,16 +374,16 @@ fn check(fits: bool) -> Result<(), Inconsistent> {
     if fits { Ok(()) } else { Err(Inconsistent) }
 }
 
-/// A property that is watched, with what its monitor has said.
+/// A watched property, with the results of its monitor.
 #[derive(Clone, Copy, Debug)]
 pub struct MonitorView<'a> {
     /// The property.
     pub about: &'a Monitor,
-    /// How the monitor stands.
+    /// The state of the monitor.
     pub state: &'a MonitorState,
-    /// Its verdict, once it has fallen.
+    /// Its verdict, once it is decided.
     pub decision: Option<&'a Decision>,
-    /// What it says in the end.
+    /// Its final state.
     pub end: Option<&'a MonitorEnd>,
 }
 
@@ -394,64 +394,64 @@ impl<'a> MonitorView<'a> {
         &self.about.name
     }
 
-    /// What a run that ends now says of the property.
+    /// The outcome of the property if the run ends now.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
         self.state.outcome()
     }
 
-    /// The decision by which the property is violated, if it is.
+    /// The decision that violated the property, if it is violated.
     #[must_use]
     pub fn violation(&self) -> Option<&'a Decision> {
         self.decision.filter(|decision| decision.verdict == Verdict::False)
     }
 
-    /// What the monitor says in the end; nothing while the run goes on.
+    /// The monitor's final state; empty while the run goes on.
     #[must_use]
     pub fn ending(&self) -> MonitorEnd {
         self.end.cloned().unwrap_or_default()
     }
 }
 
-/// A fault that took hold, and where.
+/// A fault that took effect, and where.
 #[derive(Clone, Debug)]
 pub struct FaultRecord {
     /// When.
     pub time: Duration,
-    /// When it let go; none if it still holds, or happened at one instant.
+    /// When it ended; none if it is still active or was momentary.
     pub until: Option<Duration>,
     /// The last tick that had been generated; none if none had.
     pub tick: Option<u64>,
-    /// What.
+    /// The fault.
     pub fault: Arc<Fault>,
-    /// Its place in the scenario.
+    /// Its index in the scenario.
     pub index: usize,
     /// Where the robot was, in the `map` frame.
     pub position: Point,
 }
 
-/// A fault that was due and could not be done.
+/// A fault that was due but could not be injected.
 #[derive(Clone, Debug)]
 pub struct UndoneFault {
     /// When.
     pub time: Duration,
-    /// What.
+    /// The fault.
     pub fault: Arc<Fault>,
-    /// Why it could not be done, in words.
+    /// Why it could not be injected, in words.
     pub reason: String,
 }
 
-/// A fault of the scenario with every time that it took hold.
+/// A fault of the scenario with all its occurrences.
 #[derive(Clone, Debug)]
 pub struct FaultCourse<'a> {
-    /// What.
+    /// The fault.
     pub fault: &'a Fault,
-    /// Each time, in order; at least one.
+    /// The occurrences, in order; at least one.
     pub records: Vec<&'a FaultRecord>,
 }
 
 impl<'a> FaultCourse<'a> {
-    /// Groups what faults did by fault.
+    /// Groups occurrences by fault.
     #[must_use]
     pub fn of(records: &'a [FaultRecord]) -> Vec<Self> {
         let mut courses: Vec<Self> = Vec::new();
@@ -464,7 +464,7 @@ impl<'a> FaultCourse<'a> {
         courses
     }
 
-    /// The first time.
+    /// The first occurrence.
     #[must_use]
     pub fn first(&self) -> &FaultRecord {
         self.records[0]
@@ -480,12 +480,12 @@ impl<'a> FaultCourse<'a> {
     }
 }
 
-/// Something that went wrong in a node of the tree, and when it did for the first time.
+/// An error in a node of the tree, and when it first occurred.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeError {
-    /// The node's place in the header.
+    /// The node's index in the header.
     pub node: usize,
-    /// What, in words.
+    /// The error, in words.
     pub message: String,
     /// The tick.
     pub tick: u64,
@@ -502,12 +502,12 @@ pub struct GivenUp {
     pub reason: String,
 }
 
-/// Sums over the steps of a run.
+/// Aggregates over the steps of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// The charge at the start, in percent.
     pub initial_pct: f64,
-    /// The least charge there was, in percent.
+    /// The lowest charge so far, in percent.
     pub minimum_pct: f64,
     steps: u64,
     squared_m2: f64,
@@ -527,8 +527,8 @@ impl Tally {
         self.max_m = self.max_m.max(squared_m2.sqrt());
     }
 
-    /// Root mean square and maximum of localization's error of position, in metres, and root mean square of its error
-    /// of heading, in radians.
+    /// Root mean square and maximum of the localization error in position, in metres, and root mean square of the error
+    /// in heading, in radians.
     #[must_use]
     pub fn localization_error(&self) -> (f64, f64, f64) {
         let steps = self.steps.max(1) as f64;

@@ -1,4 +1,4 @@
-//! How exact localization is: a table over ten noisy drives of some 50 m through the house.
+//! The accuracy of localization: a table over ten noisy drives of some 50 m through the house.
 //!
 //! ```sh
 //! cargo run --release -p trials --example accuracy

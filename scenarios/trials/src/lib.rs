@@ -1,5 +1,5 @@
 //! Navigation and localization measured alone, without a behavior tree: the benchmark of trips that `steward navigate`
-//! runs ([`navigate`]), and recorded robots that are localized and mapped by `steward localize` and `steward map`
+//! runs ([`navigate`]), and the recorded robots that `steward localize` and `steward map` localize and map
 //! ([`replay`]).
 
 pub mod navigate;

@@ -1,8 +1,8 @@
 //! The benchmark of navigation: trips between random places on maps, among people.
 //!
-//! A trip is one robot with localization and navigation in the loop, noisy lasers and wheels, a start and a goal drawn
-//! from the map, people whose walks cross the robot's way, and boxes that are not on the map. Each has a root seed of its own, so that one that failed
-//! can be driven again alone.
+//! A trip consists of one robot with localization and navigation in the loop, noisy lasers and wheels, a start and a
+//! goal drawn from the map, people who walk across the robot's way, and boxes that are not on the map. Each trip has
+//! its own root seed, so that a failed one can be repeated alone.
 
 mod beside;
 mod boxes;
@@ -23,12 +23,12 @@ pub use picture::picture;
 pub use table::table;
 pub use trip::{About, Outcome, Touched, Trip};
 
-/// What a benchmark is made of.
+/// The settings of a benchmark.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The root seeds of the trips on each map.
     pub seeds: RangeInclusive<u64>,
-    /// Who and what is to be about on each trip.
+    /// The people and boxes wanted on each trip.
     pub about: About,
     /// Which trips leave a scene behind.
     pub scenes: Scenes,
@@ -37,7 +37,7 @@ pub struct Settings {
 /// Which trips leave a scene behind, for a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scenes {
-    /// Those that did not arrive, or touched a wall or what stood still.
+    /// Those that did not arrive, or touched a wall or something that stood still.
     Failed,
     /// All.
     All,
@@ -45,30 +45,31 @@ pub enum Scenes {
     None,
 }
 
-/// Sums over trips.
+/// Aggregates over trips.
 #[derive(Clone, Debug, Serialize)]
 pub struct Sums {
     /// The map's name, or `all`.
     pub map: String,
     /// Number of trips.
     pub trips: usize,
-    /// Share of them that arrived, in percent.
+    /// Percentage of them that arrived.
     pub arrived_pct: f64,
     /// Number of trips on which navigation gave up.
     pub gave_up: usize,
-    /// Number of trips that took too long.
+    /// Number of trips that timed out.
     pub time_over: usize,
-    /// Number of trips that ended elsewhere.
+    /// Number of trips on which the robot falsely believed to have arrived.
     pub elsewhere: usize,
     /// Contacts with walls.
     pub wall_contacts: usize,
     /// Contacts with people and boxes that stood still.
     pub standing_contacts: usize,
-    /// Contacts with people who walked and boxes that were being pushed.
+    /// Contacts with walking people and with boxes that were being pushed.
     pub walking_contacts: usize,
-    /// The way driven over the shortest one, median of the trips that arrived; null if none did.
+    /// The distance driven divided by the shortest one, median of the trips that arrived; null if none did.
     pub way_ratio: Option<f64>,
-    /// The time taken over that for the shortest way at full speed, median of the trips that arrived; null if none did.
+    /// The time taken divided by that for the shortest path at full speed, median of the trips that arrived; null if
+    /// none did.
     pub time_ratio: Option<f64>,
 }
 
@@ -99,28 +100,29 @@ fn median(values: impl Iterator<Item = f64>) -> Option<f64> {
     values.get(values.len() / 2).copied()
 }
 
-/// What came of a benchmark.
+/// The results of a benchmark.
 #[derive(Clone, Debug, Serialize)]
 pub struct Benchmark {
-    /// Who and what was to be about on each trip.
+    /// The people and boxes wanted on each trip.
     pub wanted: About,
-    /// How many people found a place, mean of the trips.
+    /// How many people could be placed, mean of the trips.
     pub mean_people: f64,
-    /// How many boxes found a place, mean of the trips.
+    /// How many boxes could be placed, mean of the trips.
     pub mean_boxes: f64,
     /// The root seed of the first trip on each map.
     pub seed: u64,
-    /// Sums for each map, in the order of the maps, then for all together.
+    /// Aggregates for each map, in the order of the maps, then for all together.
     pub maps: Vec<Sums>,
-    /// All trips, in the order of the maps and of the seeds.
+    /// All trips, ordered by map and seed.
     pub trips: Vec<Trip>,
-    /// The scenes that trips left behind: how each ended.
+    /// The scenes that trips left behind, which show how each ended.
     #[serde(skip)]
     pub scenes: Vec<(Trip, Scene)>,
 }
 
 impl Benchmark {
-    /// Drives all trips on all courses, on all cores. `progress` is told how many of how many are done.
+    /// Drives all trips on all courses, on all cores. Calls `progress` with the number of finished trips and the number
+    /// of all trips.
     pub fn run(courses: &[Course], settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Self {
         let jobs: Vec<(&Course, u64)> =
             courses.iter().flat_map(|course| settings.seeds.clone().map(move |seed| (course, seed))).collect();
@@ -157,7 +159,7 @@ impl Benchmark {
         }
     }
 
-    /// The trips that did not arrive, or touched a wall or what stood still.
+    /// The trips that did not arrive, or touched a wall or something that stood still.
     pub fn failures(&self) -> impl Iterator<Item = &Trip> {
         self.trips.iter().filter(|trip| !trip.good)
     }

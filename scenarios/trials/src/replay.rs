@@ -1,8 +1,9 @@
-//! Localization on recorded robots: a log is played back through the robot interface, into the very same localization
-//! that scenarios use, and its estimates are held against the poses that a SLAM program has found.
+//! Localization of recorded robots: a log is played back through the robot interface into the same localization that
+//! scenarios use, and the estimates are compared with the poses of a SLAM program.
 //!
-//! [`replay`] gives a [`Course`]: what was believed at each scan, and what is right. A [`Score`] says how good that
-//! was. [`mapping`] makes a map of a log, and [`fit`] says whether a map is of the place that a log is from.
+//! [`replay`] gives a [`Course`]: the estimated and the correct pose at each scan. A [`Score`] says how accurate the
+//! estimates were. [`mapping`] makes a map of a log, and [`fit`] checks whether a map shows the place where a log was
+//! recorded.
 
 pub mod accuracy;
 pub mod drive;
@@ -25,55 +26,55 @@ pub use score::{Score, Stretch};
 /// How a log is played back.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Conditions {
-    /// Localization starts from nothing, instead of from the first corrected pose.
+    /// Localization starts without a pose, instead of from the first corrected pose.
     pub global: bool,
-    /// What odometry drives and turns too far, as a share of the motion.
+    /// Systematic error of odometry in driving and turning, as a fraction of the motion.
     pub odometry_drift: f64,
-    /// Standard deviation of what it drives and turns too far at random, as a share of the motion.
+    /// Standard deviation of odometry's random error in driving and turning, as a fraction of the motion.
     pub odometry_noise: f64,
-    /// Root seed of particles and odometry's noise.
+    /// Root seed of the particles and of odometry's noise.
     pub seed: u64,
 }
 
-/// What was believed at a scan, and what is right.
+/// The estimated and the correct pose at a scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Waypoint {
     /// Line of the log.
     pub line: usize,
     /// Time since the log's start.
     pub time: Duration,
-    /// The pose that a SLAM program has found, in the `map` frame.
+    /// The pose found by a SLAM program, in the `map` frame.
     pub corrected: Pose,
-    /// The pose that localization believed after the scan, in the `map` frame.
+    /// The estimated pose after the scan, in the `map` frame.
     pub estimate: Pose,
     /// Covariance of the estimate: x, y in metres, heading in radians.
     pub covariance: Matrix3<f64>,
-    /// Odometry as localization was given it, moved so that it starts at the first corrected pose.
+    /// Odometry as given to localization, transformed so that it starts at the first corrected pose.
     pub odometry: Pose,
 }
 
 impl Waypoint {
-    /// How far the estimate is off, in metres.
+    /// Error of the estimated position, in metres.
     #[must_use]
     pub fn error_m(&self) -> f64 {
         (self.estimate.translation.vector - self.corrected.translation.vector).norm()
     }
 
-    /// How far the estimated heading is off either way, in radians.
+    /// Absolute error of the estimated heading, in radians.
     #[must_use]
     pub fn error_rad(&self) -> f64 {
         wrap_angle(heading(&self.estimate) - heading(&self.corrected)).abs()
     }
 }
 
-/// A log played back: a waypoint for each scan that has a corrected pose.
+/// A log played back: one waypoint per scan that has a corrected pose.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Course {
     /// The waypoints, in order.
     pub waypoints: Vec<Waypoint>,
     /// How often localization updated its estimate.
     pub updates: u64,
-    /// Localization did not know where the robot was at first.
+    /// Localization did not know the robot's pose at first.
     pub from_nothing: bool,
 }
 
@@ -86,7 +87,7 @@ pub fn replay(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Condi
 /// A part of a log.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    /// The scan that it begins with, among those with a corrected pose, counted from 0.
+    /// The scan at which it begins, among those with a corrected pose, counted from 0.
     pub first: usize,
     /// It ends when the robot has driven this far, in metres.
     pub way_m: f64,

@@ -1,4 +1,4 @@
-//! The matrix for the terminal.
+//! The matrix as text for the terminal.
 
 use std::fmt::Write;
 
@@ -6,7 +6,7 @@ use monitors::Outcome;
 
 use super::{Matrix, Notice, Row};
 
-/// The matrix as a table, then what no property notices, then false alarms.
+/// The matrix as a table, then undetected faults, then false alarms.
 pub fn table(matrix: &Matrix) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -15,7 +15,7 @@ pub fn table(matrix: &Matrix) -> String {
 }
 
 fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
-    // A very long name stands out of its column.
+    // A very long name extends beyond its column.
     let widest = matrix.rows.iter().map(|row| row.scenario.chars().count()).max().unwrap_or(0).clamp(8, 60);
     let widths: Vec<usize> = matrix.properties.iter().map(|name| name.chars().count().clamp(7, 60)).collect();
     write!(text, "{:<widest$}  {:>8}", "scenario", "onset")?;
@@ -32,7 +32,7 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     }
     writeln!(
         text,
-        "\n+n: violated n ticks after the fault took hold; -: satisfied; ?: inconclusive at the end of the run"
+        "\n+n: violated n ticks after the fault took effect; -: satisfied; ?: inconclusive at the end of the run"
     )?;
     write_conclusions(text, matrix)
 }
@@ -40,9 +40,9 @@ fn write_table(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
 fn write_conclusions(text: &mut String, matrix: &Matrix) -> std::fmt::Result {
     let unnoticed: Vec<&str> = matrix.unnoticed().map(|row| row.scenario.as_str()).collect();
     let noticed = matrix.rows.len() - unnoticed.len();
-    writeln!(text, "\n{noticed} of {} faults are noticed by a property.", matrix.rows.len())?;
+    writeln!(text, "\n{noticed} of {} faults are detected by a property.", matrix.rows.len())?;
     if !unnoticed.is_empty() {
-        writeln!(text, "No property notices {}.", unnoticed.join(", "))?;
+        writeln!(text, "No property detects {}.", unnoticed.join(", "))?;
     }
     for row in matrix.rows.iter().filter(|row| !row.as_expected) {
         writeln!(text, "  ! {}: {}", row.scenario, row.differences.join("; "))?;
@@ -62,7 +62,7 @@ pub(super) fn onset(row: &Row) -> String {
     row.onset.map_or("never".to_owned(), |onset| format!("{:.2} s", onset.time_s))
 }
 
-/// What became of the robot, in a word or two.
+/// What happened to the robot, in a word or two.
 pub(super) fn robot(row: &Row) -> String {
     let arrived = if row.arrived { "arrived" } else { "did not arrive" };
     match row.collisions {
@@ -72,7 +72,7 @@ pub(super) fn robot(row: &Row) -> String {
     }
 }
 
-/// What a property says, in a sign or two.
+/// The verdict of a property, as a short symbol.
 fn cell(notice: Option<&Notice>) -> String {
     let Some(notice) = notice else { return String::new() };
     match (notice.verdict, notice.ticks_after_onset) {

@@ -1,4 +1,4 @@
-//! What a campaign file may say, what it may not, and that a run is a function of plan and number.
+//! What a campaign file may contain, what it may not, and that a run is a function of plan and number.
 
 use std::collections::BTreeSet;
 
@@ -11,7 +11,7 @@ fn plan(text: &str) -> Plan {
     Plan::parse("campaign.toml", &format!("{ERRAND}{text}")).unwrap_or_else(|error| panic!("{error:?}"))
 }
 
-/// What is wrong with a file, a line each.
+/// What is wrong with a file, one line each.
 fn problems(text: &str) -> Vec<String> {
     let Err(problems) = CampaignFile::parse("campaign.toml", text) else { panic!("it is taken: {text}") };
     problems.plain().lines().map(str::to_owned).collect()
@@ -22,7 +22,7 @@ fn parameter(key: &str, domain: &str) -> String {
 }
 
 #[test]
-fn a_grid_goes_through_every_combination_and_then_again() {
+fn a_grid_enumerates_every_combination_and_then_repeats() {
     let text =
         ["sampling = \"grid\"\nrepeats = 2\n", &parameter("battery.initial_pct", "values = [40, 50.5]")].concat();
     let plan = plan(&(text + &parameter("execution.step_budget", "from = 1000\nto = 1002\nwhole = true")));
@@ -56,7 +56,7 @@ fn a_run_is_a_function_of_plan_and_number() {
 }
 
 #[test]
-fn another_parameter_or_more_runs_shift_no_random_number() {
+fn adding_a_parameter_or_runs_changes_no_random_number() {
     let head = "sampling = \"random\"\nruns = 10\n";
     let battery = parameter("battery.initial_pct", "from = 31\nto = 80");
     let tick = parameter("execution.tick_s", "from = 0.5\nto = 2");
@@ -73,14 +73,14 @@ fn seeds_may_stay_the_same() {
 }
 
 #[test]
-fn a_goal_settles_the_number_of_runs() {
+fn a_goal_determines_the_number_of_runs() {
     let goal = "[goal]\nestimate = \"phi1\"\nhalf_width = 0.05\nconfidence = 0.95\n";
     assert_eq!(plan(goal).runs(), 838);
     assert_eq!(plan(&format!("runs = 100\n{goal}")).runs(), 100);
     let test = "[goal]\ntest = \"expectation\"\nbound = 0.1\nindifference = 0.05\nerror = 0.05\n";
     assert_eq!(plan(&format!("runs = 5000\n{test}")).runs(), 5000);
     let help = problems(&[ERRAND, test].concat());
-    assert!(help.len() == 1 && help[0].contains("how many runs there are at most"), "{help:?}");
+    assert!(help.len() == 1 && help[0].contains("maximum number of runs"), "{help:?}");
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn a_grid_of_a_million_million_runs_is_refused() {
 }
 
 #[test]
-fn all_that_is_wrong_with_a_file_is_said_at_once() {
+fn all_errors_in_a_file_are_reported_at_once() {
     let text = r#"
         scenario = "errand"
         sampling = "sobol"
@@ -142,11 +142,11 @@ fn all_that_is_wrong_with_a_file_is_said_at_once() {
         "`key` must be a dotted key",
         "`values` must have 1 to",
         "`sd` must be greater than 0",
-        "`steps` belongs to `from`",
-        "nothing says what the parameter may be",
+        "`steps` requires `from`",
+        "the parameter has no values",
         "both `values` and `from`",
-        "a logarithmic scale begins above 0",
-        "hardly anything of the distribution",
+        "a logarithmic scale must start above 0",
+        "almost none of the distribution",
         "half width of an interval must lie between",
     ] {
         assert!(all.contains(wanted), "{wanted} is not said:\n{all}");
@@ -154,11 +154,11 @@ fn all_that_is_wrong_with_a_file_is_said_at_once() {
 }
 
 #[test]
-fn what_does_not_go_together_is_refused() {
+fn incompatible_settings_are_refused() {
     let range = "from = 31\nto = 80";
     let goal = "[goal]\nestimate = \"phi1\"\nhalf_width = 0.05\nconfidence = 0.95\n";
     for (text, wanted) in [
-        ("sampling = \"grid\"\n".to_owned() + &parameter("a", range), "a grid cannot go through all values of `a`"),
+        ("sampling = \"grid\"\n".to_owned() + &parameter("a", range), "a grid cannot enumerate all values of `a`"),
         ("sampling = \"grid\"\nruns = 3\n".to_owned() + &parameter("a", "values = [1]"), "say `repeats` for more"),
         ("sampling = \"random\"\nruns = 3\nrepeats = 2\n".to_owned() + &parameter("a", range), "only a grid repeats"),
         ("runs = 3\n".to_owned() + &parameter("a", range), "`sampling` is missing"),
@@ -166,7 +166,7 @@ fn what_does_not_go_together_is_refused() {
         ("sampling = \"latin_hypercube\"\n".to_owned() + &parameter("a", range) + goal, "cannot stop early"),
         (
             "sampling = \"random\"\nruns = 3\n".to_owned() + &parameter("a", range) + &parameter("a", range),
-            "varies twice",
+            "is varied twice",
         ),
         ("sampling = \"random\"\nruns = 3\n".to_owned() + &parameter("a", range) + &parameter("a.b", range), "overlap"),
         (
@@ -205,14 +205,17 @@ fn the_scenario_refuses_values_before_the_first_run() {
 }
 
 #[test]
-fn a_model_speaks_of_parameters_by_their_names() {
+fn a_model_refers_to_parameters_by_their_names() {
     let named = parameter("battery.initial_pct", "name = \"charge\"\nfrom = 31\nto = 80\n");
     let with = |model: &str| format!("sampling = \"sobol\"\nruns = 3\n[model]\n{model}\n{named}");
     let plan = plan(&with("of = \"phi1\"\nquantity = \"100 - charge\"\nbound = 50"));
     assert_eq!(plan.file().model.as_ref().map(|model| model.quantity.value.to_string()), Some("100 - charge".into()));
     for (model, wanted) in [
-        ("of = \"phi1\"\nquantity = \"100 - change\"\nbound = 50", "no parameter with numbers has the name `change`"),
-        ("of = \"phi1\"\nquantity = \"100 -\"\nbound = 50", "the formula breaks off"),
+        (
+            "of = \"phi1\"\nquantity = \"100 - change\"\nbound = 50",
+            "there is no numeric parameter with the name `change`",
+        ),
+        ("of = \"phi1\"\nquantity = \"100 -\"\nbound = 50", "the formula is incomplete"),
         ("of = \"phi1\"\nquantity = \"charge\"", "`bound` is missing"),
     ] {
         let said = problems(&format!("{ERRAND}{}", with(model)));

@@ -1,22 +1,22 @@
-//! A shuffle that any place can be asked of, without the others.
+//! A shuffle with random access.
 
 /// A permutation of the numbers below some length, chosen by a key.
 ///
-/// A Feistel network shuffles the next larger power of 4; numbers that come out too large go round again until one is
+/// A Feistel network shuffles the next larger power of 4; numbers that are too large are shuffled again until one is
 /// small enough (Black and Rogaway, Ciphers with Arbitrary Finite Domains, 2002).
 #[derive(Clone, Debug)]
 pub(crate) struct Permutation {
     len: u64,
     key: u64,
-    /// How many bits one half of the network has.
+    /// The number of bits in one half of the network.
     half: u32,
 }
 
-/// Four rounds already look random to whoever sees a few places; a half may have one bit only, and then more help.
+/// Four rounds already look random if only a few places are seen; if a half has only one bit, more rounds help.
 const ROUNDS: u64 = 6;
 
 impl Permutation {
-    /// The permutation of the numbers below `len` that belongs to `key`.
+    /// The permutation of the numbers below `len` for `key`.
     pub(super) fn new(len: u64, key: u64) -> Self {
         let bits = u64::BITS - len.saturating_sub(1).leading_zeros();
         Self { len, key, half: bits.div_ceil(2).max(1) }
@@ -26,14 +26,14 @@ impl Permutation {
         self.len
     }
 
-    /// Where it takes `place`.
+    /// The image of `place`.
     ///
     /// # Panics
     /// If `place` is not below the length.
     pub(super) fn at(&self, place: u64) -> u64 {
         assert!(place < self.len, "{place} is not below {}", self.len);
-        // This ends: a permutation leads back to where it began, which is below the length. The network is at most four
-        // times as long, so four times round are enough on average.
+        // This terminates: a permutation leads back to where it began, which is below the length. The network is at
+        // most four times as long, so four rounds are sufficient on average.
         let mut at = self.shuffled(place);
         while at >= self.len {
             at = self.shuffled(at);
@@ -45,7 +45,7 @@ impl Permutation {
         let mask = (1 << self.half) - 1;
         let (mut left, mut right) = (number >> self.half, number & mask);
         for round in 0..ROUNDS {
-            // A half has 32 bits at most: the round's number, above them, makes each round another function.
+            // A half has at most 32 bits: the round's number, in the bits above, makes each round a different function.
             (left, right) = (right, left ^ (mixed(self.key ^ mixed(right ^ (round << 56))) & mask));
         }
         left << self.half | right

@@ -1,6 +1,6 @@
-//! The sequence of Sobol, with the direction numbers of Joe and Kuo.
+//! The Sobol sequence, with the direction numbers of Joe and Kuo.
 
-/// For how many parameters there are direction numbers.
+/// The number of parameters for which there are direction numbers.
 pub const MAX_DIMENSIONS: usize = 16;
 
 /// For each dimension after the first: the primitive polynomial's degree and inner coefficients, and its initial numbers
@@ -24,7 +24,7 @@ const INITIAL: [(u32, u32, &[u32]); MAX_DIMENSIONS - 1] = [
     (6, 16, &[1, 3, 1, 13, 27, 49]),
 ];
 
-/// The direction numbers of a dimension, as binary fractions: the first is worth a half.
+/// The direction numbers of a dimension, as binary fractions: the first is one half.
 ///
 /// # Panics
 /// If there are none for that dimension.
@@ -47,7 +47,7 @@ pub(super) fn directions(dimension: usize) -> [u32; 32] {
     directions
 }
 
-/// The point of that number in one dimension, as a binary fraction.
+/// The point with that number in one dimension, as a binary fraction.
 pub(super) fn point(directions: &[u32; 32], k: u32) -> u32 {
     (0..32).filter(|bit| k >> bit & 1 == 1).fold(0, |sum, bit| sum ^ directions[bit])
 }
@@ -56,7 +56,7 @@ pub(super) fn point(directions: &[u32; 32], k: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// The polynomial as bits, its leading and last coefficients included.
+    /// The polynomial as bits, including its leading and last coefficients.
     fn polynomial(degree: u32, coefficients: u32) -> u32 {
         1 << degree | coefficients << 1 | 1
     }
@@ -64,7 +64,7 @@ mod tests {
     #[test]
     fn the_polynomials_are_primitive_and_the_initial_numbers_odd_and_small() {
         for (degree, coefficients, initial) in INITIAL {
-            // The powers of x modulo a primitive polynomial go through everything but 0.
+            // The powers of x modulo a primitive polynomial take every value but 0.
             let modulus = polynomial(degree, coefficients);
             let mut power = 1_u32;
             let order = (1..=1_u32 << degree).find(|_| {
@@ -81,9 +81,9 @@ mod tests {
         }
     }
 
-    /// The first points that the authors' program prints, which goes through the sequence in the order of the Gray code.
+    /// The first points printed by the authors' program, which visits the sequence in the order of the Gray code.
     #[test]
-    fn the_sequence_begins_as_published() {
+    fn the_sequence_starts_as_published() {
         let eighths = |dimension| -> Vec<u32> {
             let directions = directions(dimension);
             (0..8_u32).map(|k| point(&directions, k ^ (k >> 1)) >> 29).collect()

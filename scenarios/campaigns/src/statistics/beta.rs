@@ -1,8 +1,8 @@
-//! The Beta distribution, of which exact intervals are made.
+//! The Beta distribution, from which exact intervals are computed.
 
 /// The continued fraction has converged when a step changes it by less than this.
 const CONVERGED: f64 = 1e-15;
-/// In place of a zero denominator (Lentz).
+/// Replaces a zero denominator (Lentz).
 const TINY: f64 = 1e-300;
 /// Far above what is needed: the number of steps grows with √max(a, b).
 const MAX_STEPS: u32 = 100_000;
@@ -74,7 +74,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_tail_of_the_binomial_distribution() {
+    fn the_cdf_is_the_tail_of_the_binomial_distribution() {
         for n in [1, 2, 7, 30] {
             for k in 1..=n {
                 for p in [1e-6, 0.01, 0.3, 0.5, 0.77, 0.999] {
@@ -86,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn the_quantile_undoes_it() {
+    fn the_quantile_inverts_the_cdf() {
         for (a, b) in [(1.0, 10.0), (0.5, 0.5), (3.0, 100_000.0), (50_000.0, 50_000.0)] {
             for probability in [1e-9, 0.025, 0.5, 0.975] {
                 let back = cdf(quantile(probability, a, b), a, b);

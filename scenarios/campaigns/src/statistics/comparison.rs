@@ -4,32 +4,32 @@ use serde::Serialize;
 
 use super::{Confidence, Count, Interval, beta};
 
-/// No odds ratio is looked for beyond this logarithm.
+/// The greatest logarithm of an odds ratio that is considered.
 const LARGEST_LN_RATIO: f64 = 60.0;
 /// Two outcomes whose probabilities differ by less than this fraction count as equally likely.
 const EQUALLY_LIKELY: f64 = 1e-7;
 
-/// What two counts say of the difference between two probabilities.
+/// The comparison of two counts.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Comparison {
     /// The count before.
     pub before: Count,
     /// The count after.
     pub after: Count,
-    /// Fisher's exact test, two-sided: how probable counts are that differ at least so much, were the probabilities
+    /// Fisher's exact test, two-sided: the probability of counts that differ at least this much if the true rates are
     /// the same.
     pub p_value: f64,
-    /// The rate after less the rate before; none where there are no runs.
+    /// The rate after minus the rate before; none without runs.
     pub difference: Option<f64>,
-    /// Where the true difference lies: the two intervals of Clopper and Pearson, combined as by Newcombe (Statistics in
-    /// Medicine 17, 1998, method 10).
+    /// The confidence interval of the true difference: the two intervals of Clopper and Pearson, combined by Newcombe's
+    /// method (Statistics in Medicine 17, 1998, method 10).
     pub interval: Interval,
-    /// The odds after over the odds before; none where it is 0/0 or infinite.
+    /// The odds after divided by the odds before; none if that is 0/0 or infinite.
     pub odds_ratio: Option<f64>,
-    /// Where the true odds ratio lies: the exact interval given how often it happened altogether, which goes with Fisher's
-    /// test (Cornfield, Proceedings of the Third Berkeley Symposium 4, 1956).
+    /// The confidence interval of the true odds ratio: the exact interval conditional on the total count, which matches
+    /// Fisher's test (Cornfield, Proceedings of the Third Berkeley Symposium 4, 1956).
     pub odds_interval: OddsInterval,
-    /// Cohen's h, the difference between the angles that belong to the rates: 0.2 is small, 0.5 medium, 0.8 large.
+    /// Cohen's h, the difference between the arcsine-transformed rates: 0.2 is small, 0.5 medium, 0.8 large.
     pub cohens_h: Option<f64>,
 }
 
@@ -68,7 +68,7 @@ fn odds_ratio(before: Count, after: Count) -> Option<f64> {
     (below > 0.0).then(|| y * not_x / below)
 }
 
-/// The odds ratios under which what was seen is not too unlikely on either side, by bisection of their logarithm.
+/// The odds ratios under which the observation is not too unlikely on either side, by bisection of their logarithm.
 fn odds_interval(before: Count, after: Count, confidence: Confidence) -> OddsInterval {
     let happened = before.happened() + after.happened();
     let (fewest, most) = (happened.saturating_sub(before.runs()), happened.min(after.runs()));
@@ -76,7 +76,7 @@ fn odds_interval(before: Count, after: Count, confidence: Confidence) -> OddsInt
         .map(|after_runs| ln_choose(after.runs(), after_runs) + ln_choose(before.runs(), happened - after_runs))
         .collect();
     let seen = (after.happened() - fewest) as usize;
-    // How probable it is, with odds whose ratio has that logarithm, to see at least (or at most) as many after as were seen.
+    // The probability of at least (or at most) the observed count after, given the logarithm of the odds ratio.
     let tail = |ln_ratio: f64, upper: bool| {
         let terms: Vec<f64> = ways.iter().enumerate().map(|(place, ways)| ways + place as f64 * ln_ratio).collect();
         let greatest = terms.iter().copied().fold(f64::MIN, f64::max);
@@ -95,7 +95,7 @@ fn odds_interval(before: Count, after: Count, confidence: Confidence) -> OddsInt
     OddsInterval { low: if seen == 0 { 0.0 } else { bound(true) }, high: (seen + 1 < ways.len()).then(|| bound(false)) }
 }
 
-/// Where the difference of the probabilities lies.
+/// The confidence interval of the difference of the probabilities.
 fn difference(before: Count, after: Count, confidence: Confidence) -> Interval {
     let (Some(p), Some(q)) = (before.rate(), after.rate()) else { return Interval { low: -1.0, high: 1.0 } };
     let (around_p, around_q) = (before.interval(confidence), after.interval(confidence));
@@ -104,8 +104,8 @@ fn difference(before: Count, after: Count, confidence: Confidence) -> Interval {
     Interval { low: (q - p - down).max(-1.0), high: (q - p + up).min(1.0) }
 }
 
-/// The two-sided p-value of Fisher's exact test: over all ways to share out what happened among the runs, the
-/// probability of those that are no likelier than what was seen.
+/// The two-sided p-value of Fisher's exact test: over all ways to distribute the events among the runs, the total
+/// probability of those that are no more likely than the observation.
 fn fisher(before: Count, after: Count) -> f64 {
     let happened = before.happened() + after.happened();
     let fewest = happened.saturating_sub(after.runs());
@@ -123,7 +123,7 @@ fn ln_choose(n: u64, k: u64) -> f64 {
     ln_factorial(n) - ln_factorial(k) - ln_factorial(n - k)
 }
 
-/// What runs say that were made twice, before and after, alike in everything else.
+/// The result of runs that were made twice, before and after, with everything else equal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Paired {
     /// In how many of them it happened only before.
@@ -133,8 +133,8 @@ pub struct Paired {
 }
 
 impl Paired {
-    /// McNemar's exact test, two-sided: how probable it is that runs that differ do so at least so unevenly, were either way
-    /// as likely as the other.
+    /// McNemar's exact test, two-sided: the probability that the differing runs are split at least this unevenly if
+    /// both ways are equally likely.
     #[must_use]
     pub fn p_value(self) -> f64 {
         let (differ, most) = (self.only_before + self.only_after, self.only_before.max(self.only_after));

@@ -1,4 +1,4 @@
-//! How often something happened, and what that says of its probability.
+//! How often something happened, and what that says about its probability.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::{StatisticsError, beta};
 
-/// How sure a statement is to be: the probability, at least, with which the procedure behind it gives a true one.
+/// A confidence level: the minimum probability with which the procedure gives a true statement.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Serialize)]
 #[serde(transparent)]
 pub struct Confidence(f64);
@@ -15,7 +15,7 @@ impl Confidence {
     /// A confidence, such as 0.95.
     ///
     /// # Errors
-    /// [`StatisticsError::Confidence`] unless it lies between ½ and 1, neither included.
+    /// [`StatisticsError::Confidence`] unless it lies strictly between ½ and 1.
     pub fn new(confidence: f64) -> Result<Self, StatisticsError> {
         let sensible = confidence > 0.5 && confidence < 1.0;
         if sensible { Ok(Self(confidence)) } else { Err(StatisticsError::Confidence(confidence)) }
@@ -45,7 +45,7 @@ impl Count {
     /// A count.
     ///
     /// # Panics
-    /// If it happened in more runs than there were.
+    /// If `happened` is greater than `runs`.
     #[must_use]
     pub fn new(happened: u64, runs: u64) -> Self {
         assert!(happened <= runs, "it happened in {happened} of only {runs} runs");
@@ -83,7 +83,7 @@ impl Count {
     }
 
     /// The interval of Clopper and Pearson (Biometrika 26, 1934): it contains the probability with at least that
-    /// confidence, whatever it is, if the number of runs was settled beforehand. Without runs, 0 to 1.
+    /// confidence, for every probability, if the number of runs was fixed in advance. Without runs, 0 to 1.
     #[must_use]
     pub fn interval(self, confidence: Confidence) -> Interval {
         let each = (1.0 - confidence.0) / 2.0;
@@ -110,7 +110,7 @@ impl Interval {
         (self.high - self.low) / 2.0
     }
 
-    /// Whether `value` lies in it; its ends belong to it.
+    /// Whether `value` lies in it, ends included.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {
         (self.low..=self.high).contains(&value)

@@ -2,18 +2,18 @@
 
 use super::{Confidence, Count, Interval, StatisticsError};
 
-/// Each look at the numbers comes after this many times the runs of the one before.
+/// Each look at the results comes after this many times the runs of the previous one.
 const GROWTH: f64 = 1.3;
 
 /// A goal: to know a probability to within a half width, with a confidence.
 ///
-/// Whoever stops as soon as the usual interval is narrow enough is wrong more often than the interval says, since
-/// chance picks the moment. So the numbers are looked at only after certain numbers of runs, settled beforehand, and the
-/// intervals of all looks together keep the promise: each is made with the confidence that remains when the probability
-/// of an error is divided among them. The first look is the earliest that can be narrow enough, the last always is.
+/// A campaign that stops as soon as the usual interval is narrow enough is wrong more often than the interval says,
+/// since chance picks the moment. So the results are looked at only after certain numbers of runs, fixed in advance,
+/// and the intervals of all looks together keep the guarantee: the probability of an error is divided among them. The
+/// first look is the earliest at which the interval can be narrow enough; at the last one it always is.
 ///
-/// The price is small. To within 0.05 with a confidence of 0.95, one needs 402 runs at most if their number is settled
-/// beforehand, and here 838; but where a probability is near 0 or 1, some 60 runs are enough.
+/// The cost is small. For a half width of 0.05 and a confidence of 0.95, at most 402 runs are needed if their number is
+/// fixed in advance, and 838 here; but if the probability is near 0 or 1, some 60 runs are sufficient.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Precision {
     half_width: f64,
@@ -23,16 +23,16 @@ pub struct Precision {
 }
 
 impl Precision {
-    /// The goal of that half width and confidence.
+    /// The goal with that half width and confidence.
     ///
     /// # Errors
-    /// A half width outside 0.0005 to 0.25.
+    /// If the half width is not between 0.0005 and 0.25.
     pub fn new(half_width: f64, confidence: Confidence) -> Result<Self, StatisticsError> {
         if !(0.0005..=0.25).contains(&half_width) {
             return Err(StatisticsError::HalfWidth(half_width));
         }
-        // More looks ask for more runs, and more runs for more looks; but their number grows so slowly with the runs that
-        // this settles soon.
+        // More looks require more runs, and more runs require more looks. The number of looks grows so slowly that this
+        // converges soon.
         let mut shares = 1;
         loop {
             let each = confidence.shared_by(shares);
@@ -50,13 +50,14 @@ impl Precision {
         &self.looks
     }
 
-    /// After so many runs the goal is reached, whatever came of them.
+    /// After this many runs the goal is always reached.
     #[must_use]
     pub fn max_runs(&self) -> u64 {
         self.looks.last().copied().unwrap_or(0)
     }
 
-    /// The interval, if the campaign can stop after these runs. To be asked after each run, in the order of the runs.
+    /// The interval, if the campaign can stop after these runs. Must be called after each run, in the order of the
+    /// runs.
     #[must_use]
     pub fn reached(&self, count: Count) -> Option<Interval> {
         self.looks.binary_search(&count.runs()).ok()?;
@@ -64,18 +65,18 @@ impl Precision {
         (interval.half_width() <= self.half_width).then_some(interval)
     }
 
-    /// The interval that holds with the goal's confidence wherever a campaign stops, narrow enough or not. Wider than
-    /// [`Count::interval`], because of the looks.
+    /// The interval that holds with the goal's confidence wherever a campaign stops, narrow enough or not. It is wider
+    /// than [`Count::interval`], because of the looks.
     #[must_use]
     pub fn interval(&self, count: Count) -> Interval {
         count.interval(self.each)
     }
 }
 
-/// From the fewest runs after which an interval can be narrow enough to the fewest after which all are.
+/// The looks: from the fewest runs after which an interval can be narrow enough to the fewest after which all are.
 fn looks(half_width: f64, each: Confidence) -> Vec<u64> {
     let first = fewest(|runs| Count::new(0, runs).interval(each).half_width() <= half_width);
-    // An interval is widest where it happened in half of the runs.
+    // An interval is widest if the event happened in half of the runs.
     let last = fewest(|runs| Count::new(runs, 2 * runs).interval(each).half_width() <= half_width) * 2;
     let mut looks = Vec::new();
     let mut look = first;
@@ -87,7 +88,7 @@ fn looks(half_width: f64, each: Confidence) -> Vec<u64> {
     looks
 }
 
-/// The least number from 1 on for which `enough` holds; from there on it holds for all.
+/// The smallest number, at least 1, for which `enough` holds; it also holds for all greater numbers.
 fn fewest(enough: impl Fn(u64) -> bool) -> u64 {
     let mut high = 1;
     while !enough(high) {

@@ -6,9 +6,10 @@ use super::{Count, StatisticsError};
 
 /// Wald's sequential probability ratio test (Annals of Mathematical Statistics 16, 1945).
 ///
-/// It decides whether a probability is below or above a bound. Within the indifference region around the bound either
-/// answer will do; outside it, the wrong one has at most the error's probability. The thresholds are `1/error` and
-/// `error`, where Wald's approximations `(1−error)/error` would let the errors slightly exceed what was asked for.
+/// It decides whether a probability is below or above a bound. Within the indifference region around the bound, either
+/// answer is acceptable; outside it, the wrong one has at most the given error probability. The thresholds are
+/// `1/error` and `error`; Wald's approximations `(1−error)/error` would let the error probabilities slightly exceed the
+/// requested ones.
 ///
 /// ```
 /// use campaigns::statistics::{Count, Side, Sprt};
@@ -23,11 +24,11 @@ use super::{Count, StatisticsError};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sprt {
-    /// What a run in which it happened adds to the logarithm of the likelihood ratio.
+    /// What a run with the event adds to the log likelihood ratio.
     if_happened: f64,
     /// What any other run adds.
     if_not: f64,
-    /// Where the logarithm decides: above this, or below its negative.
+    /// The decision threshold: above this, or below its negative.
     threshold: f64,
 }
 
@@ -56,7 +57,7 @@ impl Sprt {
     /// The test of a probability against `bound`.
     ///
     /// # Errors
-    /// An indifference region that is empty or leaves 0 to 1, or an error that is not between 0 and ½.
+    /// If the indifference region is empty or exceeds 0 to 1, or if the error is not between 0 and ½.
     pub fn new(bound: f64, indifference: f64, error: f64) -> Result<Self, StatisticsError> {
         let (low, high) = (bound - indifference, bound + indifference);
         if !(indifference > 0.0 && low > 0.0 && high < 1.0) {
@@ -72,8 +73,8 @@ impl Sprt {
         })
     }
 
-    /// The decision after these runs, if there is one. To be asked after each run, in the order of the runs; the first
-    /// decision stands.
+    /// The decision after these runs, if there is one. Must be called after each run, in the order of the runs; the
+    /// first decision is final.
     #[must_use]
     pub fn decision(&self, count: Count) -> Option<Side> {
         let others = count.runs() - count.happened();

@@ -1,5 +1,5 @@
-//! Reference values from the literature, and the promises: those that can be are checked to the last outcome by going
-//! through all of them, and all of them by simulation.
+//! Reference values from the literature, and the guarantees: some are checked exactly by enumerating all outcomes, and
+//! all of them by simulation.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -15,8 +15,8 @@ fn simulated(name: &str) -> ChaCha8Rng {
     Streams::new(20_261_120).stream(name)
 }
 
-/// A sequential procedure, followed exactly: calls `at_stop` with every count at which `stops` may first hold, and the
-/// probability that the procedure stops there. Gives the probability that is still going on after `max_runs`.
+/// A sequential procedure, computed exactly: calls `at_stop` with every count at which `stops` may first hold, and the
+/// probability that the procedure stops there. Returns the probability that it is still running after `max_runs`.
 fn follow(p: f64, max_runs: u64, stops: impl Fn(Count) -> bool, mut at_stop: impl FnMut(Count, f64)) -> f64 {
     let mut going = vec![1.0_f64];
     for runs in 1..=max_runs {
@@ -36,7 +36,7 @@ fn follow(p: f64, max_runs: u64, stops: impl Fn(Count) -> bool, mut at_stop: imp
     going.iter().sum()
 }
 
-/// The values are those of R's `binom.test`, which the books quote: Conover's 682 of 925 among them.
+/// The values are those of R's `binom.test`, which the books quote, including Conover's 682 of 925.
 #[test]
 fn intervals_agree_with_published_ones() {
     for (happened, runs, level, low, high) in [
@@ -55,7 +55,7 @@ fn intervals_agree_with_published_ones() {
 }
 
 #[test]
-fn an_interval_covers_every_probability_as_often_as_it_says() {
+fn intervals_have_at_least_the_stated_coverage() {
     for level in [0.8, 0.95, 0.99] {
         for runs in [1, 5, 20, 100] {
             let intervals: Vec<_> = (0..=runs).map(|x| Count::new(x, runs).interval(confidence(level))).collect();
@@ -77,7 +77,7 @@ fn an_interval_covers_every_probability_as_often_as_it_says() {
 }
 
 #[test]
-fn an_interval_covers_as_often_as_it_says_in_simulated_campaigns() {
+fn intervals_have_the_stated_coverage_in_simulated_campaigns() {
     let mut rng = simulated("interval");
     for p in [0.003, 0.05, 0.4] {
         let covers = |_| {
@@ -116,7 +116,7 @@ fn stopping_when_precise_enough_keeps_the_confidence_and_the_width() {
     }
 }
 
-/// The mistake that [`Precision`] avoids is a real one: this is what would come of it.
+/// The mistake that [`Precision`] avoids is real: this is what would happen.
 #[test]
 fn stopping_at_the_first_narrow_interval_would_break_the_promise() {
     let (p, usual) = (0.12, |count: Count| count.interval(confidence(0.8)));
@@ -133,7 +133,7 @@ fn stopping_at_the_first_narrow_interval_would_break_the_promise() {
 }
 
 #[test]
-fn the_last_look_is_precise_enough_whatever_happened() {
+fn the_last_look_is_always_precise_enough() {
     let goal = Precision::new(0.1, confidence(0.95)).unwrap();
     let last = goal.max_runs();
     assert!((0..=last).all(|happened| goal.reached(Count::new(happened, last)).is_some()));
@@ -144,7 +144,7 @@ fn the_last_look_is_precise_enough_whatever_happened() {
 }
 
 #[test]
-fn the_sequential_test_errs_no_more_often_than_it_may() {
+fn the_sequential_test_keeps_its_error_rate() {
     for (bound, indifference, error) in [(0.1, 0.05, 0.05), (0.5, 0.1, 0.01), (0.02, 0.015, 0.1)] {
         let test = Sprt::new(bound, indifference, error).unwrap();
         for (p, wrong) in [
@@ -169,7 +169,7 @@ fn the_sequential_test_errs_no_more_often_than_it_may() {
 }
 
 #[test]
-fn the_sequential_test_errs_no_more_often_than_it_may_in_simulated_campaigns() {
+fn the_sequential_test_keeps_its_error_rate_in_simulated_campaigns() {
     let test = Sprt::new(0.1, 0.05, 0.05).unwrap();
     let mut rng = simulated("sprt");
     let (mut wrong, mut runs) = (0, 0);
@@ -204,7 +204,7 @@ fn the_exact_test_agrees_with_published_values() {
 }
 
 #[test]
-fn effect_sizes_are_those_of_the_books() {
+fn effect_sizes_agree_with_published_values() {
     // Newcombe's example a: 56 of 70 and 48 of 80, a difference of 0.2; his method 10 gives 0.0524 to 0.3339 with
     // Wilson's intervals, and the wider exact ones a slightly wider interval around that.
     let got = Comparison::of(Count::new(48, 80), Count::new(56, 70), confidence(0.95));
@@ -221,7 +221,7 @@ fn effect_sizes_are_those_of_the_books() {
 }
 
 #[test]
-fn the_exact_test_sees_a_difference_that_is_none_no_more_often_than_it_may() {
+fn the_exact_test_keeps_its_false_positive_rate() {
     let (before, after) = (18, 25);
     let p_values: Vec<Vec<f64>> = (0..=before)
         .map(|x| {
@@ -268,8 +268,8 @@ fn the_interval_of_the_difference_covers_it_in_simulated_campaigns() {
     }
 }
 
-/// Runs that are violated end four times sooner. Eight cores start a new run whenever one ends; a rule that looks at what
-/// ends first would see too many violations.
+/// Violated runs end four times sooner. Eight cores start a new run whenever one ends; a rule that looks at the runs in
+/// the order in which they end would see too many violations.
 #[test]
 fn stopping_on_many_cores_does_not_favour_short_runs() {
     let goal = Precision::new(0.2, confidence(0.8)).unwrap();
@@ -310,7 +310,7 @@ fn stopping_on_many_cores_does_not_favour_short_runs() {
 }
 
 #[test]
-fn goals_that_make_no_sense_are_refused() {
+fn invalid_goals_are_refused() {
     assert_eq!(Confidence::new(1.0), Err(StatisticsError::Confidence(1.0)));
     assert!(Confidence::new(f64::NAN).is_err());
     assert_eq!(Precision::new(0.0, confidence(0.95)), Err(StatisticsError::HalfWidth(0.0)));
@@ -338,7 +338,7 @@ fn odds_intervals_agree_with_published_ones() {
 }
 
 #[test]
-fn an_odds_interval_covers_every_ratio_as_often_as_it_says() {
+fn odds_intervals_have_at_least_the_stated_coverage() {
     let (before, after) = (8, 10);
     let choose = |n: u64, k: u64| (1..=k).fold(1.0, |ways, i| ways * (n - k + i) as f64 / i as f64);
     let mass = |n: u64, k: u64, p: f64| choose(n, k) * libm::pow(p, k as f64) * libm::pow(1.0 - p, (n - k) as f64);
@@ -357,7 +357,7 @@ fn an_odds_interval_covers_every_ratio_as_often_as_it_says() {
 }
 
 #[test]
-fn pairs_are_tested_as_coins_are() {
+fn pairs_are_tested_like_coin_flips() {
     let p = |only_before, only_after| Paired { only_before, only_after }.p_value();
     // 2·(1 + 12 + 66 + 220)/2¹².
     assert!((p(9, 3) - 598.0 / 4096.0).abs() < 1e-12 && p(9, 3) == p(3, 9));

@@ -1,4 +1,4 @@
-//! Places beside the robot's way, for whoever or whatever is to be about on a trip.
+//! Places beside the robot's way, for the people and boxes of a trip.
 
 use maps::Point;
 use rand::RngExt;
@@ -6,23 +6,23 @@ use rand_chacha::ChaCha8Rng;
 
 use super::course::{Course, Task};
 
-/// Whatever stands still is at least so far from walls, and twice as far from other things that do, in metres: on both
-/// sides of a person remain 0.75 m for the robot.
+/// Everything that stands still is at least this far from walls, and twice as far from other standing things, in
+/// metres: on both sides of a person, 0.75 m remain for the robot.
 const PASSABLE_M: f64 = 1.0;
 
-/// Nobody begins or stands nearer to where the robot starts than this, in metres.
+/// Nobody starts or stands closer than this to the robot's start, in metres.
 const START_FREE_M: f64 = 1.5;
 
-/// Nobody stands nearer to the goal than this, in metres.
+/// Nobody stands closer than this to the goal, in metres.
 const GOAL_FREE_M: f64 = 1.2;
 
-/// People come from and go to places within this of the robot's way, in metres; boxes stand there.
+/// People come from and go to places within this distance of the robot's way, in metres; boxes stand there.
 const FROM_THE_WAY_M: f64 = 8.0;
 
-/// How often a place is drawn until one is good.
+/// How often a place is drawn until one is suitable.
 const TRIES: usize = 200;
 
-/// A good place not far from the robot's way.
+/// A suitable place close to the robot's way.
 pub(super) fn near_the_way(
     course: &Course,
     task: &Task,
@@ -38,8 +38,8 @@ pub(super) fn near_the_way(
     })
 }
 
-/// A place near the robot's way at which somebody or something can stand so that the robot can pass, beside all that
-/// stands about already.
+/// A place close to the robot's way where something can stand so that the robot can pass, given everything that already
+/// stands there.
 pub(super) fn passable(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rng) -> Option<Point> {
     let is_good = |at: &Point| {
         course.clearance_m(at) >= PASSABLE_M && standing.iter().all(|other| (other - at).norm() >= 2.0 * PASSABLE_M)

@@ -1,4 +1,4 @@
-//! A map made ready for trips: where a robot can be, and how far it is from one place to another.
+//! A map prepared for trips: where a robot can be, and the distances between places.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,50 +10,50 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::RobotModel;
 
-/// Starts and goals have at least so much more room than the robot needs, in metres.
+/// At starts and goals, there is at least this much more room than the robot needs, in metres.
 const SPARE_M: f64 = 0.05;
 
-/// A goal is at least so far from the start, in metres.
+/// A goal is at least this far from the start, in metres.
 const SHORTEST_TRIP_M: f64 = 3.0;
 
-/// How often a trip is drawn until one is long enough; then only ends that are far enough apart are drawn.
+/// How often a trip is drawn until one is long enough; after that, only endpoints that are far enough apart are drawn.
 const TRIES: usize = 1000;
 
-/// Why there can be no trips on a map.
+/// Why trips are impossible on a map.
 #[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CourseError {
-    /// Nobody can be localized on the map.
+    /// Localization is impossible on the map.
     #[error(transparent)]
     Map(#[from] nav::Error),
-    /// The robot fits nowhere, or only in places too near to each other.
-    #[error("the map has no two places {SHORTEST_TRIP_M} m apart between which the robot can drive")]
+    /// The robot fits nowhere, or only at places too close to each other.
+    #[error("the map has no two places, at least {SHORTEST_TRIP_M} m apart, between which the robot can drive")]
     NoRoom,
 }
 
-/// A map made ready for trips.
+/// A map prepared for trips.
 #[derive(Clone, Debug)]
 pub struct Course {
     name: String,
     file: PathBuf,
     atlas: Arc<Atlas>,
     picture: Arc<MapPicture>,
-    /// The costmap of the robot's navigation, nothing seen yet.
+    /// The costmap of the robot's navigation, without any observation.
     costmap: Costmap,
-    /// A costmap on which all that matters is where the robot fits.
+    /// A costmap that only considers where the robot fits.
     shortest: Costmap,
-    /// Centres of the cells in which trips begin and end: all can be reached from all.
+    /// Centres of the cells in which trips start and end: each can be reached from every other.
     open: Vec<Point>,
-    /// The first and the last of them in each row of the map: the farthest from any place are among these.
+    /// The first and the last of them in each row of the map: they include the one farthest from any place.
     ends_of_rows: Vec<Point>,
 }
 
-/// From where to where a trip leads.
+/// Start and goal of a trip.
 #[derive(Clone, Debug)]
 pub(super) struct Task {
     pub(super) start: Pose,
     pub(super) goal: Pose,
-    /// The shortest way that the robot can take.
+    /// The shortest path that the robot can take.
     pub(super) way: Vec<Point>,
 }
 
@@ -64,10 +64,10 @@ impl Task {
 }
 
 impl Course {
-    /// The course on a map that has been read from a file.
+    /// The course on a map read from a file.
     ///
     /// # Errors
-    /// If there can be no trips.
+    /// If trips are impossible.
     pub fn new(name: &str, file: &Path, map: OccupancyGrid) -> Result<Self, CourseError> {
         let map = Arc::new(map);
         let model = RobotModel::default();
@@ -96,7 +96,7 @@ impl Course {
         &self.name
     }
 
-    /// The file that the map has been read from.
+    /// The file from which the map was read.
     #[must_use]
     pub fn file(&self) -> &Path {
         &self.file
@@ -116,7 +116,7 @@ impl Course {
         &self.picture
     }
 
-    /// How far the nearest obstacle of the map is from a place, in metres.
+    /// Distance from a place to the nearest obstacle of the map, in metres.
     pub(super) fn clearance_m(&self, place: &Point) -> f64 {
         self.costmap.clearance_m(place)
     }
@@ -126,7 +126,7 @@ impl Course {
         self.open[rng.random_range(0..self.open.len())]
     }
 
-    /// A way between two places that keeps clear of walls, if there is one.
+    /// A path between two places that keeps clear of walls, if there is one.
     pub(super) fn way(&self, from: &Point, to: &Point) -> Option<Vec<Point>> {
         plan(&self.costmap, from, to, SPARE_M).ok()
     }
@@ -134,7 +134,7 @@ impl Course {
     /// A trip.
     ///
     /// # Panics
-    /// If there is none, which [`new`](Self::new) has looked for.
+    /// If there is none; [`new`](Self::new) has checked that there is.
     pub(super) fn task(&self, rng: &mut ChaCha8Rng) -> Task {
         let mut drawn = (0..TRIES).map(|_| (self.place(rng), self.place(rng)));
         let (start, goal, way) = drawn
@@ -148,12 +148,12 @@ impl Course {
         Task { start: facing(start), goal: facing(goal), way }
     }
 
-    /// The shortest way that the robot can take between two places, if they are far enough apart for a trip.
+    /// The shortest path that the robot can take between two places, if they are far enough apart for a trip.
     fn shortest_way(&self, start: &Point, goal: &Point) -> Option<Vec<Point>> {
         is_far(start, goal).then(|| plan(&self.shortest, start, goal, SPARE_M).ok()).flatten()
     }
 
-    /// The way of one trip that there can be, if there are any.
+    /// The path of one possible trip, if there are any.
     fn some_trip(&self) -> Option<Vec<Point>> {
         let (start, goal) = self.ends_of_rows.iter().find_map(|from| Some((from, self.far_from(from)?)))?;
         self.shortest_way(start, goal)
@@ -177,16 +177,16 @@ fn is_far(from: &Point, to: &Point) -> bool {
     (to - from).norm() >= SHORTEST_TRIP_M
 }
 
-/// The first and the last in each row of a map, of places that are ordered by rows. Every corner of the places' convex
-/// hull is one of them, and so is the farthest from any place.
+/// The first and the last place in each row of a map, from places ordered by rows. They include every corner of the
+/// places' convex hull, and therefore the place farthest from any other.
 fn ends_of_rows(places: &[Point], map: &OccupancyGrid) -> Vec<Point> {
     let row = |place: &Point| map.to_grid(place).y.floor();
     let rows = places.chunk_by(|one, next| row(one) == row(next));
     rows.filter_map(|row| Some([*row.first()?, *row.last()?])).flatten().collect()
 }
 
-/// Centres of the cells in which the robot has some room to spare, in the largest part of the map in which it can drive
-/// about. It may be anywhere in a cell, and so needs half a cell more than its radius.
+/// Centres of the cells in which the robot has some room to spare, in the largest connected part of the map. The robot
+/// may be anywhere in a cell, and so needs half a cell more than its radius.
 fn open_places(costmap: &Costmap, radius_m: f64, resolution_m: f64) -> Vec<Point> {
     let mut places = largest_part(costmap, radius_m + resolution_m / 2.0);
     places.retain(|place| costmap.clearance_m(place) >= radius_m + SPARE_M);
@@ -230,7 +230,7 @@ mod tests {
         assert!(course.open.iter().all(|place| map.to_grid(place).x > 60.0));
     }
 
-    /// A free floor of so many cells a side.
+    /// A free, square floor with this many cells per side.
     fn floor(cells: usize) -> OccupancyGrid {
         let mut map = OccupancyGrid::new(cells, cells, 0.05, pose(0.0, 0.0, 0.0));
         (0..cells * cells).for_each(|cell| map.set(CellIndex { column: cell % cells, row: cell / cells }, Cell::Free));
@@ -261,7 +261,7 @@ mod tests {
 
     #[test]
     fn a_map_whose_first_place_is_in_its_middle_has_trips() {
-        // The robot fits into a cross whose lowest row is a step below the middle of its bar.
+        // The robot fits into a cross whose lowest row is one step below the middle of its bar.
         let mut map = OccupancyGrid::new(140, 40, 0.05, pose(0.0, 0.0, 0.0));
         for index in (0..40).flat_map(|row| (0..140).map(move |column| CellIndex { column, row })) {
             let (off, low) = (index.column.abs_diff(70), index.row < 20);

@@ -18,7 +18,7 @@ use super::{About, Outcome, Touched, Trip};
 /// Standard deviation of a range, in metres.
 const LASER_SIGMA_M: f64 = 0.01;
 
-/// How inexactly the wheels' encoders count: some 2 % of a metre, and 1° on it.
+/// Noise of the wheels' encoders: some 2 % of the distance, and 1° per metre.
 const ODOMETRY_NOISE: DriftNoise = DriftNoise {
     angle_per_sqrt_rad: 0.02,
     angle_per_sqrt_m: 0.015,
@@ -26,20 +26,20 @@ const ODOMETRY_NOISE: DriftNoise = DriftNoise {
     distance_per_sqrt_rad: 0.005,
 };
 
-/// A trip may take so long, and so many times what its shortest way takes at full speed.
+/// A trip may take this long, plus this many times the duration of its shortest path at full speed.
 const MOST_TIME: Duration = Duration::from_secs(300);
 const MOST_TIMES: f64 = 6.0;
 
-/// The robot has arrived if it really is within this of its goal, in metres.
+/// The robot has arrived if its true position is within this distance of its goal, in metres.
 const THERE_M: f64 = 0.25;
 
-/// Whoever has not moved for so long stands still.
+/// Somebody who has not moved for this long stands still.
 const STANDS_STILL: Duration = Duration::from_millis(500);
 
-/// The trail has a point this often, in metres.
+/// Distance between the points of the trail, in metres.
 const TRAIL_STEP_M: f64 = 0.1;
 
-/// Drives the trip of a root seed among so many people and boxes, if they find places, and shows how it ended.
+/// Drives the trip of a root seed among this many people and boxes, if they can be placed, and shows how it ended.
 pub(super) fn drive(course: &Course, seed: u64, wanted: About) -> (Trip, Scene) {
     let streams = Streams::new(seed);
     let task = course.task(&mut streams.stream("navigate/task"));
@@ -60,7 +60,7 @@ pub(super) fn drive(course: &Course, seed: u64, wanted: About) -> (Trip, Scene) 
     (ride.trip(course, seed, &task, about), ride.scene(course, &task))
 }
 
-/// A robot with its software on the way.
+/// A robot with its software during a trip.
 struct Ride {
     sim: Simulation,
     localization: Localization,
@@ -214,8 +214,8 @@ mod tests {
         }
     }
 
-    /// A map so far away has positions that are rounded to a nanometre; where localization and control decide between
-    /// nearly equals, that makes centimetres on the way.
+    /// Positions on a map this far away are rounded to a nanometre. Where localization and control decide between near
+    /// ties, that can change the trip by centimetres.
     #[test]
     fn trips_on_a_map_far_from_the_origin_are_those_on_one_near_it() {
         let plan = maps::house::draw();

@@ -1,4 +1,4 @@
-//! The people of a trip: some stand where they leave room to pass, the others walk across the robot's way and back.
+//! The people of a trip: some stand where the robot can pass, the others walk back and forth across its way.
 
 use std::time::Duration;
 
@@ -13,18 +13,18 @@ use super::course::{Course, Task};
 /// Radius of a person, in metres.
 const RADIUS_M: f64 = 0.25;
 
-/// One of so many stands still.
+/// One in this many people stands still.
 const ONE_STANDS_OF: usize = 3;
 
-/// How fast people walk, in m/s, and how long they stand at an end of their way at most.
+/// How fast people walk, in m/s, and how long they stand at an end of their walk at most.
 const SPEED_MPS: std::ops::Range<f64> = 0.5..1.2;
 const LONGEST_PAUSE_S: f64 = 5.0;
 
-/// How often a walk is drawn until one leads past all boxes, and by how much at least, in metres.
+/// How often a walk is drawn until one avoids all boxes, and the minimum distance to them, in metres.
 const TRIES: usize = 20;
 const BESIDE_M: f64 = 0.1;
 
-/// So many people for a trip, or as many as find a place, among boxes.
+/// This many people for a trip, or as many as can be placed among the boxes.
 pub(super) fn people(
     course: &Course,
     task: &Task,
@@ -62,7 +62,7 @@ fn stander(course: &Course, task: &Task, standing: &[Point], rng: &mut ChaCha8Rn
     Some((passable(course, task, standing, rng)?, walk(Vec::new(), 1.0, Duration::ZERO)))
 }
 
-/// Somebody who walks from one place beside the robot's way to another, and back.
+/// Somebody who walks back and forth between two places beside the robot's way.
 fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaCha8Rng) -> Option<(Point, Walk)> {
     for _ in 0..TRIES {
         let from = near_the_way(course, task, |_| true, rng)?;
@@ -78,13 +78,13 @@ fn walker(course: &Course, task: &Task, boxes: &[ObstacleConfig], rng: &mut ChaC
     None
 }
 
-/// Whether somebody who goes that way would run into a box.
+/// Whether somebody on that walk would run into a box.
 fn is_in_the_way(one: &ObstacleConfig, way: &[Point]) -> bool {
     let (center, needed_m) = (place_of(one), one.shape.bounding_radius_m() + RADIUS_M + BESIDE_M);
     way.windows(2).any(|ends| distance_m(&center, &ends[0], &ends[1]) < needed_m)
 }
 
-/// How far a point is from a line between two others.
+/// Distance between a point and the line through two others.
 fn distance_m(point: &Point, from: &Point, to: &Point) -> f64 {
     let along = to - from;
     let share = ((point - from).dot(&along) / along.norm_squared().max(1e-12)).clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! How a trip ended, as a picture.
+//! The picture of how a trip ended.
 
 use drawing::canvas::{Canvas, Paint, TextStyle};
 use drawing::{Area, Body, BodyShape, Scene, map_panel, text, theme};
@@ -10,7 +10,7 @@ use super::Trip;
 const SIZE: (f64, f64) = (1600.0, 1200.0);
 const HEAD: f64 = 56.0;
 
-/// The picture of a trip that ended so, as SVG.
+/// The picture of a trip that ended in this scene, as SVG.
 pub fn picture(trip: &Trip, scene: &Scene) -> String {
     let mut canvas = Canvas::new();
     canvas.rounded(Area::new(0.0, 0.0, SIZE.0, SIZE.1), 0.0, Paint::fill(theme::PAGE));
@@ -20,7 +20,7 @@ pub fn picture(trip: &Trip, scene: &Scene) -> String {
     canvas.finish(SIZE.0, SIZE.1)
 }
 
-/// Somebody or something in the robot's way, as it is drawn.
+/// A person or box in the robot's way, as it is drawn.
 pub(super) fn body(obstacle: &ObstacleTruth<'_>) -> Body {
     let pose = obstacle.pose;
     let shape = match obstacle.shape {

@@ -1,10 +1,10 @@
-//! The benchmark for the terminal.
+//! The benchmark as text for the terminal.
 
 use std::fmt::Write;
 
 use super::{Benchmark, Sums, Trip};
 
-/// The benchmark as a table, then the trips that failed. `again` is the command that drives one of them alone.
+/// The benchmark as a table, then the failed trips. `again` gives the command that repeats one of them alone.
 pub fn table(benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -17,30 +17,30 @@ fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
     let widest = benchmark.maps.iter().map(|sums| sums.map.chars().count()).max().unwrap_or(0).max(3);
     writeln!(
         text,
-        "{:<widest$}  trips  arrived  elsewhere  gave up  time over  contacts: walls  standing  walking  way  time",
+        "{:<widest$}  trips  arrived  false arrivals  gave up  timed out  contacts: walls  standing  walking  way  time",
         "map"
     )?;
     for sums in &benchmark.maps {
         let Sums { trips, arrived_pct, elsewhere, gave_up, time_over, .. } = sums;
         let Sums { wall_contacts, standing_contacts, walking_contacts, .. } = sums;
         write!(text, "{:<widest$}  {trips:>5}  {arrived_pct:>5.1} %", sums.map)?;
-        write!(text, "  {elsewhere:>9}  {gave_up:>7}  {time_over:>9}")?;
+        write!(text, "  {elsewhere:>14}  {gave_up:>7}  {time_over:>9}")?;
         write!(text, "  {wall_contacts:>15}  {standing_contacts:>8}  {walking_contacts:>7}")?;
         writeln!(text, "  {}  {}", ratio(sums.way_ratio), ratio(sums.time_ratio))?;
     }
     writeln!(
         text,
-        "\n{}. elsewhere: believes to have arrived, and has not. way: driven over the shortest; time: taken over that at \
-         full speed on the shortest way (medians of the trips that arrived)",
+        "\n{}. false arrivals: the robot believes to have arrived, but has not. way: distance driven / shortest distance; \
+         time: time taken / time for the shortest path at full speed (medians of the trips that arrived)",
         about(benchmark)
     )
 }
 
-/// Who and what was about.
+/// The people and boxes on the trips.
 fn about(benchmark: &Benchmark) -> String {
     let of = |wanted: usize, mean: f64, what: &str| {
         let found =
-            if mean < wanted as f64 { format!(" wanted, {mean:.1} found a place (mean)") } else { String::new() };
+            if mean < wanted as f64 { format!("  wanted, {mean:.1} could be placed (mean)") } else { String::new() };
         format!("{wanted} {what}{found}")
     };
     let people = of(benchmark.wanted.people, benchmark.mean_people, "people");
@@ -56,9 +56,9 @@ fn ratio(ratio: Option<f64>) -> String {
 
 fn write_failures(text: &mut String, benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> std::fmt::Result {
     if benchmark.failures().next().is_none() {
-        return writeln!(text, "All trips arrived, and touched neither walls nor what stood still.");
+        return writeln!(text, "All trips arrived without touching walls or standing obstacles.");
     }
-    writeln!(text, "\nFailures, each with the command that drives it again:")?;
+    writeln!(text, "\nFailures, each with the command that repeats it:")?;
     benchmark.failures().try_for_each(|trip| {
         writeln!(
             text,
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn the_table_shows_what_came_of_every_trip() {
+    fn the_table_shows_the_result_of_every_trip() {
         let trips = vec![
             trip(1, Outcome::Arrived, None),
             trip(2, Outcome::Elsewhere, None),
@@ -123,26 +123,26 @@ mod tests {
         ];
         let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
         let expected = "\
-map    trips  arrived  elsewhere  gave up  time over  contacts: walls  standing  walking  way  time
-depot      4   25.0 %          1        1          1                0         0        0  1.10  2.50
+map    trips  arrived  false arrivals  gave up  timed out  contacts: walls  standing  walking  way  time
+depot      4   25.0 %               1        1          1                0         0        0  1.10  2.50
 
-About: 10 people wanted, 7.0 found a place (mean). elsewhere: believes to have arrived, and has not. \
-way: driven over the shortest; time: taken over that at full speed on the shortest way \
+About: 10 people wanted, 7.0 could be placed (mean). false arrivals: the robot believes to have arrived, but has not. \
+way: distance driven / shortest distance; time: time taken / time for the shortest path at full speed \
 (medians of the trips that arrived)
 
-Failures, each with the command that drives it again:
-  depot, seed 2, after 20 s: believes to have arrived, elsewhere
+Failures, each with the command that repeats it:
+  depot, seed 2, after 20 s: false arrival
     again maps/depot.yaml 2
   depot, seed 3, after 20 s: gave up: there is no path to the goal
     again maps/depot.yaml 3
-  depot, seed 4, after 20 s: still under way when time was over; last: there is no path to the goal
+  depot, seed 4, after 20 s: timed out; last: there is no path to the goal
     again maps/depot.yaml 4
 ";
         assert_eq!(text, expected);
     }
 
     #[test]
-    fn people_who_all_found_a_place_are_just_counted() {
+    fn the_number_wanted_is_omitted_if_everybody_was_placed() {
         let text = table(&benchmark(7, vec![trip(1, Outcome::Arrived, None)]), |_| String::new());
         assert!(text.contains("\nAbout: 7 people. "), "{text}");
     }

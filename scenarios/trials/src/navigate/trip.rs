@@ -1,8 +1,8 @@
-//! One trip, and what came of it.
+//! One trip and its result.
 
 use serde::Serialize;
 
-/// Who and what is about on a trip.
+/// The people and boxes on a trip.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct About {
     /// How many people.
@@ -11,17 +11,17 @@ pub struct About {
     pub boxes: usize,
 }
 
-/// What came of a trip.
+/// The result of a trip.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The robot is at its goal, and knows it.
+    /// The robot is at its goal and knows it.
     Arrived,
-    /// The robot believes that it is at its goal, and is not.
+    /// The robot believes to be at its goal, but is not.
     Elsewhere,
     /// Navigation has given up, with a reason.
     GaveUp,
-    /// The robot was still under way when time was over.
+    /// The robot was still driving at the time limit.
     TimeOver,
 }
 
@@ -29,45 +29,45 @@ impl Outcome {
     fn words(self) -> &'static str {
         match self {
             Self::Arrived => "arrived",
-            Self::Elsewhere => "believes to have arrived, elsewhere",
+            Self::Elsewhere => "false arrival",
             Self::GaveUp => "gave up",
-            Self::TimeOver => "still under way when time was over",
+            Self::TimeOver => "timed out",
         }
     }
 }
 
-/// A trip and what came of it.
+/// A trip and its result.
 #[derive(Clone, Debug, Serialize)]
 pub struct Trip {
     /// The map's name.
     pub map: String,
-    /// The file that the map was read from.
+    /// The file from which the map was read.
     pub map_file: String,
     /// The trip's root seed.
     pub seed: u64,
-    /// Who and what found a place.
+    /// The people and boxes that could be placed.
     pub about: About,
     /// Where the robot started, in the `map` frame, in metres.
     pub start: [f64; 2],
-    /// Where it was to go.
+    /// Its goal.
     pub goal: [f64; 2],
-    /// Where it was in the end.
+    /// Where it was at the end.
     pub end: [f64; 2],
-    /// Whether it arrived and touched neither a wall nor anybody or anything that stood still.
+    /// Whether it arrived without touching a wall or something that stood still.
     pub good: bool,
-    /// What came of it.
+    /// The result.
     pub outcome: Outcome,
-    /// Why navigation gave up, or why it had no way when time was over; null if it did not, or had one.
+    /// Why navigation gave up, or why it had no path at the time limit; null otherwise.
     pub reason: Option<String>,
     /// How long it took, in seconds.
     pub time_s: f64,
     /// How far the robot drove, in metres.
     pub driven_m: f64,
-    /// Length of the shortest way that a robot of its size can take, in metres, people or not.
+    /// Length of the shortest path for a robot of its size, in metres, regardless of people.
     pub shortest_m: f64,
-    /// How far the robot was from its goal in the end, in metres.
+    /// Distance from the goal at the end, in metres.
     pub off_m: f64,
-    /// How far the estimated position was from the true one at worst, in metres.
+    /// Greatest distance between the estimated and the true position, in metres.
     pub localization_max_m: f64,
     /// The contacts begun with walls, people and boxes, in order.
     pub contacts: Vec<Touched>,
@@ -75,7 +75,7 @@ pub struct Trip {
     pub wall_contacts: usize,
     /// Contacts begun with people and boxes that had stood still for half a second or longer.
     pub standing_contacts: usize,
-    /// Contacts begun with people who walked and boxes that were being pushed.
+    /// Contacts begun with walking people and with boxes that were being pushed.
     pub walking_contacts: usize,
 }
 
@@ -84,12 +84,12 @@ pub struct Trip {
 pub struct Touched {
     /// When it began, in seconds.
     pub time_s: f64,
-    /// With whom or what; null for walls.
+    /// With what; null for walls.
     pub who: Option<String>,
 }
 
 impl Trip {
-    /// What came of it, in words.
+    /// The result in words.
     #[must_use]
     pub fn words(&self) -> String {
         let mut words = self.outcome.words().to_owned();
@@ -99,8 +99,8 @@ impl Trip {
         }
         let contacts = [
             (self.wall_contacts, "walls"),
-            (self.standing_contacts, "what stood"),
-            (self.walking_contacts, "what moved"),
+            (self.standing_contacts, "standing obstacles"),
+            (self.walking_contacts, "moving obstacles"),
         ];
         for (count, what) in contacts.into_iter().filter(|(count, _)| *count > 0) {
             words += &format!("; contacts with {what}: {count}");

@@ -1,4 +1,4 @@
-//! How exact localization is on a simulated drive of some 50 m, with odometry and lasers that are off.
+//! The accuracy of localization on a simulated drive of some 50 m, with inaccurate odometry and lasers.
 
 use std::sync::Arc;
 
@@ -11,36 +11,36 @@ use sim::{DriftNoise, LaserConfig, OdometryConfig, SimConfig};
 
 use super::drive::{Drive, route};
 
-/// How far localization is told the robot to be from where it is, in metres.
+/// Distance between the true pose and the initial pose given to localization, in metres.
 const INITIAL_OFFSET_M: f64 = 0.2;
 
 /// Standard deviation of a range, in metres.
 const LASER_SIGMA_M: f64 = 0.01;
 
-/// What came out of a drive.
+/// The results of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Accuracy {
-    /// The way, in metres.
+    /// The distance driven, in metres.
     pub driven_m: f64,
-    /// How far odometry is off at the end, in metres.
+    /// Error of odometry at the end, in metres.
     pub odometry_off_m: f64,
-    /// And its heading, in radians.
+    /// Error of its heading, in radians.
     pub odometry_off_rad: f64,
-    /// Root mean square of the distances between estimates and truth, at every scan from the first on, in metres.
+    /// Root mean square of the distances between estimates and truth, over all scans, in metres.
     pub rmse_m: f64,
-    /// The same of headings, in radians.
+    /// The same for headings, in radians.
     pub rmse_rad: f64,
     /// The greatest distance, in metres.
     pub max_m: f64,
-    /// Mean of the squared errors in units of the estimate's own covariance. Three would be exact; more is too sure of
-    /// itself, less too modest.
+    /// Mean of the squared errors in units of the estimate's own covariance. Three would be exact; a larger number
+    /// means that the estimate is overconfident, a smaller one that it is underconfident.
     pub normalized_squared: f64,
     /// How often localization updated its estimate.
     pub updates: u64,
 }
 
-/// The settings of the drive: an odometry that reports 2 % too much way and turns a little to the left, with noise; and
-/// lasers with noise.
+/// The settings of the drive: an odometry that reports 2 % too much distance and drifts slightly to the left, with
+/// noise; and lasers with noise.
 #[must_use]
 pub fn config() -> SimConfig {
     let noise = DriftNoise {
@@ -62,7 +62,7 @@ pub fn config() -> SimConfig {
     }
 }
 
-/// The floor of the drive: the project's house.
+/// The floor of the drive: the house that comes with the project.
 ///
 /// # Panics
 /// Never: the house has free floor.
@@ -72,7 +72,7 @@ pub fn floor() -> Arc<Atlas> {
     Arc::new(atlas.expect("the house has free floor"))
 }
 
-/// The way of the drive: from the start to the kitchen, and back by way of the charging station.
+/// The route of the drive: from the start to the kitchen, and back via the charging station.
 ///
 /// # Panics
 /// Never: all places of the house can be reached.
@@ -84,11 +84,11 @@ pub fn way(atlas: &Atlas) -> Vec<Point> {
     route(atlas, &stops).expect("all places of the house can be reached")
 }
 
-/// Drives and localizes with the random numbers of a root seed; `update` is called for every reading, and may take the
-/// time.
+/// Drives and localizes with the random numbers of a root seed. `update` is called for every reading and may measure
+/// the time.
 ///
 /// # Panics
-/// If the atlas is not of the project's [`floor`].
+/// If the atlas does not belong to the project's [`floor`].
 pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localization, &Reading)) -> Accuracy {
     let streams = Streams::new(seed);
     let mut drive = Drive::along(way(atlas), atlas.map(), &config(), &streams).expect("the way begins on free floor");
@@ -122,7 +122,7 @@ pub fn drive(atlas: &Arc<Atlas>, seed: u64, mut update: impl FnMut(&mut Localiza
     }
 }
 
-/// A first pose that is off by so much, in a direction by chance.
+/// An initial pose with this error, in a random direction.
 fn offset(truth: &Pose, streams: &Streams) -> InitialPose {
     let direction = streams.stream("accuracy/offset").random::<f64>() * std::f64::consts::TAU;
     let (sin, cos) = libm::sincos(direction);

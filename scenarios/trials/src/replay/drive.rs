@@ -1,17 +1,17 @@
-//! A simulated robot that is driven about with a sure hand, whatever it believes: to try localization alone.
+//! A simulated robot that follows a path exactly, regardless of its estimate: to test localization alone.
 
 use maps::{OccupancyGrid, Point, Pose};
 use nav::{Atlas, Costmap, CostmapParameters, PlanError, plan};
 use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
 use sim::{SimConfig, SimError, Simulation};
 
-/// How far ahead on its path the robot is steered to, in metres.
+/// How far ahead on its path the robot aims, in metres.
 const AHEAD_M: f64 = 0.4;
 
-/// A target that is this far to the side is turned to on the spot, in radians.
+/// The robot turns on the spot if its target is this far to the side, in radians.
 const TURN_ON_THE_SPOT_RAD: f64 = 0.8;
 
-/// A robot under way on a path.
+/// A robot driving along a path.
 pub struct Drive {
     sim: Simulation,
     path: Vec<Point>,
@@ -35,8 +35,7 @@ impl Drive {
         Ok(Self { sim: Simulation::new(config, map, start, start, streams)?, path, next: 0 })
     }
 
-    /// Lets one step pass; its readings are appended. Returns where the robot really is, nothing at the end of the
-    /// path.
+    /// Simulates one step and appends its readings. Returns the true pose, or none at the end of the path.
     pub fn step(&mut self, readings: &mut Vec<Reading>) -> Option<Pose> {
         let at = self.sim.truth().pose();
         let is_near = |point: &Point| (point - Point::from(at.translation.vector)).norm() < AHEAD_M;
@@ -57,7 +56,7 @@ impl Drive {
         self.sim.model()
     }
 
-    /// Where the robot really is, in the `map` frame.
+    /// The true pose of the robot, in the `map` frame.
     #[must_use]
     pub fn pose(&self) -> Pose {
         self.sim.truth().pose()
@@ -77,13 +76,13 @@ fn steered(target: &Point, model: &RobotModel) -> VelocityCommand {
     VelocityCommand { linear_mps, angular_radps }
 }
 
-/// A path by way of all those points, in the `map` frame.
+/// A path through all those points, in the `map` frame.
 ///
 /// # Errors
 /// [`PlanError`] if there is none.
 ///
 /// # Panics
-/// If the atlas's robot has a radius that makes no sense.
+/// If the radius of the atlas's robot is invalid.
 pub fn route(atlas: &Atlas, by_way_of: &[Point]) -> Result<Vec<Point>, PlanError> {
     let costmap = Costmap::on(atlas, CostmapParameters::of(atlas.model())).expect("a robot has a radius");
     let legs = by_way_of.windows(2).map(|leg| plan(&costmap, &leg[0], &leg[1], 0.5));

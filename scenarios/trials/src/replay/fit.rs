@@ -1,37 +1,37 @@
-//! Whether a map is of the place that a log is from, and what its cells stand for.
+//! Whether a map shows the place where a log was recorded, and what its cells stand for.
 //!
-//! A drawn map's walls end at the faces of cells. A map made from scans has a wall in every cell in which beams ended,
-//! wherever in the cell: its surfaces lie behind the faces, by half a cell or so.
+//! The walls of a drawn map end at the faces of cells. A map made from scans has a wall in every cell in which beams
+//! ended, anywhere in the cell: its surfaces lie about half a cell behind the faces.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose};
 use nav::LocalizationParameters;
 use robot::recorded::Recording;
 
-/// Scans that are looked at, at most.
+/// Number of scans in the sample, at most.
 const SCANS: usize = 200;
 
-/// Every how many beams of a scan are looked at.
+/// One in this many beams of a scan is used.
 const STRIDE: usize = 4;
 
-/// A beam fits if it ends so near to an obstacle, in metres.
+/// A beam fits if it ends this close to an obstacle, in metres.
 const NEAR_M: f64 = 0.15;
 
-/// Along a beam, the face of an obstacle is looked for so often, in metres.
+/// Step width along a beam in the search for the face of an obstacle, in metres.
 const LOOK_M: f64 = 0.005;
 
 /// How well scans fit a map, seen from their corrected poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fit {
-    /// The share of beams that end near an obstacle.
+    /// The fraction of beams that end near an obstacle.
     pub beams: f64,
-    /// The share of poses on free cells of the map.
+    /// The fraction of poses on free cells of the map.
     pub poses: f64,
-    /// How far behind the faces of cells beams end, in metres: the median of those that end near one. At least zero, at
-    /// most half a cell: where walls are thicker, poses were off, as often to one side as to the other.
+    /// How far behind the faces of cells beams end, in metres: the median of the beams that end near a face. At least
+    /// zero, at most half a cell: greater depths come from errors of the poses, which occur on both sides.
     pub surface_depth_m: f64,
 }
 
-/// The shares of beams and poses that a map is held to.
+/// Thresholds for the fractions of beams and poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shares {
     /// Of beams.
@@ -41,14 +41,14 @@ pub struct Shares {
 }
 
 impl Fit {
-    /// What a map of another place, or in another frame, does not reach by chance: a fifth of the beams and half of the
-    /// poses are seen to fit there.
+    /// A map of another place, or in another frame, does not reach these by chance: on such maps, a fifth of the beams
+    /// and half of the poses fit.
     pub const LEAST: Shares = Shares { beams: 0.4, poses: 0.5 };
 
-    /// What a map made of the log's own scans reaches, with some to spare.
+    /// A map made of the log's own scans reaches these easily.
     pub const GOOD: Shares = Shares { beams: 0.7, poses: 0.9 };
 
-    /// Looks at a sample of a log's scans; none if no beam has hit anything.
+    /// Examines a sample of a log's scans; none if no beam has hit anything.
     #[must_use]
     pub fn of(recording: &Recording, map: &OccupancyGrid) -> Option<Self> {
         let scans = recording.corrected_scans().count();
@@ -77,19 +77,19 @@ impl Fit {
         })
     }
 
-    /// Whether the map may be of that place.
+    /// Whether the map may show that place.
     #[must_use]
     pub fn is_plausible(&self) -> bool {
         self.reaches(&Self::LEAST)
     }
 
-    /// Whether it is as a map of that place should be.
+    /// Whether it fits as well as a map of that place should.
     #[must_use]
     pub fn is_good(&self) -> bool {
         self.reaches(&Self::GOOD)
     }
 
-    /// The parameters of localization on the map: those of scenarios, but for where surfaces are.
+    /// The parameters of localization on the map: those of scenarios, except the depth of surfaces.
     #[must_use]
     pub fn parameters(&self) -> LocalizationParameters {
         LocalizationParameters { surface_depth: self.surface_depth_m, ..LocalizationParameters::default() }
@@ -105,7 +105,7 @@ fn end_of(eye: &Pose, beam_rad: f64, range_m: f64) -> Point {
     eye * (Point::new(cos, sin) * range_m)
 }
 
-/// How far behind the face that it hits a beam ends, in metres, if that is not far. Negative if it ends before.
+/// How far a beam ends behind the face that it hits, in metres, if that is close. Negative if it ends in front of it.
 fn depth_m(map: &OccupancyGrid, eye: &Pose, beam_rad: f64, range_m: f64) -> Option<f64> {
     let is_occupied = |depth_m: f64| {
         let at = map.index_of(&end_of(eye, beam_rad, range_m - depth_m));
@@ -113,7 +113,7 @@ fn depth_m(map: &OccupancyGrid, eye: &Pose, beam_rad: f64, range_m: f64) -> Opti
     };
     let looks = (2.0 * NEAR_M / LOOK_M) as u32;
     let mut depths_m = (0..=looks).map(|look| NEAR_M - f64::from(look) * LOOK_M);
-    // What begins farther before the beam's end is not what it hit.
+    // A face that lies farther before the end of the beam is not the one that it hit.
     depths_m.find(|depth_m| is_occupied(*depth_m)).filter(|depth_m| *depth_m < NEAR_M)
 }
 
@@ -135,8 +135,8 @@ mod tests {
 
     use super::*;
 
-    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of a cell, of which it sees the one 1 m ahead and
-    /// both sides so far behind their faces.
+    /// The fit of a robot at (1, 1) to a hall of 3 m × 2 m with walls of one cell. It sees the wall 1 m ahead and both
+    /// sides at this depth behind their faces.
     fn fit(depth_m: f32) -> Option<Fit> {
         let mut map = OccupancyGrid::new(40, 40, 0.05, pose(0.0, 0.0, 0.0));
         for index in (0..40).flat_map(|row| (0..40).map(move |column| CellIndex { column, row })) {

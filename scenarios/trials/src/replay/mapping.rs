@@ -1,22 +1,22 @@
 //! A map of a log: what its scans saw from their corrected poses.
 //!
-//! Each cell counts the beams that ended in it and those that went through. A cell is an obstacle if enough beams ended
-//! there, as a share of all that came by; that is what is said, independently of the order of scans, by the reflection
-//! model of D. Hähnel, "Mapping with Mobile Robots", 2004.
+//! Each cell counts the beams that ended in it and those that passed through. A cell is an obstacle if the beams that
+//! ended there are a sufficient fraction of all its beams. This is the reflection model of D. Hähnel, "Mapping with
+//! Mobile Robots", 2004; it does not depend on the order of scans.
 
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
 use robot::LaserSpec;
 use robot::recorded::Recording;
 
-/// How a map is made.
+/// The parameters of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappingParameters {
     /// Side of a cell, in metres. Default 0.05.
     pub resolution_m: f64,
-    /// Beams count up to this range, in metres: beyond, a slight turn of the pose moves their ends by cells.
+    /// Beams count up to this range, in metres: farther away, a slight rotation of the pose moves their ends by cells.
     /// Default 20.
     pub range_max_m: f64,
-    /// A cell is an obstacle if at least this share of the beams that reached it ended there. Default 0.2: grazing
+    /// A cell is an obstacle if at least this fraction of the beams that reached it ended there. Default 0.2: grazing
     /// beams pass through the cells of a wall.
     pub hit_share: f64,
 }
@@ -32,10 +32,10 @@ impl Default for MappingParameters {
 #[non_exhaustive]
 pub enum MappingError {
     /// No beam of the log has hit anything.
-    #[error("no beam of the log has hit anything")]
+    #[error("no beam of the log hit anything")]
     NothingSeen,
     /// The corrected poses lie too far apart.
-    #[error("the map would have {width} × {height} cells, and {} are the most", maps::MAX_CELLS)]
+    #[error("the map would have {width} × {height} cells; the maximum is {}", maps::MAX_CELLS)]
     TooLarge {
         /// Columns.
         width: usize,
@@ -44,10 +44,10 @@ pub enum MappingError {
     },
 }
 
-/// Makes a map of a log. Its frame is that of the corrected poses; its origin lies on whole cells.
+/// Makes a map of a log. Its frame is that of the corrected poses; its origin is aligned with the cells.
 ///
 /// # Errors
-/// [`MappingError`] if there is nothing to make a map of, or too much.
+/// [`MappingError`] if no beam hit anything or the map would be too large.
 pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
     let frame = frame_of(recording, parameters)?;
     let mut counts = vec![Count::default(); frame.cells().len()];
@@ -56,8 +56,8 @@ pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<O
         let eye = pose * laser.mount;
         for (beam, range_m) in scan.ranges_m.iter().enumerate() {
             let Some((reach_m, hits)) = reach(f64::from(*range_m), parameters.range_max_m) else { continue };
-            // A hit is on the face of an obstacle; its cell is the one behind. Half a cell deeper, the faces of the
-            // cells that are marked lie where the faces of obstacles are, on average.
+            // A hit is on the face of an obstacle; its cell is the one behind. With half a cell added, the faces of the
+            // marked cells lie at the faces of obstacles on average.
             let depth_m = if hits { parameters.resolution_m / 2.0 } else { 0.0 };
             walk(&frame, &eye, &end_of(&eye, laser, beam, reach_m + depth_m), |offset, is_last| {
                 let count = &mut counts[offset];
@@ -69,7 +69,7 @@ pub fn map_of(recording: &Recording, parameters: &MappingParameters) -> Result<O
     Ok(OccupancyGrid::from_cells(frame.width(), frame.height(), frame.resolution_m(), frame.origin(), cells))
 }
 
-/// The beams that came by a cell.
+/// The beams that reached a cell.
 #[derive(Clone, Copy, Debug, Default)]
 struct Count {
     hits: u32,
@@ -86,8 +86,8 @@ impl Count {
     }
 }
 
-/// How far a beam is followed, and whether there is an obstacle at its end. A beam that hit nothing, or may have
-/// failed, tells nothing: some materials swallow it.
+/// The length of a beam, and whether there is an obstacle at its end. A beam that hit nothing, or may have failed,
+/// gives no information: some materials absorb it.
 fn reach(range_m: f64, range_max_m: f64) -> Option<(f64, bool)> {
     range_m.is_finite().then_some((range_m.min(range_max_m), range_m < range_max_m))
 }
@@ -97,7 +97,7 @@ fn end_of(eye: &Pose, laser: &LaserSpec, beam: usize, range_m: f64) -> Point {
     eye * (Point::new(cos, sin) * range_m)
 }
 
-/// An empty grid around all that was seen, with a margin.
+/// An empty grid around everything that was seen, with a margin.
 fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<OccupancyGrid, MappingError> {
     let (mut low, mut high) =
         (Point::new(f64::INFINITY, f64::INFINITY), Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY));
@@ -125,7 +125,7 @@ fn frame_of(recording: &Recording, parameters: &MappingParameters) -> Result<Occ
     Ok(OccupancyGrid::new(width, height, parameters.resolution_m, origin))
 }
 
-/// Cells around what was seen.
+/// Number of cells around what was seen.
 const MARGIN: f64 = 10.0;
 
 /// Visits the cells from a laser to a beam's end, in order.

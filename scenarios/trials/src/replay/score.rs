@@ -1,18 +1,19 @@
-//! How good localization was on a course.
+//! The accuracy of localization on a course.
 
 use std::time::Duration;
 
 use super::{Course, Waypoint};
 
-/// An estimate that is off by more is lost, in metres and radians (30°).
+/// An estimate with a greater error is lost, in metres and radians (30°).
 const LOST_M: f64 = 1.0;
 const LOST_RAD: f64 = 0.524;
 
-/// An estimate that is off by less has found the robot, in metres and radians (15°).
+/// An estimate with a smaller error has found the robot, in metres and radians (15°).
 const FOUND_M: f64 = 0.3;
 const FOUND_RAD: f64 = 0.262;
 
-/// It has found the robot only if it then stays with it for so long a way, in metres, or the whole of a shorter course.
+/// The robot counts as found only if the error then stays that small for this distance, in metres, or to the end of a
+/// shorter course.
 const STAYS_M: f64 = 5.0;
 
 /// A stretch of a course, by the times of its first and last scan.
@@ -24,35 +25,34 @@ pub struct Stretch {
     pub to: Duration,
 }
 
-/// How far estimates were off: over all scans if it was known where the robot started, else over those from when it was
-/// found on.
+/// The errors of the estimates: over all scans if the start was known, otherwise over those after the robot was found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Score {
-    /// Scans that count.
+    /// Number of scans that count.
     pub scans: usize,
-    /// Way between them, in metres.
+    /// Distance driven between them, in metres.
     pub driven_m: f64,
-    /// Half of all estimates were nearer, in metres.
+    /// Median error of position, in metres.
     pub median_m: f64,
     /// Root mean square of the distances, in metres.
     pub rmse_m: f64,
     /// The greatest distance, in metres.
     pub max_m: f64,
-    /// Half of all headings were nearer, in radians.
+    /// Median error of heading, in radians.
     pub median_rad: f64,
-    /// Root mean square of the headings' errors, in radians.
+    /// Root mean square of the heading errors, in radians.
     pub rmse_rad: f64,
-    /// When estimates were off by more than 1 m or 30°.
+    /// When estimates had an error of more than 1 m or 30°.
     pub lost: Vec<Stretch>,
-    /// The first scan from which on the estimate was within 0.3 m and 15° for at least 5 m of way (or all of a shorter
-    /// one); none if that never was.
+    /// The first scan after which the estimate stayed within 0.3 m and 15° for at least 5 m (or to the end of a shorter
+    /// course); none if there is no such scan.
     pub converged_at: Option<Duration>,
     /// How far the robot had driven by then, in metres.
     pub converged_after_m: Option<f64>,
 }
 
 impl Score {
-    /// The score of a course. All scans count if the robot was never found, or did not have to be.
+    /// The score of a course. All scans count if the robot was never found, or if its start was known.
     #[must_use]
     pub fn of(course: &Course) -> Self {
         let all = &course.waypoints;
@@ -75,7 +75,7 @@ impl Score {
     }
 }
 
-/// The way between waypoints, in metres.
+/// The distance along waypoints, in metres.
 fn way_m(waypoints: &[Waypoint]) -> f64 {
     let step = |pair: &[Waypoint]| (pair[1].corrected.translation.vector - pair[0].corrected.translation.vector).norm();
     waypoints.windows(2).map(step).fold(0.0, |way_m, step_m| way_m + step_m)
@@ -109,7 +109,7 @@ fn sorted(errors: impl Iterator<Item = f64>) -> Vec<f64> {
     sorted
 }
 
-/// The middle of sorted numbers, the mean of the two in the middle if there are two; zero without numbers.
+/// The median of sorted numbers; zero without numbers.
 fn median(sorted: &[f64]) -> f64 {
     match sorted.len() {
         0 => 0.0,
@@ -128,7 +128,7 @@ mod tests {
 
     use super::*;
 
-    /// A drive along x, a metre and a second a scan, with estimates off to the side by so much.
+    /// A drive along x, with one scan per metre and second and these errors to the side.
     fn course(errors_m: &[f64]) -> Course {
         let waypoint = |(second, error_m): (usize, &f64)| {
             let corrected = pose(second as f64, 0.0, 0.0);

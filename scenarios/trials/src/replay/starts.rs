@@ -1,4 +1,4 @@
-//! Global localization from many starts: how far a robot that knows nothing must drive until it is found.
+//! Global localization from many starts: how far a robot without an initial pose must drive until it is found.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -8,22 +8,22 @@ use robot::recorded::Recording;
 
 use super::{Conditions, Part, Score, replay_part};
 
-/// A robot must be found within this way, in metres.
+/// A robot must be found within this distance, in metres.
 pub const WITHIN_M: f64 = 15.0;
 
-/// It is followed for so much longer, in metres: it has been found only if it stays found, over 5 m and the way to the
-/// next scan.
+/// The robot is followed for this much longer, in metres: it counts as found only if it stays found for 5 m and up to
+/// the next scan.
 const FOLLOWED_M: f64 = 7.0;
 
-/// A start, and what came of it.
+/// A start and its result.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
-    /// Line of the log that it is at.
+    /// Line of the log at which it is.
     pub line: usize,
     /// Time since the log's start.
     pub time: Duration,
-    /// After how much way the estimate was right for good, in metres; none if it was not after [`WITHIN_M`] and 5 m
-    /// more.
+    /// The distance after which the estimate was right and stayed right, in metres; none if it was not after
+    /// [`WITHIN_M`] and 5 m more.
     pub found_after_m: Option<f64>,
 }
 
@@ -35,7 +35,7 @@ impl Start {
     }
 }
 
-/// Tries so many starts, evenly spread over the way of the log. Each has random numbers of its own.
+/// Tries this many starts, evenly distributed over the distance of the log. Each has its own random numbers.
 #[must_use]
 pub fn try_starts(recording: &Arc<Recording>, atlas: &Arc<Atlas>, conditions: &Conditions, count: usize) -> Vec<Start> {
     let scans: Vec<_> =
