@@ -72,7 +72,7 @@ fn crate_name(package: &str) -> &str {
 }
 
 #[test]
-fn no_crate_uses_another_that_it_must_not_know() {
+fn crates_use_only_the_crates_below_them() {
     let metadata = metadata(&["--no-deps"]);
     let rooms = BTreeMap::from(ROOMS);
     let found: BTreeSet<&str> = metadata.packages.iter().map(|package| crate_name(&package.name)).collect();
@@ -88,7 +88,7 @@ fn no_crate_uses_another_that_it_must_not_know() {
 
 /// Whoever simulates a robot, or drives one, compiles no readers of YAML, TOML and pictures, and no rendering of errors.
 #[test]
-fn what_simulates_and_drives_reads_no_files() {
+fn simulation_and_navigation_read_no_files() {
     let readers = ["steward-diagnostics", "png", "miette", "saphyr", "toml"];
     for package in ["steward-robot", "steward-sim", "steward-nav", "components"] {
         let tree = cargo(&["tree", "--offline", "--edges=normal,no-proc-macro", "--prefix=none", "--package", package]);

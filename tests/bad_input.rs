@@ -52,7 +52,7 @@ fn says(said: &str, parts: &[&str]) {
 }
 
 #[test]
-fn an_unknown_scenario_names_the_nearest() {
+fn an_unknown_scenario_is_refused_with_the_most_similar_name() {
     says(&refusal(&["--scenario", "batery_fault"]), &["no scenario `batery_fault`", "did you mean `battery_fault`?"]);
 }
 
@@ -62,7 +62,7 @@ fn a_missing_scenario_file_is_named() {
 }
 
 #[test]
-fn a_broken_scenario_shows_all_its_mistakes_at_their_places() {
+fn all_errors_in_a_scenario_are_shown_at_their_places() {
     let said = refusal_of("battery_fault.toml", "initial_pct = 80", "inital_pct = 80\ndrain_pct_per_s = \"fast\"");
     says(
         &said,
@@ -76,7 +76,7 @@ fn a_broken_scenario_shows_all_its_mistakes_at_their_places() {
 }
 
 #[test]
-fn a_scenario_that_is_no_toml_is_refused() {
+fn a_scenario_that_is_not_toml_is_refused() {
     says(&refusal_of("battery_fault.toml", "[sites]", "[sites"), &["battery_fault.toml"]);
 }
 
@@ -168,7 +168,7 @@ fn a_leaf_without_a_skill_is_refused() {
 
 /// A copy of another leaf's machine drives where that one does, whatever its file is called.
 #[test]
-fn a_machine_that_calls_itself_otherwise_is_meant_to_be() {
+fn a_machine_may_have_a_name_other_than_its_leaf() {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());
     let beside = scenario.parent().unwrap();
@@ -195,14 +195,14 @@ fn a_broken_skill_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_skill_that_asks_an_unknown_process_is_refused() {
+fn a_skill_that_sends_to_an_unknown_process_is_refused() {
     let said = refusal_of("skills/BatteryLevel.scxml", "target=\"BatteryReader\"", "target=\"BateryReader\"");
     says(&said, &["BatteryLevel.scxml", "BateryReader", "BatteryReader"]);
 }
 
 /// Several mistakes in the tree and in four skills, none of which is one of a file alone.
 #[test]
-fn all_that_does_not_fit_between_tree_skills_and_components_is_said_once_and_at_its_place() {
+fn mismatches_of_tree_skills_and_components_are_reported_once_at_their_places() {
     let folder = tempdir().unwrap();
     let scenario = copy_of_battery_fault(folder.path());
     let spoil = |file: &str, old: &str, new: &str| {
@@ -296,7 +296,7 @@ fn init_overwrites_nothing() {
 /// A device that never ends, a pipe that nobody writes to, and a file that is too long.
 #[cfg(target_os = "linux")]
 #[test]
-fn what_might_never_end_is_not_read() {
+fn endless_files_are_not_read() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (pipe, long) = (at("pipe"), at("long.xml"));
@@ -331,7 +331,7 @@ fn what_might_never_end_is_not_read() {
 
 /// Each shown problem costs a look through its file: of very many, the first are shown.
 #[test]
-fn of_five_thousand_bad_properties_a_hundred_are_shown() {
+fn a_hundred_of_five_thousand_bad_properties_are_shown() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("bad.scope");
     let text: String =

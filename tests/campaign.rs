@@ -78,7 +78,7 @@ pub(crate) fn results_on(threads: u32, file: &Path) -> PathBuf {
 }
 
 #[test]
-fn threads_and_shards_change_no_byte() {
+fn results_do_not_depend_on_threads_and_shards() {
     let (_folder, file) = campaign(SOME);
     let whole = results(&file, "whole", &[]);
     assert_eq!(bytes(&whole), bytes(&results_on(1, &file)), "one thread");
@@ -117,14 +117,14 @@ fn begun(file: &Path, name: &str) -> Child {
 /// Fifty times, at random moments of a campaign's life: while it is loaded, while it goes through what is there already,
 /// while it runs, while results are written. Whenever one comes to its end, another is begun.
 #[test]
-fn what_was_killed_goes_on_without_a_run_lost_repeated_or_different() {
+fn a_killed_campaign_resumes_without_losing_repeating_or_changing_a_run() {
     let (_folder, file) = campaign(SOME);
     survives(&file, 24, 50);
 }
 
 #[cfg(feature = "ecmascript")]
 #[test]
-fn scripts_that_fail_come_to_the_same_after_a_kill() {
+fn failing_scripts_give_the_same_results_after_a_kill() {
     let folder = tempdir().unwrap();
     survives(&campaign_of_failing_scripts(folder.path(), 6), 6, 10);
 }
@@ -174,7 +174,7 @@ fn wait(time: Duration) {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_campaign_ends_in_order_and_says_how_to_go_on() {
+fn an_interrupted_campaign_ends_cleanly_and_says_how_to_resume() {
     let (_folder, file) = campaign(&SOME.replace("max_time_s=3", "max_time_s=60"));
     let whole = bytes(&results(&file, "whole", &[]));
     let journal = file.with_file_name("out").join("journal.jsonl");
@@ -197,7 +197,7 @@ fn an_interrupted_campaign_ends_in_order_and_says_how_to_go_on() {
 
 /// Wherever a journal breaks off, what comes of it is the same.
 #[test]
-fn a_journal_may_break_off_at_any_byte() {
+fn a_journal_may_be_truncated_at_any_byte() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 3"));
     let out = results(&file, "out", &[]);
     let whole = bytes(&out);
@@ -209,7 +209,7 @@ fn a_journal_may_break_off_at_any_byte() {
 }
 
 #[test]
-fn a_campaign_stops_at_its_goal_and_there_is_nothing_to_go_on_with() {
+fn a_campaign_stops_at_its_goal_and_has_nothing_to_resume() {
     let goal = "[goal]\nestimate = \"expectation\"\nhalf_width = 0.25\nconfidence = 0.8\n";
     let (_folder, file) = campaign(&(SOME.replace("runs = 24\n", "") + goal));
     let out = results(&file, "out", &[]);
@@ -287,7 +287,7 @@ fn a_run_beyond_its_budget_is_a_result() {
 }
 
 #[test]
-fn a_campaign_whose_files_were_edited_does_not_go_on() {
+fn a_campaign_whose_files_were_edited_does_not_resume() {
     let (folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
     let copy = folder.path().join("scenario");
     assert!(steward(&["init", copy.to_str().unwrap(), "--scenario", "errand"]).status.success());
@@ -320,7 +320,7 @@ fn a_campaign_whose_files_were_edited_does_not_go_on() {
 
 /// `--fresh` removes what a campaign wrote, and only that.
 #[test]
-fn a_campaign_can_start_over_where_another_has_been() {
+fn a_campaign_can_start_over_in_the_folder_of_another() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
     let out = results(&file, "out", &[]);
     fs::write(out.join("notes.txt"), "mine").unwrap();
@@ -353,7 +353,7 @@ fn a_shard_that_is_refused_does_not_start_over() {
 }
 
 #[test]
-fn shards_are_merged_by_the_folder_that_has_them() {
+fn shards_are_merged_from_the_folder_that_contains_them() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
     let whole = results(&file, "whole", &[]);
     for (name, shard) in [("one", "0/3"), ("one", "2/3"), ("two", "1/3")] {
@@ -368,7 +368,7 @@ fn shards_are_merged_by_the_folder_that_has_them() {
 
 /// Each is refused with one message before anything is run or written.
 #[test]
-fn what_makes_no_sense_is_refused_before_the_first_run() {
+fn invalid_campaigns_are_refused_before_the_first_run() {
     let grid = "scenario = \"errand\"\nsampling = \"grid\"\n";
     let steps = |key: &str| format!("[[parameters]]\nkey = \"{key}\"\nfrom = 0\nto = 1\nsteps = 1000000\n");
     for (text, wanted) in [
@@ -396,7 +396,7 @@ fn what_makes_no_sense_is_refused_before_the_first_run() {
 }
 
 #[test]
-fn what_does_not_belong_together_is_refused_and_left_untouched() {
+fn unrelated_results_are_refused_and_left_untouched() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
     let path = |name: &str| file.with_file_name(name).to_str().unwrap().to_owned();
     let out = results(&file, "out", &[]);
@@ -437,7 +437,7 @@ fn what_does_not_belong_together_is_refused_and_left_untouched() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_said() {
+fn a_full_disk_is_reported() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 4"));
     let out = file.with_file_name("full");
     fs::create_dir(&out).unwrap();
@@ -449,7 +449,7 @@ fn a_full_disk_is_said() {
 }
 
 #[test]
-fn a_merge_that_was_killed_half_way_goes_on() {
+fn a_merge_that_was_killed_half_way_resumes() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 5"));
     let path = |name: &str| file.with_file_name(name).to_str().unwrap().to_owned();
     for shard in ["0/2", "1/2"] {
@@ -470,7 +470,7 @@ fn a_merge_that_was_killed_half_way_goes_on() {
 }
 
 #[test]
-fn a_campaign_of_which_no_run_came_to_its_end_fails() {
+fn a_campaign_fails_if_all_its_runs_fail() {
     let (_folder, file) = campaign("scenario = \"errand\"\nruns = 2\nset = [\"execution.step_budget=2\"]\n");
     let output = steward(&["campaign", file.to_str().unwrap(), "--out", file.with_file_name("out").to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
@@ -479,7 +479,7 @@ fn a_campaign_of_which_no_run_came_to_its_end_fails() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_is_removed_meanwhile_cannot_be_written_to() {
+fn a_folder_that_is_removed_during_the_campaign_cannot_be_written() {
     let (_folder, file) = campaign(&SOME.replace("max_time_s=3", "max_time_s=60"));
     for arguments in [&[][..], &["--shard", "0/2"]] {
         let out = file.with_file_name("out");
@@ -501,7 +501,7 @@ fn a_folder_that_is_removed_meanwhile_cannot_be_written_to() {
 }
 
 #[test]
-fn shards_are_no_more_than_make_sense() {
+fn the_number_of_shards_is_limited() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 2"));
     for shard in ["0/18446744073709551615", "0/1000000000000"] {
         let said = refusal(&["campaign", file.to_str().unwrap(), "--shard", shard]);

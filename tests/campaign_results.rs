@@ -39,7 +39,7 @@ fn says(page: &str, words: &[&str]) {
 }
 
 #[test]
-fn the_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
+fn the_battery_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
     let out = run("battery_reserve", &["--runs", "128"]);
     let summary = json(&out.path().join("summary.json"));
     assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
@@ -81,7 +81,7 @@ fn the_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
 }
 
 #[test]
-fn noise_shows_what_localization_measured() {
+fn the_noise_campaign_shows_localization_errors() {
     let out = run("noise_short", &["--runs", "12"]);
     let page = page(&out);
     says(&page, &["What was measured", "error (rmse), m", "All runs"]);
@@ -91,7 +91,7 @@ fn noise_shows_what_localization_measured() {
 }
 
 #[test]
-fn people_are_as_many_as_the_run_says() {
+fn each_run_has_its_number_of_people() {
     let out = run("people", &["--runs", "2"]);
     let summary = json(&out.path().join("summary.json"));
     assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
@@ -101,7 +101,7 @@ fn people_are_as_many_as_the_run_says() {
 }
 
 #[test]
-fn the_bug_hunt_names_each_mistake_and_who_catches_it() {
+fn the_bug_hunt_names_each_mistake_and_the_properties_that_detect_it() {
     let out = run("bug_hunt", &["--runs", "2"]);
     says(&page(&out), &["What happens together", "BatteryLevel: the datum `threshold` starts with 15"]);
     // With 15 in place of 30 nobody starts for the station in time.
@@ -137,7 +137,7 @@ fn campaigns(texts: &[(&str, &str, i32)]) -> (TempDir, Vec<PathBuf>) {
 }
 
 #[test]
-fn a_campaign_is_compared_with_what_it_became() {
+fn a_campaign_is_compared_with_its_later_version() {
     // In the second, no run comes to an end.
     let broken = SOME.replace("\"expect={}\"", "\"expect={}\", \"execution.step_budget=2\"");
     let unexpected = SOME.replace("\"expect={}\"", "\"expect={reached=[\\\"Destination\\\"]}\"");
@@ -181,7 +181,7 @@ fn a_campaign_is_compared_with_what_it_became() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused() {
+fn incomparable_campaigns_are_refused() {
     let wider = SOME.replace("to = 80", "to = 90");
     let other = SOME.replace("battery.initial_pct", "execution.tick_s").replace("31", "1").replace("80", "2");
     let unwatched = SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi1.scope\\\"]\"");

@@ -28,7 +28,7 @@ fn files_in(folder: &str, ending: &str) -> Vec<PathBuf> {
 }
 
 #[test]
-fn nothing_is_wrong_with_what_comes_with_the_program() {
+fn the_shipped_files_have_no_errors() {
     let names = |folder: &str, before: &str| -> Vec<String> {
         let name = |path: PathBuf| format!("{before}{}", path.file_stem().unwrap().to_str().unwrap());
         files_in(folder, ".toml").into_iter().map(name).collect()
@@ -97,7 +97,7 @@ fn refused_by_all(scenario: &Path) -> String {
 }
 
 #[test]
-fn places_that_the_robot_does_not_get_to_are_refused_before_a_run() {
+fn unreachable_places_are_refused_before_a_run() {
     let with = |station: &str, destination: &str| {
         let station = STATION.replace("[2.4, 1.0]", station);
         refused(&format!("{START}{station}{}", DESTINATION.replace("[1.2, 1.4]", destination)))
@@ -176,7 +176,7 @@ fn station_and_destination_are_needed_only_where_they_are_used() {
 }
 
 #[test]
-fn every_file_is_checked_as_what_it_is() {
+fn every_file_is_checked_by_its_kind() {
     let folder = tempdir().unwrap();
     let write = |name: &str, text: &str| {
         let path = folder.path().join(name);

@@ -77,7 +77,7 @@ fn a_run_that_is_not_as_expected_says_what_differs_and_exits_with_one() {
 }
 
 #[test]
-fn quiet_says_nothing() {
+fn quiet_prints_nothing() {
     let out = tempdir().unwrap();
     let output =
         steward(&["--scenario", "battery_fault", "--no-snapshots", "--quiet", "--out", out.path().to_str().unwrap()]);
@@ -85,7 +85,7 @@ fn quiet_says_nothing() {
 }
 
 #[test]
-fn a_failure_is_told_even_where_little_is_wanted() {
+fn a_failure_is_reported_even_with_quiet() {
     let out = tempdir().unwrap();
     let arguments = ["--scenario", "battery_fault", "--no-snapshots", "-q", "--set", "expect.phi1=satisfied", "--out"];
     let output = steward(&[&arguments[..], &[out.path().to_str().unwrap()]].concat());
@@ -97,7 +97,7 @@ fn a_failure_is_told_even_where_little_is_wanted() {
 
 #[cfg(unix)]
 #[test]
-fn a_run_that_is_interrupted_says_how_far_it_came_and_leaves_no_half_files() {
+fn an_interrupted_run_says_how_far_it_got_and_leaves_no_partial_files() {
     let folder = tempdir().unwrap();
     let (out, log) = (folder.path().join("out"), folder.path().join("log.jsonl"));
     let child = Command::new(env!("CARGO_BIN_EXE_steward"))
@@ -196,7 +196,7 @@ fn a_scenario_in_a_file_can_be_copied_too() {
 }
 
 #[test]
-fn an_event_log_has_a_communication_a_line() {
+fn an_event_log_has_one_communication_per_line() {
     let out = tempdir().unwrap();
     let log = out.path().join("log.jsonl");
     let report = report("battery_fault", out.path(), &["--no-snapshots", "--record", log.to_str().unwrap()]);
@@ -220,7 +220,7 @@ fn an_animation_is_a_gif_of_more_than_one_picture() {
 }
 
 #[test]
-fn exit_statuses_are_as_the_readme_says() {
+fn exit_statuses_agree_with_the_readme() {
     let folder = tempdir().unwrap();
     let out = folder.path().join("out");
     let occupied = folder.path().join("occupied");

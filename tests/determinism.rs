@@ -49,7 +49,7 @@ fn monitors_pictures_and_recording_do_not_change_a_run() {
 }
 
 #[test]
-fn seeds_differ() {
+fn different_seeds_give_different_runs() {
     let hash = |seed| {
         let out = tempdir().unwrap();
         report("battery_fault", out.path(), &["--no-snapshots", "--seed", seed])["trace_hash"].clone()

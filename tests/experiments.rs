@@ -16,7 +16,7 @@ fn reached(report: &Value, place: &str) -> Option<f64> {
 }
 
 #[test]
-fn nominal_breaks_off_charges_resumes_and_arrives() {
+fn nominal_interrupts_the_errand_charges_resumes_and_arrives() {
     for seed in ["1", "2", "3"] {
         let out = tempdir().unwrap();
         let report = report("nominal", out.path(), &["--seed", seed, "--no-snapshots"]);
@@ -34,7 +34,7 @@ fn nominal_breaks_off_charges_resumes_and_arrives() {
 }
 
 #[test]
-fn battery_fault_violates_phi1_at_the_first_level_below_twenty_that_is_read() {
+fn battery_fault_violates_phi1_at_the_first_reading_below_twenty() {
     for seed in ["1", "2", "3"] {
         let out = tempdir().unwrap();
         let log = out.path().join("log.jsonl");
@@ -89,7 +89,7 @@ fn changed(scenario: &str, changes: &[&str]) -> Value {
 }
 
 #[test]
-fn skill_bug_violates_phi2_when_theta_ticks_have_gone_by_and_phi3_later() {
+fn skill_bug_violates_phi2_after_theta_ticks_and_phi3_later() {
     let run = changed("skill_bug", &[]);
     assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
     // The battery is set at 20.5 s; the level is read at tick 21.
@@ -134,7 +134,7 @@ fn phi2_blames_a_robot_that_is_already_there_and_its_variant_does_not() {
 }
 
 #[test]
-fn the_undisturbed_run_is_the_same_story_by_the_published_protocol() {
+fn the_undisturbed_run_has_the_same_course_with_the_published_protocol() {
     for variant in ["seed=1", "seed=2", "execution.policy=round-robin", "execution.tree=nodes"] {
         let run = changed("nominal", &["skills=skills/original", "components.navigation=original", variant]);
         assert_eq!(run["outcome"], "as_expected", "{variant}: {}", run["differences"]);
@@ -166,7 +166,7 @@ fn navigation_that_is_given_free_before_it_is_halted_loses_the_trip_in_some_orde
 }
 
 #[test]
-fn an_order_that_speaks_of_unknown_channels_is_refused() {
+fn an_order_with_unknown_channels_is_refused() {
     let order = r#"execution.order=[{ first = "(BatteryReader, Navigation, true)", then = "(BatteryReeder, BatteryLevel, true)" }]"#;
     let said = refusal(&["--scenario", "nominal", "--set", order]);
     for word in ["BatteryReeder", "Navigation"] {
@@ -175,7 +175,7 @@ fn an_order_that_speaks_of_unknown_channels_is_refused() {
 }
 
 #[test]
-fn a_destination_that_cannot_be_reached_is_a_run_in_which_the_action_fails() {
+fn the_action_fails_if_the_destination_cannot_be_reached() {
     let out = tempdir().unwrap();
     let scenario = crate::bad_input::copy_of_battery_fault(out.path());
     let places = out.path().join("scenario/maps/house.places.toml");

@@ -22,7 +22,7 @@ fn ticks_of(log: &[(u64, Value)], from: &str) -> Vec<u64> {
 }
 
 #[test]
-fn a_component_stands_still_as_long_as_one_of_its_faults_wants_it_to() {
+fn a_component_is_suspended_while_any_of_its_faults_is_active() {
     let frozen = r#"{ kind = "component_frozen", at_s = 5, component = "BatteryReader", lasts_s = 10 }"#;
     let crash = |at_s, lasts_s| {
         format!("{{ kind = \"component_crash\", at_s = {at_s}, component = \"BatteryReader\", lasts_s = {lasts_s} }}")
@@ -50,7 +50,7 @@ fn verdicts(faults: &str) -> Vec<(u64, bool)> {
 }
 
 #[test]
-fn a_skill_makes_the_mistakes_of_all_faults_that_hold() {
+fn a_skill_makes_the_mistakes_of_all_active_faults() {
     let threshold = r#"{ kind = "skill_threshold", at_s = 4, skill = "BatteryLevel", value = "20", lasts_s = 12 }"#;
     let negated = r#"{ kind = "skill_guard_negated", at_s = 8, skill = "BatteryLevel", state = "get", event = "BatteryReader.ok", lasts_s = 4 }"#;
     for faults in [format!("{threshold}, {negated}"), format!("{negated}, {threshold}")] {
@@ -65,7 +65,7 @@ fn a_skill_makes_the_mistakes_of_all_faults_that_hold() {
 }
 
 #[test]
-fn a_mistake_is_made_in_whatever_machine_the_skill_runs() {
+fn a_mistake_applies_to_the_machine_that_the_skill_runs() {
     let faults = r#"
         { kind = "skill_threshold", at_s = 4, skill = "BatteryLevel", value = "20", lasts_s = 8 },
         { kind = "skill_replaced", at_s = 8, skill = "BatteryLevel", machine = "skills/BatteryLevel.scxml", lasts_s = 8 },
@@ -76,7 +76,7 @@ fn a_mistake_is_made_in_whatever_machine_the_skill_runs() {
 }
 
 #[test]
-fn mistakes_that_contradict_one_another_are_refused_if_they_may_be_made_at_once() {
+fn contradictory_mistakes_are_refused_if_they_may_overlap() {
     let threshold = |value, timing| {
         format!("{{ kind = \"skill_threshold\", skill = \"BatteryLevel\", value = \"{value}\", {timing} }}")
     };
@@ -99,7 +99,7 @@ fn mistakes_that_contradict_one_another_are_refused_if_they_may_be_made_at_once(
 }
 
 #[test]
-fn a_share_is_drawn_anew_each_time_that_a_fault_takes_hold() {
+fn a_share_is_drawn_again_each_time_a_fault_takes_effect() {
     let lost = r#"{ kind = "message_lost", at_s = 0, every_s = 1, lasts_s = 0.5, times = 1000,
                     from = "BatteryReader", to = "BatteryLevel", share = 0.5 }"#;
     let (report, _) = run(lost, &["--set", "execution.max_time_s=60"]);
@@ -111,7 +111,7 @@ fn a_share_is_drawn_anew_each_time_that_a_fault_takes_hold() {
 }
 
 #[test]
-fn a_fault_that_comes_again_and_again_counts_all_messages_that_it_hit() {
+fn a_repeated_fault_counts_all_messages_that_it_hit() {
     let lost = |more| {
         format!("{{ kind = \"message_lost\", at_s = 0, from = \"BatteryReader\", to = \"BatteryLevel\", {more} }}")
     };
@@ -124,7 +124,7 @@ fn a_fault_that_comes_again_and_again_counts_all_messages_that_it_hit() {
 }
 
 #[test]
-fn a_robot_is_carried_only_where_there_is_room_for_it() {
+fn a_robot_is_carried_only_to_where_it_fits() {
     let said =
         refusal(&["--scenario", "errand", "--set", "faults=[{ kind = \"kidnap\", at_s = 3, to = [900, 0, 0] }]"]);
     for part in ["the pose to which the robot is moved", "[900, 0, 0]", "no room for the robot"] {
@@ -144,7 +144,7 @@ fn a_robot_is_carried_only_where_there_is_room_for_it() {
 }
 
 #[test]
-fn a_fault_tells_the_last_tick_before_it_though_ticks_were_missed() {
+fn a_fault_reports_the_last_tick_before_it_even_if_ticks_were_missed() {
     let faults = r#"
         { kind = "joypad", at_s = 0, linear_mps = 0, lasts_s = 1 },
         { kind = "tick_missed", at_s = 2.5, lasts_s = 3 },
@@ -157,7 +157,7 @@ fn a_fault_tells_the_last_tick_before_it_though_ticks_were_missed() {
 }
 
 #[test]
-fn the_log_of_a_run_that_never_comes_to_rest_goes_on_to_its_last_message() {
+fn the_log_of_a_livelocked_run_contains_its_last_message() {
     let out = tempfile::tempdir().unwrap();
     let log = out.path().join("log.jsonl");
     let record = ["--no-snapshots", "--record", log.to_str().unwrap(), "--out", out.path().to_str().unwrap()];

@@ -51,7 +51,7 @@ pub(crate) fn messages(log: &Path) -> Vec<(f64, String)> {
 }
 
 #[test]
-fn every_fault_comes_to_what_its_scenario_expects_and_changes_nothing_before_it_takes_hold() {
+fn every_fault_meets_its_expectations_and_changes_nothing_before_its_onset() {
     let (_, sound) = recorded("errand", &["--set", "stop.after_s=300"]);
     check_each(kinds(), |kind| {
         let name = kind["kind"].as_str().unwrap();
@@ -73,7 +73,7 @@ fn every_fault_comes_to_what_its_scenario_expects_and_changes_nothing_before_it_
 }
 
 #[test]
-fn a_scenario_without_its_fault_is_the_unfaulted_run_to_the_last_bit() {
+fn a_scenario_without_its_fault_is_bit_identical_to_the_fault_free_run() {
     let hash = |scenario: &str, faults: &[&str]| {
         let out = tempdir().unwrap();
         let same_end = ["--no-snapshots", "--set", "execution.max_time_s=400", "--set", "stop.after_s=2"];
@@ -112,7 +112,7 @@ fn faults_combine_and_one_seed_gives_the_same_run() {
 }
 
 #[test]
-fn the_list_of_faults_tells_all_about_each() {
+fn the_list_of_faults_describes_each_fully() {
     let kinds = kinds();
     assert!(kinds.len() >= 40);
     let text = String::from_utf8(steward(&["faults"]).stdout).unwrap();
@@ -129,7 +129,7 @@ fn the_list_of_faults_tells_all_about_each() {
 }
 
 #[test]
-fn the_matrix_says_which_property_notices_which_fault() {
+fn the_matrix_shows_which_property_detects_which_fault() {
     let out = tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
     let faults = ["faults/battery_level", "faults/battery_sensor_offset"];
@@ -179,7 +179,7 @@ fn a_false_alarm_in_a_run_without_a_fault_ends_with_status_1() {
 }
 
 #[test]
-fn faults_that_name_what_is_not_there_are_refused_all_at_once() {
+fn faults_with_unknown_names_are_all_refused_at_once() {
     let faults = r#"faults=[
         { kind = "message_lost", at_s = 0, from = "BatteryReeder", to = "BatteryLevel" },
         { kind = "message_lost", at_s = 0, from = "BatteryReader", to = "Navigation" },

@@ -78,7 +78,7 @@ fn run((folder, scenario): &(TempDir, PathBuf), arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn leaves_of_one_id_are_told_apart_by_name_and_get_machines_and_places_from_the_scenario() {
+fn leaves_with_one_id_are_distinguished_by_name_and_configured_by_the_scenario() {
     let lines = "battery = { initial_pct = 30.8, charge_pct_per_s = 5 }\nstop = { at = \"lounge\", after_s = 2 }";
     let files = scenario(TOLD_APART_BY_NAME, &format!("{lines}\n{TABLE}"));
     let log = files.0.path().join("events.jsonl");
@@ -103,7 +103,7 @@ fn go_to(folder: &Path) {
 }
 
 #[test]
-fn two_leaves_of_one_id_drive_to_the_places_of_their_ports() {
+fn two_leaves_with_one_id_drive_to_the_places_of_their_ports() {
     let tree = r#"<root BTCPP_format="4"> <BehaviorTree ID="T">
         <Sequence> <GoTo place="dock"/> <GoTo place="lounge"/> </Sequence>
     </BehaviorTree> <TreeNodesModel> <Action ID="GoTo"> <input_port name="place" type="std::string"/> </Action> </TreeNodesModel> </root>"#;
@@ -134,7 +134,7 @@ fn choosing(tree: &str, lines: &str) -> (TempDir, PathBuf) {
 }
 
 #[test]
-fn a_place_on_the_blackboard_comes_with_the_tick_and_goes_with_the_answer() {
+fn ports_are_read_with_the_tick_and_written_with_the_answer() {
     for form in ["whole", "nodes"] {
         let lines =
             format!("execution = {{ tree = \"{form}\", max_time_s = 90 }}\nstop = {{ at = \"dock\", after_s = 1 }}");
@@ -144,7 +144,7 @@ fn a_place_on_the_blackboard_comes_with_the_tick_and_goes_with_the_answer() {
 }
 
 #[test]
-fn inputs_that_a_machine_does_not_read_are_worth_a_warning() {
+fn inputs_that_a_machine_does_not_read_give_a_warning() {
     let more = |name: &str| format!("<input_port name=\"{name}\" type=\"std::string\"/> </Action>");
     let tree = CHOSEN.replace("place=\"{goal}\"/>", "place=\"{goal}\" speed=\"2\" pace=\"{goal}\"/>");
     let tree = tree.replace("</Action>", &more("speed")).replace("</Action>", &more("pace"));
@@ -164,7 +164,7 @@ fn inputs_that_a_machine_does_not_read_are_worth_a_warning() {
 }
 
 #[test]
-fn what_is_wrong_with_the_table_of_leaves_is_said_at_once() {
+fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
     let lines = format!(
         "{TABLE}\nleaves.GoToDok.machine = \"GoToDestination.scxml\"\nleaves.Do.data.place = \"dock\"\n\
          leaves.BatteryLevel = {{ machine = \"Nowhere.scxml\", data.at = [1] }}"
@@ -189,7 +189,7 @@ fn what_is_wrong_with_the_table_of_leaves_is_said_at_once() {
 }
 
 #[test]
-fn a_leaf_without_a_machine_says_where_one_was_looked_for() {
+fn a_leaf_without_a_machine_is_refused_with_the_paths_searched() {
     let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
     let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "│").collect();
@@ -221,7 +221,7 @@ fn tree_commands_name_the_processes_of_leaves() {
 }
 
 #[test]
-fn a_scenario_without_properties_drops_what_its_base_expects_of_them() {
+fn a_scenario_without_properties_drops_the_expectations_of_its_base() {
     let folder = tempdir().unwrap();
     let scenario = folder.path().join("quiet.toml");
     let text = "base = \"errand\"\nproperties = []\nexecution = { max_time_s = 1 }\nexpect.reached = []\n";
@@ -250,7 +250,7 @@ const ASKS_A_SPEAKER: &str = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" v
 </scxml>"#;
 
 #[test]
-fn whoever_a_skill_may_send_to_is_named_where_there_is_no_such_process() {
+fn an_unknown_process_is_refused_with_the_processes_that_a_skill_may_send_to() {
     let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
     let machine = files.0.path().join("skills/Charge.scxml");
     std::fs::write(&machine, ASKS_A_SPEAKER).unwrap();
@@ -271,7 +271,7 @@ fn whoever_a_skill_may_send_to_is_named_where_there_is_no_such_process() {
 }
 
 #[test]
-fn an_answer_that_goes_nowhere_is_seen_in_a_rehearsal() {
+fn an_undeliverable_answer_is_visible_in_a_rehearsal() {
     let folder = tempdir().unwrap();
     let (machine, events) = (folder.path().join("Level.scxml"), folder.path().join("events.jsonl"));
     let text = ASKS_A_SPEAKER.replace("type=\"channel\" target=\"BT\" event=\"running\"", "event=\"TICK_RESPONSE\"");

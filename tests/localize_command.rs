@@ -127,7 +127,7 @@ fn a_recorded_robot_is_localized_with_bad_odometry() {
 }
 
 #[test]
-fn a_robot_that_knows_nothing_is_found_and_the_same_seed_finds_it_alike() {
+fn global_localization_finds_the_robot_and_is_reproducible_by_seed() {
     let folder = Folder::new();
     let command = ["localize", "--map", "house.yaml", "--log", "drive.log", "--json", "--global"];
     let result = folder.json(&[&command[..], &BAD_ODOMETRY].concat());
@@ -140,7 +140,7 @@ fn a_robot_that_knows_nothing_is_found_and_the_same_seed_finds_it_alike() {
 }
 
 #[test]
-fn a_map_made_of_a_log_is_good_enough_to_localize_on() {
+fn a_map_made_of_a_log_is_accurate_enough_for_localization() {
     let folder = Folder::new();
     let (said, _) = folder.run(&["map", "--log", "drive.log", "--out", "made.yaml"]);
     assert!(said.contains("cells of 0.05 m from"), "{said}");
@@ -161,7 +161,7 @@ fn a_map_of_another_place_is_refused() {
 }
 
 #[test]
-fn logs_with_faults_are_used_as_far_as_that_is_safe_and_named_by_line() {
+fn damaged_logs_are_used_as_far_as_is_safe_and_reported_by_line() {
     let folder = Folder::new();
     let text = log();
     let whole = folder.json(&["localize", "--map", "house.yaml", "--log", "drive.log", "--json"]);

@@ -37,7 +37,7 @@ fn violation(monitor: &mut dyn Monitor, log: &Path, topology: &Topology) -> Opti
 }
 
 #[test]
-fn monitors_from_text_say_of_recorded_runs_what_those_built_by_hand_say() {
+fn parsed_and_hand_built_monitors_agree_on_recorded_runs() {
     for (scenario, is_unsafe) in [("nominal", false), ("battery_fault", true)] {
         let out = tempdir().unwrap();
         let log = out.path().join("log.jsonl");
@@ -172,7 +172,7 @@ fn a_log_may_come_from_a_pipe() {
 }
 
 #[test]
-fn a_log_that_cannot_be_judged_is_refused_and_not_guessed_at() {
+fn a_log_that_cannot_be_judged_is_refused() {
     for (old, new, expected) in [
         ("nominal", "patrol", "of the scenario `patrol`, which does not come with the program"),
         ("0.1.0", "99.0.0", "written by version 99.0.0 of steward"),
@@ -206,7 +206,7 @@ fn a_recurrence_is_open_when_the_run_ends_and_a_contradiction_names_both_halves(
 }
 
 #[test]
-fn a_name_longer_than_any_line_is_explained_like_any_other() {
+fn a_name_longer_than_a_line_is_explained() {
     let folder = tempdir().unwrap();
     let property = folder.path().join("long.scope");
     let name = "p".repeat(70_000);

@@ -7,7 +7,7 @@ use tempfile::tempdir;
 use crate::steward::{refusal, report, steward};
 
 #[test]
-fn the_errand_is_done_among_people_doors_and_boxes() {
+fn the_errand_succeeds_among_people_doors_and_boxes() {
     let out = tempdir().unwrap();
     let report = report("populated", out.path(), &["--no-snapshots"]);
     assert_eq!(report["outcome"], "as_expected", "{}", report["differences"]);
@@ -18,7 +18,7 @@ fn the_errand_is_done_among_people_doors_and_boxes() {
 }
 
 #[test]
-fn before_a_door_that_stays_closed_navigation_gives_up_with_a_reason_and_the_tree_tries_again() {
+fn navigation_gives_up_at_a_closed_door_with_a_reason_and_the_tree_retries() {
     let out = tempdir().unwrap();
     let longer = ["--no-snapshots", "--set", "execution.max_time_s=450"];
     let report = report("faults/door_closes", out.path(), &longer);
@@ -31,7 +31,7 @@ fn before_a_door_that_stays_closed_navigation_gives_up_with_a_reason_and_the_tre
 }
 
 #[test]
-fn a_robot_that_is_carried_away_driving_or_charging_finds_itself_and_does_its_errand() {
+fn a_kidnapped_robot_relocalizes_and_finishes_its_errand() {
     for (at_s, to) in [(15, "[1.5, 6.3, 180]"), (70, "[0.0, 0.0, 45]")] {
         let folder = tempdir().unwrap();
         let scenario = folder.path().join("kidnapped.toml");
@@ -60,7 +60,7 @@ fn benchmark(arguments: &[&str]) -> (Option<i32>, Value) {
 }
 
 #[test]
-fn the_benchmark_drives_the_house_without_a_touch() {
+fn the_benchmark_has_no_contacts_in_the_house() {
     let (status, benchmark) = benchmark(&["--goals", "6", "--at-least", "99"]);
     let house = &benchmark["maps"][0];
     assert_eq!((status, &house["arrived_pct"]), (Some(0), &Value::from(100.0)), "{}", benchmark["trips"]);
@@ -70,7 +70,7 @@ fn the_benchmark_drives_the_house_without_a_touch() {
 }
 
 #[test]
-fn a_map_whose_origin_is_turned_is_driven_like_any_other() {
+fn a_map_with_a_rotated_origin_gives_the_same_trips() {
     let folder = tempdir().unwrap();
     let house = maps::house::draw();
     let turn = pose(4.0, -7.0, 0.7);
@@ -89,7 +89,7 @@ fn a_map_whose_origin_is_turned_is_driven_like_any_other() {
 }
 
 #[test]
-fn a_trip_of_the_benchmark_is_the_same_alone() {
+fn a_trip_of_the_benchmark_can_be_repeated_alone() {
     let among = ["--people", "5", "--boxes", "2"];
     let (_, three) = benchmark(&[&among[..], &["--goals", "3", "--seed", "7"]].concat());
     let alone = ["7", "8", "9"].map(|seed| benchmark(&[&among[..], &["--goals", "1", "--seed", seed]].concat()).1);
@@ -103,7 +103,7 @@ fn a_trip_of_the_benchmark_is_the_same_alone() {
 }
 
 #[test]
-fn who_and_what_found_a_place_is_counted() {
+fn people_and_boxes_that_could_be_placed_are_counted() {
     let (_, with) = benchmark(&["--goals", "2", "--people", "3", "--boxes", "2"]);
     assert_eq!(with["wanted"], json!({ "people": 3, "boxes": 2 }));
     let found = |key: &str| {
@@ -117,7 +117,7 @@ fn who_and_what_found_a_place_is_counted() {
 }
 
 #[test]
-fn maps_of_one_name_are_told_apart() {
+fn maps_with_the_same_name_are_distinguished() {
     let folder = tempdir().unwrap();
     let file = |name: &str| folder.path().join(name).join("map.yaml");
     for (name, shift_m) in [("here", 0.0), ("there", 3.0)] {
@@ -146,13 +146,13 @@ fn maps_of_one_name_are_told_apart() {
 }
 
 #[test]
-fn a_map_that_is_not_there_or_has_no_room_is_refused() {
+fn a_missing_or_cramped_map_is_refused() {
     let said = refusal(&["navigate", "--map", "nowhere.yaml"]);
     assert!(said.contains("nowhere.yaml"), "{said}");
 }
 
 #[test]
-fn seeds_that_run_out_and_shares_beyond_all_trips_are_refused() {
+fn too_few_seeds_and_impossible_shares_are_refused() {
     let said = refusal(&["navigate", "--seed", "18446744073709551615", "--goals", "2"]);
     assert!(said.contains("there are no 2 seeds from 18446744073709551615 on"), "{said}");
     for share in ["101", "NaN", "all"] {

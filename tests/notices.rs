@@ -40,7 +40,7 @@ fn crates() -> Vec<Package> {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn all_are_named_that_want_to_be() {
+fn everyone_who_requires_a_notice_is_named() {
     let mut wanted: BTreeSet<(String, String)> = BTreeSet::new();
     for package in crates() {
         let expression = package.license.as_deref().unwrap_or("a licence of its own");

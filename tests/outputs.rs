@@ -49,7 +49,7 @@ fn log(steps: u32) -> String {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn what_does_not_fit_on_the_disk_leaves_everything_as_it_was() {
+fn a_full_disk_leaves_existing_outputs_unchanged() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("drive.log"), log(100)).unwrap();
@@ -88,7 +88,7 @@ fn what_does_not_fit_on_the_disk_leaves_everything_as_it_was() {
 }
 
 #[test]
-fn a_killed_run_leaves_the_report_before_with_its_own_pictures() {
+fn a_killed_run_leaves_the_previous_report_with_its_pictures() {
     let folder = tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
     let run = ["--scenario", "battery_fault", "--quiet", "--out", out];
@@ -113,7 +113,7 @@ fn a_killed_run_leaves_the_report_before_with_its_own_pictures() {
 }
 
 #[test]
-fn a_map_is_not_overwritten_without_a_word() {
+fn a_map_is_not_overwritten_silently() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::write(at("drive.log"), log(20)).unwrap();
@@ -159,7 +159,7 @@ fn outputs_of(file: &str, property: &str) -> Vec<String> {
 }
 
 #[test]
-fn names_become_names_of_files_that_every_folder_takes() {
+fn names_become_portable_file_names() {
     let names = outputs_of("some.toml", &"p".repeat(245));
     assert!(names.iter().any(|name| name.starts_with("out/some/01-ppp") && name.ends_with(".png")), "{names:?}");
     for file in ["...toml", ".toml"] {

@@ -194,16 +194,16 @@ fn any_message_may_be_lost() {
 }
 
 #[test]
-fn any_message_may_come_twice() {
+fn any_message_may_be_duplicated() {
     every_message(&Effect::Repeat);
 }
 
 #[test]
-fn any_message_may_be_late() {
+fn any_message_may_be_delayed() {
     every_message(&Effect::Hold(Duration::from_millis(300)));
 }
 
 #[test]
-fn any_message_may_be_later_than_anybody_waits() {
+fn any_message_may_be_delayed_beyond_every_timeout() {
     every_message(&Effect::Hold(Duration::from_secs(3)));
 }

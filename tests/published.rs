@@ -51,7 +51,7 @@ fn reached(report: &Value, place: &str) -> bool {
 }
 
 #[test]
-fn files_of_the_authors_form_run_experiment_1() {
+fn files_in_the_authors_format_run_experiment_1() {
     let folder = tempdir().unwrap();
     let published = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/published");
     let scenario = folder.path().join("ours.toml");
@@ -90,7 +90,7 @@ fn the_authors_own_files_run_experiment_1() {
 }
 
 #[test]
-fn the_scenario_of_the_authors_files_says_what_it_needs() {
+fn the_scenario_of_the_authors_files_reports_missing_files() {
     let said = refusal(&["--scenario", "published"]);
     assert!(said.contains("there is no src/BT/test_battery_BT.xml in this folder"), "{said}");
 }

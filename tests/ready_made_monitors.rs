@@ -50,7 +50,7 @@ fn monitor<'a>(report: &'a Value, name: &str) -> &'a Value {
 }
 
 #[test]
-fn a_machine_is_violated_by_the_message_that_leads_it_there() {
+fn the_message_that_violates_a_machine_is_reported() {
     let watched = run("battery_fault", MACHINES);
     let (machine, property) = (monitor(&watched, "charge"), monitor(&watched, "phi1"));
     assert_eq!(machine["verdict"], "violated", "{machine}");
@@ -87,7 +87,7 @@ fn a_run_that_ends_while_a_machine_waits_leaves_it_inconclusive() {
 }
 
 #[test]
-fn a_machine_is_on_the_page_and_in_the_pictures_with_its_state() {
+fn the_page_and_the_pictures_show_a_machine_with_its_state() {
     let (folder, scenario) = folder("battery_fault", MACHINES);
     let out = folder.path().join("out");
     let run = report(scenario.to_str().unwrap(), &out, &[]);
@@ -99,7 +99,7 @@ fn a_machine_is_on_the_page_and_in_the_pictures_with_its_state() {
 }
 
 #[test]
-fn what_a_machine_says_wrong_is_told_and_changes_nothing() {
+fn errors_in_a_monitor_machine_are_reported_and_change_nothing() {
     let (folder, scenario) = folder("battery_fault", MACHINES);
     let broken = std::fs::read_to_string(folder.path().join("ChargeWatch.scxml")).unwrap();
     let broken = broken.replace("_event.data.charge", "_event.data.none.charge");
@@ -111,7 +111,7 @@ fn what_a_machine_says_wrong_is_told_and_changes_nothing() {
 }
 
 #[test]
-fn what_is_wrong_with_a_ready_made_monitor_is_said_at_its_place() {
+fn errors_in_a_ready_made_monitor_are_reported_at_their_places() {
     let said = |from: &str, to: &str| {
         let (_folder, scenario) = folder("battery_fault", &MACHINES.replace(from, to));
         refusal(&["--scenario", scenario.to_str().unwrap()])

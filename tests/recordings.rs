@@ -72,7 +72,7 @@ fn a_recording_gives_the_report_page_and_pictures_of_its_run() {
 }
 
 #[test]
-fn a_run_is_recorded_to_the_same_bytes_again() {
+fn recording_a_run_again_gives_the_same_bytes() {
     let folder = tempdir().unwrap();
     let recorded = |name: &str| {
         let path = folder.path().join(name);
@@ -86,7 +86,7 @@ fn a_run_is_recorded_to_the_same_bytes_again() {
 }
 
 #[test]
-fn what_is_no_whole_recording_is_refused_with_one_message() {
+fn an_incomplete_recording_is_refused_with_one_message() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let run = ["--scenario", "battery_fault", "--quiet", "--no-snapshots", "--set", "execution.max_time_s=40"];

@@ -147,7 +147,7 @@ fn a_long_run_fits_too() {
 }
 
 #[test]
-fn a_stranger_is_told_why_the_robot_stands_still() {
+fn the_page_explains_why_the_robot_stands_still() {
     let out = tempdir().unwrap();
     report("late_halt", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
@@ -166,7 +166,7 @@ fn a_stranger_is_told_why_the_robot_stands_still() {
 }
 
 #[test]
-fn what_came_before_it_was_owed_is_told() {
+fn messages_before_the_obligation_are_mentioned() {
     let out = tempdir().unwrap();
     report("faults/halt_lost", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
@@ -176,7 +176,7 @@ fn what_came_before_it_was_owed_is_told() {
 }
 
 #[test]
-fn a_robot_that_is_driven_away_again_and_again_fits_too() {
+fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     let out = tempdir().unwrap();
     report("joypad", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
@@ -198,7 +198,7 @@ fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
 }
 
 #[test]
-fn a_missing_message_is_told_in_words_and_drawn() {
+fn a_missing_message_is_described_and_drawn() {
     let words = [
         "At 0 s a fault took hold: the machine BatteryLevel has threshold = 20.",
         "At 20.5 s a fault took hold: battery level set to 25\u{a0}%.",
@@ -215,7 +215,7 @@ fn a_missing_message_is_told_in_words_and_drawn() {
 }
 
 #[test]
-fn a_robot_that_sets_out_and_never_gets_there_is_told_in_words() {
+fn a_robot_that_never_arrives_is_described() {
     let words = [
         "At 0 s a fault took hold: a box stands at",
         "So Localization had to tell AtRechargingStation <code>[&lt;ok&gt;, true]</code> by tick 150.",
@@ -228,7 +228,7 @@ fn a_robot_that_sets_out_and_never_gets_there_is_told_in_words() {
 }
 
 #[test]
-fn a_robot_that_is_blamed_though_it_stands_at_the_station_is_told_in_words() {
+fn a_violation_by_a_robot_at_the_station_is_described() {
     let words = [
         "At 0.5 s a fault took hold: battery level set to 29\u{a0}%.",
         "So GotoRechargingStation had to tell Navigation <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code> by tick 10.",

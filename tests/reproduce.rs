@@ -94,7 +94,7 @@ fn the_command_below_a_panel_is_the_run_of_the_panel() {
 }
 
 #[test]
-fn another_map_and_the_other_form_of_the_tree_are_taken_and_named() {
+fn another_map_and_another_form_of_the_tree_are_accepted_and_named() {
     let folder = tempdir().unwrap();
     let maps = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
     for (from, to) in [("house.yaml", "own.yaml"), ("house.pgm", "house.pgm"), ("house.places.toml", "own.toml")] {
@@ -116,7 +116,7 @@ fn another_map_and_the_other_form_of_the_tree_are_taken_and_named() {
 }
 
 #[test]
-fn no_seeds_are_no_reproduction() {
+fn a_reproduction_needs_seeds() {
     let said = crate::steward::refusal(&["reproduce", "--seeds", "0"]);
     assert!(said.contains("--seeds"), "{said}");
 }

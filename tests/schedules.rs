@@ -64,7 +64,7 @@ fn no_schedule_of_the_published_protocol_loses_the_trip_while_the_robot_is_on_it
 
 /// The halt of a trip that has ended ends the one that has just begun, and no skill recovers from a failure.
 #[test]
-fn some_schedules_of_the_published_protocol_lose_the_trip_for_ever_when_the_one_before_has_just_ended() {
+fn some_schedules_of_the_published_protocol_lose_the_trip_when_the_previous_one_has_just_ended() {
     for form in FORMS {
         let model = Model::new(Protocol::Original, form, Trips::Ending);
         let (kept, mut lost) = after_the_halt(&model);
@@ -84,7 +84,7 @@ fn some_schedules_of_the_published_protocol_lose_the_trip_for_ever_when_the_one_
 
 /// The tree stops only what it holds to be running, and only an idle skill is started.
 #[test]
-fn an_action_whose_end_the_tree_has_seen_is_not_begun_again_by_the_published_protocol() {
+fn the_published_protocol_does_not_restart_an_action_whose_end_the_tree_has_seen() {
     for form in FORMS {
         for (protocol, some_end) in [(Protocol::Shipped, false), (Protocol::Original, true)] {
             let model = Model::new(protocol, form, Trips::Ending);
@@ -105,7 +105,7 @@ fn an_action_whose_end_the_tree_has_seen_is_not_begun_again_by_the_published_pro
 
 /// The cause of the loss of the trip: the published component does not look whose trip it ends.
 #[test]
-fn no_schedule_loses_the_trip_if_a_stop_ends_its_own_trip_only() {
+fn no_schedule_loses_the_trip_if_a_stop_ends_only_its_own_trip() {
     assert_eq!(depends_on_the_schedule(Protocol::OwnTrips, Trips::Ending), [(true, false); 2]);
 }
 

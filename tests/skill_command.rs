@@ -74,7 +74,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn a_machine_that_is_right_is_said_to_be() {
+fn a_correct_machine_is_accepted() {
     let files = files(DOOR, "");
     assert_eq!(
         said(steward(&["skill", "check", text(&files.machine)]), 0),
@@ -83,7 +83,7 @@ fn a_machine_that_is_right_is_said_to_be() {
 }
 
 #[test]
-fn a_machine_that_is_wrong_is_refused_with_all_its_mistakes_at_their_places() {
+fn an_incorrect_machine_is_refused_with_all_errors_at_their_places() {
     let wrong = DOOR
         .replace("target=\"wide\"", "target=\"wid\"")
         .replace("<assign location=\"knocks\" expr=\"3\"/>", "<asign/>");
@@ -96,7 +96,7 @@ fn a_machine_that_is_wrong_is_refused_with_all_its_mistakes_at_their_places() {
 }
 
 #[test]
-fn what_looks_odd_in_a_machine_that_can_run_is_a_warning() {
+fn suspicious_constructs_in_a_valid_machine_give_warnings() {
     let odd = DOOR.replace("<state id=\"wide\"/>", "<state id=\"wide\"/><state id=\"never\"/>");
     let files = files(&odd, "");
     let output = steward(&["skill", "check", text(&files.machine)]);
@@ -106,7 +106,7 @@ fn what_looks_odd_in_a_machine_that_can_run_is_a_warning() {
 }
 
 #[test]
-fn a_file_that_is_not_there_is_bad_input() {
+fn a_missing_file_is_bad_input() {
     assert!(refusal(&["skill", "check", "nowhere/Door.scxml"]).contains("nowhere/Door.scxml"));
     assert!(refusal(&["skill", "run", "nowhere/Door.scxml"]).contains("nowhere/Door.scxml"));
 }
@@ -140,7 +140,7 @@ fn a_run_prints_log_lines_the_configurations_entered_and_the_final_one() {
 }
 
 #[test]
-fn json_says_the_same_an_object_a_line() {
+fn json_has_one_object_per_line() {
     let files = files(DOOR, EVENTS);
     let printed = said(run(&files, &["--json"]), 0);
     let lines: Vec<Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
@@ -152,14 +152,14 @@ fn json_says_the_same_an_object_a_line() {
 }
 
 #[test]
-fn a_machine_that_runs_out_of_events_ends_well() {
+fn a_machine_without_further_events_ends_successfully() {
     let files = files(DOOR, r#"{"event": "knock"}"#);
     let printed = said(run(&files, &[]), 0);
     assert!(printed.ends_with("0.000 s  final configuration: shut (waiting)\n"), "{printed}");
 }
 
 #[test]
-fn error_events_that_nobody_handles_are_exit_status_1() {
+fn unhandled_error_events_give_exit_status_1() {
     let fails = r#"<state id="s"><onentry><assign location="missing" expr="1"/></onentry>"#;
     let files_of = |rest: &str| files(&machine(&format!("{fails}{rest}</state><final id=\"end\"/>")), "");
     let printed = said(run(&files_of(""), &[]), 1);
@@ -175,7 +175,7 @@ fn error_events_that_nobody_handles_are_exit_status_1() {
 }
 
 #[test]
-fn a_machine_that_runs_in_circles_is_stopped_with_exit_status_1() {
+fn a_livelocked_machine_is_stopped_with_exit_status_1() {
     let files = files(
         &machine(r#"<state id="a"><transition target="b"/></state><state id="b"><transition target="a"/></state>"#),
         "",
@@ -195,7 +195,7 @@ fn delays_take_no_real_time_and_end_with_simulated_time() {
 }
 
 #[test]
-fn events_with_mistakes_are_refused_with_all_of_them() {
+fn invalid_events_are_refused_with_all_errors() {
     let files = files(
         DOOR,
         "{\"event\": \"knock\", \"tim_s\": 1}\n{\"data\": 1}\nknock\n{\"event\": \"knock\", \"time_s\": -1}\n",
@@ -223,7 +223,7 @@ fn a_machine_invokes_the_file_beside_it() {
 }
 
 #[test]
-fn what_is_sent_away_is_printed() {
+fn outgoing_events_are_printed() {
     let sends = r#"<state id="s"><onentry><send type="channel" target="Speaker" event="say"><param name="text" expr="'hi'"/></send></onentry></state>"#;
     let files = files(&machine(sends), "");
     let printed = said(run(&files, &[]), 0);

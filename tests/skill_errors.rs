@@ -53,7 +53,7 @@ fn an_expression_that_fails_is_reported_with_its_skill_its_state_and_how_often()
 
 #[cfg(feature = "ecmascript")]
 #[test]
-fn scripts_without_an_end_end_alike_in_every_run_and_do_not_stop_it() {
+fn endless_scripts_are_stopped_reproducibly_and_do_not_stop_the_run() {
     let script = "<script>for (;;) { try { [].includes.call({length: 9e15}, 1) } catch (e) { } }</script>";
     let (report, _, summary) = run(script);
     assert_eq!(report["skill_errors"][0]["message"], "this takes too many steps and may never end");
@@ -169,19 +169,19 @@ fn bombs_end_alike_everywhere(step: usize) {
 
 #[cfg(feature = "ecmascript")]
 #[test]
-fn some_bombs_end_alike_in_a_machine_alone_in_a_run_and_in_a_campaign() {
+fn some_bombs_end_the_same_way_in_a_machine_a_run_and_a_campaign() {
     bombs_end_alike_everywhere(12);
 }
 
 #[cfg(feature = "ecmascript")]
 #[test]
 #[ignore = "takes minutes"]
-fn all_bombs_end_alike_in_a_machine_alone_in_a_run_and_in_a_campaign() {
+fn all_bombs_end_the_same_way_in_a_machine_a_run_and_a_campaign() {
     bombs_end_alike_everywhere(1);
 }
 
 #[test]
-fn where_nothing_goes_wrong_nothing_is_said() {
+fn a_run_without_errors_prints_none() {
     let (report, _, summary) = run("<log expr=\"1\"/>");
     assert_eq!(report["skill_errors"], json!([]));
     assert!(!summary.contains("  skill "), "{summary}");

@@ -15,7 +15,7 @@ fn ended(scenario: &str, out: &Path, set: &[&str]) -> serde_json::Value {
 
 /// In `battery_fault`, phi1 is violated long before the robot arrives; phi2 never is.
 #[test]
-fn a_run_ends_at_the_first_violation_that_it_is_to_stop_at() {
+fn a_run_ends_at_the_first_violation_on_which_it_should_stop() {
     let out = tempdir().unwrap();
     let run = |set: &[&str]| ended("battery_fault", out.path(), set);
     let until_arrival = run(&[]);
@@ -67,7 +67,7 @@ fn a_run_ends_when_every_property_is_settled() {
 }
 
 #[test]
-fn what_a_run_cannot_stop_at_is_refused() {
+fn invalid_stop_conditions_are_refused() {
     let refused = |set: &str| refusal(&["--scenario", "errand", "--set", set]);
     assert!(refused("stop.on_violation=phi9").contains("did you mean `phi"));
     assert!(refused("stop.on_violation=3").contains("the name of a property"));

@@ -47,13 +47,13 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn a_tree_that_is_right_is_said_to_be() {
+fn a_correct_tree_is_accepted() {
     let (_folder, tree, _) = files(TREE, "");
     assert_eq!(said(&["tree", "check", text(&tree)], 0), "Door: 5 nodes, 3 of them leaves; no problems found\n");
 }
 
 #[test]
-fn a_tree_that_is_wrong_is_refused_with_all_its_mistakes() {
+fn an_incorrect_tree_is_refused_with_all_errors() {
     let (_folder, tree, _) =
         files(&TREE.replace("ReactiveSequence>", "ReactiveSequenz>").replace("<Push", "<Pull"), "");
     let said = refusal(&["tree", "check", text(&tree)]);
@@ -78,7 +78,7 @@ fn a_tree_is_shown_in_four_ways() {
 }
 
 #[test]
-fn every_nodes_status_is_printed_at_every_tick() {
+fn the_status_of_every_node_is_printed_at_every_tick() {
     let (_folder, tree, leaves) = files(TREE, LEAVES);
     let table = said(&["tree", "run", text(&tree), "--leaves", text(&leaves)], 0);
     let lines = [
@@ -164,7 +164,7 @@ fn a_name_of_any_length_is_printed() {
 }
 
 #[test]
-fn a_script_with_mistakes_is_refused_with_all_of_them() {
+fn an_invalid_script_is_refused_with_all_errors() {
     let wrong = "ticks = -1\n[leaves]\nSafe = \"perhaps\"\nIsOpen = []\nNobody = \"success\"\n";
     let (_folder, tree, leaves) = files(TREE, wrong);
     let said = refusal(&["tree", "run", text(&tree), "--leaves", text(&leaves)]);
@@ -174,7 +174,7 @@ fn a_script_with_mistakes_is_refused_with_all_of_them() {
 }
 
 #[test]
-fn what_goes_wrong_in_a_node_is_printed_and_is_exit_status_1() {
+fn errors_in_a_node_are_printed_and_give_exit_status_1() {
     let tree = TREE.replace("<Condition ID=\"Safe\"/>", "<ScriptCondition code=\"missing == 1\"/>");
     let leaves = LEAVES.replace("Safe = \"success success failure success\"\n", "");
     let (_folder, tree, leaves) = files(&tree, &leaves);

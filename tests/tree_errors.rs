@@ -35,7 +35,7 @@ fn run(form: &str) -> (Value, String, String) {
 }
 
 #[test]
-fn a_script_that_fails_is_reported_once_whichever_form_the_tree_has() {
+fn a_failing_script_is_reported_once_in_either_form_of_the_tree() {
     for form in ["whole", "nodes"] {
         let (report, page, summary) = run(form);
         let errors = &report["tree_errors"];

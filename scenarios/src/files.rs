@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_read_is_remembered_and_told_apart() {
+    fn files_are_cached_and_distinguished() {
         let folder = tempfile::tempdir().unwrap();
         let (path, file) = (Path::new("some.txt"), folder.path().join("some.txt"));
         std::fs::write(&file, "old").unwrap();

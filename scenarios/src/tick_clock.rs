@@ -47,18 +47,18 @@ mod tests {
     }
 
     #[test]
-    fn a_sound_clock_ticks_once_a_period() {
+    fn a_sound_clock_ticks_once_per_period() {
         assert_eq!(ticks(|_| Some(Duration::ZERO)), [1, 51, 101, 151]);
     }
 
     #[test]
-    fn ticks_are_missed_or_come_late_without_shifting_the_others() {
+    fn missed_and_late_ticks_do_not_shift_the_others() {
         assert_eq!(ticks(|n| (n != 1).then_some(Duration::ZERO)), [1, 101, 151]);
         assert_eq!(ticks(|n| Some(Duration::from_millis(if n == 1 { 1500 } else { 0 }))), [1, 101, 126, 151]);
     }
 
     #[test]
-    fn two_ticks_never_come_in_one_step() {
+    fn no_step_has_two_ticks() {
         assert_eq!(ticks(|n| Some(Duration::from_secs(if n == 0 { 1 } else { 0 }))), [51, 52, 101, 151]);
     }
 }

@@ -283,7 +283,7 @@ mod tests {
     use crate::scenario::find;
 
     #[test]
-    fn who_is_starved_leaves_the_choice_among_the_others_to_the_policy() {
+    fn starving_a_process_leaves_the_choice_among_the_others_to_the_policy() {
         let found = find::find("errand").expect("a scenario of the program's");
         for (policy, words) in [("random", "Random"), ("round-robin", "RoundRobin")] {
             let overrides = [format!("execution.policy={policy}"), "execution.starve=BT".to_owned()];

@@ -25,7 +25,7 @@ const CIRCLES: [(&[&str], &str); 2] = [
 ];
 
 #[test]
-fn no_files_use_each_other_in_a_circle_but_those_that_are_known() {
+fn no_files_use_each_other_in_a_circle_except_known_ones() {
     let mut found = BTreeMap::new();
     for target in metadata(&["--no-deps"]).packages.iter().flat_map(|package| &package.targets) {
         if target.kind.iter().any(|kind| ["lib", "bin"].contains(&&**kind)) {

@@ -13,7 +13,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_no_tail() {
+    fn numbers_have_no_trailing_zeros() {
         let said = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
         assert_eq!(said, ["9.974", "10", "0", "100"]);
         assert_eq!(decimals(100.0, 0), "100");

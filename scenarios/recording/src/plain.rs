@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_back_with_all_its_bits() {
+    fn values_are_read_back_bit_for_bit() {
         let written = all();
         let bytes = postcard::to_allocvec(&written).unwrap();
         let read: All = postcard::from_bytes(&bytes).unwrap();
@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_fit_together_is_not_read() {
+    fn inconsistent_data_is_refused() {
         let bytes = postcard::to_allocvec(&(3_usize, 2_usize, 0.05, [0.0_f64; 4], vec![0_u8; 5])).unwrap();
         let read = grid::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "a cell is missing");

@@ -231,7 +231,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_tell_the_reason_and_the_behaviour() {
+    fn the_words_contain_the_reason_and_the_behaviour() {
         let mut navigation = Navigation { status: "preparing_before_move".to_owned(), reason: None, recovery: None };
         assert_eq!(navigation.words(), "preparing before move");
         navigation.status = "failing".to_owned();

@@ -10,7 +10,7 @@ fn read(text: &str) -> Result<Fault, diagnostics::FileProblems> {
 }
 
 #[test]
-fn every_kind_has_a_name_of_its_own_and_an_example_that_is_one() {
+fn every_kind_has_a_unique_name_and_a_valid_example() {
     let names: BTreeSet<&str> = KINDS.iter().map(|kind| kind.name).collect();
     assert_eq!(names.len(), KINDS.len());
     for kind in KINDS {
@@ -40,7 +40,7 @@ fn the_list_of_the_kinds_covers_every_place() {
 }
 
 #[test]
-fn what_is_wrong_with_a_fault_is_said_all_at_once() {
+fn all_errors_in_a_fault_are_reported_at_once() {
     let problems = |text: &str| -> Vec<String> {
         let problems = read(text).expect_err(text);
         problems.problems().iter().map(|problem| problem.message().to_owned()).collect()

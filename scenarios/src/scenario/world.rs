@@ -191,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_that_is_wrong_is_said_at_once() {
+    fn all_errors_are_reported_at_once() {
         let said = problems(
             "[[people]]\nname = \"Ann\"\nat = [-3.0, 6.4]\nspeed_mps = 9\nrout = [[1, 2]]\n\
              [[boxes]]\nname = \"Ann\"\nat = [-3.0, 6.6, 0]\n[[doors]]\nat = [-11.3, 12.1, 0]\nclosed_s = [[5, 2]]",

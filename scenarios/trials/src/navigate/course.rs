@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn every_trip_on_the_house_map_leads_where_the_robot_can_be() {
+    fn every_trip_on_the_house_map_leads_to_where_the_robot_fits() {
         let course = course("house", maps::house::draw()).unwrap();
         for seed in 0..20 {
             let task = course.task(&mut Streams::new(seed).stream("navigate/task"));
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closet_has_no_trips() {
+    fn a_map_too_small_for_trips_is_refused() {
         assert!(matches!(course("closet", floor(30)), Err(CourseError::NoRoom)));
     }
 

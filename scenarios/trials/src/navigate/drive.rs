@@ -217,7 +217,7 @@ mod tests {
     /// Positions on a map this far away are rounded to a nanometre. Where localization and control decide between near
     /// ties, that can change the trip by centimetres.
     #[test]
-    fn trips_on_a_map_far_from_the_origin_are_those_on_one_near_it() {
+    fn trips_do_not_depend_on_the_distance_of_the_map_from_the_origin() {
         let plan = maps::house::draw();
         let by = pose(688_000.0, 5_335_000.0, 0.0);
         let mut moved = OccupancyGrid::new(plan.width(), plan.height(), plan.resolution_m(), by * plan.origin());

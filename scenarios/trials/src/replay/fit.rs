@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn how_deep_surfaces_lie_in_cells_is_found_out() {
+    fn the_depth_of_surfaces_in_cells_is_estimated() {
         for (depth_m, expected_m) in [(0.0, 0.0), (0.01, 0.01), (0.025, 0.025), (0.048, 0.025), (-0.04, 0.0)] {
             let fit = fit(depth_m).unwrap();
             assert!((fit.surface_depth_m - expected_m).abs() < 1.1 * LOOK_M, "{depth_m}: {fit:?}");

@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_that_is_found_late_is_scored_from_then_on() {
+    fn a_robot_that_is_found_late_is_scored_after_it_is_found() {
         let score = Score::of(&course(&[7.0, 0.1, 7.0, 0.1, 0.2, 0.0, 0.1, 0.1, 0.1, 2.0, 3.0, 0.1]));
         assert_eq!(score.converged_at, Some(Duration::from_secs(3)), "one scan in passing does not count");
         assert_eq!((score.scans, score.converged_after_m), (9, Some(3.0)));
@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn a_robot_whose_start_is_known_is_scored_from_there_on() {
+    fn a_robot_whose_start_is_known_is_scored_from_the_start() {
         let known = Course { from_nothing: false, ..course(&[7.0, 7.0, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]) };
         let score = Score::of(&known);
         assert_eq!((score.scans, score.converged_at), (9, Some(Duration::from_secs(2))));
