@@ -99,21 +99,21 @@ fn ids_may_have_letters_of_all_languages_and_hyphens_and_names_anything() {
 fn two_subtrees_of_a_parallel_node_need_different_names() {
     let pair = "<ParallelAll><SubTree ID=\"Arm\" name=\"left\"/><SubTree ID=\"Arm\" name=\"left\"/></ParallelAll>";
     let text = file(&[("Main", pair), ("Arm", "<AlwaysSuccess name=\"lift\"/>")], "");
-    assert_eq!(refused(&text), ["there are two subtrees `left` in this tree"]);
+    assert_eq!(refused(&text), ["there are two subtrees named `left` in this tree"]);
 }
 
 #[test]
 fn two_subtrees_of_a_sequence_need_different_names() {
     let pair = "<Sequence><SubTree ID=\"Arm\" name=\"one\"/><SubTree ID=\"Leg\" name=\"one\"/></Sequence>";
     let trees = [("Main", pair), ("Arm", "<AlwaysSuccess/>"), ("Leg", "<AlwaysSuccess/>")];
-    assert_eq!(refused(&file(&trees, "")), ["there are two subtrees `one` in this tree"]);
+    assert_eq!(refused(&file(&trees, "")), ["there are two subtrees named `one` in this tree"]);
 }
 
 #[test]
 fn two_subtrees_anywhere_in_a_tree_need_different_names() {
     let pair = "<Sequence><SubTree ID=\"Arm\" name=\"one\"/><Inverter><SubTree ID=\"Arm\" name=\"one\"/></Inverter></Sequence>";
     let trees = [("Main", "<SubTree ID=\"Body\" name=\"one\"/>"), ("Body", pair), ("Arm", "<AlwaysSuccess/>")];
-    assert_eq!(refused(&file(&trees, "")), ["there are two subtrees `one` in this tree"]);
+    assert_eq!(refused(&file(&trees, "")), ["there are two subtrees named `one` in this tree"]);
 }
 
 #[test]

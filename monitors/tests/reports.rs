@@ -363,7 +363,7 @@ fn properties_read_as_english() {
     insta::assert_snapshot!(said.join("\n"));
     let both = Watch::new(TWO_ANSWERS);
     insta::assert_snapshot!(explain(both.monitor().formula(), &both.topology));
-    assert_eq!(explain(&Formula::True, &topology()), "Nothing is asked.");
+    assert_eq!(explain(&Formula::True, &topology()), "Nothing is required.");
 }
 
 #[test]

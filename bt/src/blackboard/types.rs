@@ -139,7 +139,7 @@ impl Type {
         match self {
             Self::Any => "a value",
             Self::Bool => "true or false",
-            Self::Int { min: 0, .. } => "a whole number that is not negative",
+            Self::Int { min: 0, .. } => "a non-negative whole number",
             Self::Int { .. } => "a whole number in range",
             Self::Real => "a number",
             Self::Text => "a text",

@@ -173,7 +173,7 @@ impl Compiler<'_> {
         let found = self.attribute(port.name);
         if found.is_none() {
             let near = self.meant_to_be(port.name);
-            let help = near.map(|near| format!("did you mean `{near}` to be `{}`?", port.name));
+            let help = near.map(|near| format!("did you mean `{}` instead of `{near}`?", port.name));
             self.problems.push(missing_port(self.name, port.name, self.span, help));
         }
         found

@@ -196,7 +196,7 @@ mod tests {
             "[[people]]\nname = \"Ann\"\nat = [-3.0, 6.4]\nspeed_mps = 9\nrout = [[1, 2]]\n\
              [[boxes]]\nname = \"Ann\"\nat = [-3.0, 6.6, 0]\n[[doors]]\nat = [-11.3, 12.1, 0]\nclosed_s = [[5, 2]]",
         );
-        for part in ["speed_mps", "rout", "no span of time"] {
+        for part in ["speed_mps", "rout", "not a time interval"] {
             assert!(said.contains(part), "{part}: {said}");
         }
     }

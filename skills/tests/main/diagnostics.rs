@@ -221,7 +221,7 @@ fn a_state_with_two_initial_states_has_no_unreachable_ones() {
         "",
         "<state id='a' initial='b1'><initial><transition target='b2'/></initial><state id='a1'/></state>",
     ));
-    assert!(said.contains("no state `b1`") && said.contains("no state `b2`"), "{said}");
+    assert!(said.contains("unknown state `b1`") && said.contains("unknown state `b2`"), "{said}");
 }
 
 #[test]
