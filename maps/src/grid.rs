@@ -60,7 +60,7 @@ impl OccupancyGrid {
     /// If there are not `width` × `height` cells.
     #[must_use]
     pub fn from_cells(width: usize, height: usize, resolution_m: f64, origin: Pose, cells: Vec<Cell>) -> Self {
-        assert_eq!(cells.len(), width * height, "a grid has a cell for each column of each row");
+        assert_eq!(cells.len(), width * height, "a grid must have one cell per column and row");
         Self { width, height, resolution_m, origin, cells }
     }
 

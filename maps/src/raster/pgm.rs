@@ -52,7 +52,7 @@ pub(super) fn decode_raw(bytes: &[u8]) -> Result<Raster, RasterError> {
 /// # Panics
 /// If there are not `width` × `height` pixels.
 pub(crate) fn encode(width: usize, height: usize, pixels: &[u8]) -> Vec<u8> {
-    assert_eq!(pixels.len(), width * height, "a picture has a pixel for each column of each row");
+    assert_eq!(pixels.len(), width * height, "a picture must have one pixel per column and row");
     let mut bytes = format!("P5\n{width} {height}\n255\n").into_bytes();
     bytes.extend_from_slice(pixels);
     bytes

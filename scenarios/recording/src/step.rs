@@ -49,7 +49,7 @@ pub struct RobotState {
     /// Where it really is, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
-    /// Where localization believes it to be, in the `map` frame.
+    /// The pose estimated by localization, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub estimate: Pose,
     /// The battery's charge, in percent.

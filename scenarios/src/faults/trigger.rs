@@ -17,7 +17,7 @@ pub enum Trigger {
     },
     /// The tick with this number has been generated: `at_tick`.
     Tick(u64),
-    /// The robot's true position is this near to a place: `near` and `within_m`.
+    /// The robot's true position is this close to a place: `near` and `within_m`.
     Near {
         /// The place.
         place: Spanned<String>,

@@ -194,7 +194,7 @@ impl<'c> Ends<'c> {
         let same = (up_to(name), up_to(&format!("{name}\0")));
         let longer = (up_to(&format!("{name}.")), up_to(&format!("{name}/")));
         if same.0 == same.1 && longer.0 == longer.1 {
-            return Some(format!("there is no state `{name}` that could be done"));
+            return Some(format!("unknown state `{name}`"));
         }
         let can_be_done = done_in(same.0, same.1) + done_in(longer.0, longer.1) > 0;
         (!can_be_done).then(|| format!("the state `{name}` is never done: it has no <final>"))

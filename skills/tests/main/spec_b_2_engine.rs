@@ -149,8 +149,8 @@ fn values_that_data_cannot_hold_are_refused() {
         ("x = new Map([[1, 2]])", "an object of this class cannot be kept in data"),
         ("x = Symbol('s')", "a symbol cannot be kept in data"),
         ("x = Math.max", "a built-in function cannot be kept in data"),
-        ("x = {}; x.x = x", "a value may be nested 64 deep"),
-        ("x = new Array(200000)", "a value may be nested 64 deep and have 100000 parts"),
+        ("x = {}; x.x = x", "a value may be nested at most 64 deep"),
+        ("x = new Array(200000)", "a value may be nested at most 64 deep and have at most 100000 parts"),
     ] {
         assert!(error(&format!("<script>{script}; [].concat()</script>")).contains(reason), "{script}");
     }
