@@ -190,7 +190,7 @@ fn an_interrupted_campaign_ends_cleanly_and_says_how_to_resume() {
     let text = fs::read_to_string(&journal).unwrap();
     let runs = text.lines().count() - 1;
     assert!(text.ends_with('\n') && (3..24).contains(&runs), "{runs} runs");
-    assert!(said.contains(&format!("interrupted after {runs} of 24 runs; the same command goes on")), "{said}");
+    assert!(said.contains(&format!("interrupted after {runs} of 24 runs; the same command resumes")), "{said}");
     assert!(!journal.with_file_name("dataset.parquet").exists());
     assert_eq!(bytes(&results(&file, "out", &[])), whole);
 }
@@ -378,7 +378,7 @@ fn invalid_campaigns_are_refused_before_the_first_run() {
         (SOME.replace("to = 80", "to = 800"), "between 0 and 100"),
         (SOME.replace("battery.initial_pct", "batery.initial_pct"), "unknown key `batery`"),
         (SOME.replace("battery.initial_pct", "faults.0.at_s"), "faults"),
-        (SOME.replace("\"errand\"", "\"erand\""), "no scenario `erand`"),
+        (SOME.replace("\"errand\"", "\"erand\""), "unknown scenario `erand`"),
         (SOME.replace("max_time_s=3", "max_time=3"), "unknown key `max_time`"),
         (grid.to_owned() + &steps("noise.laser_sigma_m") + &steps("battery.drain_pct_per_s"), "= 1000000000000 runs"),
     ] {

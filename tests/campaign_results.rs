@@ -84,7 +84,7 @@ fn the_battery_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeate
 fn the_noise_campaign_shows_localization_errors() {
     let out = run("noise_short", &["--runs", "12"]);
     let page = page(&out);
-    says(&page, &["What was measured", "error (rmse), m", "All runs"]);
+    says(&page, &["What was measured", "error (RMSE), m", "All runs"]);
     let summary = json(&out.path().join("summary.json"));
     assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
     assert!(records(&out).iter().all(|record| record["facts"]["sim_time_s"].as_f64().unwrap() < 10.1));
@@ -199,7 +199,7 @@ fn incomparable_campaigns_are_refused() {
         refused(&path(0), &path(2))
             .contains("vary different parameters: `battery.initial_pct`; and `execution.tick_s`")
     );
-    assert!(refused(&path(3), &path(4)).contains("watch no property in common"));
+    assert!(refused(&path(3), &path(4)).contains("have no property in common"));
     assert!(refused(&path(0), folder.path().to_str().unwrap()).contains("cannot read"));
     let file = folder.path().join("some.toml");
     let shards = folder.path().join("shards");

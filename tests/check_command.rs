@@ -148,7 +148,7 @@ fn places_that_a_scenario_does_not_need_are_worth_a_warning() {
     let said: Vec<&str> =
         report[0]["warnings"].as_array().unwrap().iter().map(|one| one["message"].as_str().unwrap()).collect();
     assert_eq!(said.len(), 2, "{said:?}");
-    assert!(said[0].contains("held to be at `RechargingStation` within 0.8 m"), "{said:?}");
+    assert!(said[0].contains("counts as at `RechargingStation` within 0.8 m"), "{said:?}");
     assert!(said[1].contains("to `Vault` at (4.00, 1.00)"), "{said:?}");
     assert_eq!(report[0]["warnings"][1]["line"], 12, "{report}");
 }

@@ -89,7 +89,7 @@ fn contradictory_mistakes_are_refused_if_they_may_overlap() {
     ] {
         let said = refusal(&["--scenario", "errand", "--set", &faults(first, second)]);
         let flat = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
-        for part in ["cannot hold together", "has threshold = 20", "they change the same place differently"] {
+        for part in ["cannot be active together", "has threshold = 20", "they change the same place differently"] {
             assert!(flat.contains(part), "{part} is missing in\n{said}");
         }
     }

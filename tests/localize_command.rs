@@ -183,6 +183,6 @@ fn damaged_logs_are_used_as_far_as_is_safe_and_reported_by_line() {
     damaged[last] ^= 1;
     std::fs::write(folder.path("damaged.log.gz"), damaged).unwrap();
     assert!(folder.refusal(&["localize", "--map", "house.yaml", "--log", "damaged.log.gz"]).contains("is damaged"));
-    assert!(folder.refusal(&["map", "--log", "house.yaml"]).contains("this is no CARMEN log"));
+    assert!(folder.refusal(&["map", "--log", "house.yaml"]).contains("not a CARMEN log"));
     assert!(folder.refusal(&["map", "--log", "missing.log"]).contains("cannot read the log"));
 }

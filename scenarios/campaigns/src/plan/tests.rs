@@ -159,7 +159,7 @@ fn incompatible_settings_are_refused() {
     let goal = "[goal]\nestimate = \"phi1\"\nhalf_width = 0.05\nconfidence = 0.95\n";
     for (text, wanted) in [
         ("sampling = \"grid\"\n".to_owned() + &parameter("a", range), "a grid cannot enumerate all values of `a`"),
-        ("sampling = \"grid\"\nruns = 3\n".to_owned() + &parameter("a", "values = [1]"), "say `repeats` for more"),
+        ("sampling = \"grid\"\nruns = 3\n".to_owned() + &parameter("a", "values = [1]"), "set `repeats` for more"),
         ("sampling = \"random\"\nruns = 3\nrepeats = 2\n".to_owned() + &parameter("a", range), "only a grid repeats"),
         ("runs = 3\n".to_owned() + &parameter("a", range), "`sampling` is missing"),
         ("sampling = \"random\"\n".to_owned() + &parameter("a", range), "`runs` is missing"),
@@ -201,7 +201,7 @@ fn the_scenario_refuses_values_before_the_first_run() {
     let error = Plan::parse("campaign.toml", &format!("{ERRAND}{goal}")).unwrap_err().to_string();
     assert!(error.contains("unknown property `phi9`"), "{error}");
     let error = Plan::parse("campaign.toml", "scenario = \"nominall\"\nruns = 1\n").unwrap_err().to_string();
-    assert!(error.contains("no scenario `nominall`"), "{error}");
+    assert!(error.contains("unknown scenario `nominall`"), "{error}");
 }
 
 #[test]
