@@ -137,6 +137,14 @@ fn campaigns(texts: &[(&str, &str, i32)]) -> (TempDir, Vec<PathBuf>) {
 }
 
 #[test]
+fn a_model_of_one_parameter_is_on_the_page_too() {
+    let model = "name = \"charge\"\n[model]\nof = \"phi1\"\nquantity = \"charge\"\nbound = 50\n";
+    let (_folder, outs) = campaigns(&[("one", &format!("{SOME}{model}"), 0)]);
+    let page = fs::read_to_string(outs[0].join("report.html")).unwrap();
+    says(&page, &["Where it begins", "The model is right in"]);
+}
+
+#[test]
 fn a_campaign_is_compared_with_its_later_version() {
     // In the second, no run comes to an end.
     let broken = SOME.replace("\"expect={}\"", "\"expect={}\", \"execution.step_budget=2\"");

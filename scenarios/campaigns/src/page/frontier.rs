@@ -4,7 +4,7 @@ use drawing::scale::short;
 use maud::{Markup, html};
 use reports::html::{figure, section, text};
 
-use super::{Page, chart, charts, charts_below, percent, title};
+use super::{Page, chart, charts, percent, title};
 
 impl Page<'_> {
     /// Where the frontier is, and where the model has it.
@@ -28,7 +28,8 @@ impl Page<'_> {
                 }
             }
         };
-        section("frontier", "Where it begins", charts_below(&lead, &self.slices()))
+        let slices = self.slices();
+        section("frontier", "Where it begins", html! { (lead) @if !slices.0.is_empty() { div.pairs { (slices) } } })
     }
 
     /// The comparison in words and numbers.
