@@ -1,4 +1,4 @@
-//! The skill that the README shows how to write: one that announces its arrival.
+//! The example of a skill that asks a service: one that announces arrival.
 
 use std::time::Duration;
 
