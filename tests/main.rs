@@ -9,6 +9,7 @@ mod campaign_results;
 mod check_command;
 mod command_line;
 mod determinism;
+mod documentation;
 mod experiments;
 mod fault_combinations;
 mod faults;
