@@ -53,7 +53,10 @@ fn says(said: &str, parts: &[&str]) {
 
 #[test]
 fn an_unknown_scenario_is_refused_with_the_most_similar_name() {
-    says(&refusal(&["--scenario", "batery_fault"]), &["unknown scenario `batery_fault`", "did you mean `battery_fault`?"]);
+    says(
+        &refusal(&["--scenario", "batery_fault"]),
+        &["unknown scenario `batery_fault`", "did you mean `battery_fault`?"],
+    );
 }
 
 #[test]
