@@ -20,7 +20,7 @@ const CIRCLES: [(&[&str], &str); 2] = [
     ),
     (
         &["skills/src/chart/content.rs", "skills/src/chart/state.rs", "skills/src/chart.rs"],
-        "a chart has states, a state has content, and content may invoke a chart that stands in it",
+        "a chart has states, a state has content, and content may invoke a nested chart",
     ),
 ];
 
