@@ -4,9 +4,11 @@ use std::fmt::Write;
 
 use campaigns::Error;
 use clap::Args;
-use scenarios::faults::{ArgumentDefault, FaultKind, KINDS, Parameter, kind};
+use scenarios::faults::{FaultKind, KINDS, Parameter, kind};
+use scenarios::scenario::keys::keys;
 use serde_json::json;
 
+use crate::entry::{entry, meaning};
 use crate::output::print;
 
 /// Which faults to list, and how.
@@ -39,7 +41,7 @@ fn find(name: &str) -> Result<&'static FaultKind, Error> {
 }
 
 /// A line for each kind, by place.
-fn overview() -> String {
+pub(crate) fn overview() -> String {
     let mut text = String::new();
     let mut place = None;
     for kind in KINDS {
@@ -49,7 +51,7 @@ fn overview() -> String {
             let _ = writeln!(text, "{gap}{}", kind.place.name());
             place = Some(kind.place);
         }
-        let _ = writeln!(text, "  {:<24} {}", kind.name, kind.about);
+        text += &entry(kind.name, kind.about);
     }
     let _ = write!(
         text,
@@ -63,58 +65,26 @@ fn overview() -> String {
 /// All about a kind.
 fn details(kind: &FaultKind) -> String {
     let mut text = format!("{}: {} ({})\n\n", kind.name, kind.about, kind.place.name());
-    for parameter in kind.parameters {
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {:<14} {}{}", parameter.name, parameter.about, accepted(parameter));
-    }
-    let timing = [
-        ("at_s", "the fault takes hold at this time, or"),
-        ("at_tick", "when this tick has been generated, or"),
-        ("near", "when the robot comes within `within_m` of this place, or"),
-        ("when", "when such a message has passed: \"(BatteryReader, BatteryLevel, m[2] < 30)\", or"),
-        ("in_state", "when a skill has come to a state: \"GoToDestination.running\""),
-        ("probability", "how likely it takes hold then; 1"),
-        ("lasts_s", "how long it holds; to the end of the run"),
-        ("every_s", "with `at_s`: after how long it comes again"),
-        ("times", "how often it takes hold at most; 1"),
-    ];
+    let parameters = kind.parameters.iter().map(Parameter::key);
+    text.extend(parameters.map(|key| entry(&key.path, &meaning(&key))));
     text.push('\n');
-    for (key, about) in timing.iter().filter(|(key, _)| !(kind.momentary && *key == "lasts_s")) {
-        let _ = writeln!(text, "  {key:<14} {about}");
-    }
+    let timing = keys().into_iter().filter(|key| key.split().0 == "faults[]" && key.split().1 != "kind");
+    let timing = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s"));
+    text.extend(timing.map(|key| entry(key.split().1, &meaning(&key))));
     let _ = write!(text, "\nExample:\n\n[[faults]]\nkind = \"{}\"\n{}\n", kind.name, kind.example);
     text
 }
 
-/// What a parameter accepts, and what it is if it is not given.
-fn accepted(parameter: &Parameter) -> String {
-    let default = match parameter.default {
-        ArgumentDefault::Required => String::new(),
-        ArgumentDefault::Absent => "; may be left out".to_owned(),
-        ArgumentDefault::Number(number) => format!("; {number} if not given"),
-        ArgumentDefault::Whole(number) => format!("; {number} if not given"),
-        ArgumentDefault::Text(text) => format!("; \"{text}\" if not given"),
-        ArgumentDefault::Flag(flag) => format!("; {flag} if not given"),
-    };
-    format!(": {}{default}", parameter.domain.describe())
-}
-
 fn as_json(kind: &FaultKind) -> serde_json::Value {
     let parameters = kind.parameters.iter().map(|parameter| {
-        let default = match parameter.default {
-            ArgumentDefault::Required | ArgumentDefault::Absent => serde_json::Value::Null,
-            ArgumentDefault::Number(number) => number.into(),
-            ArgumentDefault::Whole(number) => number.into(),
-            ArgumentDefault::Text(text) => text.into(),
-            ArgumentDefault::Flag(flag) => flag.into(),
-        };
+        let key = parameter.key();
         json!({
             "name": parameter.name,
             "about": parameter.about,
             "unit": parameter.unit(),
-            "accepts": parameter.domain.describe(),
-            "required": parameter.default == ArgumentDefault::Required,
-            "default": default,
+            "accepts": key.accepts(),
+            "required": key.required,
+            "default": key.takes.get("default"),
         })
     });
     json!({

@@ -6,7 +6,9 @@
 
 mod campaign;
 mod check;
+mod entry;
 mod faults;
+mod help;
 mod init;
 mod interrupt;
 mod list;
@@ -32,7 +34,7 @@ use std::process::ExitCode;
 #[cfg(unix)]
 use std::sync::Arc;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 
 use crate::output::{complain, print};
 use crate::run::RunArgs;
@@ -42,7 +44,12 @@ const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
 /// A simulated service robot whose behavior tree runs under formal monitors.
 #[derive(Debug, Parser)]
-#[command(version, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
+#[command(
+    version,
+    args_conflicts_with_subcommands = true,
+    arg_required_else_help = true,
+    disable_help_subcommand = true
+)]
 struct Cli {
     #[command(flatten)]
     run: RunArgs,
@@ -66,6 +73,8 @@ enum Command {
     },
     /// Lists the kinds of faults with what they do; with a kind, its parameters and an example
     Faults(faults::FaultsArgs),
+    /// Explains a command or a topic: scenario, campaign, faults, scope
+    Help(help::HelpArgs),
     /// Prints the notices of those whose work the program is made of
     Licenses,
     /// Lists the scenarios that come with the program
@@ -91,6 +100,11 @@ enum Command {
     Report(report::ReportArgs),
     /// Simulates the paper's experiments and checks them against each of its claims
     Reproduce(reproduce::ReproduceArgs),
+    /// Prints the JSON schema of scenario or campaign files, for editors
+    Schema {
+        /// Of which files
+        file: help::SchemaFile,
+    },
     /// Holds properties against a recorded run
     Verify(verify::VerifyArgs),
 }
@@ -111,6 +125,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Check(args)) => check::check(args),
         Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
         Some(Command::Faults(args)) => faults::faults(args).map(|()| ExitCode::SUCCESS),
+        Some(Command::Help(args)) => help::help(args, Cli::command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Licenses) => print(NOTICES).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
         Some(Command::Localize(args)) => localize::localize(args),
@@ -121,6 +136,7 @@ fn carry_out(cli: &Cli) -> ExitCode {
         Some(Command::Navigate(args)) => navigate::navigate(args),
         Some(Command::Report(args)) => report::report(args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(args),
+        Some(Command::Schema { file }) => help::schema(*file).map(|()| ExitCode::SUCCESS),
         Some(Command::Tree(command)) => tree::tree(command),
         Some(Command::Verify(args)) => verify::verify(args),
     };

@@ -27,6 +27,7 @@ use diagnostics::text_from_disk;
 
 pub(crate) use library::Library;
 pub use loader::Loader;
+pub use ports::{BuiltinPort, builtin_ports};
 
 use crate::{Tree, TreeError};
 

@@ -132,4 +132,5 @@ pub use outcome::Outcome;
 pub use paper::{PhiTwo, phi1, phi2};
 pub use problem::{ScopeError, Warnings};
 pub use shipped::SHIPPED;
+pub use syntax::{OPERATORS, Operator};
 pub use synthesis::{Choice, Method};

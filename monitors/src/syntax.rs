@@ -1,6 +1,7 @@
 //! The syntax of property files: tokens, tree, and back to text.
 
 mod ast;
+mod operators;
 mod parse;
 mod parse_condition;
 mod parse_constraint;
@@ -11,4 +12,5 @@ pub use ast::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item,
     Literal, Name, Operand, PropertyItem, Unit,
 };
+pub use operators::{OPERATORS, Operator};
 pub use parse::{Parsed, parse_file};

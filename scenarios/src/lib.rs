@@ -17,6 +17,7 @@ pub mod names;
 mod occurrences;
 pub mod processes;
 pub mod scenario;
+pub mod schema;
 mod skill_errors;
 mod tick_clock;
 mod tree_errors;

@@ -4,6 +4,7 @@ mod faulty;
 mod file;
 mod file_reader;
 pub mod find;
+pub mod keys;
 mod leaves;
 mod load;
 mod places;

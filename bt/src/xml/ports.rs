@@ -22,6 +22,29 @@ impl Port {
     }
 }
 
+/// A port of one of BehaviorTree.CPP's own nodes, in words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuiltinPort {
+    /// Its name.
+    pub name: &'static str,
+    /// What it takes.
+    pub takes: &'static str,
+    /// What it is if the file does not say.
+    pub default: Option<&'static str>,
+    /// Whether the node is refused without it.
+    pub required: bool,
+}
+
+/// The ports of a kind of nodes. Leaves outside the tree have those that their model declares.
+pub fn builtin_ports(kind: Kind) -> impl Iterator<Item = BuiltinPort> {
+    ports(kind).iter().map(|port| BuiltinPort {
+        name: port.name,
+        takes: port.of.words(),
+        default: port.default,
+        required: port.is_required(),
+    })
+}
+
 /// The type of a port, or a script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Of {
@@ -39,6 +62,20 @@ pub(super) enum Of {
 }
 
 impl Of {
+    fn words(self) -> &'static str {
+        match self {
+            Self::Any => "any value",
+            Self::Int | Self::Item(Item::Int) => "an integer",
+            Self::Unsigned => "an integer of at least 0",
+            Self::Bool | Self::Item(Item::Bool) => "true or false",
+            Self::Text | Self::Item(Item::Text) => "a text",
+            Self::Item(Item::Double) => "a number",
+            Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
+            Self::Code => "a script",
+            Self::Key => "the name of an entry",
+        }
+    }
+
     pub(super) fn type_of(self) -> Type {
         match self {
             Self::Any | Self::Code | Self::Key => Type::Any,

@@ -113,7 +113,7 @@ impl TokenKind {
 }
 
 /// Operators made of one or two signs, longer ones first.
-const SIGNS: [(&str, TokenKind); 30] = [
+pub(super) const SIGNS: [(&str, TokenKind); 30] = [
     (":=", TokenKind::Define),
     ("≔", TokenKind::Define),
     ("<=", TokenKind::Relation(Relation::LessOrEqual)),

@@ -18,6 +18,7 @@ mod error;
 pub mod file;
 mod formula;
 mod journal;
+pub mod keys;
 pub mod matrix;
 mod measure;
 mod model;

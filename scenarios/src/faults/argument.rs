@@ -5,7 +5,10 @@ use std::time::Duration;
 
 use diagnostics::document::Table;
 use diagnostics::{Span, Spanned};
-use maps::{Point, Pose, pose};
+use maps::{Point, Pose};
+use serde_json::json;
+
+use crate::schema::{Key, flag, number, one_of, or, plain, point, points, pose, sentence, text, whole, with};
 
 /// A parameter of a kind of fault.
 #[derive(Clone, Copy, Debug)]
@@ -107,23 +110,29 @@ impl Parameter {
         ];
         units.iter().find(|(ending, _)| self.name.ends_with(ending)).map(|(_, unit)| *unit)
     }
-}
 
-impl ArgumentDomain {
-    /// The domain in words.
+    /// The parameter as a key of its fault.
     #[must_use]
-    pub fn describe(&self) -> String {
-        match self {
-            Self::Numbers(least, most) if *most >= 1e9 => format!("a number, {least} or more"),
-            Self::Numbers(least, most) => format!("a number from {least} to {most}"),
-            Self::Whole(least, most) => format!("a whole number from {least} to {most}"),
-            Self::Text => "a text".to_owned(),
-            Self::OneOf(names) => format!("one of {}", names.join(", ")),
-            Self::Flag => "true or false".to_owned(),
-            Self::Point => "[x, y] in metres".to_owned(),
-            Self::Pose => "[x, y, heading] in metres and degrees".to_owned(),
-            Self::Points => "[[x, y], …] in metres".to_owned(),
-        }
+    pub fn key(&self) -> Key {
+        let takes = match self.domain {
+            ArgumentDomain::Numbers(least, most) => number(least, most),
+            ArgumentDomain::Whole(least, most) => with(whole(least), json!({ "maximum": most })),
+            ArgumentDomain::Text => text(),
+            ArgumentDomain::OneOf(names) => one_of(names),
+            ArgumentDomain::Flag => flag(),
+            ArgumentDomain::Point => point(),
+            ArgumentDomain::Pose => pose(),
+            ArgumentDomain::Points => with(points(), json!({ "minItems": 1 })),
+        };
+        let takes = match self.default {
+            ArgumentDefault::Required | ArgumentDefault::Absent => takes,
+            ArgumentDefault::Number(number) => or(takes, plain(number)),
+            ArgumentDefault::Whole(number) => or(takes, number),
+            ArgumentDefault::Text(text) => or(takes, text),
+            ArgumentDefault::Flag(flag) => or(takes, flag),
+        };
+        let key = Key::new(self.name, &sentence(self.about), takes);
+        if self.default == ArgumentDefault::Required { key.required() } else { key }
     }
 }
 
@@ -289,7 +298,7 @@ fn read_value<'d>(table: Table<'d>, parameter: &Parameter) -> diagnostics::docum
         }
         ArgumentDomain::Pose => table
             .get::<[f64; 3]>(key)
-            .map(|[x, y, degrees]| ArgumentValue::Pose(pose(x, y, degrees.to_radians())))
+            .map(|[x, y, degrees]| ArgumentValue::Pose(maps::pose(x, y, degrees.to_radians())))
             .spanned(),
         ArgumentDomain::Points => {
             let points =

@@ -37,7 +37,9 @@ impl Confidence {
 /// In how many of how many runs something happened.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Count {
+    /// In how many runs it happened.
     happened: u64,
+    /// How many runs there were.
     runs: u64,
 }
 

@@ -1,0 +1,81 @@
+//! The words and signs of the language, for help and reference.
+
+/// A word or a sign of the language.
+#[derive(Clone, Copy, Debug)]
+pub struct Operator {
+    /// How it is written.
+    pub written: &'static str,
+    /// What else may be written instead, separated by spaces.
+    pub signs: &'static str,
+    /// What it means, in a sentence or two.
+    pub about: &'static str,
+    /// An example, in which `E` and `F` stand for events.
+    pub example: &'static str,
+}
+
+const fn word(written: &'static str, signs: &'static str, about: &'static str, example: &'static str) -> Operator {
+    Operator { written, signs, about, example }
+}
+
+/// All words and signs of the language, with what they mean. The semantics is in the documentation of this crate.
+pub const OPERATORS: &[Operator] = &[
+    word("property", "", "Begins a property: its name, `:=` or `≔`, and what it asks for.", "property phi := always E"),
+    word("const", "", "Begins a constant, which may stand for a value or a bound.", "const theta := 10"),
+    word(
+        "(P, Q, C)",
+        "",
+        "An event: the last message that the process Q received from P satisfies the condition C. Before the first \
+         message it is false.",
+        "always (BatteryReader, BatteryLevel, m[2] >= 20)",
+    ),
+    word(
+        "m[K]",
+        "m.NAME NAME",
+        "In a condition, field K of the message, counted from 1.",
+        "always (BatteryReader, BatteryLevel, m.level >= 20)",
+    ),
+    word(
+        "= != < <= > >=",
+        "≠ ≤ ≥",
+        "In a condition, compares a field with a number, `true`, `false`, a `\"text\"` or a `<symbol>`.",
+        "eventually (BatteryReader, BatteryLevel, m[1] = <ok>)",
+    ),
+    word("true", "⊤", "Holds for any message, at any time.", "always (BatteryReader, BatteryLevel, true)"),
+    word("false", "⊥", "Never holds.", "always (E implies false)"),
+    word("not", "¬ !", "What follows does not hold.", "always not E"),
+    word("and", "∧", "Both hold.", "always (E and F)"),
+    word("or", "∨", "One of them holds, or both.", "always (E or F)"),
+    word("implies", "-> → ⇒", "If the first holds, the second does.", "always (E implies F)"),
+    word("always", "□", "It holds from now on, whenever one of its channels carries a message.", "always E"),
+    word("eventually", "◇", "It holds now or at some time later.", "eventually E"),
+    word("next", "○", "It holds when one of its channels carries the next message.", "always (E implies next E)"),
+    word("until", "", "The second holds now or later, and the first until then.", "not E until F"),
+    word(
+        "time_until",
+        "",
+        "A message that satisfies the event passes now or later, after a number of ticks within the bound. The bound \
+         is a number, a constant, or a duration in ms, s, min or h, after < <= = >= or >.",
+        "always (E implies time_until F < 30 s)",
+    ),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::super::token::{Keyword, SIGNS, TokenKind};
+    use super::*;
+
+    #[test]
+    fn every_keyword_and_sign_is_explained() {
+        let said: Vec<&str> = OPERATORS
+            .iter()
+            .flat_map(|operator| operator.written.split(' ').chain(operator.signs.split(' ')))
+            .collect();
+        for keyword in Keyword::ALL {
+            assert!(said.contains(&keyword.text()), "{}", keyword.text());
+        }
+        let is_operator = |kind: &TokenKind| matches!(kind, TokenKind::Keyword(_) | TokenKind::Relation(_));
+        for (sign, _) in SIGNS.iter().filter(|(_, kind)| is_operator(kind)) {
+            assert!(said.contains(sign), "{sign}");
+        }
+    }
+}

@@ -1,0 +1,185 @@
+//! The keys of a campaign file.
+
+use scenarios::schema::{Key, flag, json_schema, list, number, one_of, or, plain, scalar, table, text, whole, with};
+use serde_json::{Value, json};
+
+use super::Measure;
+use super::file::MAX_RUNS;
+
+/// The JSON schema of a campaign file.
+#[must_use]
+pub fn schema() -> Value {
+    let sampling = |name: &str| json!({ "properties": { "sampling": { "const": name } }, "required": ["sampling"] });
+    let not = |key: &str| json!({ "not": { "required": [key] } });
+    let estimate = json!({ "properties": { "goal": { "required": ["estimate"] } }, "required": ["goal"] });
+    let rules = json!({
+        "dependentRequired": { "parameters": ["sampling"] },
+        "if": sampling("grid"),
+        "then": not("runs"),
+        "else": { "allOf": [not("repeats"), { "anyOf": [{ "required": ["runs"] }, estimate] }] },
+        "allOf": [{ "if": sampling("latin_hypercube"), "then": not("goal") }],
+    });
+    json_schema("A campaign of steward", rules, &keys())
+}
+
+/// All keys of a campaign file.
+#[must_use]
+pub fn keys() -> Vec<Key> {
+    let count = || with(whole(1), json!({ "maximum": MAX_RUNS }));
+    let measures = one_of(&Measure::ALL.map(Measure::name));
+    let mut keys = vec![
+        Key::new("scenario", "The scenario that is run: a file beside this one, or a name.", text()).required(),
+        Key::new("about", "What the campaign is to find out, in one line.", or(text(), "")),
+        Key::new(
+            "sampling",
+            "How runs are spread over the parameters: all combinations (`grid`), each run on its own (`random`), one \
+             run in each of equal parts of every range (`latin_hypercube`), or an even sequence (`sobol`). Needed \
+             with parameters.",
+            or(one_of(&["grid", "random", "latin_hypercube", "sobol"]), "random"),
+        ),
+        Key::new(
+            "runs",
+            "How many runs there are, with a goal at most. Not for a grid; needed otherwise, unless the goal is an \
+             estimate.",
+            count(),
+        ),
+        Key::new("repeats", "How many runs each combination of a grid has.", or(count(), 1)),
+        Key::new("seed", "Where all randomness of the campaign comes from.", or(whole(0), 1)),
+        Key::new(
+            "seeds",
+            "The root seeds of the runs: run k has `seed` + k (`each`), or all have `seed` (`same`), so that only \
+             the parameters differ.",
+            or(one_of(&["each", "same"]), "each"),
+        ),
+        Key::new(
+            "set",
+            "What is set in every run, as `--set` takes it.",
+            or(list("an array of texts `KEY=VALUE`", &text()), json!([])),
+        ),
+        Key::new(
+            "measures",
+            "What the page draws against the parameters, besides the properties.",
+            or(list(&format!("an array of {}", Measure::ALL.map(Measure::name).join(", ")), &measures), json!([])),
+        ),
+    ];
+    keys.extend(parameters());
+    keys.extend(goal_and_model());
+    keys
+}
+
+fn any_number() -> Value {
+    json!({ "type": "number" })
+}
+
+fn positive() -> Value {
+    json!({ "type": "number", "exclusiveMinimum": 0 })
+}
+
+/// The numbers between two, which do not belong to them.
+fn between(least: f64, most: f64) -> Value {
+    json!({ "type": "number", "exclusiveMinimum": plain(least), "exclusiveMaximum": plain(most) })
+}
+
+fn parameters() -> Vec<Key> {
+    let one = ["values", "from", "normal", "exponential"].map(|key| json!({ "required": [key] }));
+    let rules = json!({
+        "oneOf": one,
+        "dependentRequired": {
+            "from": ["to"], "to": ["from"], "steps": ["from"], "scale": ["from"], "whole": ["from"],
+        },
+        "allOf": [
+            {
+                "if": { "properties": { "whole": { "const": true } }, "required": ["whole"] },
+                "then": {
+                    "properties": { "from": { "type": "integer" }, "to": { "type": "integer" } },
+                    "not": { "anyOf": [{ "required": ["steps"] }, { "required": ["scale"] }] },
+                },
+            },
+            {
+                "if": { "properties": { "scale": { "const": "log" } }, "required": ["scale"] },
+                "then": { "properties": { "from": { "exclusiveMinimum": 0 } } },
+            },
+        ],
+    });
+    let values =
+        with(list("an array of texts, numbers, true or false", &scalar()), json!({ "minItems": 1, "maxItems": 1000 }));
+    vec![
+        Key::new(
+            "parameters[]",
+            "A key of the scenario that varies, with one of `values`, `from` and `to`, `normal` and `exponential`.",
+            table(rules),
+        ),
+        Key::new(
+            "parameters[].key",
+            "The key, as `--set` takes it.",
+            with(text(), json!({ "title": "a dotted key such as `battery.initial_pct`" })),
+        )
+        .required(),
+        Key::new(
+            "parameters[].name",
+            "What `[model]` and reports call it.",
+            with(text(), json!({ "title": "a name of letters, digits and `_`", "minLength": 1 })),
+        ),
+        Key::new(
+            "parameters[].about",
+            "What it is, with its unit, for reports.",
+            with(text(), json!({ "minLength": 1 })),
+        ),
+        Key::new("parameters[].values", "The values that it takes.", values),
+        Key::new("parameters[].from", "The least value of a range.", any_number()),
+        Key::new("parameters[].to", "The greatest value of a range.", any_number()),
+        Key::new(
+            "parameters[].steps",
+            "Only this many values of the range, evenly spread. A grid needs it.",
+            with(whole(2), json!({ "maximum": 1_000_000 })),
+        ),
+        Key::new(
+            "parameters[].scale",
+            "What is spread evenly: values, or their logarithms.",
+            or(one_of(&["linear", "log"]), "linear"),
+        ),
+        Key::new("parameters[].whole", "Whether only the whole numbers of the range are taken.", or(flag(), false)),
+        Key::new("parameters[].normal", "A normal distribution.", table(json!({}))),
+        Key::new("parameters[].normal.mean", "Its mean.", any_number()).required(),
+        Key::new("parameters[].normal.sd", "Its standard deviation.", positive()).required(),
+        Key::new("parameters[].normal.min", "It is cut off below.", any_number()),
+        Key::new("parameters[].normal.max", "It is cut off above.", any_number()),
+        Key::new("parameters[].exponential", "An exponential distribution.", table(json!({}))),
+        Key::new("parameters[].exponential.mean", "Its mean.", positive()).required(),
+    ]
+}
+
+fn goal_and_model() -> Vec<Key> {
+    let goal = json!({
+        "if": { "required": ["estimate"] },
+        "then": {
+            "required": ["half_width", "confidence"],
+            "propertyNames": { "enum": ["estimate", "half_width", "confidence"] },
+        },
+        "else": {
+            "required": ["test", "bound", "indifference", "error"],
+            "propertyNames": { "enum": ["test", "bound", "indifference", "error"] },
+        },
+    });
+    let of = "the name of a property, or `expectation`: that a run is not as the scenario expects";
+    vec![
+        Key::new("goal", "The campaign stops as soon as this is known: an estimate, or a test.", table(goal)),
+        Key::new("goal.estimate", &format!("Of what the probability is estimated: {of}."), text()),
+        Key::new("goal.half_width", "Half the width of the interval that is narrow enough.", number(0.0005, 0.25)),
+        Key::new("goal.confidence", "How sure the interval has to be.", between(0.5, 1.0)),
+        Key::new("goal.test", &format!("Of what the probability is compared to `bound`: {of}."), text()),
+        Key::new("goal.bound", "The probability that it is compared to.", between(0.0, 1.0)),
+        Key::new("goal.indifference", "How far from `bound` either answer will do.", between(0.0, 0.5)),
+        Key::new("goal.error", "How likely a wrong answer may be.", between(0.0, 0.5)),
+        Key::new(
+            "model",
+            "A model to which the results are compared: something happens as soon as a quantity exceeds a bound.",
+            table(json!({})),
+        ),
+        Key::new("model.of", &format!("What happens: {of}."), text()).required(),
+        Key::new("model.about", "The model in words.", or(text(), "")),
+        Key::new("model.quantity", "A formula of parameters' names, numbers, `+ - * /` and parentheses.", text())
+            .required(),
+        Key::new("model.bound", "It happens where the quantity is greater.", any_number()).required(),
+    ]
+}

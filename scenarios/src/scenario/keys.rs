@@ -1,0 +1,419 @@
+//! The keys of a scenario file.
+
+use serde_json::{Value, json};
+
+use crate::faults::KINDS;
+use crate::schema::{
+    Key, flag, json_schema, list, number, one_of, or, point, points, pose, scalar, seconds, some_seconds, table, text,
+    whole, with,
+};
+
+/// The triggers of a fault, of which it has one.
+const TRIGGERS: [&str; 5] = ["at_s", "at_tick", "near", "when", "in_state"];
+
+/// The JSON schema of a scenario file.
+#[must_use]
+pub fn schema() -> Value {
+    let whole = json!({
+        "required": ["map", "places", "tree", "skills", "sites"],
+        "properties": { "sites": { "required": ["start"] } },
+    });
+    json_schema("A scenario of steward", json!({ "anyOf": [{ "required": ["base"] }, whole] }), &keys())
+}
+
+/// All keys of a scenario file but the parameters of its faults, which depend on their [kinds](KINDS).
+#[must_use]
+pub fn keys() -> Vec<Key> {
+    let parts = [files(), robot(), execution(), world(), monitors(), faults(), ending()];
+    parts.into_iter().flatten().collect()
+}
+
+fn names() -> Value {
+    json!({ "title": "a name, or an array of names", "anyOf": [text(), { "type": "array", "items": text() }] })
+}
+
+fn name() -> Value {
+    with(text(), json!({ "minLength": 1 }))
+}
+
+fn files() -> Vec<Key> {
+    let start =
+        json!({ "title": "the name of a point, or [x, y, heading] in metres and degrees", "anyOf": [text(), pose()] });
+    vec![
+        Key::new(
+            "base",
+            "Another scenario, as a file or by its name. This one takes over everything that it does not say itself. \
+             An array is taken over whole or not at all.",
+            text(),
+        ),
+        Key::new("about", "What the scenario shows, in one line.", or(text(), "")),
+        Key::new(
+            "seed",
+            "The root seed if `--seed` gives none. All random numbers of a run follow from it.",
+            or(whole(0), 1),
+        ),
+        Key::new(
+            "folder",
+            "The folder in which the scenario's other files are looked for first, instead of its own.",
+            text(),
+        ),
+        Key::new("map", "The map: a YAML file as ROS's `map_server` writes it. Needed without a `base`.", text()),
+        Key::new(
+            "places",
+            "The places on the map: a TOML file, or a locations file of YARP (`.ini`). Needed without a `base`.",
+            text(),
+        ),
+        Key::new("tree", "The behavior tree: an XML file of BehaviorTree.CPP. Needed without a `base`.", text()),
+        Key::new(
+            "skills",
+            "The folder of the SCXML machines that carry out the tree's leaves. Needed without a `base`.",
+            text(),
+        ),
+        Key::new(
+            "properties",
+            "The property files. Each of their properties is monitored.",
+            list("an array of texts", &text()),
+        ),
+        Key::new("leaves", "How the leaves of the tree differ from what their names say.", table(json!({}))),
+        Key::new("leaves.NAME", "A leaf of the tree, by the name of its process.", table(json!({}))),
+        Key::new(
+            "leaves.NAME.machine",
+            "The file of the leaf's machine, in the folder `skills`. If not given, `NAME.scxml` or `ID.scxml`.",
+            text(),
+        ),
+        Key::new("leaves.NAME.data", "What data of the machine hold at first.", table(json!({}))),
+        Key::new("leaves.NAME.data.ID", "What `<data id=\"ID\">` holds at first.", scalar()),
+        Key::new("sites", "The places that the scenario needs. Needed without a `base`.", table(json!({}))),
+        Key::new("sites.start", "Where the robot starts. Needed without a `base`.", start),
+        Key::new(
+            "sites.station",
+            "The point where the charging station stands. Without one, nothing is charged.",
+            text(),
+        ),
+        Key::new("sites.destination", "The place to which the robot is sent, for pictures.", text()),
+    ]
+}
+
+fn robot() -> Vec<Key> {
+    let rate = |default| or(number(0.0, 100.0), default);
+    let sigma = || or(number(0.0, 1.0), 0);
+    let mut keys = vec![
+        Key::new("battery", "The battery.", table(json!({}))),
+        Key::new("battery.initial_pct", "Charge at the start, in percent.", rate(json!(100))),
+        Key::new("battery.drain_pct_per_s", "What driving costs, in percent per second.", rate(json!(0.05))),
+        Key::new("battery.standstill_drain_pct_per_s", "What standing costs, in percent per second.", rate(json!(0))),
+        Key::new("battery.charge_pct_per_s", "What charging gives, in percent per second.", rate(json!(0.05))),
+        Key::new("noise", "The noise of sensors and wheels.", table(json!({}))),
+        Key::new("noise.laser_sigma_m", "Standard deviation of a range, in metres.", sigma()),
+    ];
+    for (part, of) in [("odometry", "the odometry reports"), ("motion", "the wheels carry out")] {
+        let key = |name: &str, about: String| Key::new(&format!("noise.{part}.{name}"), &about, sigma());
+        keys.push(Key::new(&format!("noise.{part}"), &format!("The noise of the motion that {of}."), table(json!({}))));
+        for (name, what, after) in [
+            ("angle_per_sqrt_rad", "the angle, in radians", "1 rad"),
+            ("angle_per_sqrt_m", "the angle, in radians", "1 m"),
+            ("distance_per_sqrt_m", "the distance, in metres", "1 m"),
+            ("distance_per_sqrt_rad", "the distance, in metres", "1 rad"),
+        ] {
+            keys.push(key(name, format!("Standard deviation of {what}, after {after}.")));
+        }
+    }
+    keys
+}
+
+fn execution() -> Vec<Key> {
+    let least_tick = json!({ "type": "number", "minimum": 0.02, "maximum": 1_000_000_000 });
+    vec![
+        Key::new("components", "The components that skills ask.", table(json!({}))),
+        Key::new(
+            "components.navigation",
+            "What a stop ends: `shipped` the trip to its own place, `original` any trip, as in the paper's published \
+             system.",
+            or(one_of(&["shipped", "original"]), "shipped"),
+        ),
+        Key::new("execution", "How tree, skills and components run.", table(json!({}))),
+        Key::new("execution.tick_s", "Time between ticks of the tree, in seconds.", or(least_tick, 1)),
+        Key::new(
+            "execution.tree",
+            "The tree as one process (`whole`), or one process per node with handshakes (`nodes`), as in the paper.",
+            or(one_of(&["whole", "nodes"]), "whole"),
+        ),
+        Key::new(
+            "execution.policy",
+            "Who chooses among enabled transitions: chance (`random`), or each process in turn (`round-robin`).",
+            or(one_of(&["random", "round-robin"]), "random"),
+        ),
+        Key::new("execution.starve", "This process moves only when no other can.", text()),
+        Key::new("execution.order[]", "A message is received only after another.", table(json!({}))),
+        Key::new(
+            "execution.order[].first",
+            "The message that comes first: an event of the SCOPE language, or several joined by `or`.",
+            text(),
+        )
+        .required(),
+        Key::new("execution.order[].then", "The message that waits for it.", text()).required(),
+        Key::new(
+            "execution.leaf_timeout_s",
+            "A leaf that has not answered the tree after this time, in seconds, has failed; one that was told to \
+             halt has halted.",
+            or(some_seconds(), 2),
+        ),
+        Key::new(
+            "execution.max_time_s",
+            "When the run ends in any case, in simulated seconds.",
+            or(some_seconds(), 3600),
+        ),
+        Key::new(
+            "execution.step_budget",
+            "How many transitions one step may have before the system counts as never quiet.",
+            or(whole(1), 100_000),
+        ),
+        Key::new(
+            "execution.run_budget",
+            "How many messages a run may have before it is given up.",
+            or(whole(1), 10_000_000),
+        ),
+    ]
+}
+
+fn world() -> Vec<Key> {
+    let side = |default| or(number(0.05, 20.0), default);
+    let span = json!({ "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 1, "maxItems": 2 });
+    vec![
+        Key::new("people[]", "Somebody who stands or walks.", table(json!({}))),
+        Key::new("people[].name", "The name in reports. If not given, `person 1`, `person 2`, …", name()),
+        Key::new("people[].at", "Where the person is at first.", point()).required(),
+        Key::new("people[].radius_m", "Radius of the body, in metres.", or(number(0.05, 1.0), 0.25)),
+        Key::new(
+            "people[].route",
+            "The points to which the person walks, in a straight line each. Without any, the person stands.",
+            or(points(), json!([])),
+        ),
+        Key::new(
+            "people[].then",
+            "At the end of the route: walk it `back`, go `around` to its beginning, or `stop`.",
+            or(one_of(&["back", "around", "stop"]), "back"),
+        ),
+        Key::new("people[].speed_mps", "Walking speed, in metres per second.", or(number(0.05, 3.0), 0.8)),
+        Key::new("people[].sets_out_s", "When the person sets out, in seconds.", or(seconds(), 0)),
+        Key::new("people[].pause_s", "How long the person pauses, in seconds.", or(seconds(), 0)),
+        Key::new(
+            "people[].pauses",
+            "Where the person pauses: at every point of the route, or only at its `ends`.",
+            or(one_of(&["waypoints", "ends"]), "waypoints"),
+        ),
+        Key::new("people[].gives_way", "Whether the person waits for the robot, or walks into it.", or(flag(), true)),
+        Key::new(
+            "people[].patience_s",
+            "After this time, in seconds, a blocked person steps aside to clear the robot's path, or turns back.",
+            or(seconds(), 3),
+        ),
+        Key::new("doors[]", "A door, which never closes onto the robot.", table(json!({}))),
+        Key::new("doors[].name", "The name in reports. If not given, `door 1`, `door 2`, …", name()),
+        Key::new("doors[].at", "The middle of the closed leaf.", pose()).required(),
+        Key::new("doors[].width_m", "Width of the leaf, in metres.", or(number(0.1, 20.0), 1)),
+        Key::new(
+            "doors[].opens",
+            "How it opens: it slides, or swings to one side.",
+            or(one_of(&["slide", "left", "right"]), "slide"),
+        ),
+        Key::new("doors[].moves_s", "How long it takes to open or close, in seconds.", or(seconds(), 2)),
+        Key::new(
+            "doors[].closed_s",
+            "When it is closed, in seconds. `[from]` lasts to the end of the run.",
+            or(list("[[from, to], …] in seconds", &span), json!([])),
+        ),
+        Key::new(
+            "doors[].every_s",
+            "After how many seconds `closed_s` begins again. Without it, never.",
+            some_seconds(),
+        ),
+        Key::new("boxes[]", "A box that is not on the map.", table(json!({}))),
+        Key::new("boxes[].name", "The name in reports. If not given, `box 1`, `box 2`, …", name()),
+        Key::new("boxes[].at", "The middle of the box.", pose()).required(),
+        Key::new("boxes[].length_m", "Length, in metres.", side(0.6)),
+        Key::new("boxes[].width_m", "Width, in metres.", side(0.4)),
+        Key::new("boxes[].mass_kg", "Mass, in kilograms.", or(number(0.1, 1000.0), 10)),
+        Key::new("boxes[].fixed", "Whether it stays where it is. Otherwise the robot can push it.", or(flag(), false)),
+    ]
+}
+
+fn monitors() -> Vec<Key> {
+    let kinds = json!({
+        "if": { "required": ["figure"] },
+        "then": { "propertyNames": { "enum": ["name", "figure"] } },
+        "else": { "required": ["machine", "violated_in", "events"] },
+    });
+    vec![
+        Key::new(
+            "monitors[]",
+            "A monitor that is attached as it is: an SCXML machine, or with `figure` one of the paper's.",
+            table(kinds),
+        ),
+        Key::new("monitors[].name", "The monitor's name. If not given, that of the machine or figure.", text()),
+        Key::new("monitors[].figure", "The monitor of the paper's Figure 5 (a) or (b).", one_of(&["5 (a)", "5 (b)"])),
+        Key::new("monitors[].machine", "The SCXML file. Needed without `figure`.", text()),
+        Key::new(
+            "monitors[].violated_in",
+            "The states that mean a violation, for good, even if the machine leaves them at once. Needed with \
+             `machine`.",
+            names(),
+        ),
+        Key::new(
+            "monitors[].pending_in",
+            "The states that leave the monitor inconclusive if the run ends there.",
+            names(),
+        ),
+        Key::new(
+            "monitors[].events[]",
+            "Which messages become which event of the machine. Needed with `machine`.",
+            table(json!({})),
+        ),
+        Key::new("monitors[].events[].event", "The event's name.", text()).required(),
+        Key::new(
+            "monitors[].events[].when",
+            "The messages: an event of the SCOPE language, or several joined by `or`.",
+            text(),
+        )
+        .required(),
+        Key::new("monitors[].events[].data", "What `_event.data` holds.", table(json!({}))),
+        Key::new(
+            "monitors[].events[].data.NAME",
+            "What `_event.data.NAME` holds. `m[1]`, `m[2]`, … are fields of the message.",
+            scalar(),
+        ),
+    ]
+}
+
+fn faults() -> Vec<Key> {
+    let mut keys = vec![
+        Key::new(
+            "faults[].kind",
+            "What goes wrong. `steward faults` lists the kinds, and `steward faults KIND` the parameters of one.",
+            with(
+                one_of(&KINDS.iter().map(|kind| kind.name).collect::<Vec<_>>()),
+                json!({ "title": "the name of a kind" }),
+            ),
+        )
+        .required(),
+        Key::new("faults[].at_s", "Trigger: the fault takes hold at this time, in seconds.", seconds()),
+        Key::new("faults[].at_tick", "Trigger: when this tick has been generated.", whole(0)),
+        Key::new("faults[].near", "Trigger: when the robot comes near this place.", text()),
+        Key::new(
+            "faults[].when",
+            "Trigger: when such a message has passed: an event of the SCOPE language, or several joined by `or`.",
+            text(),
+        ),
+        Key::new(
+            "faults[].in_state",
+            "Trigger: when a skill enters a state.",
+            with(text(), json!({ "title": "`SKILL.STATE`" })),
+        ),
+        Key::new("faults[].within_m", "With `near`: how near, in metres.", or(number(0.0, 1e6), 1)),
+        Key::new(
+            "faults[].probability",
+            "How likely the fault takes hold when its trigger comes.",
+            or(number(0.0, 1.0), 1),
+        ),
+        Key::new(
+            "faults[].lasts_s",
+            "How long it holds, in seconds. Without it, to the end of the run. A momentary fault cannot last.",
+            some_seconds(),
+        ),
+        Key::new("faults[].every_s", "With `at_s`: after how many seconds it comes again.", some_seconds()),
+        Key::new(
+            "faults[].times",
+            "How often it takes hold at most. If not given, once, or with `every_s` without a limit.",
+            with(whole(1), json!({ "maximum": 1_000_000_000 })),
+        ),
+    ];
+    let timing: Vec<&str> = keys.iter().map(|key| key.split().1).collect();
+    let kinds = KINDS.iter().map(|kind| {
+        let shared = timing
+            .iter()
+            .filter(|key| !(kind.momentary && **key == "lasts_s"))
+            .map(|key| ((*key).to_owned(), json!(true)));
+        let own = kind.parameters.iter().map(|parameter| {
+            let key = parameter.key();
+            (key.path, with(key.takes, json!({ "description": key.about })))
+        });
+        let needed =
+            kind.parameters.iter().filter(|parameter| parameter.key().required).map(|parameter| parameter.name);
+        json!({
+            "if": { "properties": { "kind": { "const": kind.name } } },
+            "then": {
+                "description": kind.about,
+                "properties": shared.chain(own).collect::<Value>(),
+                "required": needed.collect::<Vec<_>>(),
+                "additionalProperties": false,
+            },
+        })
+    });
+    let fault = json!({
+        "type": "object",
+        "oneOf": TRIGGERS.map(|trigger| json!({ "required": [trigger] })),
+        "dependentRequired": { "every_s": ["at_s"], "within_m": ["near"] },
+        "allOf": kinds.collect::<Vec<_>>(),
+    });
+    keys.insert(
+        0,
+        Key::new(
+            "faults[]",
+            "Something that goes wrong: its kind with that kind's parameters, and one trigger.",
+            fault,
+        ),
+    );
+    keys
+}
+
+fn ending() -> Vec<Key> {
+    let violation = json!({
+        "title": "true, false, the name of a property, or an array of names",
+        "anyOf": [flag(), text(), { "type": "array", "items": text() }],
+    });
+    let moments = ["start", "fault", "verdict", "arrival", "end"];
+    let snapshots = json!({ "type": "number", "minimum": 0.02, "maximum": 1_000_000_000 });
+    let places = || list("an array of names", &text());
+    vec![
+        Key::new("stop", "When the run ends before `execution.max_time_s`: at the first of these.", table(json!({}))),
+        Key::new("stop.at", "When the robot has come to rest at this place, or at one of several.", names()),
+        Key::new(
+            "stop.on_violation",
+            "When a property is violated: any (`true`), or one of those named. Without monitors the run goes on.",
+            or(violation, false),
+        ),
+        Key::new("stop.when_settled", "When every property has a verdict that nothing can change.", or(flag(), false)),
+        Key::new("stop.after_s", "How long the run goes on after that, in seconds.", or(seconds(), 0)),
+        Key::new("snapshots", "When pictures are taken.", table(json!({}))),
+        Key::new(
+            "snapshots.at",
+            "On these occasions.",
+            or(list("an array of start, fault, verdict, arrival, end", &one_of(&moments)), json!([])),
+        ),
+        Key::new(
+            "snapshots.at_s",
+            "At these times, in seconds.",
+            or(list("an array of numbers", &seconds()), json!([])),
+        ),
+        Key::new("snapshots.every_s", "Again after each such time, in seconds.", snapshots),
+        Key::new("expect", "What the run must come to. The exit status says whether it did.", table(json!({}))),
+        Key::new(
+            "expect.PROPERTY",
+            "What a property must turn out to be.",
+            one_of(&["satisfied", "violated", "inconclusive"]),
+        ),
+        Key::new("expect.reached", "Places that the robot must have reached.", or(places(), json!([]))),
+        Key::new("expect.not_reached", "Places that the robot must not have reached.", or(places(), json!([]))),
+        Key::new("expect.max_collisions", "How many collisions there may be.", whole(0)),
+        Key::new(
+            "expect.min_battery_pct",
+            "The least charge that the battery may have, in percent.",
+            number(0.0, 100.0),
+        ),
+        Key::new(
+            "expect.max_localization_m",
+            "How far localization may be from the truth at worst, in metres.",
+            number(0.0, 1e6),
+        ),
+    ]
+}

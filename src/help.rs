@@ -1,0 +1,115 @@
+//! `steward help`: of a command, or of a topic.
+
+use campaigns::Error;
+use clap::{Args, Command, ValueEnum};
+use monitors::{GRAMMAR, OPERATORS};
+use scenarios::scenario::keys as scenario;
+use scenarios::schema::Key;
+
+use crate::entry::{WIDTH, entry, meaning};
+use crate::output::print;
+
+/// What there is help on besides commands.
+const TOPICS: [&str; 4] = ["scenario", "campaign", "faults", "scope"];
+
+/// What to explain.
+#[derive(Debug, Args)]
+pub(crate) struct HelpArgs {
+    /// A command, or one of the topics: scenario, campaign, faults, scope
+    topic: Vec<String>,
+}
+
+/// A kind of file that has a JSON schema.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum SchemaFile {
+    /// Scenario files
+    Scenario,
+    /// Campaign files
+    Campaign,
+}
+
+/// Prints the help of a command of `cli`, or of a topic.
+pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
+    let topic: Vec<&str> = args.topic.iter().map(String::as_str).collect();
+    match topic.as_slice() {
+        ["scenario"] => return print(&format!("{SCENARIO}{}", listed(&scenario::keys()))),
+        ["faults"] => return print(&crate::faults::overview()),
+        ["scope"] => return print(&scope()),
+        _ => {}
+    }
+    cli.build();
+    let mut command = &mut cli;
+    let mut topics = &TOPICS[..];
+    for name in &topic {
+        let known: Vec<String> = command.get_subcommands().map(|command| command.get_name().to_owned()).collect();
+        let Some(found) = command.find_subcommand_mut(name) else {
+            let names = known.iter().map(String::as_str).chain(topics.iter().copied());
+            let meant = diagnostics::did_you_mean(name, names).unwrap_or_default();
+            return Err(Error::refused(format!("there is no help on `{}`", topic.join(" ")), meant));
+        };
+        (command, topics) = (found, &[]);
+    }
+    print(&command.render_long_help().to_string())?;
+    if topic == ["campaign"] { print(&format!("\n{CAMPAIGN}{}", listed(&campaigns::keys::keys()))) } else { Ok(()) }
+}
+
+/// Prints the JSON schema of a kind of files.
+pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
+    let schema = match file {
+        SchemaFile::Scenario => scenario::schema(),
+        SchemaFile::Campaign => campaigns::keys::schema(),
+    };
+    print(&format!("{schema:#}\n"))
+}
+
+const SCENARIO: &str = "\
+A scenario is one TOML file. The files that it names are looked for beside it,
+then among those that come with the program. `steward init DIR` writes a
+scenario to start from, `steward check FILE` says what is wrong with one, and
+`steward schema scenario` prints its JSON schema, for editors.
+";
+
+const CAMPAIGN: &str = "\
+A campaign is one TOML file. `steward check FILE` says what is wrong with one,
+and `steward schema campaign` prints its JSON schema, for editors.
+";
+
+/// All keys, table by table.
+fn listed(keys: &[Key]) -> String {
+    let mut text = String::new();
+    let mut table = "";
+    for key in keys {
+        let (inside, name) = key.split();
+        if key.is_table() {
+            let heading = match key.path.strip_suffix("[]") {
+                Some(path) => format!("\n[[{}]]", path.replace("[]", "")),
+                None => format!("\n[{}]", key.path.replace("[]", "")),
+            };
+            text += &format!("{heading}\n{}\n", textwrap::fill(&key.about, WIDTH));
+        } else {
+            if table != inside || text.is_empty() {
+                text.push('\n');
+            }
+            text += &entry(name, &meaning(key));
+        }
+        table = if key.is_table() { &key.path } else { inside };
+    }
+    text
+}
+
+/// The language of properties.
+fn scope() -> String {
+    let operators = OPERATORS.iter().map(|operator| {
+        let signs = if operator.signs.is_empty() {
+            String::new()
+        } else {
+            format!(" Also {}.", operator.signs.replace(' ', ", "))
+        };
+        entry(operator.written, &format!("{}{signs}", operator.about)) + &format!("{:20}{}\n", "", operator.example)
+    });
+    format!(
+        "Properties are written in the SCOPE language, in files `NAME.scope`:\n\n{GRAMMAR}\n{}\n`steward monitor check \
+         FILE` says what is wrong with such a file, `steward\nmonitor explain FILE` says it in English.\n",
+        operators.collect::<String>()
+    )
+}

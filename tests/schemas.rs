@@ -1,0 +1,391 @@
+//! The JSON schemas of scenario and campaign files, against the readers of these files.
+//!
+//! A schema may accept what only the reader knows to be wrong. It never refuses what the reader accepts.
+
+mod validator;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::Path;
+
+use campaigns::CampaignFile;
+use diagnostics::FileProblems;
+use scenarios::faults::{KINDS, Parameter};
+use scenarios::files::{Files, shipped_campaigns, shipped_paths};
+use scenarios::scenario::ScenarioFile;
+use scenarios::schema::Key;
+use serde_json::{Value, json};
+
+use self::validator::problem;
+use crate::steward::steward;
+
+/// A kind of files: its schema, its keys, and its reader, which gives back what it has read in some form.
+struct Kind {
+    schema: Value,
+    keys: Vec<Key>,
+    read: fn(&str) -> Result<String, FileProblems>,
+}
+
+fn scenarios() -> Kind {
+    let read = |text: &str| {
+        ScenarioFile::parse("a.toml", text, &Files::shipped(), []).map(|file| without_places(&format!("{file:?}")))
+    };
+    Kind { schema: scenarios::scenario::keys::schema(), keys: scenarios::scenario::keys::keys(), read }
+}
+
+fn campaigns() -> Kind {
+    let read = |text: &str| CampaignFile::parse("a.toml", text).map(|file| without_places(&format!("{file:?}")));
+    Kind { schema: campaigns::keys::schema(), keys: campaigns::keys::keys(), read }
+}
+
+/// What was read without the places where it stands: `range: 3..7`.
+fn without_places(read: &str) -> String {
+    let parts = read.split("range: ").map(|part| part.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.'));
+    parts.collect()
+}
+
+/// A file as the schema sees it.
+fn as_json(text: &str) -> Value {
+    serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap()
+}
+
+impl Kind {
+    /// What schema and reader say of a file. What the schema refuses, the reader refuses.
+    fn judged(&self, file: &Value) -> Judged {
+        let text = toml::to_string(file).unwrap();
+        let read = (self.read)(&text);
+        if let Some(error) = problem(&self.schema, file) {
+            assert!(read.is_err(), "the schema alone refuses this: {error}\n{text}");
+            return Judged::RefusedByBoth;
+        }
+        match read {
+            Ok(read) => Judged::Accepted(read),
+            Err(problems) => Judged::RefusedByReader(problems),
+        }
+    }
+}
+
+enum Judged {
+    Accepted(String),
+    RefusedByReader(FileProblems),
+    RefusedByBoth,
+}
+
+const SCENARIO: &str = r#"
+map = "maps/house.yaml"
+places = "maps/house.places.toml"
+tree = "trees/recharge.xml"
+skills = "skills"
+properties = []
+[leaves.NAME]
+data = { ID = 1 }
+[sites]
+start = "start"
+[battery]
+[noise]
+odometry = {}
+motion = {}
+[components]
+[[execution.order]]
+first = "(BatteryReader, BatteryLevel, true)"
+then = "(Navigation, GoToDestination, true)"
+[[people]]
+at = [1, 2]
+[[doors]]
+at = [1, 2, 0]
+[[boxes]]
+at = [1, 2, 0]
+[[monitors]]
+machine = "a.scxml"
+violated_in = "failure"
+events = [{ event = "e", when = "(BatteryReader, BatteryLevel, true)", data = { NAME = "m[1]" } }]
+[stop]
+[snapshots]
+[expect]
+"#;
+
+/// One campaign for each form that its tables may have.
+const CAMPAIGNS: [&str; 4] = [
+    "scenario = \"errand\"\nsampling = \"sobol\"\nruns = 9\n\
+     [[parameters]]\nkey = \"seed\"\nname = \"a\"\nfrom = 1\nto = 7\n\
+     [goal]\nestimate = \"phi1\"\nhalf_width = 0.1\nconfidence = 0.9\n\
+     [model]\nof = \"phi1\"\nquantity = \"a\"\nbound = 3",
+    "scenario = \"errand\"\nsampling = \"random\"\nruns = 9\n[[parameters]]\nkey = \"seed\"\n\
+     normal = { mean = 1, sd = 2 }\n[goal]\ntest = \"phi1\"\nbound = 0.3\nindifference = 0.1\nerror = 0.1",
+    "scenario = \"errand\"\nsampling = \"latin_hypercube\"\nruns = 9\n\
+     [[parameters]]\nkey = \"seed\"\nexponential = { mean = 1 }",
+    "scenario = \"errand\"\nsampling = \"grid\"\n[[parameters]]\nkey = \"seed\"\nvalues = [1, 2]",
+];
+
+/// Every kind of files, with examples that together have all of their tables; faults apart.
+fn examples() -> [(Kind, Vec<Value>); 2] {
+    let figure =
+        SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
+    let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
+    [(scenarios(), vec![as_json(SCENARIO), as_json(&figure)]), (campaigns(), CAMPAIGNS.map(as_json).to_vec())]
+}
+
+/// A scenario with a fault of each kind.
+fn faults() -> Vec<(&'static [Parameter], Value)> {
+    let with = |kind: &scenarios::faults::FaultKind| {
+        as_json(&format!("{SCENARIO}\n[[faults]]\nkind = \"{}\"\n{}", kind.name, kind.example))
+    };
+    KINDS.iter().map(|kind| (kind.parameters, with(kind))).collect()
+}
+
+/// The place of a key in a file: the first entry of each array of tables. `None` if the table is not there.
+fn place<'f>(file: &'f mut Value, key: &Key) -> Option<(&'f mut serde_json::Map<String, Value>, String)> {
+    let mut table = file;
+    let mut parts: Vec<&str> = key.path.split('.').collect();
+    let last = parts.pop()?;
+    for part in parts {
+        table = match part.strip_suffix("[]") {
+            Some(part) => table.get_mut(part)?.get_mut(0)?,
+            None => table.get_mut(part)?,
+        };
+    }
+    Some((table.as_object_mut()?, last.trim_end_matches("[]").to_owned()))
+}
+
+/// A file with another value of a key.
+fn with(file: &Value, key: &Key, value: Value) -> Option<Value> {
+    let mut file = file.clone();
+    let (table, name) = place(&mut file, key)?;
+    table.insert(name, value);
+    Some(file)
+}
+
+/// Values of all types, and those at the ends of a key's range and beyond them.
+fn probes(key: &Key) -> Vec<Value> {
+    let mut probes = vec![
+        json!(""),
+        json!("text"),
+        json!("a.b"),
+        json!("start"),
+        json!(true),
+        json!(false),
+        json!(0),
+        json!(1),
+        json!(-1),
+        json!(0.25),
+        json!(2.5),
+        json!(1_000_000_000_000_i64),
+        json!([]),
+        json!(["text"]),
+        json!(["start"]),
+        json!([1]),
+        json!([1, 2]),
+        json!([1.5, 2, 3]),
+        json!([[1, 2]]),
+        json!([[2, 1]]),
+        json!([[1, 2, 3]]),
+        json!([[]]),
+        json!({}),
+        json!({ "a": 1 }),
+        json!([{}]),
+        json!([{ "a": 1 }]),
+    ];
+    for end in ["minimum", "maximum", "exclusiveMinimum", "exclusiveMaximum"] {
+        let Some(end) = key.takes.get(end).and_then(Value::as_f64) else { continue };
+        let step = if key.takes["type"] == "integer" { 1.0 } else { 1e-3 * end.abs().max(0.01) };
+        probes.extend([-step, 0.0, step].map(|step| scenarios::schema::plain(end + step)));
+    }
+    probes.extend(key.takes["enum"].as_array().cloned().unwrap_or_default());
+    probes
+}
+
+/// What only a reader knows: a file that is not there, a rule that binds two keys, a language inside of a text.
+const ONLY_THE_READER: [&str; 14] = [
+    "base",
+    "doors[].closed_s",
+    "faults[].in_state",
+    "faults[].times",
+    "goal.bound",
+    "goal.indifference",
+    "model.quantity",
+    "parameters[]",
+    "parameters[].from",
+    "parameters[].key",
+    "parameters[].name",
+    "parameters[].normal.min",
+    "parameters[].to",
+    "repeats",
+];
+
+#[test]
+fn schema_and_reader_agree_on_every_value_of_every_key() {
+    let (mut tried, mut only_the_reader) = (0, BTreeMap::new());
+    let mut try_out = |kind: &Kind, file: &Value, key: &Key| {
+        for probe in probes(key) {
+            let Some(file) = with(file, key, probe.clone()) else { continue };
+            tried += 1;
+            if let Judged::RefusedByReader(problems) = kind.judged(&file) {
+                only_the_reader.entry(key.path.clone()).or_insert_with(|| format!("{probe}: {}", problems.plain()));
+            }
+        }
+    };
+    for (kind, files) in examples() {
+        for file in &files {
+            assert!(matches!(kind.judged(file), Judged::Accepted(_)), "{file}");
+            kind.keys.iter().for_each(|key| try_out(&kind, file, key));
+        }
+    }
+    let kind = scenarios();
+    for (parameters, file) in faults() {
+        let own = parameters.iter().map(|parameter| in_fault(parameter.key()));
+        let timing = kind.keys.iter().filter(|key| key.split().0 == "faults[]").cloned();
+        for key in own.chain(timing) {
+            let mut file = file.clone();
+            if key.about.starts_with("Trigger") {
+                let fault = file["faults"][0].as_object_mut().unwrap();
+                fault.retain(|name, _| parameters.iter().any(|parameter| parameter.name == name) || name == "kind");
+            }
+            try_out(&kind, &file, &key);
+        }
+    }
+    assert!(tried > 20_000, "{tried}");
+    assert_eq!(only_the_reader.keys().collect::<Vec<_>>(), ONLY_THE_READER, "{only_the_reader:#?}");
+}
+
+fn in_fault(key: Key) -> Key {
+    Key { path: format!("faults[].{}", key.path), ..key }
+}
+
+#[test]
+fn a_default_is_what_the_reader_takes() {
+    let check = |kind: &Kind, file: &Value, key: &Key| {
+        let Some(default) = key.takes.get("default") else { return false };
+        let mut without = file.clone();
+        let Some((table, name)) = place(&mut without, key) else { return false };
+        table.remove(&name);
+        let Some(with) = with(&without, key, default.clone()) else { return false };
+        match (kind.judged(&without), kind.judged(&with)) {
+            (Judged::Accepted(without), Judged::Accepted(with)) => assert!(without == with, "{}", key.path),
+            _ => return false,
+        }
+        true
+    };
+    for (kind, files) in examples() {
+        for key in kind.keys.iter().filter(|key| key.takes.get("default").is_some() && key.split().0 != "faults[]") {
+            let checked = files.iter().filter(|file| check(&kind, file, key)).count();
+            // Without a parameter to spread, the sampling may be left out.
+            assert!(checked > 0 || key.path == "sampling", "{}", key.path);
+        }
+    }
+    let kind = scenarios();
+    for (parameters, file) in faults() {
+        for parameter in parameters {
+            let key = in_fault(parameter.key());
+            assert!(key.takes.get("default").is_none() || check(&kind, &file, &key), "{}", key.path);
+        }
+    }
+}
+
+/// The keys that the reader says are known in a table, when it meets one that is not.
+fn known(kind: &Kind, file: &Value, table: &str) -> Option<BTreeSet<String>> {
+    let path = if table.is_empty() { "qqqqqqqq".to_owned() } else { format!("{table}.qqqqqqqq") };
+    let file = with(file, &Key::new(&path, "", json!({})), json!(1))?;
+    assert!(problem(&kind.schema, &file).is_some(), "the schema does not know the keys of {table}");
+    let Err(problems) = (kind.read)(&toml::to_string(&file).unwrap()) else { panic!("{table} may have any key") };
+    let help =
+        problems.problems().iter().find(|problem| problem.message().contains("qqqqqqqq"))?.help_text()?.to_owned();
+    let known = help.strip_prefix("known here: ")?;
+    Some(known.split(", ").map(|key| key.trim_matches('`').to_owned()).collect())
+}
+
+#[test]
+fn the_keys_are_those_for_which_the_reader_asks() {
+    for (kind, files) in examples() {
+        let mut tables: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+        for key in &kind.keys {
+            let (table, name) = key.split();
+            tables.entry(table.to_owned()).or_default().insert(name.trim_end_matches("[]").to_owned());
+        }
+        // In these the file chooses the keys; what a fault may have depends on its kind.
+        let chosen = ["expect", "leaves", "leaves.NAME.data", "monitors[].events[].data", "faults[]"];
+        for (table, keys) in tables.iter().filter(|(table, _)| !chosen.contains(&table.as_str())) {
+            let found: BTreeSet<String> = files.iter().filter_map(|file| known(&kind, file, table)).flatten().collect();
+            assert_eq!(found, *keys, "in the table {table}");
+        }
+    }
+    let kind = scenarios();
+    let timing: BTreeSet<String> =
+        kind.keys.iter().filter(|key| key.split().0 == "faults[]").map(|key| key.split().1.to_owned()).collect();
+    for (parameters, file) in faults() {
+        let mut keys = timing.clone();
+        keys.extend(parameters.iter().map(|parameter| parameter.name.to_owned()));
+        assert_eq!(known(&kind, &file, "faults[]"), Some(keys), "{file}");
+    }
+}
+
+#[test]
+fn every_file_that_comes_with_the_program_is_valid() {
+    let kind = scenarios();
+    let paths: Vec<&str> = shipped_paths().filter(|path| path.starts_with("scenarios/")).collect();
+    assert!(paths.len() > 60);
+    for path in paths {
+        let text = Files::shipped().read_text(Path::new(path)).unwrap();
+        if let Some(error) = problem(&kind.schema, &as_json(&text)) {
+            panic!("{path}: {error}");
+        }
+    }
+    let kind = campaigns();
+    for (name, text) in shipped_campaigns() {
+        if let Some(error) = problem(&kind.schema, &as_json(text)) {
+            panic!("{name}: {error}");
+        }
+    }
+}
+
+/// What is refused elsewhere among these tests, as far as a schema can know.
+#[test]
+fn broken_files_are_refused_by_both() {
+    let refused = |kind: &Kind, file: &str| matches!(kind.judged(&as_json(file)), Judged::RefusedByBoth);
+    let broken = |text: &str| refused(&scenarios(), &format!("base = \"nominal\"\n{text}"));
+    for text in [
+        "baterry = {}",
+        "battery = { intial_pct = 80 }",
+        "battery = { initial_pct = 180 }",
+        "execution = { policy = \"fair\" }",
+        "execution = { step_budget = 0 }",
+        "expect = { phi1 = \"broken\" }",
+        "faults = [{ kind = \"joipad\", at_s = 1 }]",
+        "faults = [{ kind = \"joypad\" }]",
+        "faults = [{ kind = \"joypad\", at_s = 1, near = \"start\" }]",
+        "faults = [{ kind = \"joypad\", at_tick = 1, every_s = 3 }]",
+        "faults = [{ kind = \"battery_level\", at_s = 1, level_pct = 10, lasts_s = 3 }]",
+        "faults = [{ kind = \"battery_level\", at_s = 1 }]",
+        "people = [{ at = [1, 2], speed_mps = 9 }]",
+        "seed = -1",
+        "stop = { at = 3 }",
+    ] {
+        assert!(broken(text), "{text}");
+    }
+    assert!(refused(&scenarios(), "map = \"maps/house.yaml\""));
+    let campaign = |text: &str| refused(&campaigns(), &format!("scenario = \"errand\"\n{text}"));
+    for text in [
+        "",
+        "runs = 0",
+        "runs = 10\nrepeats = 3",
+        "sampling = \"grid\"\nruns = 10",
+        "sampling = \"halton\"\nruns = 10",
+        "runs = 10\nparameters = [{ key = \"seed\", from = 1, to = 2 }]",
+        "sampling = \"random\"\nruns = 10\nparameters = [{ key = \"seed\", from = 1 }]",
+        "sampling = \"random\"\nruns = 10\nparameters = [{ key = \"seed\", values = [] }]",
+        "sampling = \"random\"\nruns = 10\nparameters = [{ key = \"seed\", from = 0, to = 2, scale = \"log\" }]",
+        "goal = { estimate = \"phi1\", test = \"phi1\" }",
+        "goal = { estimate = \"phi1\", half_width = 0.3, confidence = 0.9 }",
+        "runs = 10\nmeasures = [\"speed\"]",
+    ] {
+        assert!(campaign(text), "{text}");
+    }
+}
+
+#[test]
+fn the_program_prints_the_schemas_that_the_repository_has() {
+    for (name, file) in
+        [("scenario", "scenarios/scenario.schema.json"), ("campaign", "scenarios/campaigns/campaign.schema.json")]
+    {
+        let printed = String::from_utf8(steward(&["schema", name]).stdout).unwrap();
+        crate::reference::compare(file, &printed);
+    }
+}

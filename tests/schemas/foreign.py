@@ -1,0 +1,24 @@
+"""Gives the cases of tests/schemas.rs to Python's jsonschema:
+
+    STEWARD_SCHEMA_CASES=/tmp/cases.jsonl cargo test --test main schemas && python3 tests/schemas/foreign.py /tmp/cases.jsonl
+"""
+
+import json
+import pathlib
+import sys
+
+import jsonschema
+
+scenarios = pathlib.Path(__file__).parents[2] / "scenarios"
+validators = {}
+for file in [scenarios / "scenario.schema.json", scenarios / "campaigns" / "campaign.schema.json"]:
+    schema = json.loads(file.read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    validators[schema["title"]] = jsonschema.Draft202012Validator(schema)
+count = {True: 0, False: 0}
+for line in open(sys.argv[1]):
+    case = json.loads(line)
+    valid = validators[case["schema"]].is_valid(case["value"])
+    assert valid == case["valid"], case
+    count[valid] += 1
+print(f"{count[True]} valid and {count[False]} invalid files, for both")
