@@ -40,7 +40,7 @@ fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
 fn about(benchmark: &Benchmark) -> String {
     let of = |wanted: usize, mean: f64, what: &str| {
         let found =
-            if mean < wanted as f64 { format!("  wanted, {mean:.1} could be placed (mean)") } else { String::new() };
+            if mean < wanted as f64 { format!(" wanted, {mean:.1} could be placed (mean)") } else { String::new() };
         format!("{wanted} {what}{found}")
     };
     let people = of(benchmark.wanted.people, benchmark.mean_people, "people");
