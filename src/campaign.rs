@@ -1,5 +1,6 @@
 //! `steward campaign`: from one run to a hundred thousand.
 
+use std::fmt::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -7,36 +8,37 @@ use std::sync::Arc;
 use campaigns::Error;
 use campaigns::compare::CampaignComparison;
 use campaigns::run_and_report;
-use campaigns::{Plan, Ran, Shard, Summary};
+use campaigns::{Estimate, Named, Plan, Ran, Shard, Summary, Unmet};
 use clap::{Args, Subcommand};
 use recording::Detail;
 use reports::{Outputs, file_name};
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
-use crate::output::{note, print};
+use crate::names::CampaignName;
+use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
 use crate::progress::CampaignBar;
 use crate::{interrupt, summary};
 
-/// Which campaign, and how much of it.
+/// Which campaign, and how many of its runs.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub(crate) struct CampaignArgs {
     #[command(subcommand)]
     command: Option<CampaignCommand>,
     /// The campaign: a name (see `steward list`) or a file
-    #[arg(value_name = "NAME|FILE", required = true)]
-    file: Option<PathBuf>,
-    /// How many runs, instead of what the file says
+    #[arg(value_name = "NAME|FILE", required = true, value_parser = CampaignName, hide_possible_values = true)]
+    file: Option<String>,
+    /// How many runs, instead of as many as the file says
     #[arg(long, value_name = "N")]
     runs: Option<u64>,
-    /// Only the runs k with k mod N = I; taken from a Slurm array or a Kubernetes indexed job if it is not given
+    /// Runs only those k with k mod N = I [default: as the Slurm array or the indexed Kubernetes job says]
     #[arg(long, value_name = "I/N", value_parser = shard)]
     shard: Option<Shard>,
     /// Repeats run K alone, with pictures and report; exit status 1 if it is not as expected
     #[arg(long, value_name = "K", conflicts_with = "shard")]
     only: Option<u64>,
-    /// Where results go; a campaign that was interrupted goes on there [default: out/NAME]
+    /// Where results go; an interrupted campaign resumes there [default: out/NAME]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Starts over: first removes the results of an earlier campaign in that folder, and nothing else
@@ -49,9 +51,9 @@ pub(crate) struct CampaignArgs {
 
 #[derive(Debug, Subcommand)]
 enum CampaignCommand {
-    /// Puts the shards of a campaign together
+    /// Merges the shards of a campaign
     Merge {
-        /// The folders that the shards were written to, or a folder that has them
+        /// The folders of the shards, or a folder that has them
         #[arg(value_name = "DIR", required = true)]
         shards: Vec<PathBuf>,
         /// Where the results go: a new folder
@@ -79,7 +81,7 @@ fn shard(text: &str) -> Result<Shard, String> {
 /// The shard that a scheduler gives to this process, told by its environment.
 ///
 /// # Errors
-/// If the environment says something that is no shard.
+/// If the environment names a shard that does not exist.
 fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shard>, Error> {
     let (index, of) = if let Some(id) = variable("SLURM_ARRAY_TASK_ID") {
         let least = variable("SLURM_ARRAY_TASK_MIN").unwrap_or_else(|| "0".to_owned());
@@ -94,9 +96,9 @@ fn shard_of_job(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Shar
     let shard = index.zip(of).and_then(|(index, of)| Shard::new(index, of));
     shard.map(Some).ok_or_else(|| {
         Error::refused(
-            "the job's environment does not say which shard this is",
+            "the job's environment does not say which shard to run",
             "Slurm sets SLURM_ARRAY_TASK_ID, _MIN and _COUNT (number the tasks without gaps); Kubernetes sets \
-             JOB_COMPLETION_INDEX, and JOB_COMPLETIONS is yours to set; or say `--shard I/N`",
+             JOB_COMPLETION_INDEX, and JOB_COMPLETIONS is yours to set; or give `--shard I/N`",
         )
     })
 }
@@ -106,18 +108,21 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     match &args.command {
         Some(CampaignCommand::Merge { shards, out }) => {
             let summary = campaigns::merge(shards, out)?;
-            print(&in_words(&summary, out))?;
+            say(in_words(&summary, out))?;
             return Ok(status(&summary));
         }
         Some(CampaignCommand::Compare { before, after, json }) => {
             let comparison = CampaignComparison::of(before, after)?;
-            let as_json = || serde_json::to_string_pretty(&comparison).expect("a comparison is always JSON") + "\n";
-            print(&if *json { as_json() } else { comparison.to_string() })?;
+            if *json {
+                print_json(&comparison)?
+            } else {
+                say(comparison.to_string())?
+            }
             return Ok(ExitCode::SUCCESS);
         }
         None => {}
     }
-    let file = args.file.as_deref().unwrap_or(Path::new(""));
+    let file = Path::new(args.file.as_deref().unwrap_or_default());
     let plan = Plan::load(file)?;
     let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
@@ -138,13 +143,13 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
     let ran = ran?;
     if !ran.complete {
         let Ran { done, all, .. } = ran;
-        note(&format!("interrupted after {done} of {all} runs; the same command resumes where it stopped"));
-        return Ok(interrupt::status());
+        note(&format!("interrupted after {done} of {all} runs; the same command resumes it"));
+        return Ok(ExitCode::from(interrupt::STATUS));
     }
     let (said, status) = match shard {
         Some(_) => {
-            let said = format!("wrote {}; `steward campaign merge` puts shards together\n", folder.display());
-            (said, ExitCode::SUCCESS)
+            let said = format!("wrote {}; `steward campaign merge` merges the shards\n", folder.display());
+            (Text::from(said), ExitCode::SUCCESS)
         }
         None => {
             let summary = ran.finish()?;
@@ -152,17 +157,17 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         }
     };
     if !args.quiet {
-        print(&said)?;
+        say(said)?;
     }
     Ok(status)
 }
 
-/// A campaign answers its question, whatever that is; one of which no run came to its end does not.
+/// A campaign succeeds whatever the answer to its question is, unless no run came to its end.
 fn status(summary: &Summary) -> ExitCode {
     ExitCode::from(u8::from(summary.outcomes.failed == summary.runs))
 }
 
-/// Repeats a run alone.
+/// Repeats one run alone.
 fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
     if k >= plan.runs() {
         let help = format!("runs are counted from 0 to {}", plan.runs() - 1);
@@ -177,25 +182,52 @@ fn only(plan: &Plan, k: u64, folder: &Path, quiet: bool) -> Result<ExitCode, Err
     summary::tell(&report, folder, quiet)
 }
 
-/// The summary as lines of text.
-fn in_words(summary: &Summary, folder: &Path) -> String {
-    let outcomes = &summary.outcomes;
-    let mut text = format!(
-        "{} runs: {} as expected, {} not, {} failed\n",
-        summary.runs, outcomes.as_expected, outcomes.not_as_expected, outcomes.failed
-    );
-    for estimate in &summary.properties {
-        let (count, interval) = (estimate.count, estimate.interval);
-        text += &format!(
-            "{:<16} violated in {} of {}: {:.4} (95 %: {interval:.4})\n",
-            estimate.of,
-            count.happened(),
-            count.runs(),
-            estimate.rate.unwrap_or(0.0),
-        );
+/// What a campaign has found, for people.
+fn in_words(summary: &Summary, folder: &Path) -> Text {
+    let mut text = Text::default();
+    // Writing to a string cannot fail.
+    let _ = write_outcomes(&mut text, summary);
+    let _ = write_findings(&mut text, summary);
+    let _ = writeln!(text, "wrote      {}", folder.join("report.html").display());
+    text
+}
+
+/// Why runs were not as expected: of more reasons than these, the most frequent are named.
+const MOST_REASONS: usize = 5;
+
+fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
+    let Summary { runs, outcomes, .. } = summary;
+    text.paint(HEAD, &format!("{runs} runs"), 0);
+    if summary.expects {
+        text.write_str(": ")?;
+        text.paint(GOOD, &format!("{} as expected", outcomes.as_expected), 0);
+        if outcomes.not_as_expected > 0 {
+            text.write_str(", ")?;
+            text.paint(BAD, &format!("{} not", outcomes.not_as_expected), 0);
+        }
+    } else {
+        write!(text, ", nothing expected of them")?;
     }
     if outcomes.failed > 0 {
-        text += "runs that failed say nothing of a property, and count for none\n";
+        text.write_str(", ")?;
+        text.paint(BAD, &format!("{} failed", outcomes.failed), 0);
+        write!(text, " (which say nothing of a property)")?;
+    }
+    writeln!(text)?;
+    for Unmet { expected, runs } in summary.unmet.iter().take(MOST_REASONS) {
+        writeln!(text, "not met    in {runs} runs: {expected}")?;
+    }
+    match summary.unmet.len().saturating_sub(MOST_REASONS) {
+        0 => Ok(()),
+        more => writeln!(text, "           and {more} more, each in fewer runs"),
+    }
+}
+
+fn write_findings(text: &mut Text, summary: &Summary) -> fmt::Result {
+    let widest = summary.properties.iter().map(|estimate| estimate.of.chars().count()).fold(9, usize::max).min(32);
+    for Estimate { of, count, rate, interval } in &summary.properties {
+        let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
+        writeln!(text, "{of:<widest$}  violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})")?;
     }
     if let Some(goal) = &summary.goal {
         let said = match (goal.interval, goal.side) {
@@ -204,13 +236,25 @@ fn in_words(summary: &Summary, folder: &Path) -> String {
             (None, None) => "undecided".to_owned(),
         };
         let reached = if goal.reached { "reached" } else { "not reached" };
-        text += &format!("goal {reached} for {} after {} runs: {said}\n", goal.of, goal.count.runs());
+        writeln!(text, "goal       {reached} for {} after {} runs: {said}", goal.of, goal.count.runs())?;
     }
-    for run in summary.failures.iter().chain(&summary.unexpected).take(3) {
-        text += &format!("run {}: {}\n", run.k, run.command);
+    if let Some(frontier) = &summary.frontier {
+        writeln!(text, "frontier   {frontier}")?;
     }
-    text + &format!("wrote {}\n", folder.display())
+    let mut shown: Vec<&Named> = Vec::new();
+    for run in summary.failures.iter().take(1).chain(&summary.instructive).chain(&summary.unexpected) {
+        if shown.len() < SHOWN && shown.iter().all(|other| other.k != run.k) {
+            shown.push(run);
+        }
+    }
+    for Named { k, why, .. } in &shown {
+        writeln!(text, "{:<9}  {}", format!("run {k}"), why.as_deref().unwrap_or_default())?;
+    }
+    shown.first().map_or(Ok(()), |run| writeln!(text, "repeat     {}", run.command))
 }
+
+/// So many runs are named.
+const SHOWN: usize = 3;
 
 #[cfg(test)]
 mod tests {

@@ -18,12 +18,12 @@ use serde_json::json;
 use skills::{Chart, Strictness};
 
 use crate::monitor::System;
-use crate::output::{complain, print, warn};
+use crate::output::{complain, print_json, say, warn};
 use crate::render::{Finding, findings};
 
-/// What to say of a machine that sends to a process that no shipped system has.
-const ELSEWHERE: &str = "the scenario determines which components there are; the program's own scenarios have BatteryReader, Localization \
-                         and Navigation";
+/// Help for a machine that sends to a process that no shipped system has.
+const ELSEWHERE: &str =
+    "a scenario defines its components; the shipped scenarios have BatteryReader, Localization and Navigation";
 
 /// What to check.
 #[derive(Debug, Args)]
@@ -58,14 +58,24 @@ impl Checked {
     }
 }
 
-/// Checks every file, and says what is wrong or looks wrong with it. Exit status 2 if anything is wrong.
+/// Checks every file as what it is.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
+    each(&args.files, args.json, |file| examine(file, &args.scenario))
+}
+
+/// Examines every file, and says what is wrong or looks wrong with it. Exit status 2 if anything is wrong.
+pub(crate) fn each<F: AsRef<Path>>(
+    files: &[F],
+    json: bool,
+    examine: impl Fn(&F) -> Result<Checked, Error>,
+) -> Result<ExitCode, Error> {
     let (mut refused, mut report) = (0, Vec::new());
-    for file in &args.files {
-        let checked = examine(file, &args.scenario);
+    for file in files {
+        let checked = examine(file);
+        let file = file.as_ref().display();
         refused += usize::from(checked.is_err());
-        if args.json {
-            report.push(as_json(file, &checked));
+        if json {
+            report.push(as_json(&file.to_string(), &checked));
             continue;
         }
         let said = match &checked {
@@ -78,13 +88,12 @@ pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode, Error> {
                 counted(problems(error).len(), "problem")
             }
         };
-        print(&format!("{file}: {said}\n"))?;
+        say(format!("{file}: {said}\n"))?;
     }
-    if args.json {
-        print(&(serde_json::to_string_pretty(&report).expect("findings are always JSON") + "\n"))?;
-    } else if args.files.len() > 1 {
-        let files = args.files.len();
-        print(&format!("{} checked, {} with problems\n", counted(files, "file"), refused))?;
+    if json {
+        print_json(&report)?;
+    } else if files.len() > 1 {
+        say(format!("{} checked, {refused} with problems\n", counted(files.len(), "file")))?;
     }
     Ok(ExitCode::from(if refused > 0 { 2 } else { 0 }))
 }
@@ -123,7 +132,7 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
         Some("scope") => properties(path, scenario),
         Some("yaml" | "yml") => map(path),
         Some("ini") => places(path),
-        Some("toml") => match std::fs::read_to_string(path).ok().as_deref().map_or(Toml::Scenario, Toml::of) {
+        Some("toml") => match Toml::of_file(path) {
             Toml::Campaign => campaign(path),
             Toml::Places => places(path),
             Toml::Scenario => of_scenario(file),
@@ -131,7 +140,7 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
         None if find::shipped(file).is_none() && shipped_campaigns().any(|(name, _)| name == file) => campaign(path),
         None => of_scenario(file),
         Some(_) => Err(Error::refused(
-            format!("{file} is of no kind that is known"),
+            format!("{file} is not a kind of file that can be checked"),
             "scenarios, campaigns and places (also .ini) end in .toml, maps in .yaml, trees in .xml, skills in .scxml, and properties \
              in .scope",
         )),
@@ -139,14 +148,19 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
 }
 
 /// What a TOML file is about.
-enum Toml {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Toml {
     Scenario,
     Campaign,
     Places,
 }
 
 impl Toml {
-    /// What it seems to be by its keys; one that cannot be read is refused as a scenario.
+    /// What a file seems to be by its keys; one that cannot be read is refused as a scenario.
+    pub(crate) fn of_file(path: &Path) -> Self {
+        diagnostics::text_from_disk(path).map_or(Self::Scenario, |text| Self::of(&text))
+    }
+
     fn of(text: &str) -> Self {
         let table: toml::Table = text.parse().unwrap_or_default();
         let is_place = |value: &toml::Value| value.get("position_m").or(value.get("corners_m")).is_some();

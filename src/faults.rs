@@ -1,4 +1,4 @@
-//! `steward faults`: what can go wrong on purpose.
+//! `steward faults`: the kinds of faults.
 
 use std::fmt::Write;
 
@@ -9,12 +9,14 @@ use scenarios::scenario::keys::keys;
 use serde_json::json;
 
 use crate::entry::{entry, meaning};
-use crate::output::print;
+use crate::names::FaultName;
+use crate::output::{print_json, say};
 
 /// Which faults to list, and how.
 #[derive(Debug, Args)]
 pub(crate) struct FaultsArgs {
     /// Only this kind, with its parameters and an example
+    #[arg(value_parser = FaultName, hide_possible_values = true)]
     kind: Option<String>,
     /// Prints JSON
     #[arg(long)]
@@ -27,9 +29,9 @@ pub(crate) fn faults(args: &FaultsArgs) -> Result<(), Error> {
     let kinds: Vec<&FaultKind> = chosen.map_or_else(|| KINDS.to_vec(), |kind| vec![kind]);
     if args.json {
         let list: Vec<_> = kinds.iter().map(|kind| as_json(kind)).collect();
-        return print(&(serde_json::to_string_pretty(&list).expect("a list is always JSON") + "\n"));
+        return print_json(&list);
     }
-    print(&chosen.map_or_else(overview, details))
+    say(chosen.map_or_else(overview, details))
 }
 
 fn find(name: &str) -> Result<&'static FaultKind, Error> {
@@ -40,7 +42,7 @@ fn find(name: &str) -> Result<&'static FaultKind, Error> {
     })
 }
 
-/// A line for each kind, by place.
+/// One line per kind, by place.
 pub(crate) fn overview() -> String {
     let mut text = String::new();
     let mut place = None;
@@ -55,8 +57,7 @@ pub(crate) fn overview() -> String {
     }
     let _ = write!(
         text,
-        "\n{} kinds. `steward faults KIND` tells parameters and gives an example; every kind has a scenario: \
-         `steward --scenario faults/KIND`.\n",
+        "\n{} kinds. `steward faults KIND` prints the parameters of one and an example; `steward run faults/KIND` shows it.\n",
         KINDS.len()
     );
     text

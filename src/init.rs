@@ -1,17 +1,42 @@
 //! `steward init`: a copy of a scenario with everything it names, for editing.
 
 use std::collections::BTreeSet;
+use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
 use campaigns::Error;
+use clap::Args;
 use diagnostics::Staging;
-use scenarios::files::shipped_paths;
 use scenarios::scenario::{Scenario, ScenarioFile, find};
 
-use crate::output::print;
+use crate::names::ScenarioName;
+use crate::output::say;
 
-/// Writes a scenario, what it names and what comes with the program to `dir`, so that the paths in the scenario hold there.
-pub(crate) fn init(dir: &Path, scenario: &str) -> Result<(), Error> {
+/// What to copy, and where to.
+#[derive(Debug, Args)]
+pub(crate) struct InitArgs {
+    /// The folder to write to; it must be new or empty
+    dir: PathBuf,
+    /// The scenario to copy: a name (see `steward list`) or a file
+    #[arg(long, value_name = "NAME|FILE", default_value = "battery_fault", value_parser = ScenarioName,
+          hide_possible_values = true)]
+    scenario: String,
+}
+
+/// What a file of a scenario is, by how its name ends.
+const KINDS: &[(&str, &str)] = &[
+    (".places.toml", "the places on the map, in metres and degrees"),
+    (".toml", "a scenario that the first one is based on"),
+    (".yaml", "the map: its picture, resolution and origin"),
+    (".pgm", "the map's picture: dark is a wall"),
+    (".png", "the map's picture: dark is a wall"),
+    (".xml", "the behavior tree"),
+    (".scxml", "the skill of a leaf, or a monitor: a state machine"),
+    (".scope", "a property that is monitored"),
+];
+
+/// Writes a scenario and all that it names to `dir`, so that the paths in the scenario hold there.
+pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
     let mut found = find::find(scenario)?;
     let copies = Staging::begin(dir)?;
     if !copies.is_alone()? {
@@ -27,14 +52,47 @@ pub(crate) fn init(dir: &Path, scenario: &str) -> Result<(), Error> {
         let message = format!("{} names {}, which lies outside its folder", found.path, path.display());
         return Err(Error::refused(message, "a copy has all files in its own folder: move the file there first"));
     }
-    paths.extend(shipped_paths().filter(|path| !path.starts_with("scenarios/")).map(Into::into));
-    for path in paths {
-        let bytes =
-            found.files.read(&path).map_err(|source| diagnostics::Error::Write { path: dir.join(&path), source })?;
-        copies.write(&path, bytes)?;
+    for path in &paths {
+        let bytes = found.files.read(path).map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
+        copies.write(path, bytes)?;
     }
     let name = Path::new(&found.path).file_name().unwrap_or_default();
     copies.write(name, &found.text)?;
-    copies.publish(&[name])?;
-    print(&format!("wrote {0}; run it with: steward --scenario {0}\n", dir.join(name).display()))
+    let name = name.to_string_lossy();
+    if !paths.contains(Path::new(README)) {
+        copies.write(README, readme(&name, &paths))?;
+    }
+    copies.publish(&[&*name])?;
+    say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&*name).display()))
+}
+
+/// The file that describes the folder.
+const README: &str = "README.md";
+
+fn readme(name: &str, paths: &BTreeSet<PathBuf>) -> String {
+    let mut text = format!(
+        "# {name}\n\nA scenario for `steward`, with its files. Change them and run it again.\n\n\
+         | file | what it is |\n|---|---|\n| `{name}` | the scenario: start here |\n"
+    );
+    for path in paths.iter().map(|path| path.display().to_string()) {
+        let kind = KINDS.iter().find(|(ending, _)| path.ends_with(ending)).map_or("", |(_, kind)| kind);
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "| `{path}` | {kind} |");
+    }
+    let some = |ending: &str| paths.iter().find(|path| path.extension().is_some_and(|is| is == ending));
+    let mut commands = vec![
+        (format!("steward check {name}"), "what is wrong with it, without a run"),
+        (format!("steward run {name} --open"), "run it and open its report"),
+        (format!("steward run {name} --set battery.initial_pct=50"), "run it with another value"),
+    ];
+    let show = |path: &PathBuf, what: &str| format!("steward {what} {}", path.display());
+    commands.extend(some("xml").map(|tree| (show(tree, "tree show"), "the behavior tree as an outline")));
+    commands.extend(some("scxml").map(|skill| (show(skill, "skill show"), "a skill's states and transitions")));
+    commands.extend(some("scope").map(|property| (show(property, "monitor explain"), "a property in words")));
+    let widest = commands.iter().map(|(command, _)| command.chars().count()).max().unwrap_or(0);
+    text += "\n```sh\n";
+    for (command, about) in commands {
+        let _ = writeln!(text, "{command:<widest$}  # {about}");
+    }
+    text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
 }

@@ -1,22 +1,22 @@
-//! Ctrl-C: the first asks for an orderly end, the second does not ask.
+//! Ctrl-C: the first asks for an orderly end, the second ends the program at once.
 
 use std::ops::ControlFlow;
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-use campaigns::Error;
 
 use crate::output::note;
 
-/// Set once the program is asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT, SIGTERM or
+/// The exit status of a command that was interrupted: what a shell calls such a program.
+pub(crate) const STATUS: u8 = 130;
+
+/// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT, SIGTERM or
 /// SIGHUP).
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Listens from now on. Whoever is asked to end a second time ends at once.
+/// Listens from now on. A second request ends the program at once.
 pub(crate) fn listen() -> &'static AtomicBool {
     let heard = ctrlc::set_handler(|| {
         if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(Error::INTERRUPTED.into());
+            std::process::exit(STATUS.into());
         }
     });
     if heard.is_err() {
@@ -25,12 +25,7 @@ pub(crate) fn listen() -> &'static AtomicBool {
     &INTERRUPTED
 }
 
-/// Breaks off once the program is asked to end.
+/// Breaks off once the program has been asked to end.
 pub(crate) fn flow() -> ControlFlow<()> {
     if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-}
-
-/// The exit status of a command that was interrupted.
-pub(crate) fn status() -> ExitCode {
-    ExitCode::from(Error::INTERRUPTED)
 }

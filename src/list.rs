@@ -6,24 +6,24 @@ use campaigns::{CampaignFile, Error};
 use scenarios::files::{Files, shipped_campaigns, shipped_scenarios};
 use scenarios::scenario::ScenarioFile;
 
-use crate::output::print;
+use crate::output::say;
 
-/// Prints a line for each scenario and each campaign.
+/// Prints one line per scenario and campaign.
 pub(crate) fn list() -> Result<(), Error> {
-    let mut text = String::new();
+    let mut text = String::from("Scenarios, for `steward run NAME`:\n");
     for name in shipped_scenarios() {
         let path = format!("scenarios/{name}.toml");
         let source = Files::shipped().read_text(Path::new(&path)).unwrap_or_default();
         let file = ScenarioFile::parse(&path, &source, &Files::shipped(), []).map_err(Error::bad_input)?;
-        text.push_str(&format!("{name:<16} {}\n", file.about));
+        text.push_str(&format!("{name:<15}  {}\n", file.about));
     }
     text.push_str(
-        "\nfaults/KIND      shows a kind of fault, as `steward faults` lists them: faults/joypad, faults/kidnap, …\n",
+        "faults/KIND      One kind of fault, as `steward faults` lists them: faults/joypad, faults/kidnap, …\n",
     );
-    text.push_str("\ncampaigns, for `steward campaign NAME`:\n");
+    text.push_str("\nCampaigns, for `steward campaign NAME`:\n");
     for (name, source) in shipped_campaigns() {
         let file = CampaignFile::parse(name, source).map_err(Error::bad_input)?;
-        text.push_str(&format!("{name:<16} {}\n", file.about));
+        text.push_str(&format!("{name:<15}  {}\n", file.about));
     }
-    print(&text)
+    say(text)
 }

@@ -17,7 +17,7 @@ use trials::replay::fit::Fit;
 use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
-use crate::output::print;
+use crate::output::{print_json, say};
 
 /// The name of the results' file.
 const TRAJECTORIES: &str = "trajectories.csv";
@@ -31,17 +31,17 @@ pub(crate) struct LocalizeArgs {
     /// The log, in CARMEN's format (.log or .log.gz)
     #[arg(long)]
     log: PathBuf,
-    /// Starts from nothing instead of from the first corrected pose
+    /// Starts without a pose instead of from the first corrected one
     #[arg(long)]
     global: bool,
-    /// Tries so many starts, spread over the log, and says after how much way the robot was found
+    /// Starts at N places spread over the log, and says how far the robot drove until it was found
     #[arg(long, value_name = "N", requires = "global", conflicts_with = "out",
           value_parser = clap::value_parser!(u16).range(1..))]
     starts: Option<u16>,
-    /// Odometry drives and turns too far by this share: 0.05 or 5%
+    /// How much too far odometry drives and turns: 0.05 or 5%
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_drift: f64,
-    /// And by so much more at random (standard deviation): 0.05 or 5%
+    /// Its random error on top, as a standard deviation: 0.05 or 5%
     #[arg(long, value_name = "SHARE", default_value = "0", value_parser = share, allow_hyphen_values = true)]
     odometry_noise: f64,
     /// The root seed of particles and noise
@@ -50,7 +50,7 @@ pub(crate) struct LocalizeArgs {
     /// Prints the result as JSON
     #[arg(long)]
     json: bool,
-    /// Writes both trajectories there, as trajectories.csv and trajectories.png
+    /// Writes both trajectories to DIR, as trajectories.csv and trajectories.png
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -61,18 +61,21 @@ fn share(text: &str) -> Result<f64, String> {
         Some(percent) => (percent.trim_end(), 0.01),
         None => (text, 1.0),
     };
-    let value = number.parse::<f64>().map_err(|_| "not a number; 0.05 or 5% would be one".to_owned())? * unit;
+    let value = number.parse::<f64>().map_err(|_| "not a number, such as 0.05 or 5%".to_owned())? * unit;
     if (0.0..=1.0).contains(&value) { Ok(value) } else { Err("not from 0 to 1 (0% to 100%)".to_owned()) }
 }
 
-/// Replays the log and prints how far estimates were off.
+/// Replays the log and prints how far off the estimates were.
 pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     let map = Arc::new(maps::load_map(&args.map, &diagnostics::from_disk).map_err(Error::bad_input)?);
     let recording = Arc::new(open_log(&args.log)?);
     let fit = check_fit(args, &recording, &map)?;
     let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
     let atlas = Arc::new(atlas.map_err(|error| {
-        Error::refused(format!("{}: {error}", args.map.display()), "robots are localized where a map has free cells")
+        Error::refused(
+            format!("{}: {error}", args.map.display()),
+            "a robot can be localized only on a map that has free cells",
+        )
     })?);
     let conditions = Conditions {
         global: args.global,
@@ -82,7 +85,11 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     };
     if let Some(count) = args.starts {
         let starts = try_starts(&recording, &atlas, &conditions, usize::from(count));
-        print(&if args.json { starts_as_json(&starts) } else { starts_in_words(&starts) })?;
+        if args.json {
+            print_json(&starts_as_json(&starts))?
+        } else {
+            say(starts_in_words(&starts))?
+        }
         return Ok(ExitCode::SUCCESS);
     }
     let course = replay(&recording, &atlas, &conditions);
@@ -90,15 +97,15 @@ pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
     if let Some(folder) = &args.out {
         write(folder, args, &map, &course, &score)?;
     }
-    print(&if args.json {
-        as_json(args, &recording, &fit, &course, &score)
+    if args.json {
+        print_json(&as_json(args, &recording, &fit, &course, &score))?;
     } else {
-        in_words(args, &fit, &course, &score)
-    })?;
+        say(in_words(args, &fit, &course, &score))?;
+    }
     Ok(ExitCode::SUCCESS)
 }
 
-/// Reads a log; what is wrong with lines of it is said on stderr.
+/// Reads a log, and prints on stderr what is wrong with its lines.
 pub(crate) fn open_log(path: &Path) -> Result<Recording, Error> {
     let help = "a log is a text in CARMEN's format, plain or gzipped, with ODOM and FLASER lines";
     let name = path.display();
@@ -120,14 +127,14 @@ pub(crate) fn open_log(path: &Path) -> Result<Recording, Error> {
 
 fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) -> Result<Fit, Error> {
     let Some(fit) = Fit::of(recording, map) else {
-        let message = format!("{}: no beam of the log hit anything", args.log.display());
-        return Err(Error::refused(message, "a robot is localized by what its laser sees"));
+        let message = format!("{}: no beam of the log hits anything", args.log.display());
+        return Err(Error::refused(message, "a robot is localized by its laser scans"));
     };
     if fit.is_plausible() {
         if !fit.is_good() {
             crate::output::note(&format!(
                 "the map {} fits the log {} badly: at the log's corrected poses, {:.0} % of which are on free floor, only \
-                 {:.0} % of beams end at an obstacle; errors are those of the map and the poses, too",
+                 {:.0} % of beams end at an obstacle; the errors below include those of the map and the poses",
                 args.map.display(),
                 args.log.display(),
                 100.0 * fit.poses,
@@ -144,7 +151,7 @@ fn check_fit(args: &LocalizeArgs, recording: &Recording, map: &OccupancyGrid) ->
         100.0 * fit.poses,
         100.0 * fit.beams,
     );
-    let help = "a map of the same place in the frame of the log's poses is needed; `steward map --log LOG` makes one";
+    let help = "use a map of the same place, in the frame of the log's poses; `steward map --log LOG` makes one";
     Err(Error::refused(message, help))
 }
 
@@ -165,7 +172,7 @@ fn write(folder: &Path, args: &LocalizeArgs, map: &OccupancyGrid, course: &Cours
     Ok(staging.publish(&[TRAJECTORIES])?)
 }
 
-/// What the picture shows, in a line.
+/// What the picture shows, in one line.
 fn caption(args: &LocalizeArgs, score: &Score) -> String {
     let odometry = match (args.odometry_drift, args.odometry_noise) {
         (0.0, 0.0) => "odometry as recorded".to_owned(),
@@ -209,7 +216,7 @@ fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> S
     let mut text = format!("{}, seed {}\n", args.log.display(), args.seed);
     let mut line = |name: &str, what: String| {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "  {name:<9} {what}");
+        let _ = writeln!(text, "  {name:<8}  {what}");
     };
     let found = match (score.converged_at, score.converged_after_m) {
         (Some(at), Some(way_m)) => format!("at {:.1} s, after {way_m:.1} m", at.as_secs_f64()),
@@ -232,9 +239,9 @@ fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> S
     text
 }
 
-fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Course, score: &Score) -> String {
+fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Course, score: &Score) -> serde_json::Value {
     let lost = score.lost.iter().map(|stretch| [stretch.from.as_secs_f64(), stretch.to.as_secs_f64()]);
-    let report = json!({
+    json!({
         "map": args.map.display().to_string(),
         "log": args.log.display().to_string(),
         "seed": args.seed,
@@ -254,8 +261,7 @@ fn as_json(args: &LocalizeArgs, recording: &Recording, fit: &Fit, course: &Cours
         "converged_at_s": score.converged_at.map(|at| at.as_secs_f64()),
         "converged_after_m": score.converged_after_m,
         "complaints": recording.complaints().iter().map(ToString::to_string).collect::<Vec<_>>(),
-    });
-    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+    })
 }
 
 fn starts_in_words(starts: &[Start]) -> String {
@@ -269,12 +275,11 @@ fn starts_in_words(starts: &[Start]) -> String {
     text
 }
 
-fn starts_as_json(starts: &[Start]) -> String {
+fn starts_as_json(starts: &[Start]) -> serde_json::Value {
     let each = starts.iter().map(
         |start| json!({ "line": start.line, "time_s": start.time.as_secs_f64(), "found_after_m": start.found_after_m }),
     );
-    let report = json!({ "within_m": WITHIN_M, "found": found(starts), "starts": each.collect::<Vec<_>>() });
-    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+    json!({ "within_m": WITHIN_M, "found": found(starts), "starts": each.collect::<Vec<_>>() })
 }
 
 fn found(starts: &[Start]) -> usize {

@@ -1,21 +1,24 @@
 //! The command line `steward`.
 //!
-//! Results go to stdout, progress and diagnostics to stderr. Exit status: 0 the run was what the scenario's `[expect]`
-//! says; 1 it was not, or no run of a campaign came to its end; 2 bad input; 3 the program could not do its work; 130 a
-//! run or a campaign was interrupted.
+//! Results go to stdout, progress and diagnostics to stderr. The exit status is what [`EPILOGUE`] says.
 
+mod browser;
 mod campaign;
 mod check;
+mod completions;
 mod entry;
 mod faults;
 mod help;
+mod hints;
 mod init;
 mod interrupt;
 mod list;
 mod localize;
+mod man;
 mod map;
 mod matrix;
 mod monitor;
+mod names;
 mod navigate;
 mod output;
 mod progress;
@@ -29,18 +32,32 @@ mod tree;
 mod tree_script;
 mod verify;
 
-use std::path::PathBuf;
 use std::process::ExitCode;
 #[cfg(unix)]
 use std::sync::Arc;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{Arg, CommandFactory, FromArgMatches, Parser, Subcommand};
 
+use crate::names::ScenarioName;
 use crate::output::{complain, print};
-use crate::run::RunArgs;
+use crate::run::RunOptions;
 
 /// Whose work the program is made of, as their licences ask for.
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
+
+/// What stands at the end of the help.
+const EPILOGUE: &str = "\
+Examples:
+  steward run battery_fault        run a scenario; report in out/battery_fault
+  steward check my.toml            check a scenario without running it
+  steward campaign noise --runs 8  run a scenario many times, with variations
+
+Exit status:
+    0  the run was as the scenario's [expect] says
+    1  it was not, or no run of a campaign came to its end
+    2  the input is wrong, or the processes that it describes cannot go on
+    3  the program could not do its work, for example on a full disk
+  130  a run or a campaign was interrupted";
 
 /// A simulated service robot whose behavior tree runs under formal monitors.
 #[derive(Debug, Parser)]
@@ -48,91 +65,106 @@ const NOTICES: &str = include_str!("../THIRD-PARTY.md");
     version,
     args_conflicts_with_subcommands = true,
     arg_required_else_help = true,
-    disable_help_subcommand = true
+    disable_help_subcommand = true,
+    after_help = EPILOGUE
 )]
+#[command(override_usage = "steward <COMMAND>\n       steward --scenario <NAME|FILE> [OPTIONS of `steward run`]")]
 struct Cli {
+    /// Runs a scenario, as `steward run` does and with its options
+    #[arg(long, value_name = "NAME|FILE", required = true, value_parser = ScenarioName, hide_possible_values = true)]
+    scenario: Option<String>,
     #[command(flatten)]
-    run: RunArgs,
+    options: RunOptions,
     #[command(subcommand)]
     command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Runs a scenario many times with what varies, and says how likely it is that a property is violated
-    Campaign(campaign::CampaignArgs),
-    /// Tries everything short of a run: reads every file that is named, wires, plans, and says what is wrong or looks wrong
+    /// Runs scenarios; one with a summary, several in a table
+    Run(run::RunArgs),
+    /// Checks files without a run: reads all that they name, connects, plans, and says what is wrong
     Check(check::CheckArgs),
-    /// Writes a copy of a scenario with its map, tree, skills and places, for editing
-    Init {
-        /// The folder to write to; it must be new or empty
-        dir: PathBuf,
-        /// The scenario to copy: a name (see `steward list`) or a file
-        #[arg(long, value_name = "NAME|FILE", default_value = "battery_fault")]
-        scenario: String,
-    },
-    /// Lists the kinds of faults with what they do; with a kind, its parameters and an example
-    Faults(faults::FaultsArgs),
-    /// Explains a command or a topic: scenario, campaign, faults, scope
-    Help(help::HelpArgs),
-    /// Prints the notices of those whose work the program is made of
-    Licenses,
-    /// Lists the scenarios that come with the program
+    /// Lists the scenarios and campaigns that come with the program
     List,
+    /// Lists the kinds of faults; of one kind, its parameters and an example
+    Faults(faults::FaultsArgs),
+    /// Copies a scenario with all its files, for editing
+    Init(init::InitArgs),
+    /// Runs a scenario many times with varied values, and says how likely each violation is
+    Campaign(campaign::CampaignArgs),
     /// Shows which property notices which fault
     Matrix(matrix::MatrixArgs),
-    /// Localizes a recorded robot on a map and says how far off it was
-    Localize(localize::LocalizeArgs),
-    /// Makes a map of a log's corrected poses and scans
-    Map(map::MapArgs),
-    /// Property files: check them, have them explained, write their monitors out
+    /// Simulates the paper's experiments and checks them against each of its claims
+    Reproduce(reproduce::ReproduceArgs),
+    /// Makes the report of a recorded run, with its page and pictures
+    Report(report::ReportArgs),
+    /// Checks recorded event logs against properties
+    Verify(verify::VerifyArgs),
+    /// Behavior trees: checks files, shows them, ticks them without a robot
+    #[command(subcommand)]
+    Tree(tree::TreeCommand),
+    /// Skills: checks machines, shows them, runs them without a robot
+    #[command(subcommand)]
+    Skill(skill::SkillCommand),
+    /// Property files: checks them, explains them, exports their monitors
     #[command(subcommand)]
     Monitor(monitor::MonitorCommand),
     /// Measures navigation: trips between random places on maps, among people
     Navigate(navigate::NavigateArgs),
-    /// Behavior trees: check files, show them, tick them without a robot
-    #[command(subcommand)]
-    Tree(tree::TreeCommand),
-    /// Skills: check machines, show them, run them without a robot
-    #[command(subcommand)]
-    Skill(skill::SkillCommand),
-    /// Makes the report of a recorded run, with its page and pictures
-    Report(report::ReportArgs),
-    /// Simulates the paper's experiments and checks them against each of its claims
-    Reproduce(reproduce::ReproduceArgs),
+    /// Localizes a recorded robot on a map and says how far off it was
+    Localize(localize::LocalizeArgs),
+    /// Makes a map from a log's corrected poses and scans
+    Map(map::MapArgs),
+    /// Explains a command or a topic: scenario, campaign, faults, scope
+    Help(help::HelpArgs),
     /// Prints the JSON schema of scenario or campaign files, for editors
     Schema {
         /// Of which files
         file: help::SchemaFile,
     },
-    /// Holds properties against a recorded run
-    Verify(verify::VerifyArgs),
+    /// Prints a script with which a shell completes commands
+    Completions(completions::CompletionsArgs),
+    /// Writes a man page for each command
+    Man(man::ManArgs),
+    /// Prints the notices of those whose work the program is made of
+    Licenses,
 }
 
 fn main() -> ExitCode {
     // Beyond the limit of a file's size (`ulimit -f`), writing fails like on a full disk; the signal would end the program
-    // without a word. It is only heard because somebody listens.
+    // without a word. A handler, whatever it does, keeps it from that.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
-    carry_out(&Cli::parse())
+    let matches = command().try_get_matches().unwrap_or_else(|error| hints::with_hints(error).exit());
+    carry_out(&Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit()))
+}
+
+/// The command line. Options of a run are shown by `steward run --help` alone.
+fn command() -> clap::Command {
+    let is_shown = |arg: &Arg| ["scenario", "help", "version"].contains(&arg.get_id().as_str());
+    Cli::command().mut_args(|arg| if is_shown(&arg) { arg } else { arg.hide(true) })
 }
 
 /// Carries out a command line; what goes wrong is said on stderr.
 fn carry_out(cli: &Cli) -> ExitCode {
     let done = match &cli.command {
-        None => run::run(&cli.run),
+        None => run::scenario(cli.scenario.as_deref().unwrap_or_default(), &cli.options),
+        Some(Command::Run(args)) => run::run(args),
         Some(Command::Campaign(args)) => campaign::campaign(args),
         Some(Command::Check(args)) => check::check(args),
-        Some(Command::Init { dir, scenario }) => init::init(dir, scenario).map(|()| ExitCode::SUCCESS),
+        Some(Command::Completions(args)) => completions::completions(args, command()).map(|()| ExitCode::SUCCESS),
+        Some(Command::Init(args)) => init::init(args).map(|()| ExitCode::SUCCESS),
         Some(Command::Faults(args)) => faults::faults(args).map(|()| ExitCode::SUCCESS),
-        Some(Command::Help(args)) => help::help(args, Cli::command()).map(|()| ExitCode::SUCCESS),
+        Some(Command::Help(args)) => help::help(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Licenses) => print(NOTICES).map(|()| ExitCode::SUCCESS),
         Some(Command::List) => list::list().map(|()| ExitCode::SUCCESS),
         Some(Command::Localize(args)) => localize::localize(args),
+        Some(Command::Man(args)) => man::man(args, command()).map(|()| ExitCode::SUCCESS),
         Some(Command::Map(args)) => map::map(args),
         Some(Command::Skill(command)) => skill::skill(command),
         Some(Command::Matrix(args)) => matrix::matrix(args),
-        Some(Command::Monitor(command)) => monitor::run(command).map(|()| ExitCode::SUCCESS),
+        Some(Command::Monitor(command)) => monitor::run(command),
         Some(Command::Navigate(args)) => navigate::navigate(args),
         Some(Command::Report(args)) => report::report(args),
         Some(Command::Reproduce(args)) => reproduce::reproduce(args),

@@ -9,7 +9,7 @@ use maps::{Cell, ImageFormat};
 use trials::replay::mapping::{MappingParameters, map_of};
 
 use crate::localize::open_log;
-use crate::output::print;
+use crate::output::say;
 
 /// A log, and how a map is made of it.
 #[derive(Debug, Args)]
@@ -27,7 +27,7 @@ pub(crate) struct MapArgs {
     /// Side of a cell, in metres
     #[arg(long, value_name = "M", default_value_t = 0.05, value_parser = metres)]
     resolution: f64,
-    /// Beams count up to this range, in metres
+    /// Uses beams up to this range, in metres
     #[arg(long, value_name = "M", default_value_t = 20.0, value_parser = metres)]
     max_range: f64,
 }
@@ -58,7 +58,7 @@ pub(crate) fn map(args: &MapArgs) -> Result<ExitCode, Error> {
     maps::save_map(&grid, &path, ImageFormat::Pgm).map_err(scenarios::Error::from)?;
     let occupied = grid.cells().iter().filter(|cell| **cell == Cell::Occupied).count();
     let free = grid.cells().iter().filter(|cell| **cell == Cell::Free).count();
-    print(&format!(
+    say(format!(
         "{}: {} × {} cells of {} m from {} scans, {free} of them free and {occupied} occupied\n",
         path.display(),
         grid.width(),

@@ -11,7 +11,7 @@ use scenarios::Complaints;
 use scenarios::faults::KINDS;
 use scenarios::scenario::{Scenario, find};
 
-use crate::output::print;
+use crate::output::{print_json, say};
 use crate::progress::Bar;
 
 /// Which scenarios to run.
@@ -23,10 +23,10 @@ pub(crate) struct MatrixArgs {
     /// The same world without any fault
     #[arg(long, value_name = "SCENARIO", default_value = "errand")]
     fault_free: String,
-    /// How often it is run, with the root seeds from 1 on
+    /// How often to run it, with root seeds from 1
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(..=100_000))]
     runs: u64,
-    /// Where page and data go
+    /// Where the page and the data go
     #[arg(long, value_name = "DIR", default_value = "out/matrix")]
     out: PathBuf,
     /// Prints the matrix as JSON instead of a table
@@ -57,10 +57,10 @@ pub(crate) fn matrix(args: &MatrixArgs) -> Result<ExitCode, Error> {
     bar.finish();
     matrix.write(&args.out)?;
     if args.json {
-        print(&(serde_json::to_string_pretty(&matrix).expect("a matrix is always JSON") + "\n"))?;
+        print_json(&matrix)?;
     } else {
         let page = args.out.join("index.html");
-        print(&format!("{}wrote {}\n", table(&matrix), page.display()))?;
+        say(format!("{}wrote {}\n", table(&matrix), page.display()))?;
     }
     let sound = matrix.false_alarms().is_empty() && matrix.rows.iter().all(|row| row.as_expected);
     Ok(ExitCode::from(u8::from(!sound)))

@@ -2,6 +2,7 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -10,15 +11,16 @@ use channels::{Monitor as _, Topology};
 use clap::{Args, Subcommand, ValueEnum};
 use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor, explain};
 use reports::file_name;
+use scenarios::Complaints;
 use scenarios::scenario::{Scenario, find};
 use scenarios::wiring;
 
-use crate::output::print;
+use crate::output::{print, say, warn};
 
-/// Property files: check them, have them explained, write their monitors out.
+/// Property files: checks them, explains them, exports their monitors.
 #[derive(Debug, Subcommand)]
 pub(crate) enum MonitorCommand {
-    /// Says everything that is wrong with a property file, and how its properties are monitored
+    /// Says everything that is wrong with property files, and how each property is monitored
     Check(Source),
     /// Says in plain English what each property asks for
     Explain(Source),
@@ -32,25 +34,26 @@ pub(crate) enum MonitorCommand {
         /// Only the property of that name
         #[arg(long, value_name = "NAME")]
         property: Option<String>,
-        /// Where to write to, a file a property; to stdout if not given
+        /// Where to write to, one file per property; to stdout if not given
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
 }
 
-/// A property file and the system that it speaks of.
+/// Property files and the system that they speak of.
 #[derive(Debug, Args)]
 pub(crate) struct Source {
-    /// The property file, or the name of one that comes with the program
-    file: PathBuf,
-    /// The scenario whose processes and channels it speaks of
+    /// Property files, or names of those that come with the program
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// The scenario whose processes and channels they speak of
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     scenario: String,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ExportFormat {
-    /// One line a location, one a transition
+    /// One line per location and per transition
     Text,
     /// Graphviz
     Dot,
@@ -60,52 +63,51 @@ pub(crate) enum ExportFormat {
     Scxml,
 }
 
-pub(crate) fn run(command: &MonitorCommand) -> Result<(), Error> {
+pub(crate) fn run(command: &MonitorCommand) -> Result<ExitCode, Error> {
     match command {
         MonitorCommand::Check(source) => {
-            let file = source.load()?;
-            print(
-                &file
-                    .properties
-                    .iter()
-                    .map(|property| format!("{}: {}\n", property.name, method(property)))
-                    .collect::<String>(),
-            )
+            let method = |property: &Property| format!("{}: {}\n", property.name, method(property));
+            say(source.load()?.iter().map(method).collect::<String>())?;
         }
-        MonitorCommand::Explain(source) => {
-            let file = source.load()?;
-            print(&file.properties.iter().map(explained).collect::<String>())
-        }
+        MonitorCommand::Explain(source) => say(source.load()?.iter().map(explained).collect::<String>())?,
         MonitorCommand::Export { source, format, property, out } => {
-            let file = source.load()?;
+            let properties = source.load()?;
             let wanted = |name: &str| property.as_deref().is_none_or(|wanted| wanted == name);
-            let chosen: Vec<&Property> = file.properties.iter().filter(|property| wanted(&property.name)).collect();
+            let chosen: Vec<&Property> = properties.iter().filter(|property| wanted(&property.name)).collect();
             if chosen.is_empty() {
-                let names: Vec<&str> = file.properties.iter().map(|property| property.name.as_str()).collect();
+                let names: Vec<&str> = properties.iter().map(|property| property.name.as_str()).collect();
                 let message = format!("there is no property `{}`", property.as_deref().unwrap_or_default());
                 return Err(Error::refused(message, format!("there are {}", names.join(", "))));
             }
             // One that has no such picture does not keep the others from theirs.
-            let mut refused = Vec::new();
+            let mut complaints = Complaints::default();
             for property in chosen {
                 match export(property, *format, out.as_deref()) {
-                    Err(Error::Scenario(scenarios::Error::BadInput(diagnostics))) => refused.extend(diagnostics),
+                    Err(Error::Scenario(error @ scenarios::Error::BadInput(_))) => {
+                        let _ = complaints.take::<()>(Err(error));
+                    }
                     done => done?,
                 }
             }
-            if refused.is_empty() { Ok(()) } else { Err(scenarios::Error::BadInput(refused).into()) }
+            complaints.check()?;
         }
     }
+    Ok(ExitCode::SUCCESS)
 }
 
 impl Source {
-    fn load(&self) -> Result<PropertyFile, Error> {
+    /// The properties of all files.
+    fn load(&self) -> Result<Vec<Property>, Error> {
         let system = System::of(&self.scenario)?;
-        let file = system.load(&self.file)?;
-        if !file.warnings.is_empty() {
-            crate::output::complain(&Error::bad_input(file.warnings.clone()));
+        let (mut complaints, mut properties) = (Complaints::default(), Vec::new());
+        for file in self.files.iter().filter_map(|file| complaints.take(system.load(file))) {
+            if !file.warnings.is_empty() {
+                warn(&file.warnings);
+            }
+            properties.extend(file.properties);
         }
-        Ok(file)
+        complaints.check()?;
+        Ok(properties)
     }
 }
 
@@ -123,14 +125,14 @@ impl System {
     }
 
     /// Reads a property file, or one that comes with the program, by its name.
-    pub(crate) fn load(&self, path: &Path) -> Result<PropertyFile, Error> {
+    pub(crate) fn load(&self, path: &Path) -> Result<PropertyFile, scenarios::Error> {
         let name = path.display().to_string();
         let text = text(path).map_err(|error| {
             let names: Vec<&str> = monitors::SHIPPED.iter().map(|(name, _)| *name).collect();
             let help = format!("give the path of a .scope file, or one of {}", names.join(", "));
-            Error::refused(format!("cannot read the properties {name}: {error}"), help)
+            scenarios::Error::refused(format!("cannot read the properties {name}: {error}"), help)
         })?;
-        monitors::load(&name, &text, &self.topology, self.tick).map_err(Error::bad_input)
+        monitors::load(&name, &text, &self.topology, self.tick).map_err(scenarios::Error::bad_input)
     }
 }
 
@@ -143,7 +145,7 @@ fn text(path: &Path) -> io::Result<String> {
     }
 }
 
-/// What a property asks for: in the words of its file, and as the formula has it.
+/// What a property asks for: in the words of its file, and in those of its formula.
 fn explained(property: &Property) -> String {
     let formula = property.scope_monitor().map(|monitor| explain(monitor.formula(), monitor.topology()));
     match formula {
@@ -175,8 +177,8 @@ fn export(property: &Property, format: ExportFormat, out: Option<&Path>) -> Resu
     };
     let text = text.ok_or_else(|| {
         let message =
-            format!("`{}` is no program graph of that size: it is monitored by {}", property.name, method(property));
-        Error::refused(message, "a picture has room for a dozen states; text, dot and scxml for all of an automaton")
+            format!("`{}` is not a program graph of that size: it is monitored by {}", property.name, method(property));
+        Error::refused(message, "a picture shows at most a dozen states; text, dot and scxml show all of an automaton")
     })?;
     let Some(folder) = out else { return print(&text) };
     Ok(diagnostics::write_whole(&folder.join(format!("{}.{ending}", file_name(&property.name))), text)?)

@@ -13,7 +13,7 @@ use scenarios::Complaints;
 use scenarios::files::Files;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
-use crate::output::print;
+use crate::output::{print, say};
 use crate::progress::Bar;
 
 /// The name of the results' file.
@@ -28,22 +28,22 @@ pub(crate) struct NavigateArgs {
     /// How many trips there are on each map, between random places
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     goals: u64,
-    /// How many people are about: two thirds walk across the robot's way and back, the others stand
+    /// How many people there are: two thirds walk across the robot's way and back, the others stand still
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
     people: u16,
-    /// How many boxes that no map shows stand beside the robot's way, where they leave it room
+    /// How many boxes, absent from the map, stand beside the robot's way and leave it room
     #[arg(long, value_name = "B", default_value_t = 0, value_parser = clap::value_parser!(u16).range(..=1000))]
     boxes: u16,
-    /// The root seed of the first trip on each map; those of the others follow
+    /// The root seed of the first trip on each map; each further trip has the next
     #[arg(long, value_name = "S", default_value_t = 1)]
     seed: u64,
-    /// Exit status 1 if fewer trips arrive, in percent, or a wall or what stands still is touched
+    /// Exits with 1 if fewer trips arrive, in percent, or if the robot touches a wall or anything that stands
     #[arg(long, value_name = "PCT", value_parser = percent)]
     at_least: Option<f64>,
-    /// Which trips are drawn as they ended
+    /// Which trips to draw
     #[arg(long, value_enum, default_value_t = Pictures::Failed)]
     pictures: Pictures,
-    /// Where pictures and data go
+    /// Where the pictures and the data go
     #[arg(long, value_name = "DIR", default_value = "out/navigate")]
     out: PathBuf,
     /// Prints the results as JSON instead of a table
@@ -57,11 +57,11 @@ pub(crate) struct NavigateArgs {
 /// Which trips are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Pictures {
-    /// Those that did not arrive, or touched a wall or what stood still
+    /// Trips that did not arrive, or touched a wall or anything that stood
     Failed,
-    /// All
+    /// All trips
     All,
-    /// None
+    /// No trip
     None,
 }
 
@@ -92,22 +92,22 @@ pub(crate) fn navigate(args: &NavigateArgs) -> Result<ExitCode, Error> {
             0 => String::new(),
             count => format!(" and {count} pictures"),
         };
-        print(&format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join(DATA).display()))?;
+        say(format!("{}wrote {}{wrote}\n", table(&benchmark, again), args.out.join(DATA).display()))?;
     }
     Ok(ExitCode::from(u8::from(args.at_least.is_some_and(|pct| !is_enough(&benchmark, pct)))))
 }
 
 /// A share, in percent.
 fn percent(text: &str) -> Result<f64, String> {
-    let value = text.parse::<f64>().map_err(|_| "not a number; 95 would be one".to_owned())?;
+    let value = text.parse::<f64>().map_err(|_| "not a number, such as 95".to_owned())?;
     if (0.0..=100.0).contains(&value) { Ok(value) } else { Err("not from 0 to 100".to_owned()) }
 }
 
-/// The root seeds of so many trips.
+/// The root seeds of that many trips.
 fn seeds(first: u64, count: u64) -> Result<RangeInclusive<u64>, Error> {
     let last = first.checked_add(count - 1).ok_or_else(|| {
         let message = format!("there are no {count} seeds from {first} on: the last is {}", u64::MAX);
-        Error::refused(message, "a smaller --seed, or fewer --goals")
+        Error::refused(message, "use a smaller --seed, or fewer --goals")
     })?;
     Ok(first..=last)
 }

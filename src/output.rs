@@ -1,47 +1,180 @@
 //! What goes to stdout and stderr.
+//!
+//! Colours are for terminals: `anstream` leaves them out elsewhere, and where NO_COLOR or CLICOLOR say so. Names and texts
+//! of files may hold anything; what would steer a terminal is made [visible] before it gets here.
 
-use std::io::{self, Write};
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
 use std::path::PathBuf;
 
+use anstyle::{AnsiColor, Style};
 use campaigns::Error;
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme};
+use serde::Serialize;
+use terminal_size::{Width, terminal_size};
 
 use crate::render::{rendered, visible};
 
-/// Writes an error to stderr, every diagnostic with the text that it is about.
-pub(crate) fn complain(error: &Error) {
-    match (error, error.diagnostics()) {
-        (Error::Interrupted(what), _) => note(what),
-        (other, diagnostics) if diagnostics.is_empty() => complain_of(&format!("error: {other}\n")),
-        (_, diagnostics) => {
-            let _ = io::stderr().write_all(rendered(diagnostics).as_bytes());
-        }
+/// What is as it should be.
+pub(crate) const GOOD: Style = AnsiColor::Green.on_default().bold();
+/// What is not.
+pub(crate) const BAD: Style = AnsiColor::Red.on_default().bold();
+/// What is undecided.
+pub(crate) const OPEN: Style = AnsiColor::Yellow.on_default().bold();
+/// What a line is about.
+pub(crate) const HEAD: Style = Style::new().bold();
+
+/// The longest line of a diagnostic's help, however wide the terminal is.
+const LONGEST_HELP: usize = 100;
+
+/// A text for people. What is written to it is made [visible]; only [`paint`](Self::paint) adds colours.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Text(String);
+
+impl Text {
+    /// Adds a word in a colour, filled up with blanks to `width`.
+    pub(crate) fn paint(&mut self, style: Style, word: &str, width: usize) {
+        let blanks = " ".repeat(width.saturating_sub(word.chars().count()));
+        self.0 += &format!("{style}{}{style:#}{blanks}", visible(word));
     }
 }
 
-/// Writes to stderr what looks wrong, though it is accepted.
-pub(crate) fn warn(diagnostic: &dyn miette::Diagnostic) {
-    let _ = io::stderr().write_all(rendered([diagnostic]).as_bytes());
+impl fmt::Write for Text {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        self.0.push_str(&visible(text));
+        Ok(())
+    }
 }
 
-/// Writes lines to stderr, control characters made [visible].
-pub(crate) fn complain_of(text: &str) {
-    let _ = io::stderr().write_all(visible(text).as_bytes());
+impl<T: AsRef<str>> From<T> for Text {
+    fn from(text: T) -> Self {
+        Self(visible(text.as_ref()).into_owned())
+    }
 }
 
-/// Writes to stderr, in a line, what a user should know of the input.
-pub(crate) fn note(text: &str) {
-    complain_of(&format!("note: {text}\n"));
-}
-
-/// Writes a result to stdout, control characters made [visible]. A reader that has gone away is no error.
+/// Writes data to stdout, control characters made [visible]. A closed pipe is not an error.
 ///
 /// # Errors
 /// If stdout cannot be written to for another reason.
 pub(crate) fn print(text: &str) -> Result<(), Error> {
-    match io::stdout().write_all(visible(text).as_bytes()).and_then(|()| io::stdout().flush()) {
+    write_to(&mut io::stdout(), &visible(text))
+}
+
+/// Writes a value to stdout, as JSON.
+///
+/// # Errors
+/// As [`print`].
+pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Error> {
+    print(&(serde_json::to_string_pretty(value).expect("what is printed is always JSON") + "\n"))
+}
+
+/// Writes a text for people to stdout, in lines that fit the terminal.
+///
+/// # Errors
+/// As [`print`].
+pub(crate) fn say(text: impl Into<Text>) -> Result<(), Error> {
+    let Text(text) = text.into();
+    let width = width_of(&io::stdout());
+    let text =
+        width.map_or_else(|| text.clone(), |width| text.split_inclusive('\n').map(|line| fit(line, width)).collect());
+    write_to(&mut anstream::stdout(), &text)
+}
+
+fn write_to(stdout: &mut impl Write, text: &str) -> Result<(), Error> {
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(source) if source.kind() != io::ErrorKind::BrokenPipe => {
             Err(diagnostics::Error::Write { path: PathBuf::from("<stdout>"), source }.into())
         }
         _ => Ok(()),
+    }
+}
+
+/// How wide the terminal is, or else what COLUMNS says; none where nobody knows.
+fn width_of(stream: &impl IsTerminal) -> Option<usize> {
+    let columns = || std::env::var("COLUMNS").ok()?.parse().ok();
+    let terminal = if stream.is_terminal() { terminal_size() } else { None };
+    let width = terminal.map(|(Width(width), _)| usize::from(width)).or_else(columns);
+    width.map(|width| width.max(40))
+}
+
+/// A line of a table or a text, broken between words. What follows begins where the line's last column does.
+fn fit(line: &str, width: usize) -> String {
+    let (text, end) = line.strip_suffix('\n').map_or((line, ""), |text| (text, "\n"));
+    if textwrap::core::display_width(text) <= width {
+        return line.to_owned();
+    }
+    let indent = " ".repeat(last_column(&anstream::adapter::strip_str(text).to_string()).min(width / 2));
+    let options = textwrap::Options::new(width).subsequent_indent(&indent).break_words(false);
+    let options = options.word_splitter(textwrap::WordSplitter::NoHyphenation);
+    let options = options.word_separator(textwrap::WordSeparator::AsciiSpace);
+    textwrap::fill(text, options) + end
+}
+
+/// Where the last column of a line begins: after the last two or more blanks among its first 50 characters.
+fn last_column(line: &str) -> usize {
+    let mut column = line.chars().take_while(|c| *c == ' ').count();
+    let mut blanks = 0;
+    for (at, c) in line.chars().enumerate().take(50).skip(column) {
+        if c != ' ' && blanks >= 2 {
+            column = at;
+        }
+        blanks = if c == ' ' { blanks + 1 } else { 0 };
+    }
+    column
+}
+
+/// Writes an error to stderr, every diagnostic with the text that it is about.
+pub(crate) fn complain(error: &Error) {
+    match error.diagnostics() {
+        none if none.is_empty() => complain_of(format!("error: {error}\n")),
+        diagnostics => show(diagnostics),
+    }
+}
+
+/// Writes to stderr what looks wrong, though it is accepted.
+pub(crate) fn warn(diagnostic: &dyn Diagnostic) {
+    show([diagnostic]);
+}
+
+fn show<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) {
+    let stderr = io::stderr();
+    let coloured = anstream::AutoStream::choice(&stderr) != anstream::ColorChoice::Never;
+    let theme = if stderr.is_terminal() || coloured { GraphicalTheme::unicode() } else { GraphicalTheme::none() };
+    let width = width_of(&stderr).map_or(LONGEST_HELP, |width| width.min(LONGEST_HELP));
+    let handler = GraphicalReportHandler::new_themed(theme).with_width(width).with_break_words(false);
+    // Nobody is left to be told.
+    let _ = anstream::stderr().write_all(rendered(&handler, diagnostics).as_bytes());
+}
+
+/// Writes lines to stderr.
+pub(crate) fn complain_of(text: impl Into<Text>) {
+    let _ = anstream::stderr().write_all(text.into().0.as_bytes());
+}
+
+/// Writes one line to stderr that a user should know.
+pub(crate) fn note(text: &str) {
+    complain_of(format!("note: {text}\n"));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_line_goes_on_below_its_last_column() {
+        let line = "phi1   violated  at tick 21, 21.02 s: BatteryReader → BatteryLevel [<ok>, 9.975]\n";
+        let broken =
+            "phi1   violated  at tick 21, 21.02 s: BatteryReader →\n                 BatteryLevel [<ok>, 9.975]\n";
+        assert_eq!(fit(line, 54), broken);
+        assert_eq!(fit(line, 80), line);
+        let mut painted = Text::from("  ");
+        painted.paint(BAD, "violated", 10);
+        assert_eq!(painted.0.len(), 12 + BAD.render().to_string().len() + BAD.render_reset().to_string().len());
+        assert_eq!(fit(&painted.0, 12), painted.0, "colours take no room");
+    }
+
+    #[test]
+    fn only_paint_colours_a_text() {
+        assert_eq!(Text::from("\u{1b}[31mred").0, "?[31mred");
     }
 }

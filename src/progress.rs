@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::time::{Duration, Instant};
 
 use campaigns::statistics::{Confidence, Count};
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use recording::RunView;
 
 /// The progress line: time, battery, what the tree is doing, monitors. Only on a terminal, and only on stderr.
@@ -21,7 +21,7 @@ impl Progress {
         }
         let bar = ProgressBar::with_draw_target(Some(max_time.as_secs()), ProgressDrawTarget::stderr_with_hz(10));
         // A template that is fixed here can be parsed; if not, the default style serves.
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {pos:>4} s  {msg}") {
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {pos:>4} s  {wide_msg}") {
             bar.set_style(style);
         }
         Self { bar: Some(bar) }
@@ -74,6 +74,14 @@ impl Bar {
         }
     }
 
+    /// Does what writes lines; they stand above the bar.
+    pub(crate) fn above<T>(&self, write: impl FnOnce() -> T) -> T {
+        match &self.0 {
+            Some(bar) => bar.suspend(write),
+            None => write(),
+        }
+    }
+
     /// Takes the bar away.
     pub(crate) fn finish(&self) {
         if let Some(bar) = &self.0 {
@@ -101,9 +109,12 @@ impl CampaignBar {
         }
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
         // A template that is fixed here can be parsed; if not, the default style serves.
-        let template = "{bar:24} {pos} of {len} runs, {per_sec}, {eta} to go\n{wide_msg}";
+        let template = "{bar:24} {pos} of {len} runs, {rate} a second, {eta} to go\n{wide_msg}";
+        let rate = |state: &ProgressState, text: &mut dyn Write| {
+            let _ = write!(text, "{:.1}", state.per_sec());
+        };
         if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
+            bar.set_style(style.with_key("rate", rate));
         }
         Self { bar: Some(bar), estimated: None }
     }

@@ -1,8 +1,7 @@
-//! Diagnostics as text, each with the line that it is about, however long that is.
+//! Diagnostics as text, each with the line that it is about.
 //!
-//! A file without line breaks, as programs write them, is one line of any length. What is shown of such a line is the
-//! stretch around the place that is meant. Of very many problems the first are shown, and of a very long text its
-//! beginning.
+//! A file that a program wrote may be one very long line: only the stretch around the place is shown. Of very many
+//! problems only the first are shown, and of a very long text only its beginning.
 //!
 //! Names and texts of files may hold anything. What would steer a terminal is shown as a character that does not.
 
@@ -11,38 +10,57 @@ use std::fmt;
 use std::sync::OnceLock;
 
 use miette::{
-    Diagnostic, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Severity, SourceCode, SourceSpan,
-    SpanContents,
+    Diagnostic, GraphicalReportHandler, LabeledSpan, MietteError, MietteSpanContents, NamedSource, Severity,
+    SourceCode, SourceSpan, SpanContents,
 };
 use serde::Serialize;
 
 /// Longer lines are cut, in bytes.
 const LONG_LINE: usize = 2000;
-/// So much is shown before and after the place, in bytes.
+/// How much is shown before and after the place, in bytes.
 const AROUND: usize = 60;
 
-/// So many problems are shown at once.
+/// How many problems are shown at most.
 const MOST_PROBLEMS: usize = 100;
 /// Longer messages, labels and hints are cut, in bytes.
 const LONG_TEXT: usize = 2000;
 
-/// The diagnostics with everything that belongs to them, as a terminal shows it.
-pub(crate) fn rendered<'d>(diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>) -> String {
-    let (mut text, mut shown, mut all) = (String::new(), 0, 0);
+/// The diagnostics with everything that belongs to them, as a terminal shows it: each problem of a file for itself.
+pub(crate) fn rendered<'d>(
+    handler: &GraphicalReportHandler,
+    diagnostics: impl IntoIterator<Item = &'d dyn Diagnostic>,
+) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    let mut render = |diagnostic: &Cut<'_>| {
+        let _ = handler.render_report(&mut text, diagnostic);
+    };
+    let (mut shown, mut all) = (0, 0);
     for diagnostic in diagnostics {
-        let problems = diagnostic.related().map_or(1, Iterator::count);
-        let room = MOST_PROBLEMS - shown;
-        if room > 0 {
-            // Writing to a string cannot fail.
-            let _ = miette::GraphicalReportHandler::new().render_report(&mut text, &Cut::of(diagnostic, room));
+        let problems = problems(diagnostic, None);
+        if problems.len() > 1 && shown < MOST_PROBLEMS {
+            render(&Cut { diagnostic, text: None });
         }
-        shown += problems.min(room);
-        all += problems;
+        let room = MOST_PROBLEMS - shown;
+        problems.iter().take(room).for_each(|(problem, text)| render(&Cut::of(*problem, *text)));
+        shown += problems.len().min(room);
+        all += problems.len();
     }
     if all > shown {
         text += &format!("and {} more\n", grouped(all - shown));
     }
     text
+}
+
+/// Everything that a diagnostic says, each with the text that it is about: what belongs to it, or else itself.
+fn problems<'d>(
+    diagnostic: &'d dyn Diagnostic,
+    outer: Option<&'d dyn SourceCode>,
+) -> Vec<(&'d dyn Diagnostic, Option<&'d dyn SourceCode>)> {
+    let text = diagnostic.source_code().or(outer);
+    let related = diagnostic.related().into_iter().flatten();
+    let related: Vec<_> = related.flat_map(|related| problems(related, text)).collect();
+    if related.is_empty() { vec![(diagnostic, text)] } else { related }
 }
 
 /// One thing that a diagnostic says, with its place.
@@ -62,29 +80,23 @@ impl Finding {
     }
 }
 
-/// Everything that a diagnostic says: what belongs to it, or else itself.
+/// Everything that a diagnostic says, with the places.
 pub(crate) fn findings(diagnostic: &dyn Diagnostic) -> Vec<Finding> {
-    found(diagnostic, None)
+    problems(diagnostic, None).into_iter().map(|(problem, text)| found(problem, text)).collect()
 }
 
-fn found(diagnostic: &dyn Diagnostic, outer: Option<&dyn SourceCode>) -> Vec<Finding> {
-    let source = diagnostic.source_code().or(outer);
-    let related: Vec<Finding> =
-        diagnostic.related().into_iter().flatten().flat_map(|related| found(related, source)).collect();
-    if !related.is_empty() {
-        return related;
-    }
+fn found(diagnostic: &dyn Diagnostic, source: Option<&dyn SourceCode>) -> Finding {
     let label = diagnostic.labels().and_then(|mut labels| labels.next());
     let text = source.map(CutText::of);
     let place = text.as_ref().zip(label.as_ref()).and_then(|(text, label)| text.place(label.inner()).ok());
     let name = place.as_ref().and_then(|place| place.name().map(str::to_owned));
-    vec![Finding {
+    Finding {
         message: diagnostic.to_string(),
         file: name.or_else(|| Some(source?.read_span(&SourceSpan::from((0, 0)), 0, 0).ok()?.name()?.to_owned())),
         line: place.as_ref().map(|place| place.line() + 1),
         column: place.as_ref().map(|place| place.column() + 1),
         help: diagnostic.help().map(|help| help.to_string()).filter(|help| !help.is_empty()),
-    }]
+    }
 }
 
 /// A number with a comma between thousands.
@@ -131,15 +143,12 @@ pub(crate) fn visible(text: &str) -> Cow<'_, str> {
 struct Cut<'d> {
     diagnostic: &'d dyn Diagnostic,
     text: Option<CutText<'d>>,
-    related: Vec<Cut<'d>>,
 }
 
 impl<'d> Cut<'d> {
-    /// The diagnostic with at most `room` of its related ones.
-    fn of(diagnostic: &'d dyn Diagnostic, room: usize) -> Self {
-        let related = diagnostic.related().into_iter().flatten().take(room);
-        let related = related.map(|related| Self::of(related, MOST_PROBLEMS)).collect();
-        Self { diagnostic, text: diagnostic.source_code().map(CutText::of), related }
+    /// The diagnostic alone, with the text that it is about.
+    fn of(diagnostic: &'d dyn Diagnostic, text: Option<&'d dyn SourceCode>) -> Self {
+        Self { diagnostic, text: text.map(CutText::of) }
     }
 }
 
@@ -178,17 +187,12 @@ impl Diagnostic for Cut<'_> {
         };
         self.diagnostic.labels().map(|labels| Box::new(labels.map(shown)) as _)
     }
-
-    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        (!self.related.is_empty())
-            .then(|| Box::new(self.related.iter().map(|related| -> &dyn Diagnostic { related })) as _)
-    }
 }
 
 /// A text whose long lines are cut.
 struct CutText<'d> {
     source: &'d dyn SourceCode,
-    /// The file's name and all of its text made visible, where they were not; once somebody has asked.
+    /// The file's name and all of its text made visible, where they were not; computed on first use.
     shown: OnceLock<Option<NamedSource<String>>>,
 }
 
@@ -310,11 +314,15 @@ mod tests {
 
     use super::*;
 
+    fn handler() -> GraphicalReportHandler {
+        GraphicalReportHandler::new_themed(miette::GraphicalTheme::none())
+    }
+
     /// How a problem with the last word of this text looks.
     fn problem_at_end(text: &str, word: &str) -> String {
         let source = Source::new("file.xml", text);
         let problem = source.span(text.len() - word.len()..text.len()).problem("wrong").with_label("here");
-        rendered([&problem as &dyn Diagnostic])
+        rendered(&handler(), [&problem as &dyn Diagnostic])
     }
 
     #[test]
@@ -325,11 +333,11 @@ mod tests {
             FileProblems::none_of(problems.collect()).expect_err("problems")
         };
         let (few, many) = (problems(30), problems(10_000));
-        let said = rendered([&few as &dyn Diagnostic, &many, &few]);
+        let said = rendered(&handler(), [&few as &dyn Diagnostic, &many, &few]);
         assert_eq!(said.matches("wrong ").count(), MOST_PROBLEMS);
         assert!(said.contains("wrong 29.") && said.contains("wrong 69.") && !said.contains("wrong 70."), "{said}");
         assert!(said.ends_with("and 9,960 more\n"), "{said}");
-        assert!(!rendered([&few as &dyn Diagnostic]).contains("more"));
+        assert!(!rendered(&handler(), [&few as &dyn Diagnostic]).contains("more"));
         assert_eq!([1, 12, 999, 1000, 1_234_567].map(grouped), ["1", "12", "999", "1,000", "1,234,567"]);
     }
 
@@ -338,7 +346,7 @@ mod tests {
         let source = Source::new("file.toml", "x");
         let long = "é".repeat(10_000);
         let problem = source.span(0..1).problem(&long).with_label(&long).with_help(&long);
-        assert!(rendered([&problem as &dyn Diagnostic]).matches('é').count() <= 3 * LONG_TEXT / 2);
+        assert!(rendered(&handler(), [&problem as &dyn Diagnostic]).matches('é').count() <= 3 * LONG_TEXT / 2);
     }
 
     #[test]
@@ -346,7 +354,7 @@ mod tests {
         for text in ["first", "first\nsecond", "é"] {
             let source = Source::new("file.xml", text);
             let problem = source.span(0..text.len()).problem("wrong");
-            assert!(rendered([&problem as &dyn Diagnostic]).contains("file.xml:1:1]"), "{text}");
+            assert!(rendered(&handler(), [&problem as &dyn Diagnostic]).contains("file.xml:1:1]"), "{text}");
             assert_eq!(findings(&problem)[0].column, Some(1));
         }
         assert!(problem_at_end("first\nsecond", "second").contains("file.xml:2:1]"));
@@ -379,7 +387,7 @@ mod tests {
         let source = Source::new("a\u{1b}]0;title\u{7}.xml", text);
         let at = text.find("three").unwrap();
         let problem = source.span(at..at + 5).problem("no \u{1b}[2J").with_label("here\u{1b}").with_help("\u{8}help");
-        let said = rendered([&problem as &dyn Diagnostic]);
+        let said = rendered(&handler(), [&problem as &dyn Diagnostic]);
         assert!(!said.chars().any(|c| c.is_control() && c != '\n'), "{said:?}");
         assert!(said.contains("?[31mtwo?·31m \u{fffd}three") && said.contains("a?]0;title?.xml:2:"), "{said}");
         assert!(said.contains("no ?[2J") && said.contains("here?") && said.contains("?help"), "{said}");

@@ -8,13 +8,13 @@ use campaigns::reproduce::{Reproduction, Settings, table};
 use clap::Args;
 use scenarios::scenario::TreeForm;
 
-use crate::output::print;
+use crate::output::{print_json, say};
 use crate::progress::Bar;
 
 /// How often to run the experiments.
 #[derive(Debug, Args)]
 pub(crate) struct ReproduceArgs {
-    /// How often each experiment is run, with the root seeds from 1 on
+    /// How often to run each experiment, with root seeds from 1
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     seeds: u64,
     /// Another map: a ROS map_server YAML file
@@ -26,10 +26,10 @@ pub(crate) struct ReproduceArgs {
     /// Another start: x and y in metres, heading in degrees
     #[arg(long, value_name = "X,Y,DEG", value_parser = parse_start, allow_hyphen_values = true)]
     start: Option<[f64; 3]>,
-    /// The tree as one process, or a process for each node, as in the paper
+    /// The tree as one process, or as one process per node, as in the paper
     #[arg(long, value_name = "whole|nodes", value_parser = ["whole", "nodes"])]
     tree: Option<String>,
-    /// Where page and data go
+    /// Where the page and the data go
     #[arg(long, value_name = "DIR", default_value = "out/reproduce")]
     out: PathBuf,
     /// Prints the results as JSON instead of a table
@@ -44,16 +44,15 @@ pub(crate) struct ReproduceArgs {
 pub(crate) fn reproduce(args: &ReproduceArgs) -> Result<ExitCode, Error> {
     let bar = Bar::new(args.quiet || args.json, "runs");
     let tree = args.tree.as_ref().map(|form| if form == "nodes" { TreeForm::Nodes } else { TreeForm::Whole });
-
     let settings =
         Settings { seeds: args.seeds, map: args.map.clone(), places: args.places.clone(), start: args.start, tree };
     let reproduction = Reproduction::run(&settings, |done, all| bar.show(done, all))?;
     bar.finish();
     reproduction.write(&args.out)?;
     if args.json {
-        print(&(serde_json::to_string_pretty(&reproduction).expect("results are always JSON") + "\n"))?;
+        print_json(&reproduction)?;
     } else {
-        print(&format!("{}wrote {}\n", table(&reproduction), args.out.join("index.html").display()))?;
+        say(format!("{}wrote {}\n", table(&reproduction), args.out.join("index.html").display()))?;
     }
     Ok(ExitCode::from(u8::from(!reproduction.all_hold())))
 }

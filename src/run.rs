@@ -1,30 +1,54 @@
-//! `steward --scenario …`: runs a scenario.
+//! `steward run`, and `steward --scenario`: runs scenarios.
 
-use std::path::PathBuf;
+mod select;
+mod table;
+
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use campaigns::{Error, run_and_report};
 use clap::Args;
-use recording::Detail;
-use reports::{Outputs, file_name, junit};
+use recording::{Detail, RunView};
+use reports::report::{OutcomeReport, Report};
+use reports::{Outputs, file_name, html, junit};
+use scenarios::Complaints;
 use scenarios::live::Live;
-use scenarios::scenario::{Scenario, find};
+use scenarios::scenario::{Found, Scenario, find};
 
-use crate::output::print;
-use crate::progress::Progress;
-use crate::{interrupt, summary};
+use monitors::Warnings;
 
-/// Runs a scenario and writes its report and pictures.
+use crate::names::ScenarioName;
+use crate::output::{note, print_json, warn};
+use crate::progress::{Bar, Progress};
+use crate::run::table::Table;
+use crate::{browser, interrupt, summary};
+
+/// Which scenarios to run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArgs {
-    /// The scenario to run: a name (see `steward list`) or a file
-    #[arg(long, value_name = "NAME|FILE", required = true)]
-    scenario: Option<String>,
+    /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'
+    #[arg(value_name = "NAME|FILE", required_unless_present_any = ["all", "filter"], value_parser = ScenarioName,
+          hide_possible_values = true)]
+    scenarios: Vec<String>,
+    /// Runs all scenarios that come with the program
+    #[arg(long, conflicts_with = "scenarios")]
+    all: bool,
+    /// Runs only scenarios whose names contain TEXT; of several, any
+    #[arg(long, value_name = "TEXT")]
+    filter: Vec<String>,
+    #[command(flatten)]
+    options: RunOptions,
+}
+
+/// How to run them, and what to write.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct RunOptions {
     /// The root seed; the scenario's own if not given
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
-    /// Where report and pictures go [default: out/<scenario>]
+    /// Where report and pictures go; of several scenarios, each gets a folder there [default: out/NAME, with --seed
+    /// out/NAME-seed-N]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Changes a value of the scenario: `battery.initial_pct=50`, `faults.0.at_s=30`
@@ -36,16 +60,19 @@ pub(crate) struct RunArgs {
     /// Records the run: `FILE.jsonl` is the event log, any other file all that `steward report` needs
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Writes the results as JUnit XML: a test case a property and expectation
+    /// Writes the results as JUnit XML: one test case per property and expectation, one suite per run
     #[arg(long, value_name = "FILE")]
     junit: Option<PathBuf>,
+    /// Opens the report in the browser
+    #[arg(long)]
+    open: bool,
     /// Takes no pictures
     #[arg(long)]
     no_snapshots: bool,
     /// Runs without monitors and expects nothing of the properties; the run is the same, but no violation ends it
     #[arg(long)]
     no_monitors: bool,
-    /// Prints the report as JSON instead of a summary
+    /// Prints the report as JSON instead of a summary; of several runs, an array
     #[arg(long)]
     json: bool,
     /// Shows no progress and no summary
@@ -53,33 +80,159 @@ pub(crate) struct RunArgs {
     quiet: bool,
 }
 
-pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
-    let found = find::find(args.scenario.as_deref().unwrap_or_default())?;
-    let scenario = Arc::new(Scenario::load(&found, &args.set)?);
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&scenario.name));
-    let outputs = Outputs { folder: Some(folder.clone()), snapshots: !args.no_snapshots, gif: args.gif.clone() };
-    let seed = args.seed.unwrap_or(scenario.file.seed);
-    scenario.place_concerns().iter().for_each(|concern| crate::output::warn(concern));
-    let live = Live::new(Arc::clone(&scenario), seed, !args.no_monitors)?;
-    live.warnings().iter().for_each(|warning| crate::output::warn(warning));
-    let _ = interrupt::listen();
-    let progress = Progress::new(args.quiet || args.json, scenario.file.execution.max_time);
-    let report = run_and_report(live, Detail::Full, &outputs, args.record.as_deref(), |view| {
-        progress.show(view);
-        interrupt::flow()
-    });
-    progress.finish();
-    let report = report?;
-    if let Some(path) = &args.junit {
-        junit::write(path, &scenario.file.expect.told(), &report)?;
-    }
-    if args.json {
-        print(&(serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"))?;
-    }
-    summary::tell(&report, &folder, args.quiet || args.json)
+/// A scenario that is ready to be run.
+struct Job {
+    scenario: Arc<Scenario>,
+    seed: u64,
+    /// Where its report goes.
+    folder: PathBuf,
 }
 
-/// `out/NAME`, where the name of a scenario that shows a fault is `faults/KIND`.
-fn default_folder(name: &str) -> PathBuf {
-    ["out".to_owned()].into_iter().chain(name.split('/').map(file_name)).collect()
+/// Runs the scenario of that name or path.
+pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Error> {
+    one(&Job::load(&find::find(name)?, options, false)?, options)
+}
+
+/// Runs the scenarios that are asked for.
+pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
+    let options = &args.options;
+    let found = select::select(&args.scenarios, &args.filter)?;
+    if let [only] = found.as_slice() {
+        return one(&Job::load(only, options, false)?, options);
+    }
+    options.refuse_for_several(found.len())?;
+    let mut complaints = Complaints::default();
+    let jobs: Vec<Job> = found.iter().filter_map(|found| complaints.take(Job::load(found, options, true))).collect();
+    complaints.check()?;
+    check_folders(&jobs)?;
+    several(&jobs, options)
+}
+
+impl RunOptions {
+    /// Refuses options that are for one run.
+    fn refuse_for_several(&self, count: usize) -> Result<(), Error> {
+        let of_one = [("--gif", self.gif.is_some()), ("--record", self.record.is_some()), ("--open", self.open)];
+        match of_one.iter().find(|(_, given)| *given) {
+            Some((option, _)) => {
+                let message = format!("`{option}` is for one run, and {count} scenarios are to be run");
+                Err(Error::refused(message, format!("run a scenario alone for that: `steward run NAME {option} …`")))
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Whether there is neither progress nor summary.
+    fn is_silent(&self) -> bool {
+        self.quiet || self.json
+    }
+}
+
+impl Job {
+    /// Loads a scenario, alone or one of `several`.
+    fn load(found: &Found, options: &RunOptions, several: bool) -> Result<Self, scenarios::Error> {
+        let scenario = Arc::new(Scenario::load(found, &options.set)?);
+        scenario.place_concerns().iter().for_each(|concern| warn(concern));
+        let seed = options.seed.unwrap_or(scenario.file.seed);
+        let name = options.seed.map_or(scenario.name.clone(), |seed| format!("{}-seed-{seed}", scenario.name));
+        let parts = name.split('/').map(file_name);
+        let folder = match &options.out {
+            None => Path::new("out").join(parts.collect::<PathBuf>()),
+            Some(out) if several => out.join(parts.collect::<PathBuf>()),
+            Some(out) => out.clone(),
+        };
+        Ok(Self { scenario, seed, folder })
+    }
+
+    /// Runs the scenario and writes its outputs except JUnit. `ready` gets the warnings.
+    fn conduct(
+        &self,
+        options: &RunOptions,
+        ready: impl FnOnce(&[Warnings]),
+        mut follow: impl FnMut(&RunView),
+    ) -> Result<Report, Error> {
+        let outputs =
+            Outputs { folder: Some(self.folder.clone()), snapshots: !options.no_snapshots, gif: options.gif.clone() };
+        let live = Live::new(Arc::clone(&self.scenario), self.seed, !options.no_monitors)?;
+        ready(live.warnings());
+        run_and_report(live, Detail::Full, &outputs, options.record.as_deref(), |view| {
+            follow(view);
+            interrupt::flow()
+        })
+    }
+}
+
+/// Refuses scenarios that would write to one folder.
+fn check_folders(jobs: &[Job]) -> Result<(), Error> {
+    for (place, job) in jobs.iter().enumerate() {
+        if let Some(other) = jobs[..place].iter().find(|other| other.folder == job.folder) {
+            let [one, two] = [other, job].map(|job| job.scenario.origin.argument.as_str());
+            let message = format!("{one} and {two} would both write to {}", job.folder.display());
+            return Err(Error::refused(message, "run them apart, each with an `--out` of its own"));
+        }
+    }
+    Ok(())
+}
+
+/// Runs a scenario alone, with a summary.
+fn one(job: &Job, options: &RunOptions) -> Result<ExitCode, Error> {
+    let _ = interrupt::listen();
+    let progress = Progress::new(options.is_silent(), job.scenario.file.execution.max_time);
+    let report = job.conduct(options, |warnings| warnings.iter().for_each(|one| warn(one)), |view| progress.show(view));
+    progress.finish();
+    let report = report?;
+    write_junit(options, &[(job, &report)])?;
+    if options.json {
+        print_json(&report)?;
+    }
+    let status = summary::tell(&report, &job.folder, options.is_silent())?;
+    if options.open {
+        browser::open(&job.folder.join(html::FILE));
+    }
+    Ok(status)
+}
+
+/// Runs scenarios on all cores, and prints one line for each, in order.
+fn several(jobs: &[Job], options: &RunOptions) -> Result<ExitCode, Error> {
+    let interrupted = interrupt::listen();
+    let bar = Bar::new(options.is_silent(), "runs");
+    let mut table = Table::new(options.is_silent());
+    let mut reports: Vec<(&Job, Report)> = Vec::new();
+    bar.show(0, jobs.len());
+    let work = |place: u64| {
+        let mut told = Vec::new();
+        let report = jobs[place as usize].conduct(options, |warnings| told.extend_from_slice(warnings), |_| {});
+        (told, report)
+    };
+    let all = 0..jobs.len() as u64;
+    batch::in_order(all, batch::threads(), interrupted, work, |place, (warnings, report)| {
+        let job = &jobs[place as usize];
+        bar.above(|| {
+            warnings.iter().for_each(|warning| warn(warning));
+            table.add(&job.scenario.name, &report)
+        })?;
+        reports.extend(report.ok().map(|report| (job, report)));
+        bar.show(place as usize + 1, jobs.len());
+        Ok::<_, Error>(true)
+    })?;
+    bar.finish();
+    let shown: Vec<(&Job, &Report)> = reports.iter().map(|(job, report)| (*job, report)).collect();
+    write_junit(options, &shown)?;
+    if options.json {
+        let all: Vec<&Report> = reports.iter().map(|(_, report)| report).collect();
+        print_json(&all)?;
+    }
+    let name = options.seed.map_or("NAME".to_owned(), |seed| format!("NAME-seed-{seed}"));
+    let page = options.out.as_deref().unwrap_or(Path::new("out")).join(name).join(html::FILE);
+    table.end(jobs.len(), &page)
+}
+
+/// Writes the results as JUnit XML, if that is asked for.
+fn write_junit(options: &RunOptions, runs: &[(&Job, &Report)]) -> Result<(), Error> {
+    let Some(path) = &options.junit else { return Ok(()) };
+    if runs.iter().any(|(_, report)| report.outcome == OutcomeReport::Interrupted) {
+        note(&format!("{} was not written: the run was interrupted", path.display()));
+        return Ok(());
+    }
+    let runs: Vec<_> = runs.iter().map(|(job, report)| (job.scenario.file.expect.told(), *report)).collect();
+    Ok(junit::write(path, &runs)?)
 }

@@ -9,17 +9,19 @@ use clap::{Subcommand, ValueEnum};
 use drawing::State;
 use skills::{Chart, Cues, HistoryKind, SkillError, StateId, StateKind, Status, Strictness, rehearse};
 
-use crate::output::{print, warn};
+use crate::check;
+use crate::output::print;
 
 /// What can be done with a machine.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SkillCommand {
-    /// Says everything that is wrong with a machine, or looks wrong, as strictly as a scenario does; `run` is more lenient
+    /// Says everything that is wrong, or looks wrong, with machines, as strictly as a scenario does; `run` is more lenient
     Check {
-        /// The machine, an SCXML file
-        file: PathBuf,
+        /// Machines, SCXML files
+        #[arg(value_name = "FILE", required = true)]
+        files: Vec<PathBuf>,
     },
-    /// Shows a machine's states and transitions
+    /// Prints a machine's states and transitions
     Show {
         /// The machine, an SCXML file
         file: PathBuf,
@@ -27,7 +29,7 @@ pub(crate) enum SkillCommand {
         #[arg(long, value_enum, default_value_t = Format::Text)]
         format: Format,
     },
-    /// Lists the mistakes that a machine may have, as the fault `skill_mutant` calls them
+    /// Lists the mistakes of one step that a machine may have, as the fault `skill_mutant` names them
     Mutants {
         /// Machines, SCXML files [default: those of the shipped skills]
         files: Vec<PathBuf>,
@@ -36,13 +38,13 @@ pub(crate) enum SkillCommand {
     Run {
         /// The machine, an SCXML file
         file: PathBuf,
-        /// Events to give it, one JSON object a line: {"event": "BT.tick", "time_s": 1.5, "data": {}}
+        /// Events to give it, one JSON object per line: {"event": "BT.tick", "time_s": 1.5, "data": {}}
         #[arg(long, value_name = "FILE")]
         events: Option<PathBuf>,
-        /// Simulated seconds after which it is stopped, if delayed events keep it going
+        /// Stops it after so many simulated seconds, if delayed events keep it going
         #[arg(long, value_name = "SECONDS", default_value_t = 3600.0)]
         until: f64,
-        /// Prints a JSON object a line
+        /// Prints one JSON object per line
         #[arg(long)]
         json: bool,
     },
@@ -59,18 +61,13 @@ pub(crate) enum Format {
 /// Carries out a command on a machine.
 pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
     match command {
-        SkillCommand::Check { file } => check(file),
+        SkillCommand::Check { files } => {
+            check::each(files, false, |file| check::machine(file).map(|(_, checked)| checked))
+        }
         SkillCommand::Show { file, format } => show(file, *format),
         SkillCommand::Mutants { files } => mutants(files),
         SkillCommand::Run { file, events, until, json } => run(file, events.as_deref(), *until, *json),
     }
-}
-
-fn check(file: &Path) -> Result<ExitCode, Error> {
-    let (chart, checked) = crate::check::machine(file)?;
-    checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
-    print(&format!("{}: {}\n", chart.name(), checked.words()))?;
-    Ok(ExitCode::SUCCESS)
 }
 
 fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
@@ -141,7 +138,7 @@ fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<E
         None => Cues::default(),
     };
     let until = Duration::try_from_secs_f64(until_s)
-        .map_err(|_| Error::refused(format!("{until_s} s is no time"), "a number of seconds, zero or more"))?;
+        .map_err(|_| Error::refused(format!("{until_s} s is not a time"), "give a number of seconds, zero or more"))?;
     let mut printed = Ok(());
     let ending = rehearse(&chart, &cues, until, &mut |line| {
         if printed.is_ok() {

@@ -1,104 +1,104 @@
 //! What a person reads at the end of a run.
 
-use std::fmt::Write;
+use std::fmt::{self, Write};
 use std::path::Path;
 use std::process::ExitCode;
 
+use anstyle::Style;
 use campaigns::Error;
+use monitors::Outcome;
+use recording::{decimals, length};
 use reports::html;
 use reports::report::{MonitorReport, OutcomeReport, Report, TreeErrorReport};
 
-use crate::output::{complain_of, print};
+use crate::interrupt;
+use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, say};
 
-/// Tells how a run went, and gives the exit status that says so. A quiet program tells only of a run that was not as
-/// expected, and that on stderr.
+/// Says how a run went, and gives the exit status that says so. A quiet program speaks only of a run that was not as
+/// expected or was interrupted, and that on stderr.
 pub(crate) fn tell(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
-    let unexpected = report.outcome == OutcomeReport::NotAsExpected;
-    if !quiet {
-        print(&summary(report, folder))?;
-    } else if unexpected {
-        let mut text = String::new();
-        // Writing to a string cannot fail.
-        let _ = write_outcome(&mut text, report);
-        complain_of(&text);
-    }
-    Ok(ExitCode::from(u8::from(unexpected)))
-}
-
-/// The summary of a run whose files went to `folder`.
-fn summary(report: &Report, folder: &Path) -> String {
-    let mut text = String::new();
+    let mut text = Text::default();
     // Writing to a string cannot fail.
-    let _ = write_summary(&mut text, report, folder);
-    text
+    let _ = write_outcome(&mut text, report);
+    if !quiet {
+        let _ = write_summary(&mut text, report, folder);
+        say(text)?;
+    } else if report.outcome != OutcomeReport::AsExpected {
+        complain_of(text);
+    }
+    Ok(ExitCode::from(match report.outcome {
+        OutcomeReport::AsExpected => 0,
+        OutcomeReport::NotAsExpected => 1,
+        OutcomeReport::Interrupted => interrupt::STATUS,
+    }))
 }
 
 /// Whether the run was as expected, and what differs.
-fn write_outcome(text: &mut String, report: &Report) -> std::fmt::Result {
-    let outcome = match report.outcome {
-        OutcomeReport::AsExpected => "as expected",
-        OutcomeReport::NotAsExpected => "NOT as expected",
-    };
-    writeln!(text, "{}, seed {}: {outcome}", report.scenario, report.seed)?;
-    for difference in &report.differences {
-        writeln!(text, "  ! {difference}")?;
-    }
-    Ok(())
-}
-
-fn write_summary(text: &mut String, report: &Report, folder: &Path) -> std::fmt::Result {
-    write_outcome(text, report)?;
-    let widest = report.monitors.iter().map(|monitor| monitor.name.chars().count()).fold(8, usize::max).min(32);
-    for monitor in &report.monitors {
-        writeln!(text, "  {:<widest$} {:<12} {}", monitor.name, monitor.verdict, evidence(monitor))?;
-        for note in monitor.open.iter().chain(&monitor.vacuous).chain(&monitor.errors) {
-            writeln!(text, "           {note}")?;
+fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
+    text.paint(HEAD, &report.scenario, 0);
+    write!(text, ", seed {}: ", report.seed)?;
+    match report.outcome {
+        OutcomeReport::AsExpected => text.paint(GOOD, "as expected", 0),
+        OutcomeReport::NotAsExpected => text.paint(BAD, "NOT as expected", 0),
+        OutcomeReport::Interrupted => {
+            text.paint(OPEN, "interrupted", 0);
+            write!(text, " after {:.1} s of simulated time; this is what happened until then", report.sim_time_s)?;
         }
     }
+    writeln!(text)?;
+    report.differences.iter().try_for_each(|difference| writeln!(text, "  ! {difference}"))
+}
+
+fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result {
+    let widest = report.monitors.iter().map(|monitor| monitor.name.chars().count()).fold(7, usize::max).min(32);
+    for monitor in &report.monitors {
+        write!(text, "  {:<widest$}  ", monitor.name)?;
+        let evidence = evidence(monitor);
+        let name = monitor.verdict.name();
+        text.paint(style(monitor.verdict), name, if evidence.is_empty() { 0 } else { 14 });
+        writeln!(text, "{evidence}")?;
+        for note in monitor.open.iter().chain(&monitor.vacuous).chain(&monitor.errors) {
+            writeln!(text, "  {:<widest$}  {note}", "")?;
+        }
+    }
+    let mut fact = |name: &str, words: fmt::Arguments<'_>| writeln!(text, "  {name:<widest$}  {words}");
     for (effect, when) in report.faults_in_words() {
-        writeln!(text, "  fault    {effect} {when}")?;
+        fact("fault", format_args!("{effect} {when}"))?;
     }
     for error in &report.tree_errors {
         let TreeErrorReport { label, node, message, tick, time_s } = error;
-        writeln!(text, "  tree     {label} (node {node}): {message}; first in tick {tick}, {time_s:.2} s")?;
+        fact("tree", format_args!("{label} (node {node}): {message}; first in tick {tick}, {time_s:.2} s"))?;
     }
     for error in &report.skill_errors {
-        writeln!(text, "  skill    {}: {}; first at {:.2} s", error.place(), error.words(), error.time_s)?;
+        fact("skill", format_args!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s))?;
     }
-    let battery = &report.battery;
-    writeln!(
-        text,
-        "  battery  {:.1} % at the start, {:.1} % at the end, never below {:.1} %",
-        battery.initial, battery.r#final, battery.minimum
-    )?;
-    let robot = &report.robot;
-    writeln!(
-        text,
-        "  robot    drove {:.1} m in {:.0} s, {}, localized to {:.1} mm (rmse), {:.1} mm at worst",
-        robot.distance_m,
-        report.sim_time_s,
-        collisions(robot.collisions),
-        robot.localization.rmse_m * 1000.0,
-        robot.localization.max_m * 1000.0,
-    )?;
+    let (battery, robot) = (&report.battery, &report.robot);
+    let [initial, minimum, last] = [battery.initial, battery.minimum, battery.r#final];
+    fact("battery", format_args!("{initial:.1} % at the start, {last:.1} % at the end, never below {minimum:.1} %"))?;
+    let collisions = collisions(robot.collisions);
+    fact("robot", format_args!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s))?;
+    let [rmse, worst] = [robot.localization.rmse_m, robot.localization.max_m].map(length);
+    fact("", format_args!("localized to {rmse} (root mean square), {worst} at worst"))?;
     for trips in robot.given_up_in_words() {
-        writeln!(text, "  gave up  {trips}")?;
+        fact("gave up", format_args!("{trips}"))?;
     }
-    let reached: Vec<String> = report
-        .places
-        .iter()
-        .filter_map(|place| Some((&place.name, place.reached_at_s.filter(|at| *at > 0.1)?)))
-        .map(|(name, at)| format!("{name} at {at:.1} s"))
-        .collect();
-    writeln!(text, "  reached  {}", if reached.is_empty() { "no place".to_owned() } else { reached.join(", ") })?;
-    writeln!(text, "  ended    {}", report.ended_because)?;
+    fact("reached", format_args!("{}", reached(report)))?;
+    fact("ended", format_args!("{}", report.ended_because))?;
     let pictures = match report.snapshots.len() {
-        0 => String::new(),
-        1 => " and a picture".to_owned(),
-        count => format!(" and {count} pictures"),
+        0 => " and report.json".to_owned(),
+        1 => ", report.json and a picture".to_owned(),
+        count => format!(", report.json and {count} pictures"),
     };
-    let comma = if report.snapshots.is_empty() { " and" } else { "," };
-    writeln!(text, "  wrote    {}{comma} report.json{pictures}", folder.join(html::FILE).display())
+    fact("wrote", format_args!("{}{pictures}", folder.join(html::FILE).display()))
+}
+
+/// The colour of a verdict.
+fn style(verdict: Outcome) -> Style {
+    match verdict {
+        Outcome::Satisfied => GOOD,
+        Outcome::Violated => BAD,
+        Outcome::Inconclusive => OPEN,
+    }
 }
 
 fn collisions(count: u64) -> String {
@@ -107,6 +107,18 @@ fn collisions(count: u64) -> String {
         1 => "1 collision".to_owned(),
         count => format!("{count} collisions"),
     }
+}
+
+/// The places that were reached, in the order of their times.
+fn reached(report: &Report) -> String {
+    let mut places: Vec<(f64, &str)> = report
+        .places
+        .iter()
+        .filter_map(|place| Some((place.reached_at_s.filter(|at| *at > 0.1)?, place.name.as_str())))
+        .collect();
+    places.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let places: Vec<String> = places.iter().map(|(at, name)| format!("{name} at {at:.1} s")).collect();
+    if places.is_empty() { "no place".to_owned() } else { places.join(", ") }
 }
 
 /// When and with which message a property was violated, if it was.
@@ -121,10 +133,13 @@ fn evidence(monitor: &MonitorReport) -> String {
     format!("at tick {tick}, {time_s:.2} s{message}")
 }
 
-/// A message of the event log as the paper writes it: `[<ok>, 10.0]`.
+/// A message of the event log as the paper writes it, rounded: `[<ok>, 9.975]`.
 fn words(message: &serde_json::Value) -> String {
-    let field =
-        |field: &serde_json::Value| field["sym"].as_str().map_or_else(|| field.to_string(), |sym| format!("<{sym}>"));
+    let field = |field: &serde_json::Value| match (field["sym"].as_str(), field.as_f64()) {
+        (Some(symbol), _) => format!("<{symbol}>"),
+        (None, Some(number)) => decimals(number, 3),
+        (None, None) => field.to_string(),
+    };
     let fields: Vec<String> = message.as_array().into_iter().flatten().map(field).collect();
     format!("[{}]", fields.join(", "))
 }

@@ -10,18 +10,20 @@ use clap::{Subcommand, ValueEnum};
 use reports::pictures;
 use serde_json::json;
 
-use crate::output::{print, warn};
+use crate::check;
+use crate::output::{print, print_json};
 use crate::tree_script::{MOST_TICKS, TreeScript};
 
 /// What can be done with a tree.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TreeCommand {
-    /// Says everything that is wrong with a tree file, or looks wrong
+    /// Says everything that is wrong, or looks wrong, with trees
     Check {
-        /// The tree, BehaviorTree.CPP's XML
-        file: PathBuf,
+        /// Trees, BehaviorTree.CPP's XML
+        #[arg(value_name = "FILE", required = true)]
+        files: Vec<PathBuf>,
     },
-    /// Shows a tree's nodes
+    /// Prints a tree's nodes
     Show {
         /// The tree, BehaviorTree.CPP's XML
         file: PathBuf,
@@ -39,7 +41,7 @@ pub(crate) enum TreeCommand {
         /// What each leaf answers at each of its ticks (TOML)
         #[arg(long, value_name = "FILE")]
         leaves: PathBuf,
-        /// How many ticks; as long as the longest part if neither this nor the file says so
+        /// How many ticks [default: as the file says, or as long as the longest part]
         #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_TICKS))]
         ticks: Option<u64>,
         /// Prints JSON, with what each leaf read from its ports and the blackboard after each tick
@@ -60,7 +62,7 @@ pub(crate) enum Format {
 /// Carries out a command on a tree.
 pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
     match command {
-        TreeCommand::Check { file } => check(file),
+        TreeCommand::Check { files } => check::each(files, false, |file| check::tree(file).map(|(_, checked)| checked)),
         TreeCommand::Show { file, format } => show(&open(file)?, *format),
         TreeCommand::Run { file, leaves, ticks, json } => run(file, leaves, *ticks, *json),
     }
@@ -68,13 +70,6 @@ pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
 
 fn open(file: &Path) -> Result<Tree, Error> {
     Tree::from_file(file).map_err(Error::bad_input)
-}
-
-fn check(file: &Path) -> Result<ExitCode, Error> {
-    let (tree, checked) = crate::check::tree(file)?;
-    checked.concerns.iter().for_each(|concern| warn(concern.as_ref()));
-    print(&format!("{}: {}\n", bt::one_line(tree.name()), checked.words()))?;
-    Ok(ExitCode::SUCCESS)
 }
 
 fn show(tree: &Tree, format: Format) -> Result<ExitCode, Error> {
@@ -103,13 +98,16 @@ fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<
         }
         moments.push(moment);
     })?;
-    let text = if as_json { to_json(&tree, &moments, boards) } else { bt::table(&tree, &moments) };
-    print(&text)?;
+    if as_json {
+        print_json(&to_json(&tree, &moments, boards))?
+    } else {
+        print(&bt::table(&tree, &moments))?
+    }
     let failed = moments.iter().any(|moment| !moment.faults.is_empty());
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// Ticks the tree as the script says; `see` is told of every tick and every halt.
+/// Ticks the tree as the script says; `see` gets every tick and every halt.
 fn rehearse(
     tree: &Arc<Tree>,
     script: &TreeScript,
@@ -156,7 +154,7 @@ fn to_value(value: &bt::Value) -> serde_json::Value {
     }
 }
 
-fn to_json(tree: &Tree, moments: &[RehearsedTick], boards: Vec<serde_json::Value>) -> String {
+fn to_json(tree: &Tree, moments: &[RehearsedTick], boards: Vec<serde_json::Value>) -> serde_json::Value {
     let nodes = tree.nodes().iter().map(|node| {
         json!({
             "node": node.id().index(),
@@ -191,6 +189,5 @@ fn to_json(tree: &Tree, moments: &[RehearsedTick], boards: Vec<serde_json::Value
             "faults": faults.map(|f| json!({ "node": f.node.index(), "message": f.message })).collect::<Vec<_>>(),
         })
     });
-    let all = json!({ "tree": tree.name(), "nodes": nodes.collect::<Vec<_>>(), "ticks": moments.collect::<Vec<_>>() });
-    serde_json::to_string_pretty(&all).expect("what is printed is always JSON") + "\n"
+    json!({ "tree": tree.name(), "nodes": nodes.collect::<Vec<_>>(), "ticks": moments.collect::<Vec<_>>() })
 }

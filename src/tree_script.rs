@@ -1,12 +1,12 @@
 //! What the leaves of a tree answer at each of their ticks: the file of `steward tree run --leaves`.
 //!
 //! ```toml
-//! ticks = 5                     # as long as the longest part if it is not there
-//! period_s = 0.5                # the time from tick to tick; 1 if it is not there
+//! ticks = 5                     # by default as long as the longest part
+//! period_s = 0.5                # the time between ticks; by default 1
 //! halt_after = [3]              # the tree is halted after these ticks
 //!
 //! [leaves]                      # by the name of its process, its own name, or its ID
-//! BatteryLevel = ["success", "success", "failure"]     # the last answer is for all ticks that follow
+//! BatteryLevel = ["success", "success", "failure"]     # the last answer is also for all later ticks
 //! AtDestination = "failure"
 //! GoToDestination = "running running success"
 //! Look = { answers = ["success", "failure"], repeat = true }
@@ -25,7 +25,7 @@ use campaigns::Error;
 use diagnostics::Problem;
 use diagnostics::document::{Document, Item, Table};
 
-/// A tree is ticked so often at most: what came of every tick is kept.
+/// A tree is ticked at most this often: the result of every tick is kept in memory.
 pub(crate) const MOST_TICKS: u64 = 1_000_000;
 
 /// A rehearsal as its file describes it.

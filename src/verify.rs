@@ -1,4 +1,4 @@
-//! `steward verify LOG --property FILE.scope`: holds properties against a recorded run.
+//! `steward verify LOG… --property FILE.scope`: checks recorded runs against properties.
 
 use std::fmt::Write as _;
 use std::fs::File;
@@ -16,31 +16,63 @@ use scenarios::scenario::find;
 use serde_json::json;
 
 use crate::monitor::System;
-use crate::output::print;
+use crate::output::{complain, note, print_json, say, warn};
 
-/// A recorded run, and what is asked of it.
+/// Recorded runs, and what is asked of them.
 #[derive(Debug, Args)]
 pub(crate) struct VerifyArgs {
-    /// The event log, as `--record` writes it; `-` reads it from standard input
-    log: PathBuf,
+    /// Event logs, as `--record FILE.jsonl` writes them; `-` reads one from standard input
+    #[arg(value_name = "LOG", required = true)]
+    logs: Vec<PathBuf>,
     /// A property file, or the name of one that comes with the program; may be given more than once
     #[arg(long = "property", value_name = "FILE", required = true)]
     properties: Vec<PathBuf>,
     /// The scenario whose processes and channels they speak of [default: the log's own]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
-    /// Prints the verdicts as JSON instead of words
+    /// Prints the verdicts as JSON instead of words; of several logs, an array
     #[arg(long)]
     json: bool,
 }
 
-/// Reads the log once, from start to end, in constant memory. Status 1 if a property is violated.
+/// Checks each log. Status 2 if one cannot be checked, else 1 if a property is violated.
 pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
+    let (mut violated, mut refused, mut reports) = (false, false, Vec::new());
+    let several = args.logs.len() > 1;
+    for log in &args.logs {
+        let (properties, end) = match verify_log(args, log) {
+            Ok(verified) => verified,
+            Err(error) => {
+                complain(&error);
+                refused = true;
+                continue;
+            }
+        };
+        violated |= properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated);
+        if args.json {
+            reports.push(as_json(&properties, log));
+            continue;
+        }
+        if several {
+            say(format!("{}:\n", log.display()))?;
+        }
+        say(in_words(&properties, end))?;
+    }
+    match reports.as_slice() {
+        [report] if !several => print_json(report)?,
+        reports if args.json => print_json(&reports)?,
+        _ => {}
+    }
+    Ok(ExitCode::from(if refused { 2 } else { u8::from(violated) }))
+}
+
+/// Reads a log once, from start to end, in constant memory.
+fn verify_log(args: &VerifyArgs, path: &Path) -> Result<(Vec<Property>, monitors::LogEnd), Error> {
     let unreadable = |error: std::io::Error| {
-        let message = format!("cannot read the log {}: {error}", args.log.display());
-        Error::refused(message, "a log is what `steward --scenario … --record FILE.jsonl` writes")
+        let message = format!("cannot read the log {}: {error}", path.display());
+        Error::refused(message, "a log is what `steward run … --record FILE.jsonl` writes")
     };
-    let mut input = open(&args.log).map_err(unreadable)?;
+    let mut input = open(path).map_err(unreadable)?;
     let mut first = Vec::new();
     input.by_ref().take(1 << 16).read_until(b'\n', &mut first).map_err(unreadable)?;
     let described = Description::of(&first);
@@ -51,7 +83,7 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     for path in &args.properties {
         let file = system.load(path)?;
         if !file.warnings.is_empty() {
-            crate::output::complain(&Error::bad_input(file.warnings));
+            warn(&file.warnings);
         }
         let known = |name: &str| properties.iter().any(|property| property.name == name);
         if let Some(again) = file.properties.iter().find(|property| known(&property.name)) {
@@ -63,24 +95,18 @@ pub(crate) fn verify(args: &VerifyArgs) -> Result<ExitCode, Error> {
     let mut log = EventLog::new(Cursor::new(first).chain(input), &system.topology, Channels::Known);
     let monitors = properties.iter_mut().map(|property| property.monitor.as_mut() as &mut dyn Monitor);
     let end = monitors::verify(&mut log, monitors).map_err(|error| {
-        Error::refused(format!("{}: {error}", args.log.display()), "each line of a log is one JSON object")
+        Error::refused(format!("{}: {error}", path.display()), "each line of a log is one JSON object")
     })?;
     if log.skipped() > 0 {
-        let count = log.skipped();
-        crate::output::note(&format!(
-            "{count} messages passed on channels that the scenario does not have; they were left out"
-        ));
+        note(&format!("{} messages were left out: the scenario does not have their channels", log.skipped()));
     }
     if end.messages + end.ticks == 0 {
-        crate::output::note("the log has no event: every verdict is that of a run in which nothing happened");
+        note("the log has no event: every verdict is that of a run in which nothing happened");
     }
     if properties.is_empty() {
-        crate::output::note("there is no property to hold the log against");
+        note("there is no property to check the log against");
     }
-    let text = if args.json { as_json(&properties, &args.log) } else { in_words(&properties, end) };
-    print(&text)?;
-    let violated = properties.iter().any(|property| Outcome::of(property.monitor.as_ref()) == Outcome::Violated);
-    Ok(ExitCode::from(u8::from(violated)))
+    Ok((properties, end))
 }
 
 /// The log's bytes: a file's, a pipe's, or those of standard input.
@@ -134,9 +160,7 @@ impl Description {
                 Err(Error::refused(message, format!("give its file: `--scenario {name}.toml`")))
             }
             (None, None) => {
-                crate::output::note(
-                    "the log does not say which scenario it is of; its channels are taken to be those of `nominal`",
-                );
+                note("the log does not say which scenario it is of; its channels are assumed to be those of `nominal`");
                 Ok("nominal")
             }
         }
@@ -162,13 +186,17 @@ fn in_words(properties: &[Property], end: monitors::LogEnd) -> String {
             let _ = writeln!(text, "  {open}");
         }
         for vacuity in monitor.vacuous() {
-            let _ = writeln!(text, "  asked {} times, but this never held: {}", vacuity.asked, vacuity.antecedent);
+            let _ = writeln!(
+                text,
+                "  vacuously satisfied: its condition never occurred in {} tries: {}",
+                vacuity.asked, vacuity.antecedent
+            );
         }
     }
     text
 }
 
-fn as_json(properties: &[Property], log: &Path) -> String {
+fn as_json(properties: &[Property], log: &Path) -> serde_json::Value {
     let moment =
         |at: &monitors::EventTime| json!({ "step": at.step, "tick": at.tick, "time_s": at.time.as_secs_f64() });
     let of = |property: &Property| {
@@ -202,8 +230,7 @@ fn as_json(properties: &[Property], log: &Path) -> String {
             "never_asked_for_anything": vacuous.iter().map(|vacuity| &vacuity.clause).collect::<Vec<_>>(),
         })
     };
-    let report = json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() });
-    serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n"
+    json!({ "log": log.display().to_string(), "monitors": properties.iter().map(of).collect::<Vec<_>>() })
 }
 
 #[cfg(test)]
@@ -223,7 +250,7 @@ mod tests {
         writeln!(file, "{}", lines.join("\n")).expect("room for three lines");
         let verdict = |name: &str| {
             let args = VerifyArgs {
-                log: file.path().to_owned(),
+                logs: vec![file.path().to_owned()],
                 properties: vec![PathBuf::from(name)],
                 scenario: None,
                 json: true,
@@ -263,7 +290,8 @@ mod tests {
             let mut lines = vec![format!(r#"{{"scenario":"nominal","tick_s":{tick_s}}}"#)];
             lines.extend(ticks(0, 1).chain([low.to_owned()]).chain(ticks(1, 4)));
             std::fs::write(&log, lines.join("\n")).expect("room for a log");
-            let args = VerifyArgs { log: log.clone(), properties: vec![property.clone()], scenario: None, json: true };
+            let args =
+                VerifyArgs { logs: vec![log.clone()], properties: vec![property.clone()], scenario: None, json: true };
             format!("{:?}", verify(&args).expect("a readable log"))
         };
         assert_eq!(status(1.0), format!("{:?}", ExitCode::from(1)), "two ticks are two seconds");

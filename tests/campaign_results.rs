@@ -42,6 +42,12 @@ fn says(page: &str, words: &[&str]) {
 fn the_battery_reserve_has_a_frontier_near_the_model_and_its_runs_can_be_repeated() {
     let out = run("battery_reserve", &["--runs", "128"]);
     let summary = json(&out.path().join("summary.json"));
+    assert_eq!((&summary["expects"], &summary["outcomes"]["as_expected"]), (&false.into(), &128.into()));
+    let frontier = summary["frontier"].as_str().unwrap();
+    assert!(
+        frontier.starts_with("phi1 violated where drain * ") && frontier.contains("the model says 10"),
+        "{frontier}"
+    );
     assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
     let page = page(&out);
     says(
@@ -88,6 +94,24 @@ fn the_noise_campaign_shows_localization_errors() {
     let summary = json(&out.path().join("summary.json"));
     assert_eq!(summary["outcomes"]["failed"], 0, "{summary}");
     assert!(records(&out).iter().all(|record| record["facts"]["sim_time_s"].as_f64().unwrap() < 10.1));
+}
+
+#[test]
+fn a_campaign_says_what_was_not_met_and_which_runs_are_instructive() {
+    let out = tempdir().unwrap();
+    let output = steward(&["campaign", "noise_short", "--runs", "20", "--out", out.path().to_str().unwrap()]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    insta::assert_snapshot!(said.replace(out.path().to_str().unwrap(), "OUT"), @r"
+    20 runs: 18 as expected, 2 not
+    not met    in 2 runs: localization stays within 0.5 m
+    phi1       violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
+    phi2       violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
+    phi3       violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
+    run 17     localization farthest off, by 21.2 m
+    run 1      not met: localization stays within 0.5 m
+    repeat     steward campaign noise_short --runs 20 --only 17
+    wrote      OUT/report.html
+    ");
 }
 
 #[test]
@@ -200,7 +224,7 @@ fn incomparable_campaigns_are_refused() {
     let path = |place: usize| outs[place].to_str().unwrap().to_owned();
     let refused = |a: &str, b: &str| {
         let said = refusal(&["campaign", "compare", a, b]);
-        said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+        said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
     };
     assert!(refused(&path(0), &path(1)).contains("vary `battery.initial_pct` differently: 31 to 80, and 31 to 90"));
     assert!(

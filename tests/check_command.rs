@@ -93,7 +93,7 @@ fn refused_by_all(scenario: &Path) -> String {
     let said = refusal(&["--scenario", scenario.to_str().unwrap(), "--out", out.to_str().unwrap()]);
     assert!(!out.exists(), "nothing is run");
     assert_eq!(said, refusal(&["check", scenario.to_str().unwrap()]));
-    said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+    said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
 }
 
 #[test]
@@ -199,7 +199,8 @@ fn every_file_is_checked_by_its_kind() {
     ];
     let (status, report) = checked(&files.iter().map(String::as_str).collect::<Vec<_>>());
     assert_eq!(status, Some(2));
-    let wanted = ["Nope", "b", "Nobody", "nowhere.pgm", "position_m", "erand", "No", "no kind", "missing.toml"];
+    let wanted =
+        ["Nope", "b", "Nobody", "nowhere.pgm", "position_m", "erand", "No", "not a kind of file", "missing.toml"];
     for (file, wanted) in report.as_array().unwrap().iter().zip(wanted) {
         assert_eq!((&file["ok"], file["problems"].as_array().map(Vec::is_empty)), (&Value::Bool(false), Some(false)));
         assert!(file["problems"].to_string().contains(wanted), "{wanted}: {file}");

@@ -1,5 +1,7 @@
 //! What a user sees of the command line.
 
+mod help;
+
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
@@ -97,11 +99,11 @@ fn a_failure_is_reported_even_with_quiet() {
 
 #[cfg(unix)]
 #[test]
-fn an_interrupted_run_says_how_far_it_got_and_leaves_no_partial_files() {
+fn an_interrupted_run_leaves_a_report_of_what_happened_until_then() {
     let folder = tempdir().unwrap();
     let (out, log) = (folder.path().join("out"), folder.path().join("log.jsonl"));
     let child = Command::new(env!("CARGO_BIN_EXE_steward"))
-        .args(["--scenario", "nominal", "--set", "stop.at=[]", "--set", "execution.max_time_s=1e8"])
+        .args(["run", "nominal", "--set", "stop.at=[]", "--set", "execution.max_time_s=1e8"])
         .args(["--out", out.to_str().unwrap(), "--record", log.to_str().unwrap()])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -114,17 +116,131 @@ fn an_interrupted_run_says_how_far_it_got_and_leaves_no_partial_files() {
     let signalled = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(signalled.success());
     let ended = child.wait_with_output().unwrap();
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert_eq!((ended.status.code(), ended.stdout.len()), (Some(130), 0), "{said}");
-    assert!(
-        said.contains("note: interrupted after ") && said.contains("report and pictures were not written"),
-        "{said}"
-    );
-    assert!(said.contains("phi1 undecided") && said.contains(log.to_str().unwrap()), "{said}");
-    assert!(!out.join("report.json").exists() && !out.join("report.html").exists());
+    let said = String::from_utf8_lossy(&ended.stdout);
+    assert_eq!(ended.status.code(), Some(130), "{said}");
+    assert!(said.contains("nominal, seed 1: interrupted after ") && said.contains("report.html"), "{said}");
+    assert!(out.join("report.html").exists());
+    let report: Value = serde_json::from_slice(&std::fs::read(out.join("report.json")).unwrap()).unwrap();
+    assert_eq!((&report["ended"], &report["outcome"]), (&"interrupted".into(), &"interrupted".into()));
+    assert_eq!((&report["expectations"], &report["monitors"][0]["name"]), (&Value::Array(vec![]), &"phi1".into()));
     let log = std::fs::read_to_string(log).unwrap();
     assert!(log.ends_with('\n'));
     assert!(log.lines().all(|line| serde_json::from_str::<Value>(line).is_ok()), "{log}");
+}
+
+/// The binary in a folder of its own: what it says, and its exit status.
+fn said_in(folder: &std::path::Path, arguments: &[&str]) -> (String, Option<i32>) {
+    let output = Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().unwrap();
+    let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+    (said.concat(), output.status.code())
+}
+
+#[test]
+fn several_runs_are_a_table_with_a_summary() {
+    let folder = tempdir().unwrap();
+    let run = ["run", "battery_fault", "errand", "skill_bug", "--no-snapshots", "--set", "expect.phi1=violated"];
+    let (said, status) = said_in(folder.path(), &[&run[..], &["--junit", "all.xml"]].concat());
+    assert_eq!(status, Some(1), "{said}");
+    let (table, wall) = said.split_once(" simulated seconds in ").unwrap();
+    insta::assert_snapshot!(table.to_owned() + " simulated seconds in …" + wall.split_once(" s:").unwrap().1, @r"
+           PASS   [   51.1 s]  battery_fault
+           FAIL   [  111.9 s]  errand
+                               phi1 was expected to be violated and is satisfied
+           FAIL   [  150.0 s]  skill_bug
+                               phi1 was expected to be violated and is satisfied
+         Summary  3 runs, 313 simulated seconds in … 1 passed, 2 failed
+         Reports  out/NAME/report.html
+    ");
+    assert!(folder.path().join("out/errand/report.html").is_file());
+    let junit = std::fs::read_to_string(folder.path().join("all.xml")).unwrap();
+    assert_eq!((junit.matches("<testsuite ").count(), junit.matches("<failure ").count()), (3, 4), "{junit}");
+    // As JSON, and in other folders.
+    let seeds = ["run", "battery_fault", "faults/battery_level", "--no-snapshots", "--seed", "7"];
+    let (said, status) = said_in(folder.path(), &[&seeds[..], &["--json", "--out", "more"]].concat());
+    let reports: Value = serde_json::from_str(&said).unwrap_or_else(|_| panic!("{said}"));
+    assert_eq!(
+        (status, &reports[0]["seed"], &reports[1]["scenario"]),
+        (Some(0), &7.into(), &"faults/battery_level".into())
+    );
+    assert!(folder.path().join("more/faults/battery_level-seed-7/report.json").is_file());
+}
+
+#[test]
+fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
+    let folder = tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("mine")).unwrap();
+    for (name, text) in [
+        ("b.toml", "base = \"errand\"\n"),
+        ("a.toml", "base = \"corridor\"\n"),
+        ("campaign.toml", "scenario = \"errand\"\n"),
+        ("some.places.toml", "[here]\nposition_m = [0, 0]\nheading_deg = 0\n"),
+    ] {
+        std::fs::write(folder.path().join("mine").join(name), text).unwrap();
+    }
+    // Refused before anything runs, each with the number of scenarios that were chosen.
+    for (arguments, count) in [
+        (&["mine"][..], 2),
+        (&["faults/laser_*"], 7),
+        (&["faults/"], 55),
+        (&["nominal", "nominal", "mine/a.toml"], 2),
+        (&["faults/*", "--filter", "battery_"], 7),
+        (&["--filter", "bug", "--filter", "early"], 2),
+        (&["--all"], 66),
+    ] {
+        let (said, status) = said_in(folder.path(), &[&["run"], arguments, &["--gif", "a.gif"]].concat());
+        assert_eq!(status, Some(2), "{said}");
+        assert!(said.contains(&format!("`--gif` is for one run, and {count} scenarios are to be run")), "{said}");
+    }
+    assert!(said_in(folder.path(), &["run", "--all", "--open"]).0.contains("note: published is left out"));
+    for (arguments, wanted) in [
+        (&["nope/*"][..], "no scenario matches `nope/*`"),
+        (&["--filter", "nope"], "no scenario has `nope` in its name"),
+        (&["nominal", "mine/c.toml"], "cannot read the scenario mine/c.toml: there is no such file"),
+        (&["mine", "--set", "batery.x=1"], "did you mean `battery`?"),
+        (&["mine/a.toml", "./mine/a.toml"], "would both write to out/a"),
+    ] {
+        let (said, status) = said_in(folder.path(), &[&["run"], arguments].concat());
+        assert_eq!(status, Some(2), "{said}");
+        assert!(said.contains(wanted), "{wanted} is not said: {said}");
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn an_unknown_command_that_is_nearly_a_scenario_gets_a_tip() {
+    for (name, tip) in [
+        ("nominal", "to run a scenario: steward run nominal"),
+        ("battery_falt", "a similar name exists: steward run battery_fault"),
+        ("noise_short", "to run a campaign: steward campaign noise_short"),
+        ("chck", "a similar subcommand exists: 'check'"),
+    ] {
+        let said = crate::steward::refusal(&[name]);
+        assert!(said.contains(tip), "{said}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_report_is_opened_in_the_browser() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempdir().unwrap();
+    let (browser, opened) = (folder.path().join("browser"), folder.path().join("opened"));
+    std::fs::write(&browser, format!("#!/bin/sh\necho \"$@\" > {}\n", opened.display())).unwrap();
+    std::fs::set_permissions(&browser, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let run = |browser: &std::path::Path| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_steward"));
+        command.args(["run", "battery_fault", "--no-snapshots", "--open"]).current_dir(folder.path());
+        command.env("BROWSER", browser).env("PATH", "").output().unwrap()
+    };
+    let output = run(&browser);
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    while !std::fs::read_to_string(&opened).is_ok_and(|text| text.ends_with('\n')) {
+        std::thread::yield_now();
+    }
+    assert!(std::fs::read_to_string(&opened).unwrap().contains("out/battery_fault/report.html"));
+    let output = run(std::path::Path::new("/nowhere/browser"));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.starts_with("note: cannot open out/battery_fault/report.html"), "{said}");
 }
 
 #[test]
@@ -167,6 +283,30 @@ fn an_initialised_copy_runs_like_the_original() {
     assert_eq!(original, copied);
 }
 
+/// A copy has what the scenario names and nothing else, and a README whose commands work.
+#[test]
+fn an_initialised_copy_says_what_it_is() {
+    let folder = tempdir().unwrap();
+    let copy = folder.path().join("copy");
+    std::fs::create_dir(&copy).unwrap();
+    assert_eq!(said_in(folder.path(), &["init", "copy"]).1, Some(0));
+    let mut names: Vec<_> =
+        std::fs::read_dir(copy.join("maps")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    names.sort();
+    assert_eq!(names, ["house.pgm", "house.places.toml", "house.yaml"]);
+    assert!(!copy.join("skills/original").exists() && copy.join("skills/BatteryLevel.scxml").is_file());
+    let readme = std::fs::read_to_string(copy.join("README.md")).unwrap();
+    insta::assert_snapshot!(readme);
+    let block = readme.split("```").nth(1).unwrap();
+    for line in block.lines().filter_map(|line| line.strip_prefix("steward ")) {
+        let command = line.split('#').next().unwrap().replace("--open", "--no-snapshots");
+        let (said, status) = said_in(&copy, &command.split_whitespace().collect::<Vec<_>>());
+        // With a battery of 50 % the run is another one.
+        let wanted = if command.contains("--set") { &[Some(0), Some(1)][..] } else { &[Some(0)] };
+        assert!(wanted.contains(&status), "{command}: {said}");
+    }
+}
+
 /// A scenario of one's own, with what it names beside it.
 #[test]
 fn a_scenario_in_a_file_can_be_copied_too() {
@@ -196,7 +336,7 @@ fn a_scenario_in_a_file_can_be_copied_too() {
 }
 
 #[test]
-fn an_event_log_has_one_communication_per_line() {
+fn an_event_log_has_one_message_per_line() {
     let out = tempdir().unwrap();
     let log = out.path().join("log.jsonl");
     let report = report("battery_fault", out.path(), &["--no-snapshots", "--record", log.to_str().unwrap()]);
@@ -228,7 +368,7 @@ fn exit_statuses_agree_with_the_readme() {
     let log = folder.path().join("log.jsonl");
     let [out, log, below] = [out, log, occupied.join("out")].map(|path| path.to_str().unwrap().to_owned());
     let run = ["--scenario", "battery_fault", "--no-snapshots", "--quiet"];
-    let statuses: [(i32, Vec<&str>); 12] = [
+    let statuses: [(i32, Vec<&str>); 14] = [
         (0, [&run[..], &["--out", &out, "--record", &log]].concat()),
         (1, [&run[..], &["--out", &out, "--set", "expect.phi1=satisfied"]].concat()),
         (2, [&run[..], &["--out", &out, "--set", "execution.step_budget=2"]].concat()),
@@ -238,6 +378,8 @@ fn exit_statuses_agree_with_the_readme() {
         (0, vec!["verify", &log, "--property", "phi2"]),
         (1, vec!["verify", &log, "--property", "phi1"]),
         (2, vec!["verify", &below, "--property", "phi1"]),
+        (1, vec!["verify", &log, &log, "--property", "phi1"]),
+        (2, vec!["verify", &below, &log, "--property", "phi1"]),
         (2, vec!["--no-such-argument"]),
         (0, vec!["--version"]),
         (3, vec!["monitor", "export", "phi1", "--out", &below]),

@@ -88,7 +88,7 @@ fn contradictory_mistakes_are_refused_if_they_may_overlap() {
         ("at_s = 0, lasts_s = 1, every_s = 10", "at_s = 5"),
     ] {
         let said = refusal(&["--scenario", "errand", "--set", &faults(first, second)]);
-        let flat = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+        let flat = said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ");
         for part in ["cannot be active together", "has threshold = 20", "they change the same place differently"] {
             assert!(flat.contains(part), "{part} is missing in\n{said}");
         }

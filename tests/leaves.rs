@@ -192,7 +192,7 @@ fn all_errors_in_the_table_of_leaves_are_reported_at_once() {
 fn a_leaf_without_a_machine_is_refused_with_the_paths_searched() {
     let files = scenario(TOLD_APART_BY_NAME, &TABLE.replace("leaves.Charge.machine = \"WaitForUser.scxml\"", ""));
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
-    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "│").collect();
+    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "|").collect();
     let said = said.join(" ");
     assert!(
         said.contains("the leaf `Charge` has no machine: there is no skills/Charge.scxml and no skills/Stay.scxml"),
@@ -255,7 +255,7 @@ fn an_unknown_process_is_refused_with_the_processes_that_a_skill_may_send_to() {
     let machine = files.0.path().join("skills/Charge.scxml");
     std::fs::write(&machine, ASKS_A_SPEAKER).unwrap();
     let said = refusal(&["--scenario", files.1.to_str().unwrap(), "--no-snapshots"]);
-    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "│").collect();
+    let said: Vec<&str> = said.split_whitespace().filter(|word| *word != "|").collect();
     let said = said.join(" ");
     for part in
         ["there is no process Speaker", "BT, BatteryReader, Localization, Navigation", "the scenario determines"]

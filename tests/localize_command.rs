@@ -105,7 +105,7 @@ impl Folder {
     fn refusal(&self, arguments: &[&str]) -> String {
         let arguments = self.arguments(arguments);
         let arguments: Vec<&str> = arguments.iter().map(AsRef::as_ref).collect();
-        refusal(&arguments).split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ")
+        refusal(&arguments).split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ")
     }
 }
 

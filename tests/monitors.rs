@@ -161,7 +161,7 @@ fn verified(log: &str, property: &str) -> (Option<i32>, String) {
     let output = child.wait_with_output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr);
     // The graphical report may break lines anywhere between words.
-    let flat = said.split_whitespace().filter(|word| *word != "│").collect::<Vec<_>>().join(" ");
+    let flat = said.split_whitespace().filter(|word| *word != "|").collect::<Vec<_>>().join(" ");
     (output.status.code(), flat)
 }
 

@@ -113,6 +113,19 @@ fn a_killed_run_leaves_the_previous_report_with_its_pictures() {
 }
 
 #[test]
+fn a_new_report_removes_the_old_pictures_and_no_other_files() {
+    let folder = tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let run = ["run", "battery_fault", "--quiet", "--out", out];
+    assert!(steward(&run).status.success());
+    let pictures = || files(folder.path()).keys().filter(|name| name.ends_with(".png")).cloned().collect::<Vec<_>>();
+    assert_eq!(pictures().len(), 6);
+    std::fs::write(folder.path().join("99-mine.png"), "").unwrap();
+    assert!(steward(&[&run[..], &["--no-snapshots"]].concat()).status.success());
+    assert_eq!(pictures(), ["99-mine.png"]);
+}
+
+#[test]
 fn a_map_is_not_overwritten_silently() {
     let folder = tempdir().unwrap();
     let at = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

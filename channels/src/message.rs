@@ -48,12 +48,14 @@ impl Message {
     }
 }
 
+/// As the paper writes it: `[<ok>, 83.2]`. A precision rounds real numbers for people, as that of a [`Value`] does.
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str("[")?;
         for (index, value) in self.0.iter().enumerate() {
             let comma = if index == 0 { "" } else { ", " };
-            write!(f, "{comma}{value}")?;
+            f.write_str(comma)?;
+            value.fmt(f)?;
         }
         f.write_str("]")
     }
@@ -92,6 +94,8 @@ mod tests {
     fn messages_print_as_in_the_paper() {
         let message = Message::new([Value::symbol("ok"), 83.2.into(), true.into(), 3.into(), "why".into()]);
         assert_eq!(message.to_string(), r#"[<ok>, 83.2, true, 3, "why"]"#);
+        let reals = Message::new([9.975_000_000_000_014, 10.0, -0.000_1].map(Value::from));
+        assert_eq!(format!("{reals:.3}"), "[9.975, 10, 0]");
     }
 
     #[test]

@@ -118,16 +118,26 @@ impl Hash for Value {
     }
 }
 
+/// As the SCOPE language writes it. A precision rounds a real number for people: `{:.3}` writes 9.975000000000014 as
+/// `9.975` and 10.0 as `10`.
 impl fmt::Display for Value {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Symbol(symbol) => symbol.fmt(f),
-            Self::Bool(truth) => truth.fmt(f),
-            Self::Int(number) => number.fmt(f),
-            Self::Real(number) => fmt::Debug::fmt(number, f),
-            Self::Text(text) => fmt::Debug::fmt(text, f),
+        match (self, f.precision()) {
+            (Self::Symbol(symbol), _) => write!(f, "{symbol}"),
+            (Self::Bool(truth), _) => write!(f, "{truth}"),
+            (Self::Int(number), _) => write!(f, "{number}"),
+            (Self::Real(number), Some(decimals)) => f.write_str(&rounded(*number, decimals)),
+            (Self::Real(number), None) => write!(f, "{number:?}"),
+            (Self::Text(text), _) => write!(f, "{text:?}"),
         }
     }
+}
+
+/// The number with at most so many decimals.
+fn rounded(number: f64, decimals: usize) -> String {
+    let text = format!("{number:.decimals$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
 impl fmt::Debug for Value {

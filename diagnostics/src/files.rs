@@ -37,7 +37,7 @@ pub fn from_disk_up_to(path: &Path, max_bytes: u64) -> io::Result<Vec<u8>> {
 /// # Errors
 /// The error of the operating system; [`io::ErrorKind::FileTooLarge`] for more than 1 GiB.
 pub fn from_disk_or_pipe(path: &Path) -> io::Result<Vec<u8>> {
-    bounded(File::open(path)?, MAX_BYTES)
+    bounded(File::open(path).map_err(in_words)?, MAX_BYTES)
 }
 
 /// Reads a text file from disk, without the byte order mark that some editors write.
@@ -59,11 +59,19 @@ pub fn text(bytes: Vec<u8>) -> io::Result<String> {
 
 /// Opens a file within the limit. Does not wait for a pipe's writer, and refuses devices that never end.
 fn regular(path: &Path, max_bytes: u64) -> io::Result<File> {
-    let found = fs::metadata(path)?;
+    let found = fs::metadata(path).map_err(in_words)?;
     if !found.is_file() && !found.is_dir() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "not a regular file but a device or a pipe"));
     }
     if found.len() > max_bytes { Err(too_large(max_bytes)) } else { File::open(path) }
+}
+
+/// The error in plain words where it is the most common one.
+fn in_words(error: io::Error) -> io::Error {
+    match error.kind() {
+        kind @ io::ErrorKind::NotFound => io::Error::new(kind, "there is no such file"),
+        _ => error,
+    }
 }
 
 /// Reads everything within the limit.

@@ -109,6 +109,8 @@ impl Drop for Unfinished {
 pub struct Staging {
     folder: PathBuf,
     hidden: PathBuf,
+    /// Old files that are removed when these appear.
+    replaced: Vec<String>,
     /// Locked while this value lives, so that others can recognize the remains of a killed program.
     _lock: Option<File>,
 }
@@ -128,9 +130,20 @@ impl Staging {
             }
             let hidden = first_free(folder, |path| fs::create_dir(path))?.0;
             let lock = File::open(&hidden).ok().filter(|lock| lock.try_lock().is_ok());
-            Ok(Self { folder: folder.to_owned(), hidden, _lock: lock })
+            Ok(Self { folder: folder.to_owned(), hidden, replaced: Vec::new(), _lock: lock })
         };
         begin().map_err(|source| write_error(folder, source))
+    }
+
+    /// The folder.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Names old files that are removed when the new ones appear. They need not exist.
+    pub fn replace(&mut self, names: Vec<String>) {
+        self.replaced = names;
     }
 
     /// Whether the folder contains nothing else.
@@ -163,12 +176,14 @@ impl Staging {
     }
 
     /// Gives the files their final names. The files in `last` refer to the others: their old versions are removed
-    /// first, and their new versions appear last, in this order. So no file ever refers to files that do not exist.
+    /// first, then the [replaced](Self::replace) files, and their new versions appear last, in this order. So no file
+    /// ever refers to files that do not exist.
     ///
     /// # Errors
     /// [`Error::Write`].
     pub fn publish(self, last: &[impl AsRef<OsStr>]) -> Result<(), Error> {
-        for path in last.iter().map(|name| self.folder.join(name.as_ref())) {
+        let replaced = self.replaced.iter().map(AsRef::as_ref);
+        for path in last.iter().map(AsRef::as_ref).chain(replaced).map(|name: &OsStr| self.folder.join(name)) {
             match fs::remove_file(&path) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => return Err(write_error(&path, source)),
                 _ => {}
@@ -297,8 +312,13 @@ mod tests {
         assert_eq!(staging.read("b.txt").unwrap(), b"b");
         staging.publish(&["b.txt", "not there"]).unwrap();
         assert_eq!(names(folder.path()), ["b.txt", "sub"]);
+        let mut staging = begin();
+        staging.write("c.txt", "c").unwrap();
+        staging.replace(vec!["b.txt".to_owned(), "not there".to_owned()]);
+        staging.publish(&["c.txt"]).unwrap();
+        assert_eq!(names(folder.path()), ["c.txt", "sub"]);
         assert!(!begin().is_alone().unwrap());
-        assert_eq!(fs::read_to_string(folder.path().join("b.txt")).unwrap(), "b");
+        assert_eq!(fs::read_to_string(folder.path().join("c.txt")).unwrap(), "c");
     }
 
     #[cfg(unix)]

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use diagnostics::Unfinished;
-use recording::{Detail, EventLogWriter, Header, Record, RunView, Step, Writer};
+use recording::{Detail, Ended, EventLogWriter, Header, Record, RunView, Step, Writer};
 
 use crate::Error;
 use crate::ending::Ending;
 use crate::live::Live;
 
-/// Runs a scenario to its end. `follow` is called at the start and after every step, and may stop the run, which then
-/// has no [end](RunView::end); it sees at least as much as `detail` demands. If there is a `record`, the run is written
-/// to it: as an event log if [`is_log`] says so, or else as a recording.
+/// Runs a scenario to its end. `follow` is called at the start and after every step, and may stop the run: one more step
+/// then ends it as [interrupted](Ended::Interrupted). `follow` sees at least as much as `detail` demands. If there is a
+/// `record`, the run is written to it: as an event log if [`is_log`] says so, or else as a recording.
 ///
 /// # Errors
 /// A file that could not be written; the reason why the run cannot continue; an error of `follow`.
@@ -30,7 +30,11 @@ pub fn conduct<E: From<Error>>(
     let mut archive = record.map(|path| Archive::begin(path, &header, &start)).transpose()?;
     let mut view = RunView::new(header, start).expect(FITS);
     let mut ending = Ending::default();
-    while follow(&view)?.is_continue() && view.end().is_none() {
+    loop {
+        let interrupted = follow(&view)?.is_break().then_some(Ended::Interrupted);
+        if view.end().is_some() {
+            break;
+        }
         let failure = live.step().err();
         let step = live.record(detail);
         // A failed step is recorded, too: it may show the reason.
@@ -45,7 +49,7 @@ pub fn conduct<E: From<Error>>(
             archive.map_or(Ok(()), Archive::finish)?;
             return Err(Error::from(failure).into());
         }
-        if let Some(why) = ending.reached(&scenario.file, &view) {
+        if let Some(why) = ending.reached(&scenario.file, &view).or(interrupted) {
             let end = live.end(why, detail);
             if let Some(archive) = &mut archive {
                 archive.record(|| Record::End(Box::new(end.clone())))?;

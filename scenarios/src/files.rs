@@ -1,6 +1,6 @@
 //! The sources of files: beside the scenario, or inside the program itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
@@ -70,7 +70,12 @@ pub struct Files {
 }
 
 /// The contents of files when they were first read, by the requested paths.
-type Memory = BTreeMap<PathBuf, Arc<[u8]>>;
+#[derive(Debug, Default)]
+struct Memory {
+    on_disk: BTreeMap<PathBuf, Arc<[u8]>>,
+    /// Shipped files, which never change.
+    shipped: BTreeSet<PathBuf>,
+}
 
 impl Files {
     /// Only the shipped files.
@@ -97,7 +102,7 @@ impl Files {
     pub fn fingerprint(&self) -> String {
         let mut hash = blake3::Hasher::new();
         if let Some(memory) = &self.memory {
-            for (path, bytes) in memory.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+            for (path, bytes) in &memory.lock().unwrap_or_else(PoisonError::into_inner).on_disk {
                 for part in [path.as_os_str().as_encoded_bytes(), bytes] {
                     hash.update(&(part.len() as u64).to_le_bytes()).update(part);
                 }
@@ -106,13 +111,11 @@ impl Files {
         hash.finalize().to_hex().to_string()
     }
 
-    /// The files that were read from disk, by the requested paths.
+    /// The files that were read, by the requested paths, in alphabetical order.
     #[must_use]
-    pub fn remembered(&self) -> Vec<PathBuf> {
-        let memory = self.memory.iter().flat_map(|memory| {
-            memory.lock().unwrap_or_else(PoisonError::into_inner).keys().cloned().collect::<Vec<_>>()
-        });
-        memory.collect()
+    pub fn remembered(&self) -> BTreeSet<PathBuf> {
+        let memory = self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
+        memory.map_or_else(BTreeSet::new, |memory| memory.on_disk.keys().chain(&memory.shipped).cloned().collect())
     }
 
     /// The same files, but those on disk are looked up in this folder: relative to the current one or, if these are
@@ -137,16 +140,19 @@ impl Files {
     /// The error of the operating system; `NotFound` if the file is neither on disk nor shipped.
     pub fn read(&self, path: &Path) -> io::Result<Vec<u8>> {
         let memory = || self.memory.as_ref().map(|memory| memory.lock().unwrap_or_else(PoisonError::into_inner));
-        if let Some(known) = memory().and_then(|memory| memory.get(path).cloned()) {
+        if let Some(known) = memory().and_then(|memory| memory.on_disk.get(path).cloned()) {
             return Ok(known.to_vec());
         }
         let Some(found) = self.on_disk(path) else {
-            return shipped(path).map(<[u8]>::to_vec).ok_or_else(|| io::ErrorKind::NotFound.into());
+            let missing = || io::Error::new(io::ErrorKind::NotFound, "there is no such file");
+            let bytes = shipped(path).ok_or_else(missing)?;
+            memory().map(|mut memory| memory.shipped.insert(path.to_owned()));
+            return Ok(bytes.to_vec());
         };
         let bytes = diagnostics::from_disk(&found)?;
         // The first reader determines the contents.
-        let first =
-            memory().map(|mut memory| Arc::clone(memory.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
+        let first = memory()
+            .map(|mut memory| Arc::clone(memory.on_disk.entry(path.to_owned()).or_insert(bytes.as_slice().into())));
         Ok(first.map_or(bytes, |first| first.to_vec()))
     }
 

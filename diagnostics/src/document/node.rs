@@ -106,13 +106,19 @@ impl Entries {
                 entry.value.left_over(problems);
                 continue;
             }
-            let absent = asked.iter().map(String::as_str).filter(|known| !self.by_key.contains_key(*known));
-            let meant = if problems.len() < MAX_HINTS { nearest(key, absent) } else { None };
-            misspelt.extend(meant);
+            let hinted = problems.len() < MAX_HINTS;
+            let known = |absent: bool| {
+                let known =
+                    asked.iter().map(String::as_str).filter(|known| !absent || !self.by_key.contains_key(*known));
+                if hinted { nearest(key, known) } else { None }
+            };
+            let absent = known(true);
+            misspelt.extend(absent);
+            // One that is there, too, may be meant: by `--set batery.initial_pct=3`, for example.
+            let meant = absent.or_else(|| if self.lenient.get() { None } else { known(false) });
             if meant.is_some() || !self.lenient.get() {
                 let problem = entry.key.problem(format!("unknown key `{key}`")).with_label("unknown key");
-                let helped = problems.len() < MAX_HINTS;
-                problems.push(if helped { problem.with_help(known_keys(meant, &asked)) } else { problem });
+                problems.push(if hinted { problem.with_help(known_keys(meant, &asked)) } else { problem });
             }
         }
         let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));

@@ -56,7 +56,13 @@ fn value(source: &Source, at: usize) -> Result<Node, Problem> {
 fn assign(root: &mut Node, path: &[Span], value: Node) -> Result<(), Problem> {
     let (last, way) = path.split_last().expect("splitting a key gives at least one part");
     let mut node = root;
-    for part in way {
+    for (part, next) in way.iter().zip(&path[1..]) {
+        let is_missing = |entries: &Entries| !entries.by_key.contains_key(part.text());
+        if matches!(&node.kind, Kind::Table(entries) if is_missing(entries)) && next.text().parse::<usize>().is_ok() {
+            let problem = part.problem(format!("there are no `{}`, so none can be changed", part.text()));
+            let help = format!("`{}=[{{…}}]` sets all of them", part.text());
+            return Err(problem.with_label("none are here").with_help(help));
+        }
         let new = || Node { span: part.clone(), kind: Kind::Table(Entries::default()) };
         node = step(node, part, new)?;
     }

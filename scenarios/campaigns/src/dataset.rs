@@ -279,10 +279,10 @@ mod tests {
         let values = vec![Value::Integer(5), Value::Integer(2), Value::Boolean(true), Value::Text("über".into())];
         if k.is_multiple_of(2) {
             let outcome = RunOutcome::NotAsExpected;
-            return RunRecord { k, seed: k + 1, values, outcome, failure: None, facts: Some(facts) };
+            return RunRecord { k, seed: k + 1, values, outcome, unmet: Vec::new(), failure: None, facts: Some(facts) };
         }
         let failure = Some("panicked".to_owned());
-        RunRecord { k, seed: k + 1, values, outcome: RunOutcome::Failed, failure, facts: None }
+        RunRecord { k, seed: k + 1, values, outcome: RunOutcome::Failed, unmet: Vec::new(), failure, facts: None }
     }
 
     fn written(path: &Path, runs: u64) -> Vec<u8> {

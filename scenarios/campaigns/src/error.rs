@@ -16,15 +16,9 @@ pub enum Error {
     /// A run cannot be shown.
     #[error(transparent)]
     Report(#[from] reports::Error),
-    /// A run was interrupted: how far it got, and what was written.
-    #[error("{0}")]
-    Interrupted(String),
 }
 
 impl Error {
-    /// The exit status of an interrupted command, by the convention of shells.
-    pub const INTERRUPTED: u8 = 130;
-
     /// The error for one diagnostic.
     #[must_use]
     pub fn bad_input(diagnostic: impl Diagnostic + Send + Sync + 'static) -> Self {
@@ -63,15 +57,13 @@ impl Error {
         }
     }
 
-    /// The exit status: 2 for bad input (including the described files), 3 when the work could not be done, 130 when it
-    /// was interrupted.
+    /// The exit status: 2 for bad input (including the described files), 3 when the work could not be done.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {
             Self::Scenario(scenarios::Error::Write(_)) => 3,
             Self::Scenario(_) | Self::Report(reports::Error::Recording(_)) => 2,
             Self::Report(_) => 3,
-            Self::Interrupted(_) => Self::INTERRUPTED,
         }
     }
 }

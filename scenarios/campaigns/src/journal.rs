@@ -9,6 +9,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use recording::Expected;
 use reports::REPORT;
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +19,7 @@ use super::{Domain, Measure, Model, Parameter, Plan, RunRecord, Value};
 use crate::Error;
 
 /// The format of journals and datasets.
-const FORMAT: u32 = 2;
+const FORMAT: u32 = 3;
 pub(super) const JOURNAL: &str = "journal.jsonl";
 /// The dataset made from the journal.
 pub(super) const DATASET: &str = "dataset.parquet";
@@ -60,6 +61,8 @@ pub(super) struct Layout {
     pub(super) about: String,
     pub(super) parameters: Vec<ParameterLayout>,
     pub(super) properties: Vec<String>,
+    /// Whether the scenario expects anything of its runs.
+    pub(super) expects: bool,
     /// The columns of the dataset that the report plots against the parameters.
     pub(super) measures: Vec<Measure>,
     /// The model with which the results are compared.
@@ -162,6 +165,7 @@ impl Header {
             about: plan.file().about.clone(),
             parameters: plan.file().parameters.iter().map(parameter).collect(),
             properties: plan.properties().to_vec(),
+            expects: plan.base().file.expect.told() != Expected::default(),
             measures: plan.file().measures.clone(),
             model: plan.file().model.as_ref().map(ModelLayout::from),
         };

@@ -19,14 +19,16 @@ use drawing::scale::short;
 use maud::{Markup, html};
 use reports::html::{document, figure, row, section, table, text};
 
-use super::journal::{JournalReader, Layout, ParameterLayout};
+use super::journal::{Layout, ParameterLayout};
 use super::statistics::{Confidence, Interval};
 use super::summary::{Estimate, Summary};
 use crate::Error;
 
 use axis::Axis;
+pub(super) use passes::survey;
 use plot::written;
-use survey::{Pair, ParameterSurvey, Survey};
+pub(super) use survey::Survey;
+use survey::{Pair, ParameterSurvey};
 
 /// The page's file.
 pub(super) const FILE: &str = "report.html";
@@ -37,18 +39,13 @@ const MOST_MAPS: usize = 12;
 /// Bars of a histogram.
 const BARS: usize = 24;
 
-/// The page of the campaign whose journal `journal` opens.
+/// The page of a campaign.
 ///
 /// # Errors
-/// If the journal cannot be read.
-pub(super) fn page(
-    summary: &Summary,
-    layout: &Layout,
-    journal: impl Fn() -> Result<JournalReader, Error>,
-) -> Result<String, Error> {
-    let survey = passes::survey(layout, journal)?;
+/// None in practice: that the confidence of the charts is none.
+pub(super) fn page(summary: &Summary, layout: &Layout, survey: &Survey) -> Result<String, Error> {
     let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
-    let page = Page { summary, layout, survey: &survey, confidence };
+    let page = Page { summary, layout, survey, confidence };
     let main = html! {
         (page.head())
         (page.rates())

@@ -17,6 +17,9 @@ pub struct RunRecord {
     pub values: Vec<Value>,
     /// How it went.
     pub outcome: RunOutcome,
+    /// The expectations of the scenario that the run did not meet, in words; empty if the run failed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmet: Vec<String>,
     /// Why there are no facts, in words: what the scenario refused, why the run could not continue, or how it panicked.
     pub failure: Option<String>,
     /// What was measured; none if the run failed.
@@ -132,15 +135,18 @@ impl RunRecord {
         let outcome = match report.outcome {
             OutcomeReport::AsExpected => RunOutcome::AsExpected,
             OutcomeReport::NotAsExpected => RunOutcome::NotAsExpected,
+            OutcomeReport::Interrupted => RunOutcome::Failed,
         };
+        let unmet = report.expectations.iter().filter(|expectation| expectation.difference.is_some());
+        let unmet = unmet.map(|expectation| expectation.expected.clone()).collect();
         let PlannedRun { k, seed, values } = run;
-        Self { k, seed, values, outcome, failure: None, facts: Some(facts) }
+        Self { k, seed, values, outcome, unmet, failure: None, facts: Some(facts) }
     }
 
     /// The record of a run that did not reach its end.
     pub(super) fn failed(run: PlannedRun, why: String) -> Self {
         let PlannedRun { k, seed, values } = run;
-        Self { k, seed, values, outcome: RunOutcome::Failed, failure: Some(why), facts: None }
+        Self { k, seed, values, outcome: RunOutcome::Failed, unmet: Vec::new(), failure: Some(why), facts: None }
     }
 
     /// Whether the property with that index among the [plan's](super::Plan::properties) was violated. None for a run

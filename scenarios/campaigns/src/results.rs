@@ -7,9 +7,10 @@ use diagnostics::Staging;
 
 use super::dataset::DatasetWriter;
 use super::journal::{self, DATASET, Header, JOURNAL, Journal, JournalReader, Layout, TimingReader};
+use super::page::Survey;
 use super::shard::Shard;
 use super::statistics::{Confidence, Count};
-use super::summary::{Estimate, GoalReport, Named, Outcomes, Summary, command};
+use super::summary::{Estimate, GoalReport, Named, Outcomes, Summary, Unmet, command};
 use super::{Plan, RunOutcome, RunRecord, page};
 use crate::Error;
 
@@ -38,8 +39,9 @@ pub(super) fn finish(journal: &Journal, goal: Option<GoalReport>) -> Result<Summ
         dataset.push(record).map_err(failed)?;
     }
     let dataset = dataset.finish().map_err(failed)?;
-    let summary = tally.summary(&layout, goal)?;
-    let page = page::page(&summary, &layout, || journal.reader())?;
+    let survey = page::survey(&layout, || journal.reader())?;
+    let summary = tally.summary(&layout, goal, &survey)?;
+    let page = page::page(&summary, &layout, &survey)?;
     let text = serde_json::to_string_pretty(&summary).expect("a summary is always JSON") + "\n";
     let staging = Staging::begin(folder)?;
     staging.write(SUMMARY, text)?;
@@ -162,6 +164,8 @@ struct Tally {
     outcomes: Outcomes,
     properties: Vec<Count>,
     expectation: Count,
+    /// In how many runs what the scenario expects was not so.
+    unmet: BTreeMap<String, u64>,
     failures: Vec<(u64, Option<String>)>,
     unexpected: Vec<(u64, Option<String>)>,
 }
@@ -169,8 +173,8 @@ struct Tally {
 impl Tally {
     fn new(layout: &Layout) -> Self {
         let properties = vec![Count::default(); layout.properties.len()];
-        let (failures, unexpected) = (Vec::new(), Vec::new());
-        Self { outcomes: Outcomes::default(), properties, expectation: Count::default(), failures, unexpected }
+        let (failures, unexpected, unmet) = (Vec::new(), Vec::new(), BTreeMap::new());
+        Self { outcomes: Outcomes::default(), properties, expectation: Count::default(), unmet, failures, unexpected }
     }
 
     fn add(&mut self, record: &RunRecord) {
@@ -180,26 +184,29 @@ impl Tally {
                 count.push(violated);
             }
         }
-        let named = match record.outcome {
+        for expected in &record.unmet {
+            *self.unmet.entry(expected.clone()).or_default() += 1;
+        }
+        let (named, why) = match record.outcome {
             RunOutcome::AsExpected => {
                 self.outcomes.as_expected += 1;
                 return;
             }
             RunOutcome::NotAsExpected => {
                 self.outcomes.not_as_expected += 1;
-                &mut self.unexpected
+                (&mut self.unexpected, Some(format!("not met: {}", record.unmet.join("; "))))
             }
             RunOutcome::Failed => {
                 self.outcomes.failed += 1;
-                &mut self.failures
+                (&mut self.failures, record.failure.clone())
             }
         };
         if named.len() < NAMED {
-            named.push((record.k, record.failure.clone()));
+            named.push((record.k, why));
         }
     }
 
-    fn summary(self, layout: &Layout, goal: Option<GoalReport>) -> Result<Summary, Error> {
+    fn summary(self, layout: &Layout, goal: Option<GoalReport>, survey: &Survey) -> Result<Summary, Error> {
         let confidence = Confidence::new(CONFIDENCE).map_err(|error| Error::refused(error.to_string(), ""))?;
         let estimate = |of: &str, count: Count| Estimate {
             of: of.to_owned(),
@@ -211,6 +218,8 @@ impl Tally {
         let named = |runs: Vec<(u64, Option<String>)>| {
             runs.into_iter().map(|(k, why)| Named { k, why, command: command(&again, k) }).collect()
         };
+        let mut unmet: Vec<Unmet> = self.unmet.into_iter().map(|(expected, runs)| Unmet { expected, runs }).collect();
+        unmet.sort_by_key(|unmet| std::cmp::Reverse(unmet.runs));
         let counted = layout.properties.iter().zip(&self.properties);
         Ok(Summary {
             campaign: layout.campaign.clone(),
@@ -219,9 +228,13 @@ impl Tally {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             runs: self.expectation.runs(),
             outcomes: self.outcomes,
+            expects: layout.expects,
+            unmet,
             properties: counted.map(|(name, count)| estimate(name, *count)).collect(),
             expectation: estimate("expectation", self.expectation),
             goal,
+            frontier: survey.frontier_in_words(),
+            instructive: named(survey.instructive_in_words()),
             failures: named(self.failures),
             unexpected: named(self.unexpected),
         })

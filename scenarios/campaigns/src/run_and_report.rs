@@ -4,11 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use channels::Verdict;
 use recording::{Detail, RunView};
 use reports::report::Report;
 use reports::{Outputs, Presentation};
-use scenarios::conduct::{conduct, is_log};
+use scenarios::conduct::conduct;
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
@@ -24,10 +23,10 @@ pub fn report_of(scenario: Arc<Scenario>, seed: u64) -> Result<Report, Error> {
     run_and_report(live, Detail::Verdicts, &Outputs::default(), None, |_| ControlFlow::Continue(()))
 }
 
-/// Runs a scenario to its end, like [`conduct`], and shows it.
+/// Runs a scenario to its end, like [`conduct`], and shows it. A run that `follow` stops is reported as interrupted.
 ///
 /// # Errors
-/// What could not be written; why the run cannot continue; that `follow` interrupted it.
+/// What could not be written; why the run cannot continue.
 pub fn run_and_report(
     live: Live,
     detail: Detail,
@@ -45,12 +44,7 @@ pub fn run_and_report(
         }
         Ok::<_, Error>(follow(view))
     })?;
-    let presentation = begun.expect("a run is followed from its start");
-    if view.end().is_none() {
-        presentation.break_off()?;
-        return Err(interrupted(&view, outputs, record));
-    }
-    Ok(presentation.finish(&view)?)
+    Ok(begun.expect("a run is followed from its start").finish(&view)?)
 }
 
 /// Refuses a folder with the results of a campaign: a run does not overwrite them.
@@ -65,29 +59,4 @@ pub fn refuse_campaign(outputs: &Outputs) -> Result<(), Error> {
         }
         None => Ok(()),
     }
-}
-
-/// The error that a run was interrupted, and what was written.
-fn interrupted(view: &RunView, outputs: &Outputs, record: Option<&Path>) -> Error {
-    let mut text = format!("interrupted after {:.1} s of simulated time", view.time().as_secs_f64());
-    let verdicts = view.monitors().map(|monitor| {
-        let verdict = match monitor.state.verdict {
-            Verdict::True => "satisfied",
-            Verdict::False => "violated",
-            Verdict::Inconclusive => "undecided",
-        };
-        format!("{} {verdict}", monitor.name())
-    });
-    let verdicts: Vec<String> = verdicts.collect();
-    if !verdicts.is_empty() {
-        text += &format!(" ({})", verdicts.join(", "));
-    }
-    text += "; report and pictures were not written";
-    let what = if record.is_some_and(is_log) { "event log" } else { "recording" };
-    for (what, path) in [(what, record), ("animation", outputs.gif.as_deref())] {
-        if let Some(path) = path {
-            text += &format!(", the {what} up to that point is {}", path.display());
-        }
-    }
-    Error::Interrupted(text)
 }

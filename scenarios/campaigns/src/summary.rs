@@ -19,12 +19,20 @@ pub struct Summary {
     pub runs: u64,
     /// How many of them were not what the scenario expects, and how many failed.
     pub outcomes: Outcomes,
+    /// Whether the scenario expects anything of its runs.
+    pub expects: bool,
+    /// The expectations that some runs did not meet, the most frequent first.
+    pub unmet: Vec<Unmet>,
     /// How often each property was violated. Runs that failed do not count for any property.
     pub properties: Vec<Estimate>,
     /// How often a run was not what the scenario expects, or failed.
     pub expectation: Estimate,
     /// The result of the campaign's goal; null without one.
     pub goal: Option<GoalReport>,
+    /// The frontier of the campaign's model and that of the runs, in words; null without a model.
+    pub frontier: Option<String>,
+    /// The most instructive runs, the most important first.
+    pub instructive: Vec<Named>,
     /// The first runs that failed, with the reason and the command that repeats them.
     pub failures: Vec<Named>,
     /// The first runs that were not as expected, with the command that repeats them.
@@ -55,6 +63,15 @@ pub struct Outcomes {
     pub failed: u64,
 }
 
+/// An expectation of the scenario that some runs did not meet.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Unmet {
+    /// What, in words: `phi1 is satisfied`.
+    pub expected: String,
+    /// How many runs did not meet it.
+    pub runs: u64,
+}
+
 /// How often something happened, and the estimate of its probability.
 #[derive(Clone, Debug, Serialize)]
 pub struct Estimate {
@@ -73,7 +90,7 @@ pub struct Estimate {
 pub struct Named {
     /// Its number.
     pub k: u64,
-    /// Why it failed; null if it did not.
+    /// Why it is named: why it failed, what it did not meet, or what there is to see.
     pub why: Option<String>,
     /// The command that repeats it alone, with pictures and report.
     pub command: String,

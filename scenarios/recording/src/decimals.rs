@@ -1,11 +1,17 @@
 //! Numbers in readable form.
 
+use channels::Value;
+
 /// A number with at most this many decimals.
 #[must_use]
 pub fn decimals(number: f64, most: usize) -> String {
-    let text = format!("{number:.most$}");
-    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
-    if text == "-0" { "0".to_owned() } else { text.to_owned() }
+    format!("{:.most$}", Value::Real(number))
+}
+
+/// A length: `0.3 mm`, `14.8 m`.
+#[must_use]
+pub fn length(metres: f64) -> String {
+    if metres < 1.0 { format!("{:.1} mm", metres * 1000.0) } else { format!("{metres:.1} m") }
 }
 
 #[cfg(test)]
@@ -17,5 +23,6 @@ mod tests {
         let said = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
         assert_eq!(said, ["9.974", "10", "0", "100"]);
         assert_eq!(decimals(100.0, 0), "100");
+        assert_eq!([0.000_3, 0.5, 14.764_4].map(length), ["0.3 mm", "500.0 mm", "14.8 m"]);
     }
 }

@@ -37,6 +37,8 @@ pub enum Ended {
     Settled,
     /// The scenario's limit of simulated time was reached.
     TimeLimit(Duration),
+    /// Whoever ran it broke it off.
+    Interrupted,
 }
 
 impl Ended {
@@ -48,6 +50,7 @@ impl Ended {
             Self::Violation(_) => "violation",
             Self::Settled => "settled",
             Self::TimeLimit(_) => "time_limit",
+            Self::Interrupted => "interrupted",
         }
     }
 }
@@ -59,6 +62,7 @@ impl fmt::Display for Ended {
             Self::Violation(property) => write!(f, "{property} was violated"),
             Self::Settled => f.write_str("every property had its verdict"),
             Self::TimeLimit(limit) => write!(f, "the limit of {} s was reached", limit.as_secs_f64()),
+            Self::Interrupted => f.write_str("the run was interrupted"),
         }
     }
 }

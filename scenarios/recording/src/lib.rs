@@ -102,7 +102,7 @@ mod step;
 mod trace_hash;
 mod view;
 
-pub use decimals::decimals;
+pub use decimals::{decimals, length};
 pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::{FORMAT, Record, Recording, RecordingError, Writer};

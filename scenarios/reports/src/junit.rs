@@ -1,10 +1,11 @@
-//! The results of a run as JUnit XML, for continuous integration.
+//! The results of runs as JUnit XML, for continuous integration.
 //!
-//! There is a test case for each property and one for each expectation. A property that the scenario expects something
+//! There is a suite for each run, and in it a test case for each property and one for each expectation. A property that the scenario expects something
 //! of passes if that is what came of it; any other one fails if it is violated, and counts as skipped if it was left
 //! open. So all cases pass exactly when the run was as expected and nothing else was violated. No times are in it: the same
 //! run gives the same bytes.
 
+use std::fmt;
 use std::path::Path;
 
 use drawing::canvas::escape;
@@ -14,40 +15,86 @@ use recording::Expected;
 use crate::Error;
 use crate::report::{ExpectationReport, MonitorReport, Report};
 
-/// Writes the results of a run to a file, with the folders on the way.
+/// Writes the results of runs to a file, with the folders on the way: a suite for each run, with what was expected of it.
 ///
 /// # Errors
 /// [`Error::File`] if that is not possible.
-pub fn write(path: &Path, expected: &Expected, report: &Report) -> Result<(), Error> {
-    Ok(diagnostics::write_whole(path, document(expected, report))?)
+pub fn write(path: &Path, runs: &[(Expected, &Report)]) -> Result<(), Error> {
+    Ok(diagnostics::write_whole(path, document(runs))?)
 }
 
-/// The results of a run as JUnit XML.
+/// The results of runs as JUnit XML.
 #[must_use]
-pub fn document(expected: &Expected, report: &Report) -> String {
-    let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
-    let cases: Vec<Case> = properties.chain(report.expectations.iter().map(of_expectation)).collect();
-    let count = |wanted: fn(&CaseResult) -> bool| cases.iter().filter(|case| wanted(&case.result)).count();
-    let failures = count(|result| matches!(result, CaseResult::Failed { .. }));
-    let skipped = count(|result| matches!(result, CaseResult::Skipped(_)));
-    let counts = format!("tests=\"{}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"", cases.len());
-    let name = escape(&report.scenario);
-    let cases: String = cases.iter().map(|case| case.element(&name)).collect();
-    let facts = [
-        ("seed", report.seed.to_string()),
-        ("version", report.version.clone()),
-        ("sim_time_s", report.sim_time_s.to_string()),
-        ("ticks", report.ticks.to_string()),
-        ("trace_hash", report.trace_hash.clone()),
-    ];
-    let facts: String = facts
-        .iter()
-        .map(|(name, value)| format!("      <property name=\"{name}\" value=\"{}\"/>\n", escape(value)))
-        .collect();
+pub fn document(runs: &[(Expected, &Report)]) -> String {
+    let suites: Vec<Suite> = runs.iter().map(|(expected, report)| Suite::of(expected, report)).collect();
+    let counts = Counts::of(suites.iter().flat_map(|suite| &suite.cases));
+    let suites: String = suites.iter().map(Suite::element).collect();
     format!(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"steward\" {counts}>\n  \
-         <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}    </properties>\n{cases}  </testsuite>\n</testsuites>\n"
+        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"steward\" {counts}>\n{suites}</testsuites>\n"
     )
+}
+
+/// How many test cases there are, and how many of them failed or were skipped.
+#[derive(Default)]
+struct Counts {
+    tests: usize,
+    failures: usize,
+    skipped: usize,
+}
+
+impl Counts {
+    fn of<'c>(cases: impl IntoIterator<Item = &'c Case>) -> Self {
+        let mut counts = Self::default();
+        for case in cases {
+            counts.tests += 1;
+            counts.failures += usize::from(matches!(case.result, CaseResult::Failed { .. }));
+            counts.skipped += usize::from(matches!(case.result, CaseResult::Skipped(_)));
+        }
+        counts
+    }
+}
+
+impl fmt::Display for Counts {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { tests, failures, skipped } = self;
+        write!(f, "tests=\"{tests}\" failures=\"{failures}\" errors=\"0\" skipped=\"{skipped}\"")
+    }
+}
+
+/// The test cases of a run.
+struct Suite {
+    name: String,
+    facts: [(&'static str, String); 5],
+    cases: Vec<Case>,
+}
+
+impl Suite {
+    fn of(expected: &Expected, report: &Report) -> Self {
+        let properties = report.monitors.iter().map(|monitor| of_property(monitor, expected));
+        Self {
+            name: escape(&report.scenario),
+            facts: [
+                ("seed", report.seed.to_string()),
+                ("version", report.version.clone()),
+                ("sim_time_s", report.sim_time_s.to_string()),
+                ("ticks", report.ticks.to_string()),
+                ("trace_hash", report.trace_hash.clone()),
+            ],
+            cases: properties.chain(report.expectations.iter().map(of_expectation)).collect(),
+        }
+    }
+
+    fn element(&self) -> String {
+        let Self { name, facts, cases } = self;
+        let counts = Counts::of(cases);
+        let fact =
+            |(name, value): &(&str, String)| format!("      <property name=\"{name}\" value=\"{}\"/>\n", escape(value));
+        let facts: String = facts.iter().map(fact).collect();
+        let cases: String = cases.iter().map(|case| case.element(name)).collect();
+        format!(
+            "  <testsuite name=\"{name}\" {counts}>\n    <properties>\n{facts}    </properties>\n{cases}  </testsuite>\n"
+        )
+    }
 }
 
 /// A test case.

@@ -73,15 +73,8 @@ impl Presentation {
         Ok(())
     }
 
-    /// Ends a run that was broken off: the animation until then stays, everything else goes.
-    ///
-    /// # Errors
-    /// What cannot be written.
-    pub fn break_off(self) -> Result<(), Error> {
-        self.pictures.finish().map(|_| ())
-    }
-
-    /// The report of a run that has ended; it and its page are written.
+    /// The report of a run that has ended; it and its page are written, and the pictures of the report that was there
+    /// before go.
     ///
     /// # Errors
     /// What cannot be written.
@@ -92,13 +85,22 @@ impl Presentation {
         let snapshots = self.pictures.finish()?;
         let end = view.end().expect("a report is of a run that has ended");
         let report = reporting::report(view, end, snapshots, self.began.elapsed());
-        if let (Some(staging), Some(timeline)) = (self.staging, &self.timeline) {
+        if let (Some(mut staging), Some(timeline)) = (self.staging, &self.timeline) {
+            staging.replace(stale_pictures(&staging));
             staging.write(REPORT, serde_json::to_string_pretty(&report).expect("a report is always JSON") + "\n")?;
             html::write(&staging, view, timeline, &report)?;
             staging.publish(&[REPORT, html::FILE])?;
         }
         Ok(report)
     }
+}
+
+/// The pictures that the report in a folder names, those of a run before this one.
+fn stale_pictures(staging: &Staging) -> Vec<String> {
+    let text = diagnostics::text_from_disk(&staging.folder().join(REPORT)).unwrap_or_default();
+    let report: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+    let files = report["snapshots"].as_array().into_iter().flatten().filter_map(|picture| picture["file"].as_str());
+    files.filter(|file| file.ends_with(".png") && !file.contains(['/', '\\'])).map(str::to_owned).collect()
 }
 
 /// Makes the report of a recorded run, with its page and pictures, as the run itself did.

@@ -17,11 +17,11 @@ pub struct Report {
     pub outcome: OutcomeReport,
     /// What differs from `[expect]`, in words; empty when nothing does.
     pub differences: Vec<String>,
-    /// Everything that `[expect]` says, and whether it was so.
+    /// Everything that `[expect]` says, and whether it was so; empty for a run that was interrupted.
     pub expectations: Vec<ExpectationReport>,
     /// How long the run took, in simulated seconds.
     pub sim_time_s: f64,
-    /// Why the run ended: `arrival`, `violation`, `settled` or `time_limit`.
+    /// Why the run ended: `arrival`, `violation`, `settled`, `time_limit` or `interrupted`.
     pub ended: &'static str,
     /// The same in words.
     pub ended_because: String,
@@ -63,6 +63,8 @@ pub enum OutcomeReport {
     AsExpected,
     /// It was not.
     NotAsExpected,
+    /// It was interrupted before that could be said.
+    Interrupted,
 }
 
 /// Something that the scenario expects of its runs.

@@ -5,7 +5,7 @@ use std::time::Duration;
 use channels::EventKind;
 use monitors::{Sighting, Vacuity};
 use recording::{
-    Decision, End, FaultRecord, GivenUp, MonitorView, RobotState, RunView, SkillError, TreeError, UndoneFault,
+    Decision, End, Ended, FaultRecord, GivenUp, MonitorView, RobotState, RunView, SkillError, TreeError, UndoneFault,
     message_json,
 };
 use serde_json::json;
@@ -18,9 +18,14 @@ use crate::report::{
 
 /// The report of a run in its last step.
 pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, wall_time: Duration) -> Report {
-    let expectations = expectations(view);
+    let interrupted = end.ended == Ended::Interrupted;
+    let expectations = if interrupted { Vec::new() } else { expectations(view) };
     let differences: Vec<String> = expectations.iter().filter_map(|expected| expected.difference.clone()).collect();
-    let outcome = if differences.is_empty() { OutcomeReport::AsExpected } else { OutcomeReport::NotAsExpected };
+    let outcome = match differences.as_slice() {
+        [] if interrupted => OutcomeReport::Interrupted,
+        [] => OutcomeReport::AsExpected,
+        _ => OutcomeReport::NotAsExpected,
+    };
     let sim_time_s = view.time().as_secs_f64();
     let wall_time_s = wall_time.as_secs_f64();
     Report {

@@ -64,7 +64,7 @@ pub(super) fn onset(row: &Row) -> String {
 
 /// What happened to the robot, in a word or two.
 pub(super) fn robot(row: &Row) -> String {
-    let arrived = if row.arrived { "arrived" } else { "did not arrive" };
+    let arrived = if row.arrived { "arrived" } else { "no arrival" };
     match row.collisions {
         0 => arrived.to_owned(),
         1 => format!("{arrived}, 1 collision"),

@@ -7,7 +7,10 @@ use super::survey::{FirstLook, Survey};
 use crate::Error;
 
 /// Surveys what `journal` opens, several times.
-pub(super) fn survey(layout: &Layout, journal: impl Fn() -> Result<JournalReader, Error>) -> Result<Survey, Error> {
+pub(in super::super) fn survey(
+    layout: &Layout,
+    journal: impl Fn() -> Result<JournalReader, Error>,
+) -> Result<Survey, Error> {
     let each = |take: &mut dyn FnMut(&RunRecord)| -> Result<(), Error> {
         let mut reader = journal()?;
         while let Some(record) = reader.next()? {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use drawing::scale::Scale;
+use drawing::scale::{Scale, short};
 
 use super::super::journal::Layout;
 use super::super::statistics::Count;
@@ -22,7 +22,7 @@ const FINE: usize = 480;
 const MOST_PATTERNS: usize = 200;
 
 /// Everything that is counted.
-pub(super) struct Survey {
+pub(in super::super) struct Survey {
     pub(super) runs: u64,
     pub(super) targets: Vec<Target>,
     /// Which targets are drawn: those that happened in some runs and not in others, and not in just the runs of one before.
@@ -103,6 +103,27 @@ impl Survey {
         if self.runs <= FEW_RUNS {
             self.records.push(record.clone());
         }
+    }
+
+    /// Where the model has its frontier, and where the runs have it; none without a model.
+    pub(in super::super) fn frontier_in_words(&self) -> Option<String> {
+        let model = self.model.as_ref()?;
+        let (frontier, wrong) = model.frontier?;
+        let (event, runs) = (self.targets[model.target].event(), self.runs);
+        let [[_, surprise], [spared, _]] = model.said_and_was;
+        let layout = &model.layout;
+        Some(format!(
+            "{event} where {} exceeds {} (wrong in {wrong} of {runs} runs); the model says {} (wrong in {})",
+            layout.quantity,
+            short(frontier),
+            short(layout.bound),
+            surprise + spared
+        ))
+    }
+
+    /// The runs that are worth a look, and why.
+    pub(in super::super) fn instructive_in_words(&self) -> Vec<(u64, Option<String>)> {
+        self.instructive.iter().map(|run| (run.record.k, Some(run.why.join("; ")))).collect()
     }
 
     /// The bin of each parameter's value.

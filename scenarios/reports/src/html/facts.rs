@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use maud::{Markup, html};
+use recording::length;
 
 use super::activities::Activity;
 use super::markup::{breakable, row, table, text};
@@ -22,7 +23,6 @@ pub(super) fn numbers(report: &Report) -> Markup {
     let robot = &report.robot;
     let localization = &robot.localization;
     let percent = |level: f64| format!("{} %", words::decimals(level, 1));
-    let millimetres = |length_m: f64| format!("{} mm", words::decimals(length_m * 1000.0, 1));
     let time = |time_s: f64| words::time(Duration::from_secs_f64(time_s));
     let mut facts = vec![
         ("simulated time", time(report.sim_time_s)),
@@ -33,7 +33,7 @@ pub(super) fn numbers(report: &Report) -> Markup {
         ("collisions", robot.collisions.to_string()),
         (
             "localization's error",
-            format!("{} (rms), {} at most", millimetres(localization.rmse_m), millimetres(localization.max_m)),
+            format!("{} (rms), {} at most", length(localization.rmse_m), length(localization.max_m)),
         ),
         ("ended because", report.ended_because.clone()),
     ];

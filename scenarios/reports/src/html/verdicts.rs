@@ -31,6 +31,9 @@ fn outcome(report: &Report) -> Markup {
     let (class, verdict, words) = match report.outcome {
         OutcomeReport::AsExpected => ("good", Verdict::Satisfied, "The run was what the scenario expects."),
         OutcomeReport::NotAsExpected => ("bad", Verdict::Violated, "The run was not what the scenario expects."),
+        OutcomeReport::Interrupted => {
+            ("", Verdict::Inconclusive, "The run was interrupted: this is the report of what happened until then.")
+        }
     };
     let line = |expectation: &ExpectationReport| {
         let (verdict, words) = match &expectation.difference {

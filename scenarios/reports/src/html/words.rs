@@ -36,15 +36,11 @@ pub(super) fn count(number: impl TryInto<u64>, noun: &str) -> String {
 
 /// A message as the paper writes it, reals to three decimals: `[<ok>, 9.974]`.
 pub(super) fn message(message: &Message) -> String {
-    let fields: Vec<String> = message.fields().iter().map(value).collect();
-    format!("[{}]", fields.join(", "))
+    format!("{message:.3}")
 }
 
 fn value(value: &Value) -> String {
-    match value {
-        Value::Real(number) => decimals(*number, 3),
-        other => other.to_string(),
-    }
+    format!("{value:.3}")
 }
 
 /// A message that a condition asks for: as a message where the condition says so of every field, else the condition.

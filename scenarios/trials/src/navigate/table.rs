@@ -15,23 +15,21 @@ pub fn table(benchmark: &Benchmark, again: impl Fn(&Trip) -> String) -> String {
 
 fn write_table(text: &mut String, benchmark: &Benchmark) -> std::fmt::Result {
     let widest = benchmark.maps.iter().map(|sums| sums.map.chars().count()).max().unwrap_or(0).max(3);
-    writeln!(
-        text,
-        "{:<widest$}  trips  arrived  false arrivals  gave up  timed out  contacts: walls  standing  walking  way  time",
-        "map"
-    )?;
+    writeln!(text, "{:<widest$}  trips  arrived    false  gave  timed  touched          took over", "")?;
+    writeln!(text, "{:<widest$}                  arrival    up    out  wall rest walker   way   time", "map")?;
     for sums in &benchmark.maps {
         let Sums { trips, arrived_pct, elsewhere, gave_up, time_over, .. } = sums;
         let Sums { wall_contacts, standing_contacts, walking_contacts, .. } = sums;
         write!(text, "{:<widest$}  {trips:>5}  {arrived_pct:>5.1} %", sums.map)?;
-        write!(text, "  {elsewhere:>14}  {gave_up:>7}  {time_over:>9}")?;
-        write!(text, "  {wall_contacts:>15}  {standing_contacts:>8}  {walking_contacts:>7}")?;
-        writeln!(text, "  {}  {}", ratio(sums.way_ratio), ratio(sums.time_ratio))?;
+        write!(text, "  {elsewhere:>7}  {gave_up:>4}  {time_over:>5}")?;
+        write!(text, "  {wall_contacts:>4} {standing_contacts:>4} {walking_contacts:>6}")?;
+        writeln!(text, "  {}   {}", ratio(sums.way_ratio), ratio(sums.time_ratio))?;
     }
     writeln!(
         text,
-        "\n{}. false arrivals: the robot believes to have arrived, but has not. way: distance driven / shortest distance; \
-         time: time taken / time for the shortest path at full speed (medians of the trips that arrived)",
+        "\n{}.\nFalse arrival: the robot believes it has arrived, and has not. Touched: walls, what stands still, people who \
+         walk. Took over: the way driven over the shortest way, and the time over that at full speed on the shortest way \
+         (medians of the trips that arrived).",
         about(benchmark)
     )
 }
@@ -45,8 +43,8 @@ fn about(benchmark: &Benchmark) -> String {
     };
     let people = of(benchmark.wanted.people, benchmark.mean_people, "people");
     match benchmark.wanted.boxes {
-        0 => format!("About: {people}"),
-        boxes => format!("About: {people}; {}", of(boxes, benchmark.mean_boxes, "boxes")),
+        0 => format!("With {people}"),
+        boxes => format!("With {people}; {}", of(boxes, benchmark.mean_boxes, "boxes")),
     }
 }
 
@@ -122,13 +120,14 @@ mod tests {
             trip(4, Outcome::TimeOver, Some("there is no path to the goal")),
         ];
         let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
-        let expected = "\
-map    trips  arrived  false arrivals  gave up  timed out  contacts: walls  standing  walking  way  time
-depot      4   25.0 %               1        1          1                0         0        0  1.10  2.50
+        let expected = "      trips  arrived    false  gave  timed  touched          took over
+map                    arrival    up    out  wall rest walker   way   time
+depot      4   25.0 %        1     1      1     0    0      0  1.10   2.50
 
-About: 10 people wanted, 7.0 could be placed (mean). false arrivals: the robot believes to have arrived, but has not. \
-way: distance driven / shortest distance; time: time taken / time for the shortest path at full speed \
-(medians of the trips that arrived)
+With 10 people wanted, 7.0 could be placed (mean).
+False arrival: the robot believes it has arrived, and has not. Touched: walls, what stands still, people who walk. \
+Took over: the way driven over the shortest way, and the time over that at full speed on the shortest way \
+(medians of the trips that arrived).
 
 Failures, each with the command that repeats it:
   depot, seed 2, after 20 s: false arrival
@@ -144,6 +143,6 @@ Failures, each with the command that repeats it:
     #[test]
     fn the_number_wanted_is_omitted_if_everybody_was_placed() {
         let text = table(&benchmark(7, vec![trip(1, Outcome::Arrived, None)]), |_| String::new());
-        assert!(text.contains("\nAbout: 7 people. "), "{text}");
+        assert!(text.contains("\nWith 7 people.\n"), "{text}");
     }
 }

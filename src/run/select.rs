@@ -1,0 +1,93 @@
+//! From names, folders and patterns to scenarios.
+
+use std::path::{Path, PathBuf};
+
+use campaigns::Error;
+use glob::Pattern;
+use scenarios::files::{Files, shipped_paths};
+use scenarios::scenario::{Found, ScenarioFile, find};
+
+use crate::check::Toml;
+use crate::output::note;
+
+/// The scenarios that are asked for, each once, and of them those that the filters let pass; without names, all that come
+/// with the program.
+pub(super) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
+    let mut found: Vec<Found> = match names {
+        [] => shipped(|_| true)?,
+        names => names.iter().map(|name| meant(name)).collect::<Result<Vec<_>, _>>()?.concat(),
+    };
+    found.retain(|one| filters.is_empty() || filters.iter().any(|text| one.argument.contains(text.as_str())));
+    let mut seen = Vec::new();
+    found.retain(|one| {
+        !seen.contains(&one.argument) && {
+            seen.push(one.argument.clone());
+            true
+        }
+    });
+    if found.is_empty() {
+        let message = format!("no scenario has `{}` in its name", filters.join("` or `"));
+        return Err(Error::refused(message, "`steward list` names the scenarios"));
+    }
+    Ok(found)
+}
+
+/// The scenarios that one argument means.
+fn meant(name: &str) -> Result<Vec<Found>, Error> {
+    let path = Path::new(name);
+    if path.is_dir() {
+        return in_folder(path);
+    }
+    let is_one = path.is_file() || find::shipped(name).is_some();
+    let folder = format!("{}/", name.trim_end_matches('/'));
+    if !is_one && shipped_names().any(|shipped| shipped.starts_with(&folder)) {
+        return shipped(|name| name.starts_with(&folder));
+    }
+    if is_one || !name.contains(['*', '?', '[']) {
+        return Ok(vec![find::find(name)?]);
+    }
+    let help = "a pattern matches names that `steward list` and `steward faults` print: 'faults/laser_*'";
+    let pattern =
+        Pattern::new(name).map_err(|error| Error::refused(format!("`{name}` is not a pattern: {error}"), help))?;
+    let found = shipped(|name| pattern.matches(name))?;
+    if found.is_empty() { Err(Error::refused(format!("no scenario matches `{name}`"), help)) } else { Ok(found) }
+}
+
+/// The names of the scenarios that come with the program, those of faults last.
+fn shipped_names() -> impl Iterator<Item = &'static str> {
+    let mut names: Vec<&str> =
+        shipped_paths().filter_map(|path| path.strip_prefix("scenarios/")?.strip_suffix(".toml")).collect();
+    names.sort_by_key(|name| (name.contains('/'), *name));
+    names.into_iter()
+}
+
+/// The scenarios of these names that come with the program, but for those whose other files do not.
+fn shipped(wanted: impl Fn(&str) -> bool) -> Result<Vec<Found>, Error> {
+    let mut found = Vec::new();
+    for name in shipped_names().filter(|name| wanted(name)) {
+        let one = find::find(name)?;
+        let file = ScenarioFile::parse(&one.path, &one.text, &Files::shipped(), []).map_err(Error::bad_input)?;
+        match file.folder {
+            Some(_) => note(&format!("{name} is left out: it needs files that are not shipped")),
+            None => found.push(one),
+        }
+    }
+    Ok(found)
+}
+
+/// The scenarios in a folder on disk, by name.
+fn in_folder(folder: &Path) -> Result<Vec<Found>, Error> {
+    let unreadable = |source| diagnostics::Error::Read { path: folder.to_owned(), source };
+    let entries =
+        std::fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>).map_err(unreadable)?;
+    let mut paths: Vec<PathBuf> = entries.iter().map(std::fs::DirEntry::path).collect();
+    paths.retain(|path| {
+        path.extension().is_some_and(|ending| ending == "toml") && Toml::of_file(path) == Toml::Scenario
+    });
+    paths.sort();
+    if paths.is_empty() {
+        let message = format!("there is no scenario in the folder {}", folder.display());
+        return Err(Error::refused(message, "a scenario is a TOML file with a tree, or a `base`"));
+    }
+    paths.iter().map(|path| Ok(find::find(&path.to_string_lossy())?)).collect()
+}
