@@ -300,6 +300,7 @@ mod tests {
             asked: None,
             scenario: "errand".into(),
             about: String::new(),
+            expects: true,
             measures: Vec::new(),
             model: None,
             parameters: kinds.into_iter().enumerate().map(parameter).collect(),
