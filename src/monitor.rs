@@ -196,7 +196,11 @@ fn svg(monitor: &ScopeMonitor) -> Option<String> {
     };
     let diagram = drawing::Diagram {
         locations: locations
-            .map(|(index, name)| drawing::Location { name: name.clone(), error: is_failure(index) })
+            .map(|(index, name)| drawing::Location {
+                name: name.clone(),
+                about: monitors::location_meaning(name).unwrap_or_default().to_owned(),
+                error: is_failure(index),
+            })
             .collect(),
         initial: graph.initial_locations().first().map_or(0, |initial| initial.index()),
         active: active.index(),

@@ -11,7 +11,9 @@ use tempfile::tempdir;
 
 use crate::steward::{picture_size, report, steward};
 
-const WIDTHS_PX: [u32; 3] = [375, 1024, 1920];
+const WIDTHS_PX: [u32; 3] = [390, 768, 1400];
+/// A page is to be one that a phone opens at once.
+const MOST_BYTES: usize = 800_000;
 
 /// Finds out, in the browser, what is wrong with the page, and tells the page around it.
 const PROBE: &str = r#"<script>
@@ -26,8 +28,10 @@ addEventListener('load', () => {
     if (seen(element) && element.scrollWidth > element.clientWidth + 1 && getComputedStyle(element).display !== 'inline')
       problems.push('is cut: ' + name(element));
   }
-  for (const image of document.images)
+  for (const image of document.images) {
     if (!image.complete || image.naturalWidth === 0) problems.push('does not load: ' + image.alt);
+    if (!image.closest('a[href]')) problems.push('cannot be opened: ' + image.alt);
+  }
   for (const chart of document.querySelectorAll('svg.chart')) {
     if (!seen(chart)) continue;
     const area = chart.getBoundingClientRect(), texts = [];
@@ -109,6 +113,7 @@ pub(crate) fn look_at(name: &str, page: &Path, charts: u64) {
     let Some(browser) = browser() else { return };
     let folder = page.parent().unwrap();
     let text = std::fs::read_to_string(page).unwrap();
+    assert!(text.len() < MOST_BYTES, "{name} has {} bytes", text.len());
     std::fs::write(folder.join("probed.html"), text.replace("</body>", &format!("{PROBE}</body>"))).unwrap();
     let kept = Path::new(env!("CARGO_TARGET_TMPDIR")).join("report_page");
     std::fs::create_dir_all(&kept).unwrap();
@@ -170,7 +175,7 @@ fn messages_before_the_obligation_are_mentioned() {
     let out = tempdir().unwrap();
     report("faults/halt_lost", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    assert!(page.contains("one from GotoRechargingStation to Navigation, before one was owed"), "{page}");
+    assert!(page.contains("one from GotoRechargingStation to Navigation, before one was due"), "{page}");
     let before = "it had told it <code>[&lt;start_navigation&gt;, &lt;RechargingStation&gt;]</code>";
     assert!(page.contains(before), "{page}");
 }
@@ -180,7 +185,7 @@ fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     let out = tempdir().unwrap();
     report("joypad", out.path(), &["--no-snapshots"]);
     let page = std::fs::read_to_string(out.path().join("report.html")).unwrap();
-    assert!(page.contains(" s a fault took hold, for the first of 4 times: a joypad overrides"));
+    assert!(page.contains(" s a fault took hold, for the first of 7 times: a joypad overrides"));
     look_at("joypad", &out.path().join("report.html"), 4);
 }
 

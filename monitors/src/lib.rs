@@ -104,6 +104,7 @@ mod explain;
 mod export;
 mod formula;
 mod load;
+mod location;
 mod log;
 mod monitor;
 mod occurrence;
@@ -122,6 +123,7 @@ pub use explain::explain;
 pub use export::Format;
 pub use formula::{EventAtom, Formula, MessageCondition};
 pub use load::{Property, PropertyFile, formulas, load, scope_monitor};
+pub use location::location_meaning;
 pub use log::{Channels, EventLog, LogEnd, LogError, topology_of_log, verify};
 pub use monitor::{
     Continuation, EventTime, MAX_AUTOMATON_STATES, OpenObligation, ScopeMonitor, Sighting, Vacuity, Witness,

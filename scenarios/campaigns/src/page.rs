@@ -149,14 +149,14 @@ impl Page<'_> {
         };
         let rows = html! {
             @for estimate in &self.summary.properties { (line(estimate, "violated")) }
-            (line(&self.summary.expectation, "not what the scenario expects, or failed"))
+            (line(&self.summary.expectation, "not met: the run was not what the scenario expects, or it failed"))
         };
         let content = html! {
             div.panel {
                 (table("rates", ["", "runs", "rate", "95\u{a0}% interval", ""], &rows))
                 p.quiet {
-                    "Intervals of Clopper and Pearson. They hold for the runs of this design: how often something happens \
-                     depends on what varies, and over which ranges."
+                    "The intervals are those of Clopper and Pearson: they hold the true rate in 95\u{a0}% of all campaigns like \
+                     this one. Another choice of what varies, and over which ranges, has other rates."
                 }
                 (self.goal())
             }
@@ -182,8 +182,8 @@ impl Page<'_> {
         let charts = html! { @for (layout, parameter) in with_axis { (self.parameter(layout, parameter)) } };
         let lead = html! {
             p {
-                "A point for each part of a parameter's range, with its 95\u{a0}% interval; all other parameters vary as \
-                 they do."
+                "Each point is the rate in one part of a parameter’s range, the line through it the 95\u{a0}% interval. All other \
+                 parameters vary at the same time."
             }
         };
         section("parameters", "What it depends on", charts_below(&lead, &charts))
@@ -262,7 +262,7 @@ impl Page<'_> {
                 Some(chart(&text(about), &figure(&label, draw), None))
             })
         });
-        let lead = html! { p { "The line is the median; eight of ten runs lie in the band." } };
+        let lead = html! { p { "The line is the median; the band holds the middle eight of ten runs." } };
         let charts = html! { @for chart in charts { (chart) } };
         section("measures", "What was measured", charts_below(&lead, &charts))
     }
@@ -294,10 +294,10 @@ impl Page<'_> {
                 ul {
                     li {
                         code { "dataset.parquet" }
-                        ": a row for each run, with parameters, verdicts, times and measurements"
+                        ": one row per run, with parameters, verdicts, times and measurements"
                     }
                     li { code { "summary.json" } ": the rates of this page, for programs" }
-                    li { code { "timing.csv" } ": how long the computer took for each run, where it ran" }
+                    li { code { "timing.csv" } ": how long each run took on the computer that ran it" }
                 }
             }
         };

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::error::Error;
 use super::frame::Frame;
 use super::page::{self, Page};
-use super::palette::{Palette, UNCHANGED};
+use super::palette::{self, UNCHANGED};
 use super::render::Renderer;
 
 /// Width and height of an animation, in pixels.
@@ -44,7 +44,6 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// ```
 pub struct GifWriter<W: Write> {
     encoder: gif::Encoder<BufWriter<W>>,
-    palette: Palette,
     /// The frame before, a colour's number a pixel; empty before the first.
     shown: Vec<u8>,
     delay: u16,
@@ -57,13 +56,12 @@ impl<W: Write> GifWriter<W> {
     /// # Errors
     /// If `writer` fails.
     pub fn new(writer: W, delay: Duration) -> Result<Self, Error> {
-        let palette = Palette::new();
         let (width, height) = ANIMATION_SIZE_PX;
         // One palette for all frames: with one per frame, a pixel that keeps its colour could change its number, and
         // every frame would carry 768 more bytes.
-        let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &palette.bytes())?;
+        let mut encoder = gif::Encoder::new(BufWriter::new(writer), width, height, &palette::bytes())?;
         encoder.set_repeat(gif::Repeat::Infinite)?;
-        Ok(Self { encoder, palette, shown: Vec::new(), delay: hundredths(delay) })
+        Ok(Self { encoder, shown: Vec::new(), delay: hundredths(delay) })
     }
 
     /// Adds a frame.
@@ -73,9 +71,7 @@ impl<W: Write> GifWriter<W> {
     pub fn push(&mut self, renderer: &Renderer, frame: &Frame) -> Result<(), Error> {
         let (width, _) = ANIMATION_SIZE_PX;
         let scale = f32::from(width) / Page::Animation.size_px().0 as f32;
-        let pixels = renderer.pixels(&page::draw(frame, Page::Animation), scale)?;
-        let (colors, _) = pixels.rgb.as_chunks::<3>();
-        let next: Vec<u8> = colors.iter().map(|&color| self.palette.index(color)).collect();
+        let next = renderer.pixels(&page::draw(frame, Page::Animation), scale)?.numbers;
         self.write(&next)?;
         self.shown = next;
         Ok(())

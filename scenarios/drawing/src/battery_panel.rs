@@ -29,7 +29,7 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, battery: &Battery, now: Dura
         .collect();
     let right = labels.iter().map(|label| FONT.width(label)).fold(0.0, f64::max).min(inner.width * 0.3);
     let left = FONT.width("100") + 8.0;
-    let plot = Area::new(inner.x + left, inner.y + 6.0, inner.width - left - right - 8.0, inner.height - 28.0);
+    let plot = Area::new(inner.x + left, inner.y - 4.0, inner.width - left - right - 8.0, inner.height - 18.0);
     let chart = Chart { plot, axis: TimeAxis::to_scale(now.max(SHORTEST), plot) };
     chart.axes(canvas);
     chart.thresholds(canvas, &battery.thresholds, &labels, right);

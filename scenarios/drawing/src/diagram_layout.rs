@@ -267,7 +267,7 @@ mod tests {
         let transition = |from, to| Transition { from, to, label: format!("from {from} to {to}") };
         let diagram = Diagram {
             locations: ["wait", "count", "answer", "fail"]
-                .map(|name| Location { name: name.to_owned(), error: name == "fail" })
+                .map(|name| Location { name: name.to_owned(), error: name == "fail", ..Location::default() })
                 .to_vec(),
             initial: 0,
             active: 0,
@@ -291,7 +291,9 @@ mod tests {
     fn the_label_of_a_loop_gives_way_to_an_arrow_that_rises_beside_it() {
         let transition = |from, to, label: &str| Transition { from, to, label: label.to_owned() };
         let diagram = Diagram {
-            locations: ["I", "C", "T", "A"].map(|name| Location { name: name.to_owned(), error: false }).to_vec(),
+            locations: ["I", "C", "T", "A"]
+                .map(|name| Location { name: name.to_owned(), ..Location::default() })
+                .to_vec(),
             initial: 0,
             active: 0,
             transitions: vec![
@@ -328,7 +330,7 @@ mod tests {
         for _ in 0..500 {
             let count = 1 + chance.below(12);
             let locations =
-                (0..count).map(|_| Location { name: "loc".repeat(chance.below(5)), error: false }).collect();
+                (0..count).map(|_| Location { name: "loc".repeat(chance.below(5)), ..Location::default() }).collect();
             let transitions = (0..chance.below(16)).map(|_| Transition {
                 from: chance.below(count),
                 to: chance.below(count + 1),

@@ -4,7 +4,7 @@ use super::canvas::Canvas;
 use super::diagram_layout::DiagramLayout;
 use super::frame::Diagram;
 use super::geometry::Area;
-use super::monitor_panel::draw_diagram;
+use super::monitor_panel::{draw_diagram, draw_meanings};
 
 /// The widest that a machine becomes before its labels are shortened, and the margin around it, in pixels.
 const WIDEST: f64 = 1600.0;
@@ -16,7 +16,9 @@ const MARGIN: f64 = 24.0;
 /// use drawing::{Diagram, Location, Transition, diagram_svg};
 ///
 /// let diagram = Diagram {
-///     locations: [("wait", false), ("late", true)].map(|(name, error)| Location { name: name.to_owned(), error }).to_vec(),
+///     locations: [("wait", false), ("late", true)]
+///         .map(|(name, error)| Location { name: name.to_owned(), error, ..Location::default() })
+///         .to_vec(),
 ///     initial: 0,
 ///     active: 0,
 ///     transitions: vec![Transition { from: 0, to: 1, label: "after 5 s".to_owned() }],
@@ -29,5 +31,7 @@ pub fn diagram_svg(diagram: &Diagram) -> String {
     let mut canvas = Canvas::for_browsers();
     let area = Area::new(MARGIN, MARGIN, layout.width, layout.height);
     draw_diagram(&mut canvas, area, &layout, diagram);
-    canvas.finish(layout.width + 2.0 * MARGIN, layout.height + 2.0 * MARGIN)
+    let below = Area { y: area.bottom() + MARGIN / 2.0, width: area.width.max(300.0), ..area };
+    let meanings = draw_meanings(&mut canvas, below, &[diagram]);
+    canvas.finish(below.width + 2.0 * MARGIN, below.y + meanings + MARGIN)
 }

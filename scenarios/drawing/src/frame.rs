@@ -71,10 +71,12 @@ pub struct Scene {
     pub trail: Vec<Point>,
     /// Where the run began.
     pub start: Option<Pose>,
-    /// The charging station; the heading is that of a docked robot.
-    pub station: Option<Pose>,
+    /// The charging station.
+    pub station: Option<Station>,
     /// Where the robot is to go in the end.
-    pub destination: Option<Destination>,
+    pub destination: Option<Place>,
+    /// The other places of the run.
+    pub places: Vec<Place>,
     /// Where faults took hold, oldest first.
     pub faults: Vec<FaultMark>,
     /// People, closed doors, things in the way: whatever is solid and on no map.
@@ -97,16 +99,26 @@ impl Scene {
             start: None,
             station: None,
             destination: None,
+            places: Vec::new(),
             faults: Vec::new(),
             bodies: Vec::new(),
         }
     }
 }
 
-/// Where the robot is to go in the end.
+/// A charging station.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Destination {
-    /// What to call it, for example `destination`.
+pub struct Station {
+    /// Where it is; the heading is that of a docked robot.
+    pub pose: Pose,
+    /// What to call it, for example `charging station`.
+    pub label: String,
+}
+
+/// A place on the map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// What to call it, for example `kitchen`.
     pub label: String,
     /// Its corners in order if it is an area, its position alone if it is a point.
     pub corners: Vec<Point>,
@@ -171,9 +183,9 @@ pub struct Battery {
 pub struct Threshold {
     /// The level, in percent.
     pub level_pct: f64,
-    /// What happens below it, in a word or two: `recharge`, `unsafe`.
+    /// What it means, in a word or two: the properties that speak of it.
     pub label: String,
-    /// Whether falling below it is a violation (red) or only a turning point (amber).
+    /// Whether a level below it is a violation (red) or only a turning point (amber).
     pub critical: bool,
 }
 
@@ -212,7 +224,7 @@ pub struct Monitor {
     pub description: String,
     /// What can be said so far.
     pub verdict: Verdict,
-    /// More about the verdict in a few words (`at tick 67`); may be empty.
+    /// More about the verdict in a few words (`tick 67`); may be empty.
     pub note: String,
     /// The monitor as a state machine.
     pub diagram: Diagram,
@@ -245,10 +257,12 @@ pub struct Diagram {
 }
 
 /// A location of a [`Diagram`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Location {
     /// Its name.
     pub name: String,
+    /// What it means, in a few words; empty if the name says it.
+    pub about: String,
     /// Whether being there means that the property is violated.
     pub error: bool,
 }

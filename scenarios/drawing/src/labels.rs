@@ -1,7 +1,6 @@
 //! Finding room for the labels of a map.
 
 use super::geometry::{Area, Spot};
-use super::text::Font;
 
 /// Places labels one after another, each where it covers least.
 ///
@@ -10,13 +9,13 @@ use super::text::Font;
 ///
 /// ```
 /// use drawing::labels::{LabelPlacer, Site};
-/// use drawing::{Area, text::Font};
+/// use drawing::Area;
 ///
 /// let mut placer = LabelPlacer::new(Area::new(0.0, 0.0, 200.0, 100.0));
 /// let site = Site { symbol: Area::around((100.0, 50.0), 20.0, 20.0), roomy: false };
 /// placer.block(site.symbol);
-/// let first = placer.place(&site, (Font::regular(12.0), 60.0), |_| 0.0);
-/// let second = placer.place(&site, (Font::regular(12.0), 60.0), |_| 0.0);
+/// let first = placer.place(&site, (60.0, 14.0), |_| 0.0);
+/// let second = placer.place(&site, (60.0, 14.0), |_| 0.0);
 /// assert!(!first.overlaps(&second) && !first.overlaps(&site.symbol));
 /// ```
 #[derive(Clone, Debug)]
@@ -55,18 +54,39 @@ impl LabelPlacer {
         }
     }
 
-    /// The box for a text of that width at `site`. `cost` says how bad it would be to cover what is in a box (0 to 1).
-    pub fn place(&mut self, site: &Site, (font, width): (Font, f64), cost: impl Fn(&Area) -> f64) -> Area {
-        let best = site
-            .candidates(width, font.line_height())
-            .into_iter()
-            .map(|area| self.moved_inside(area))
-            .enumerate()
-            .map(|(rank, area)| (self.price(&area) + 4.0 * cost(&area) + 0.04 * rank as f64, area))
-            .min_by(|a, b| a.0.total_cmp(&b.0))
-            .map_or(site.symbol, |(_, area)| area);
+    /// Whether nothing that is there already covers any of a box inside the picture.
+    pub fn is_free(&self, area: &Area) -> bool {
+        self.within.encloses(area) && self.taken.iter().all(|taken| !taken.overlaps(area))
+    }
+
+    /// The box for a text of that width and height at `site`. `cost` says how bad it would be to cover what is in a box (0
+    /// to 1).
+    pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
+        let best = self.best(site, size, cost);
         self.taken.push(best);
         best
+    }
+
+    /// The same; none where it would have to cover a symbol or another label.
+    pub fn place_free(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Option<Area> {
+        let best = self.best(site, size, cost);
+        let letters = best.inset(0.5);
+        let is_free = self.taken.iter().all(|taken| !taken.overlaps(&letters));
+        is_free.then(|| {
+            self.taken.push(best);
+            best
+        })
+    }
+
+    fn best(&self, site: &Site, (width, height): (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
+        let candidates = site.candidates(width, height).into_iter().map(|area| self.moved_inside(area)).enumerate();
+        let priced = candidates.map(|(rank, area)| {
+            // Inside a site or beside it: on its edge, a label would seem to belong to neither side.
+            let is_astride = site.roomy && area.overlaps(&site.symbol) && !site.symbol.encloses(&area);
+            let edge = if is_astride { 8.0 } else { 0.0 };
+            (self.price(&area) + edge + 4.0 * cost(&area) + 0.04 * rank as f64, area)
+        });
+        priced.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(site.symbol, |(_, area)| area)
     }
 
     fn moved_inside(&self, area: Area) -> Area {
@@ -102,7 +122,7 @@ impl Site {
         let (x, y) = self.symbol.center();
         let (half_width, half_height) = (self.symbol.width / 2.0, self.symbol.height / 2.0);
         let mut centers = Vec::new();
-        if self.roomy && width <= self.symbol.width - 24.0 {
+        if self.roomy && width <= self.symbol.width - 10.0 && height <= self.symbol.height {
             centers.extend([0.0, -0.5, 0.5].map(|part| (x, y + part * half_height)));
         }
         let around = |ring: f64| (half_width + ring + width / 2.0, half_height + ring + height / 2.0);
@@ -134,7 +154,7 @@ impl Site {
 mod tests {
     use super::*;
 
-    const FONT: Font = Font::regular(14.0);
+    const HEIGHT: f64 = 16.8;
     const PAGE: Area = Area::new(0.0, 0.0, 400.0, 300.0);
 
     fn sign(x: f64, y: f64) -> Site {
@@ -146,7 +166,7 @@ mod tests {
         let mut placer = LabelPlacer::new(PAGE);
         let site = sign(200.0, 150.0);
         placer.block(site.symbol);
-        let placed: Vec<Area> = (0..12).map(|_| placer.place(&site, (FONT, 70.0), |_| 0.0)).collect();
+        let placed: Vec<Area> = (0..12).map(|_| placer.place(&site, (70.0, HEIGHT), |_| 0.0)).collect();
         for (i, a) in placed.iter().enumerate() {
             assert!(!a.inset(0.01).overlaps(&site.symbol), "{a:?}");
             assert!(placed[..i].iter().all(|b| !a.overlaps(b)), "{placed:?}");
@@ -155,7 +175,7 @@ mod tests {
 
     #[test]
     fn a_label_at_the_edge_stays_inside() {
-        let area = LabelPlacer::new(PAGE).place(&sign(399.0, 2.0), (FONT, 120.0), |_| 0.0);
+        let area = LabelPlacer::new(PAGE).place(&sign(399.0, 2.0), (120.0, HEIGHT), |_| 0.0);
         assert!(PAGE.encloses(&area), "{area:?}");
     }
 
@@ -163,15 +183,15 @@ mod tests {
     fn a_label_leaves_a_line_free() {
         let mut placer = LabelPlacer::new(PAGE);
         placer.avoid_line([(200.0, 150.0), (390.0, 150.0)]);
-        let area = placer.place(&sign(200.0, 150.0), (FONT, 70.0), |_| 0.0);
+        let area = placer.place(&sign(200.0, 150.0), (70.0, HEIGHT), |_| 0.0);
         assert!(!area.contains((230.0, 150.0)), "{area:?}");
     }
 
     #[test]
     fn an_area_holds_its_label_where_it_fits() {
         let site = Site { symbol: Area::new(100.0, 100.0, 100.0, 80.0), roomy: true };
-        assert_eq!(LabelPlacer::new(PAGE).place(&site, (FONT, 70.0), |_| 0.0).center(), (150.0, 140.0));
-        let outside = LabelPlacer::new(PAGE).place(&site, (FONT, 120.0), |_| 0.0);
+        assert_eq!(LabelPlacer::new(PAGE).place(&site, (70.0, HEIGHT), |_| 0.0).center(), (150.0, 140.0));
+        let outside = LabelPlacer::new(PAGE).place(&site, (120.0, HEIGHT), |_| 0.0);
         assert!(!outside.overlaps(&site.symbol), "{outside:?}");
     }
 }

@@ -84,12 +84,12 @@ pub use diagram_picture::diagram_svg;
 pub use error::Error;
 pub use execution_context::{ExecutionContext, Level, draw_execution_context};
 pub use frame::{
-    Battery, Body, BodyShape, Destination, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Scene, Threshold,
-    Transition, TreeNode, Verdict,
+    Battery, Body, BodyShape, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station,
+    Threshold, Transition, TreeNode, Verdict,
 };
 pub use geometry::{Area, Spot};
 pub use map_picture::MapPicture;
-pub use monitor_panel::draw_diagram;
+pub use monitor_panel::{draw_diagram, draw_meanings};
 pub use page::Page;
 pub use render::Renderer;
 pub use scale::Scale;
@@ -97,7 +97,7 @@ pub use state_chart::{State, state_chart_svg};
 pub use time_axis::TimeAxis;
 pub use trajectories::Trajectories;
 pub use tree_layout::{Link, PlacedNode, TreeLayout};
-pub use tree_panel::draw_nodes;
+pub use tree_panel::{SYMBOLS, draw_nodes, draw_signs};
 pub use tree_picture::tree_svg;
 
 /// The frame as a standalone SVG picture of 1600 × 900 pixels.

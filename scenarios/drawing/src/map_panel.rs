@@ -3,7 +3,7 @@
 use maps::{Point, Pose};
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
-use super::frame::{BodyShape, Destination, Scene};
+use super::frame::{BodyShape, FaultMark, Place, Scene, Station};
 use super::geometry::{Area, Spot};
 use super::icons::Icon;
 use super::labels::{LabelPlacer, Site};
@@ -15,27 +15,36 @@ use super::view::{Bounds, View};
 
 const FONT: Font = Font::regular(15.0);
 const FOOT: f64 = 40.0;
+/// Radius of the sign of a fault or a violation, in pixels.
+const BADGE: f64 = 8.0;
 
 /// Draws the map, the legend and the scale bar into `area`.
 pub fn draw(canvas: &mut Canvas, area: Area, scene: &Scene) {
+    draw_on(canvas, area, scene, false);
+}
+
+/// The same; if it is one of many pictures, labels of what stands still stand where they stood in the one before.
+pub(super) fn draw_on(canvas: &mut Canvas, area: Area, scene: &Scene, one_of_many: bool) {
     panel::sheet(canvas, area);
     let frame = Area::new(area.x + 10.0, area.y + 10.0, area.width - 20.0, area.height - 10.0 - FOOT);
     let view = View::fitting(bounds(scene), frame);
     canvas.rounded(frame, 4.0, Paint::fill(theme::UNKNOWN));
     canvas.clipped("map", frame, |canvas| {
         scene.map.draw(canvas, &view);
-        MapDrawing::new(canvas, view, scene, FONT).draw();
+        let drawing = MapDrawing::new(canvas, view, scene, FONT);
+        MapDrawing { one_of_many, ..drawing }.draw();
     });
     let foot = Area::new(frame.x, frame.bottom(), frame.width, FOOT);
     let right_of_bar = scale_bar(canvas, foot, &view);
-    legend(canvas, foot, right_of_bar);
+    legend(canvas, foot, right_of_bar, &signs(scene));
 }
 
 /// What must be in the picture: what is known of the map, and the places of the run. Things that move don't count, so
 /// that all pictures of a run show the same section.
 pub fn bounds(scene: &Scene) -> Bounds {
-    let poses = scene.start.iter().chain(&scene.station).map(|pose| Point::from(pose.translation.vector));
-    let corners = scene.destination.iter().flat_map(|destination| destination.corners.iter().copied());
+    let poses = scene.start.iter().chain(scene.station.iter().map(|station| &station.pose));
+    let poses = poses.map(|pose| Point::from(pose.translation.vector));
+    let corners = scene.destination.iter().chain(&scene.places).flat_map(|place| place.corners.iter().copied());
     let places = poses.chain(corners).filter(|point| point.x.is_finite() && point.y.is_finite());
     match Bounds::around(places) {
         Some(places) => scene.map.bounds().union(places.grown(0.5)),
@@ -46,8 +55,10 @@ pub fn bounds(scene: &Scene) -> Bounds {
 /// A label whose place is to be found.
 struct Label {
     site: Site,
-    text: String,
+    lines: Vec<String>,
     color: Color,
+    /// Whether what it names stands where it is for the whole run.
+    stands_still: bool,
 }
 
 /// What is drawn on the floor of a map, with the labels that are still to be written.
@@ -58,6 +69,10 @@ pub struct MapDrawing<'a> {
     pub placer: LabelPlacer,
     view: View,
     labels: Vec<Label>,
+    /// What changes from picture to picture: lines, and the robot. Labels of what stands still do not move for them.
+    moving_lines: Vec<Vec<Spot>>,
+    moving: Vec<Area>,
+    one_of_many: bool,
     scene: &'a Scene,
     font: Font,
 }
@@ -66,21 +81,32 @@ impl<'a> MapDrawing<'a> {
     /// A drawing on a floor that is there already; labels are in that font.
     pub fn new(canvas: &'a mut Canvas, view: View, scene: &'a Scene, font: Font) -> Self {
         let placer = LabelPlacer::new(view.area.inset(6.0));
-        Self { canvas, placer, view, labels: Vec::new(), scene, font }
+        Self {
+            canvas,
+            placer,
+            view,
+            labels: Vec::new(),
+            moving_lines: Vec::new(),
+            moving: Vec::new(),
+            one_of_many: false,
+            scene,
+            font,
+        }
     }
 }
 
 impl MapDrawing<'_> {
     /// Everything, one thing on top of the other.
     pub fn draw(mut self) {
-        let scene = self.scene;
-        if let Some(destination) = &scene.destination {
-            self.destination(destination);
-        }
+        self.areas();
         self.lines();
         self.bodies();
         self.places();
         self.faults();
+        if self.one_of_many {
+            // No label moves out of the robot's way.
+            self.write_labels();
+        }
         self.robot();
         self.write_labels();
     }
@@ -95,23 +121,32 @@ impl MapDrawing<'_> {
         }
     }
 
-    /// Where the robot is to go.
-    pub fn destination(&mut self, destination: &Destination) {
-        let spots: Vec<Spot> = self.view.spots(&destination.corners).collect();
+    /// Where the robot is to go, and the other places.
+    pub fn areas(&mut self) {
+        let scene = self.scene;
+        for place in &scene.places {
+            self.area(place, (theme::IDLE_LIGHT, theme::LINE, theme::MUTED));
+        }
+        if let Some(destination) = &scene.destination {
+            self.area(destination, (theme::BUSY_LIGHT, theme::BUSY, theme::BUSY_DARK));
+        }
+    }
+
+    fn area(&mut self, place: &Place, (ground, outline, ink): (Color, Color, Color)) {
+        let spots: Vec<Spot> = self.view.spots(&place.corners).collect();
         let Some(&first) = spots.first() else { return };
         if spots.len() < 3 {
-            self.canvas.circle(first, 11.0, Paint::fill(theme::BUSY_LIGHT).outlined(theme::BUSY, 2.0).dashed("5 4"));
-            self.canvas.circle(first, 3.0, Paint::fill(theme::BUSY));
-            self.label(first, 15.0, &destination.label, theme::BUSY_DARK);
+            self.canvas.circle(first, 11.0, Paint::fill(ground).outlined(outline, 2.0).dashed("5 4"));
+            self.canvas.circle(first, 3.0, Paint::fill(outline));
+            self.label(first, 15.0, &place.label, ink);
             return;
         }
         let low = spots.iter().fold(first, |low, spot| (low.0.min(spot.0), low.1.min(spot.1)));
         let high = spots.iter().fold(first, |high, spot| (high.0.max(spot.0), high.1.max(spot.1)));
-        let symbol = Area::new(low.0, low.1, high.0 - low.0, high.1 - low.1).inset(-4.0);
-        let paint = Paint::fill(theme::BUSY_LIGHT).fill_opacity(0.85).outlined(theme::BUSY, 2.0).dashed("7 5");
+        let symbol = Area::new(low.0, low.1, high.0 - low.0, high.1 - low.1);
+        let paint = Paint::fill(ground).fill_opacity(0.85).outlined(outline, 2.0).dashed("7 5");
         self.canvas.path(&Path::through(spots).close(), paint);
-        let site = Site { symbol, roomy: true };
-        self.labels.push(Label { site, text: destination.label.clone(), color: theme::BUSY_DARK });
+        self.note(Site { symbol, roomy: true }, &place.label, ink, true);
     }
 
     /// The trail, the path, the particles and the laser hits.
@@ -119,14 +154,14 @@ impl MapDrawing<'_> {
         let (scene, view) = (self.scene, self.view);
         let trail = thinned(view.spots(&scene.trail), 1.5);
         let path: Vec<Spot> = view.spots(&scene.path).collect();
-        self.placer.avoid_line(trail.iter().copied());
-        self.placer.avoid_line(path.iter().copied());
+        self.moving_lines.extend([trail.clone(), path.clone()]);
         self.canvas.path(&Path::through(trail), Paint::stroke(theme::MUTED, 2.6).dashed("0.1 6"));
-        let particles = Path::dots(view.spots(&scene.particles));
+        let particles = Path::dots(view.spots(&particles(scene)));
         self.canvas.path(&particles, Paint::stroke(theme::BELIEF, 2.6).stroke_opacity(0.5));
         self.canvas.path(&Path::through(path.iter().copied()), Paint::stroke(theme::PAPER, 6.5).stroke_opacity(0.7));
         self.canvas.path(&Path::through(path), Paint::stroke(theme::GOOD, 3.6));
-        self.canvas.path(&Path::dots(view.spots(&scene.laser_hits)), Paint::stroke(theme::LASER, 4.2));
+        let hits = thinned(view.spots(&scene.laser_hits), 1.0);
+        self.canvas.path(&Path::dots(hits), Paint::stroke(theme::LASER, 4.2));
     }
 
     /// People, doors and boxes.
@@ -150,7 +185,8 @@ impl MapDrawing<'_> {
                 }
             };
             if !body.label.is_empty() {
-                self.label(center, reach + 5.0, &body.label, theme::BODY);
+                let site = Site { symbol: Area::around(center, 2.0 * reach + 10.0, 2.0 * reach + 10.0), roomy: false };
+                self.note(site, &body.label, theme::BODY, false);
             }
         }
     }
@@ -162,26 +198,44 @@ impl MapDrawing<'_> {
         self.label(spot, 10.0, "start", theme::MUTED);
     }
 
-    fn station(&mut self, station: &Pose) {
+    fn station(&mut self, station: &Station) {
         const RADIUS: f64 = 11.5;
-        let Some(spot) = self.spot(station) else { return };
-        let tick = ahead(station, spot, RADIUS + 7.0);
+        let Some(spot) = self.spot(&station.pose) else { return };
+        let tick = ahead(&station.pose, spot, RADIUS + 7.0);
         self.canvas.line(spot, tick, Paint::stroke(theme::PAPER, 7.0));
         self.canvas.line(spot, tick, Paint::stroke(theme::GOOD, 3.4));
         self.canvas.circle(spot, RADIUS, Paint::fill(theme::PAPER).outlined(theme::GOOD, 3.0));
         Icon::Bolt.draw(self.canvas, spot, 15.0, theme::GOOD);
-        self.label(spot, RADIUS + 11.0, "charging station", theme::GOOD);
+        self.label(spot, RADIUS + 11.0, &station.label, theme::GOOD);
     }
 
     /// Where faults took hold.
     pub fn faults(&mut self) {
-        const RADIUS: f64 = 8.0;
-        for fault in &self.scene.faults {
-            let Some(spot) = self.view.spot(fault.position) else { continue };
-            self.canvas.circle(spot, RADIUS, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
-            Icon::Alert.draw(self.canvas, spot, 12.0, theme::PAPER);
-            self.label(spot, RADIUS + 5.0, &fault.label, theme::BAD);
+        let mut marked: Vec<Spot> = Vec::new();
+        for FaultMark { position, label } in &self.scene.faults {
+            let Some(spot) = self.view.spot(*position) else { continue };
+            let is_near = |other: &Spot| (other.0 - spot.0).abs().max((other.1 - spot.1).abs()) < 2.0 * BADGE;
+            if label.is_empty() && marked.iter().any(is_near) {
+                continue;
+            }
+            marked.push(spot);
+            self.badge(spot, Icon::Alert, label);
         }
+    }
+
+    /// A red sign at a spot, or beside it where another sign is there already.
+    pub fn badge(&mut self, spot: Spot, icon: Icon, label: &str) {
+        const SIDE: f64 = 2.0 * BADGE + 2.0;
+        let beside = [22.0, 40.0].into_iter().flat_map(|far| {
+            [(0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.8, -0.8), (0.8, 0.8), (-0.8, 0.8), (-0.8, -0.8)]
+                .map(|(dx, dy)| (spot.0 + far * dx, spot.1 + far * dy))
+        });
+        let is_free = |at: &Spot| self.placer.is_free(&Area::around(*at, SIDE, SIDE));
+        let at = std::iter::once(spot).chain(beside).find(is_free).unwrap_or(spot);
+        self.canvas.line(spot, at, Paint::stroke(theme::BAD, 1.4));
+        self.canvas.circle(at, BADGE, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
+        icon.draw(self.canvas, at, 1.5 * BADGE, theme::PAPER);
+        self.label(at, BADGE + 2.0, label, theme::BAD);
     }
 
     /// The robot where it is and, if that differs visibly, where it believes it is.
@@ -189,7 +243,7 @@ impl MapDrawing<'_> {
         let scene = self.scene;
         let radius = self.view.pixels(scene.robot_radius_m).max(7.0);
         let Some(spot) = self.spot(&scene.robot) else { return };
-        self.placer.block(Area::around(spot, 2.0 * radius + 6.0, 2.0 * radius + 6.0));
+        self.moving.push(Area::around(spot, 2.0 * radius + 6.0, 2.0 * radius + 6.0));
         let paint = Paint::fill(theme::INK).outlined(theme::PAPER, 1.6);
         let nose = |pose: &Pose, spot: Spot| {
             Path::through([(0.75, 0.62), (1.6, 0.0), (0.75, -0.62)].map(|(x, y)| {
@@ -210,7 +264,8 @@ impl MapDrawing<'_> {
         let paint = Paint::stroke(theme::BELIEF, 2.2).dashed("4 3.5");
         self.canvas.path(&nose(&estimate, believed), Paint::fill(theme::BELIEF));
         self.canvas.circle(believed, radius, paint);
-        self.label(believed, radius + 6.0, "estimate", theme::BELIEF);
+        let site = Site { symbol: Area::around(believed, 2.0 * radius + 12.0, 2.0 * radius + 12.0), roomy: false };
+        self.note(site, "estimate", theme::BELIEF, false);
     }
 
     /// Where a pose lies; `None` if it is not finite.
@@ -221,22 +276,63 @@ impl MapDrawing<'_> {
 
     /// Notes a label for a sign of that radius; it is written last, when everything it should keep clear of is known.
     pub fn label(&mut self, at: Spot, radius: f64, text: &str, color: Color) {
-        let site = Site { symbol: Area::around(at, 2.0 * radius, 2.0 * radius), roomy: false };
-        self.placer.block(site.symbol);
-        self.labels.push(Label { site, text: text.to_owned(), color });
+        self.note(Site { symbol: Area::around(at, 2.0 * radius, 2.0 * radius), roomy: false }, text, color, true);
     }
 
-    /// Writes the labels of all that was drawn, none over another.
+    fn note(&mut self, site: Site, text: &str, color: Color, stands_still: bool) {
+        if stands_still && !site.roomy {
+            self.placer.block(site.symbol);
+        } else if !stands_still {
+            self.moving.push(site.symbol);
+        }
+        let lines = self.font.wrap(text, self.view.area.width * 0.36, 3);
+        self.labels.push(Label { site, lines, color, stands_still });
+    }
+
+    /// Writes the labels of all that was drawn, none over another. In one of many pictures, those of what stands still come
+    /// first and look at nothing else, so that they stand where they stood in the picture before.
     pub fn write_labels(&mut self) {
-        for label in std::mem::take(&mut self.labels) {
-            let font = self.font;
-            let text = font.fit(&label.text, self.view.area.width * 0.4);
-            let (view, map) = (self.view, &self.scene.map);
-            let area = self.placer.place(&label.site, (font, font.width(&text)), |area| map.covered(area, &view));
+        let one_of_many = self.one_of_many;
+        let is_still = |label: &Label| label.stands_still && one_of_many;
+        let (still, moving): (Vec<Label>, Vec<Label>) =
+            std::mem::take(&mut self.labels).into_iter().partition(is_still);
+        still.iter().for_each(|label| self.write(label));
+        std::mem::take(&mut self.moving).into_iter().for_each(|area| self.placer.block(area));
+        std::mem::take(&mut self.moving_lines).into_iter().for_each(|line| self.placer.avoid_line(line));
+        moving.iter().for_each(|label| self.write(label));
+    }
+
+    /// Writes a label in its lines, or in one where there is no room for them, or not at all.
+    fn write(&mut self, label: &Label) {
+        let (font, view, map) = (self.font, self.view, &self.scene.map);
+        let shortened = label.lines.first().map(|first| match label.lines.len() {
+            1 => first.clone(),
+            _ => font.fit(&format!("{first} …"), view.area.width * 0.36),
+        });
+        for lines in [label.lines.clone(), shortened.into_iter().collect()] {
+            let width = lines.iter().map(|line| font.width(line)).fold(0.0, f64::max);
+            if width <= 0.0 {
+                return;
+            }
+            let size = (width, font.line_height() * lines.len() as f64);
+            let Some(area) = self.placer.place_free(&label.site, size, |area| map.covered(area, &view)) else {
+                continue;
+            };
             let style = TextStyle::new(font, label.color).anchored(Anchor::Middle).with_halo();
-            self.canvas.centered_text(area.center(), &text, style);
+            for (line, text) in lines.iter().enumerate() {
+                let y = area.y + (line as f64 + 0.5) * font.line_height();
+                self.canvas.centered_text((area.center().0, y), text, style);
+            }
+            return;
         }
     }
+}
+
+/// The particles that can be seen: those that the robot does not cover.
+fn particles(scene: &Scene) -> Vec<Point> {
+    let robot = Point::from(scene.robot.translation.vector);
+    let is_covered = |point: &Point| (point - robot).norm() <= scene.robot_radius_m;
+    scene.particles.iter().copied().filter(|point| !is_covered(point)).collect()
 }
 
 /// The spot so many pixels ahead of a pose that lies at `spot`.
@@ -275,39 +371,78 @@ pub(super) fn scale_bar(canvas: &mut Canvas, foot: Area, view: &View) -> f64 {
     left + length + 10.0 + FONT.width(&text)
 }
 
-/// What the signs on the map mean, spread over the rest of the foot.
-fn legend(canvas: &mut Canvas, foot: Area, left: f64) {
-    type Sign = fn(&mut Canvas, Spot);
-    const SIGN: f64 = 34.0;
-    let entries: [(&str, Sign); 5] = [
-        ("robot", |canvas, (x, y)| {
-            canvas.circle((x, y), 7.0, Paint::fill(theme::INK));
-            canvas.line((x, y), (x + 7.0, y), Paint::stroke(theme::PAPER, 1.6));
-        }),
-        ("planned path", |canvas, (x, y)| canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::GOOD, 3.6))),
-        ("driven", |canvas, (x, y)| {
-            canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::MUTED, 2.6).dashed("0.1 6"));
-        }),
-        ("laser hits", |canvas, (x, y)| {
-            canvas.path(&Path::dots([(x - 9.0, y), (x, y), (x + 9.0, y)]), Paint::stroke(theme::LASER, 4.2));
-        }),
-        ("particles", |canvas, (x, y)| {
-            let dots = [(-8.0, 2.0), (-3.0, -4.0), (0.0, 3.0), (4.0, -1.0), (8.0, 3.0), (9.0, -4.0)];
-            let paint = Paint::stroke(theme::BELIEF, 2.8).stroke_opacity(0.7);
-            canvas.path(&Path::dots(dots.map(|(dx, dy)| (x + dx, y + dy))), paint);
-        }),
+/// A sign of the legend, with what it means.
+type Entry = (&'static str, fn(&mut Canvas, Spot));
+
+/// The signs that are on the map, those that come and go last: so the others stay where they are.
+fn signs(scene: &Scene) -> Vec<Entry> {
+    let entries: [(bool, Entry); 7] = [
+        (
+            true,
+            ("robot", |canvas, (x, y)| {
+                canvas.circle((x, y), 7.0, Paint::fill(theme::INK));
+                canvas.line((x, y), (x + 7.0, y), Paint::stroke(theme::PAPER, 1.6));
+            }),
+        ),
+        (
+            !scene.laser_hits.is_empty(),
+            ("laser hits", |canvas, (x, y)| {
+                canvas.path(&Path::dots([(x - 9.0, y), (x, y), (x + 9.0, y)]), Paint::stroke(theme::LASER, 4.2));
+            }),
+        ),
+        (
+            scene.trail.len() > 1,
+            ("driven", |canvas, (x, y)| {
+                canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::MUTED, 2.6).dashed("0.1 6"));
+            }),
+        ),
+        (
+            !scene.bodies.is_empty(),
+            ("not on the map", |canvas, (x, y)| {
+                canvas.circle((x, y), 7.0, Paint::fill(theme::BODY_LIGHT).outlined(theme::BODY, 1.8));
+            }),
+        ),
+        (
+            !scene.faults.is_empty(),
+            ("fault", |canvas, (x, y)| {
+                canvas.circle((x, y), BADGE, Paint::fill(theme::BAD));
+                Icon::Alert.draw(canvas, (x, y), 1.5 * BADGE, theme::PAPER);
+            }),
+        ),
+        (
+            !scene.path.is_empty(),
+            ("planned path", |canvas, (x, y)| {
+                canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::GOOD, 3.6));
+            }),
+        ),
+        (
+            !particles(scene).is_empty(),
+            ("particles", |canvas, (x, y)| {
+                let dots = [(-8.0, 2.0), (-3.0, -4.0), (0.0, 3.0), (4.0, -1.0), (8.0, 3.0), (9.0, -4.0)];
+                let paint = Paint::stroke(theme::BELIEF, 2.8).stroke_opacity(0.7);
+                canvas.path(&Path::dots(dots.map(|(dx, dy)| (x + dx, y + dy))), paint);
+            }),
+        ),
     ];
-    let width = |entries: &[(&str, Sign)]| entries.iter().map(|(words, _)| SIGN + FONT.width(words)).sum::<f64>();
-    let room = foot.right() - left - 8.0;
-    let shown = (0..entries.len()).find(|&hidden| width(&entries[hidden..]) <= room).unwrap_or(entries.len());
-    let entries = &entries[shown..];
-    let needed = width(entries);
-    let gap = ((room - needed) / (entries.len() + 1) as f64).min(48.0);
-    let y = foot.center().1;
-    let mut x = foot.right() - needed - gap * entries.len().saturating_sub(1) as f64 - 8.0;
+    entries.into_iter().filter(|(is_there, _)| *is_there).map(|(_, entry)| entry).collect()
+}
+
+/// What the signs on the map mean, beside the scale: in one row, or in two smaller ones.
+fn legend(canvas: &mut Canvas, foot: Area, left: f64, entries: &[Entry]) {
+    const SIGN: f64 = 34.0;
+    const GAP: f64 = 16.0;
+    let left = left + GAP;
+    let room = foot.right() - left;
+    let width = |font: Font, words: &str| SIGN + font.width(words) + GAP;
+    let is_long = entries.iter().map(|(words, _)| width(FONT, words)).sum::<f64>() > room + GAP;
+    let font = if is_long { Font::regular(13.0) } else { FONT };
+    let (mut x, mut y) = (left, foot.center().1 - if is_long { 9.0 } else { 0.0 });
     for &(words, sign) in entries {
+        if x > left && x + width(font, words) - GAP > foot.right() {
+            (x, y) = (left, foot.center().1 + 9.0);
+        }
         sign(canvas, (x + SIGN / 2.0 - 3.0, y));
-        canvas.centered_text((x + SIGN, y), words, TextStyle::new(FONT, theme::MUTED));
-        x += SIGN + FONT.width(words) + gap;
+        canvas.centered_text((x + SIGN, y), words, TextStyle::new(font, theme::MUTED));
+        x += width(font, words);
     }
 }

@@ -13,45 +13,118 @@ use super::theme::{self, Color};
 
 const NAME: Font = Font::bold(15.0);
 const WORDS: Font = Font::regular(14.0);
+const SMALL: Font = Font::regular(12.0);
 const VERDICT: Font = Font::bold(13.0);
 const HEAD: f64 = 28.0;
+/// Height of a further line of a monitor's description, in pixels.
+const LINE: f64 = 17.0;
+/// Room for a verdict: so much whatever it is, so that nothing moves when it falls.
+const PILL: f64 = 152.0;
 const CHIPS: f64 = 24.0;
 const GAP: f64 = 14.0;
 const TIGHT_GAP: f64 = 8.0;
 
-/// How much of a monitor is drawn.
-enum Detail {
+/// How much of a monitor is drawn below its head.
+enum Body {
     /// Its state machine.
     Machine(DiagramLayout),
     /// Its locations only, in one row.
     Chips,
-    /// Its name and verdict only.
-    Head,
+    /// Nothing.
+    Nothing,
+}
+
+/// A monitor as it is drawn.
+struct Detail {
+    /// Its description, in lines.
+    words: Vec<String>,
+    body: Body,
 }
 
 impl Detail {
+    fn new(monitor: &Monitor, width: f64) -> Self {
+        let left = NAME.width(&name(monitor, width)) + 12.0;
+        let words = WORDS.wrap(&monitor.description, width - PILL - left - 10.0, 2);
+        Self { words, body: Body::Machine(DiagramLayout::new(&monitor.diagram, width)) }
+    }
+
+    fn head(&self) -> f64 {
+        HEAD + LINE * self.words.len().saturating_sub(1) as f64
+    }
+
     /// Room below it, to the next one.
     fn gap(&self) -> f64 {
-        match self {
-            Self::Machine(_) => GAP,
-            Self::Chips | Self::Head => TIGHT_GAP,
+        match self.body {
+            Body::Machine(_) => GAP,
+            Body::Chips | Body::Nothing => TIGHT_GAP,
         }
     }
 
     fn height(&self) -> f64 {
-        match self {
-            Self::Machine(layout) => HEAD + layout.height + self.gap(),
-            Self::Chips => HEAD + CHIPS + self.gap(),
-            Self::Head => HEAD + self.gap(),
-        }
+        let body = match &self.body {
+            Body::Machine(layout) => layout.height,
+            Body::Chips => CHIPS,
+            Body::Nothing => 0.0,
+        };
+        self.head() + body + self.gap()
     }
+}
+
+/// The monitor's name, or its beginning.
+fn name(monitor: &Monitor, width: f64) -> String {
+    NAME.fit(&monitor.name, width * 0.25)
 }
 
 /// The height at which all monitors can be drawn in full in a panel of that width, in pixels.
 pub(super) fn wanted_height(monitors: &[Monitor], width: f64) -> f64 {
     let room = width - 2.0 * panel::MARGIN;
-    let details = monitors.iter().map(|monitor| HEAD + GAP + DiagramLayout::new(&monitor.diagram, room).height);
-    panel::HEAD + details.sum::<f64>()
+    let details = monitors.iter().map(|monitor| Detail::new(monitor, room).height());
+    panel::HEAD + details.sum::<f64>() + meanings_height(monitors, room)
+}
+
+/// What the names of locations mean, in lines.
+fn meanings(diagrams: &[&Diagram], width: f64) -> Vec<String> {
+    let mut meanings: Vec<String> = Vec::new();
+    for location in diagrams.iter().flat_map(|diagram| &diagram.locations).filter(|location| !location.about.is_empty())
+    {
+        // No line ends between a name and its meaning.
+        let meaning = format!("{} {}", location.name, location.about).replace(' ', "\u{a0}");
+        if !meanings.contains(&meaning) {
+            meanings.push(meaning);
+        }
+    }
+    wrapped(&meanings, width)
+}
+
+/// The items in lines of at most that many pixels.
+fn wrapped(items: &[String], width: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for item in items {
+        match lines.last_mut() {
+            Some(line) if SMALL.width(&format!("{line} · {item}")) <= width => *line += &format!(" · {item}"),
+            _ => lines.push(item.clone()),
+        }
+    }
+    lines.iter().map(|line| SMALL.fit(line, width)).collect()
+}
+
+fn meanings_height(monitors: &[Monitor], width: f64) -> f64 {
+    let diagrams: Vec<&Diagram> = monitors.iter().map(|monitor| &monitor.diagram).collect();
+    lines_height(meanings(&diagrams, width).len())
+}
+
+fn lines_height(lines: usize) -> f64 {
+    lines as f64 * SMALL.line_height() + if lines > 0 { 6.0 } else { 0.0 }
+}
+
+/// Writes what the names of a machine's locations mean below it; says how high that is.
+pub fn draw_meanings(canvas: &mut Canvas, area: Area, diagrams: &[&Diagram]) -> f64 {
+    let lines = meanings(diagrams, area.width);
+    for (number, line) in lines.iter().enumerate() {
+        let y = area.y + (number as f64 + 0.5) * SMALL.line_height();
+        canvas.centered_text((area.x, y), line, TextStyle::new(SMALL, theme::MUTED));
+    }
+    lines_height(lines.len())
 }
 
 /// Draws the monitors' panel.
@@ -61,8 +134,11 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
         let nothing = TextStyle::new(WORDS, theme::MUTED);
         canvas.centered_text((inner.x, inner.y + 11.0), "No property is being monitored.", nothing);
     }
-    let room = Area { height: area.bottom() - 6.0 - inner.y, ..inner };
+    let meanings = meanings_height(monitors, inner.width);
+    let room = Area { height: area.bottom() - 6.0 - meanings - inner.y, ..inner };
     let (details, hidden) = details(monitors, room);
+    let shown: Vec<&Diagram> = monitors[..details.len()].iter().map(|monitor| &monitor.diagram).collect();
+    draw_meanings(canvas, Area { y: room.bottom(), ..room }, &shown);
     let used: f64 = details.iter().map(Detail::height).sum();
     let spare = ((room.height - used) / details.len().max(1) as f64).clamp(0.0, 26.0);
     let mut y = room.y;
@@ -71,12 +147,12 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
             let line = y - (details[i - 1].gap() + spare) / 2.0 + 1.0;
             canvas.line((room.x, line), (room.right(), line), Paint::stroke(theme::RULE, 1.0));
         }
-        draw_head(canvas, Area { y, height: HEAD, ..room }, monitor);
-        let body = Area { y: y + HEAD, height: detail.height() - HEAD, ..room };
-        match detail {
-            Detail::Machine(layout) => draw_diagram(canvas, body, layout, &monitor.diagram),
-            Detail::Chips => draw_chips(canvas, body, &monitor.diagram),
-            Detail::Head => {}
+        draw_head(canvas, Area { y, height: detail.head(), ..room }, monitor, &detail.words);
+        let body = Area { y: y + detail.head(), height: detail.height() - detail.head(), ..room };
+        match &detail.body {
+            Body::Machine(layout) => draw_diagram(canvas, body, layout, &monitor.diagram),
+            Body::Chips => draw_chips(canvas, body, &monitor.diagram),
+            Body::Nothing => {}
         }
         y += detail.height() + spare;
     }
@@ -90,13 +166,12 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
 /// How each monitor is drawn, and how many don't fit at all. As long as room is short, the last one still drawn in full
 /// is drawn as chips; then the last ones show only their verdict; then they are left out.
 fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
-    let mut details: Vec<Detail> =
-        monitors.iter().map(|monitor| Detail::Machine(DiagramLayout::new(&monitor.diagram, room.width))).collect();
+    let mut details: Vec<Detail> = monitors.iter().map(|monitor| Detail::new(monitor, room.width)).collect();
     let fits = |details: &[Detail]| details.iter().map(Detail::height).sum::<f64>() - GAP <= room.height;
-    for shorter in [|| Detail::Chips, || Detail::Head] {
+    for shorter in [|| Body::Chips, || Body::Nothing] {
         for i in (0..details.len()).rev() {
             if !fits(&details) {
-                details[i] = shorter();
+                details[i].body = shorter();
             }
         }
     }
@@ -108,21 +183,22 @@ fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
 }
 
 /// Name, description and verdict in one line.
-fn draw_head(canvas: &mut Canvas, area: Area, monitor: &Monitor) {
+fn draw_head(canvas: &mut Canvas, area: Area, monitor: &Monitor, words: &[String]) {
     let look = Look::of_verdict(monitor.verdict);
     let y = area.y + 11.0;
     let text =
         if monitor.note.is_empty() { look.words.to_owned() } else { format!("{} · {}", look.words, monitor.note) };
-    let text = VERDICT.fit(&text, area.width * 0.5);
+    let text = VERDICT.fit(&text, PILL - 38.0);
     let pill = Area::new(area.right() - VERDICT.width(&text) - 38.0, area.y, VERDICT.width(&text) + 38.0, 22.0);
     canvas.rounded(pill, 11.0, Paint::fill(look.ground));
     look.icon.draw(canvas, (pill.x + 15.0, y), 12.0, look.front);
     canvas.centered_text((pill.x + 26.0, y), &text, TextStyle::new(VERDICT, look.front));
-    let name = NAME.fit(&monitor.name, area.width * 0.25);
+    let name = name(monitor, area.width);
     canvas.centered_text((area.x, y), &name, TextStyle::new(NAME, theme::INK));
     let left = area.x + NAME.width(&name) + 12.0;
-    let words = WORDS.fit(&monitor.description, pill.x - 10.0 - left);
-    canvas.centered_text((left, y), &words, TextStyle::new(WORDS, theme::MUTED));
+    for (number, line) in words.iter().enumerate() {
+        canvas.centered_text((left, y + number as f64 * LINE), line, TextStyle::new(WORDS, theme::MUTED));
+    }
 }
 
 /// Colours of a location: ground, outline, text.

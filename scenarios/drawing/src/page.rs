@@ -59,7 +59,7 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     canvas.rounded(whole, 0.0, Paint::fill(theme::PAGE));
     header(&mut canvas, Area { height: HEADER, ..left }, frame);
     let map = Area { y: left.y + HEADER, height: left.height - HEADER, ..left };
-    map_panel::draw(&mut canvas, map, &frame.scene);
+    map_panel::draw_on(&mut canvas, map, &frame.scene, page == Page::Animation);
     let [battery, tree, monitors] = column(frame, right);
     battery_panel::draw(&mut canvas, battery, &frame.battery, frame.time);
     tree_panel::draw(&mut canvas, tree, &frame.tree);
@@ -70,11 +70,12 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
 /// Divides the right column: the battery has a fixed share; tree and monitors get what they ask for, and if that is too
 /// much, the tree is squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
 fn column(frame: &Frame, area: Area) -> [Area; 3] {
-    let battery = (area.height * 0.2).clamp(120.0, 166.0);
+    let battery = (area.height * 0.15).clamp(116.0, 132.0);
     let room = area.height - battery - 2.0 * GAP;
     let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);
     let monitors = monitor_panel::wanted_height(&frame.monitors, area.width);
-    let (pleasant, readable) = (pleasant + panel::HEAD + panel::FOOT, readable + panel::HEAD + panel::FOOT);
+    let around = panel::HEAD + tree_panel::SIGNS + panel::FOOT;
+    let (pleasant, readable) = (pleasant + around, readable + around);
     let spare = (room - pleasant - monitors).max(0.0);
     let tree =
         (pleasant + spare * 0.4).min(room - monitors).max(readable.min(room * 0.68)).max(pleasant.min(room * 0.25));
@@ -91,7 +92,7 @@ fn header(canvas: &mut Canvas, area: Area, frame: &Frame) {
     let time = format!("{:.2} s", frame.time.as_secs_f64());
     let right = area.right();
     canvas.centered_text((right, first), &time, TextStyle::new(title, theme::INK).anchored(Anchor::End));
-    let tick = format!("tick {}", frame.tick);
+    let tick = format!("tick {} of the tree", frame.tick);
     canvas.centered_text((right, second), &tick, muted.anchored(Anchor::End));
     let seed = format!("seed {}", frame.seed);
     let room = right - title.width(&time) - 40.0 - area.x;

@@ -1,4 +1,4 @@
-//! The colours of an animation.
+//! The colours of all pictures in pixels.
 
 use super::theme::{self, Color};
 
@@ -31,33 +31,19 @@ const EDGES: [(&[Color], &[Color]); 4] = [
     (&[theme::IDLE_LIGHT], &[theme::MUTED]),
 ];
 
-/// At most 255 fixed colours, and which of them is closest to any other: the same for all frames of all animations.
+/// At most 255 fixed colours, and which of them is closest to any other: the same for all pictures.
 #[derive(Clone, Debug)]
 pub(super) struct Palette {
-    colors: Vec<[u8; 3]>,
     /// The closest colour by 5 bits of red, 6 of green and 5 of blue.
     closest: Vec<u8>,
 }
 
 impl Palette {
     pub(super) fn new() -> Self {
-        let mut colors: Vec<[u8; 3]> = theme::ALL.map(theme::rgb).to_vec();
-        for (grounds, fronts) in EDGES {
-            for ground in grounds {
-                colors.extend(fronts.iter().flat_map(|front| between(theme::rgb(ground), theme::rgb(front))));
-            }
-        }
-        colors.dedup();
+        let colors = colors();
         assert!(colors.len() <= usize::from(UNCHANGED), "{} colours are too many for a palette", colors.len());
         let closest = (0..=u16::MAX).map(|packed| closest(&colors, unpack(packed))).collect();
-        Self { colors, closest }
-    }
-
-    /// Red, green and blue of all colours, one after another.
-    pub(super) fn bytes(&self) -> Vec<u8> {
-        let mut bytes = self.colors.concat();
-        bytes.resize(256 * 3, 0);
-        bytes
+        Self { closest }
     }
 
     /// The number of the colour that comes closest.
@@ -67,6 +53,24 @@ impl Palette {
         let packed = u16::from(red >> 3) << 11 | u16::from(green >> 2) << 5 | u16::from(blue >> 3);
         self.closest[usize::from(packed)]
     }
+}
+
+/// Red, green and blue of all colours, one after another.
+pub(super) fn bytes() -> Vec<u8> {
+    let mut bytes = colors().concat();
+    bytes.resize(256 * 3, 0);
+    bytes
+}
+
+fn colors() -> Vec<[u8; 3]> {
+    let mut colors: Vec<[u8; 3]> = theme::ALL.map(theme::rgb).to_vec();
+    for (grounds, fronts) in EDGES {
+        for ground in grounds {
+            colors.extend(fronts.iter().flat_map(|front| between(theme::rgb(ground), theme::rgb(front))));
+        }
+    }
+    colors.dedup();
+    colors
 }
 
 fn between(ground: [u8; 3], front: [u8; 3]) -> impl Iterator<Item = [u8; 3]> {
@@ -100,20 +104,20 @@ mod tests {
 
     #[test]
     fn the_colours_of_the_theme_are_kept() {
-        let palette = Palette::new();
+        let (palette, colors) = (Palette::new(), colors());
         for color in theme::ALL {
             let wanted = theme::rgb(color);
-            let got = palette.colors[usize::from(palette.index(wanted))];
+            let got = colors[usize::from(palette.index(wanted))];
             let off = (0..3).map(|i| wanted[i].abs_diff(got[i])).max();
             assert!(off <= Some(4), "{color} became {got:?}");
         }
-        assert_eq!(palette.colors[usize::from(palette.index([255; 3]))], [255; 3]);
+        assert_eq!(colors[usize::from(palette.index([255; 3]))], [255; 3]);
     }
 
     #[test]
     fn there_is_one_colour_left_for_what_does_not_change() {
         let palette = Palette::new();
         assert!(palette.closest.iter().all(|&index| index != UNCHANGED));
-        assert_eq!(palette.bytes().len(), 768);
+        assert_eq!(bytes().len(), 768);
     }
 }

@@ -6,8 +6,8 @@ use std::time::Duration;
 use maps::{Cell, CellIndex, OccupancyGrid, Point, Pose, pose};
 
 use super::frame::{
-    Battery, Body, BodyShape, Destination, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Scene, Threshold,
-    Transition, TreeNode, Verdict,
+    Battery, Body, BodyShape, Diagram, FaultMark, Frame, Location, Monitor, NodeStatus, Place, Scene, Station,
+    Threshold, Transition, TreeNode, Verdict,
 };
 use super::map_picture::MapPicture;
 
@@ -114,13 +114,14 @@ fn scene() -> Scene {
         particles: cloud(&robot, 800),
         trail: trail(),
         start: Some(pose(0.0, 0.0, 0.0)),
-        station: Some(pose(-7.5, 9.0, std::f64::consts::PI)),
-        destination: Some(Destination {
+        station: Some(Station { pose: pose(-7.5, 9.0, std::f64::consts::PI), label: "charging station".into() }),
+        destination: Some(Place {
             label: "destination".into(),
             corners: [(-13.2, 14.9), (-10.0, 14.7), (-10.2, 12.2), (-13.2, 12.4)]
                 .map(|(x, y)| Point::new(x, y))
                 .to_vec(),
         }),
+        places: vec![Place { label: "lobby".into(), corners: vec![Point::new(3.0, -2.0)] }],
         faults: vec![FaultMark { position: Point::new(-6.95, 4.2), label: "level set to 10 %".into() }],
         bodies: vec![
             Body { shape: BodyShape::Disc { center: Point::new(-6.6, -1.0), radius_m: 0.28 }, label: "person".into() },
@@ -237,7 +238,11 @@ pub(super) fn diagram(names: &[&str], active: usize, transitions: &[(usize, usiz
     Diagram {
         locations: names
             .iter()
-            .map(|name| Location { name: name.trim_end_matches('!').into(), error: name.ends_with('!') })
+            .map(|name| Location {
+                name: name.trim_end_matches('!').into(),
+                about: about(name).into(),
+                error: name.ends_with('!'),
+            })
             .collect(),
         initial: 0,
         active,
@@ -248,13 +253,23 @@ pub(super) fn diagram(names: &[&str], active: usize, transitions: &[(usize, usiz
     }
 }
 
+/// What a location means whose name does not say it.
+fn about(name: &str) -> &'static str {
+    match name {
+        "I" => "rests",
+        "C2" => "awaits the answer",
+        "T" => "checks the clock",
+        _ => "",
+    }
+}
+
 /// The safety monitor, violated.
 pub(super) fn phi1() -> Monitor {
     Monitor {
         name: "phi1".into(),
         description: "the level read is never below 20 %".into(),
         verdict: Verdict::Violated,
-        note: "at tick 67".into(),
+        note: "tick 67".into(),
         diagram: diagram(&["idle", "get", "failure!"], 2, &[(0, 1, "a level is read"), (1, 0, "≥ 20"), (1, 2, "< 20")]),
     }
 }
@@ -297,7 +312,7 @@ pub(super) fn empty_frame() -> Frame {
             estimate: Some(pose(0.0, 0.0, f64::INFINITY)),
             laser_hits: vec![Point::new(f64::NAN, 0.0)],
             trail: vec![Point::new(1e300, 0.0)],
-            destination: Some(Destination { label: "nowhere".into(), corners: Vec::new() }),
+            destination: Some(Place { label: "nowhere".into(), corners: Vec::new() }),
             ..Scene::new(Arc::new(MapPicture::new(&grid)), pose(f64::NAN, f64::NAN, f64::NAN), 0.3)
         },
         battery: Battery { level_pct: f64::NAN, ..Battery::default() },

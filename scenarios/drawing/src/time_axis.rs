@@ -11,8 +11,6 @@ const LONG_S: f64 = 60.0;
 /// How much of the axis a stretch that is drawn shorter takes, and all of them together.
 const SHORTENED_PART: f64 = 0.18;
 const ALL_SHORTENED_PART: f64 = 0.45;
-/// Up to here a time is told in seconds, from here on as on a clock: four minutes, in seconds.
-const CLOCK_FROM_S: f64 = 240.0;
 
 /// A time axis from the start of a run to its end. It runs to scale, but for the stretches that
 /// [`TimeAxis::around_changes`] draws shorter.
@@ -53,7 +51,7 @@ pub struct Stretch {
 pub struct Tick {
     /// Where it lies on the page, in pixels.
     pub x: f64,
-    /// What stands there: `0`, `40 s`, `20 min`.
+    /// What stands there: `0`, `40 s`.
     pub label: String,
 }
 
@@ -108,7 +106,6 @@ impl TimeAxis {
             (length + stretch.right - stretch.left, span_s + stretch.to_s - stretch.from_s)
         });
         let step_s = step_s(span_s, length, room);
-        let end_s = self.stretches.last().map_or(0.0, |stretch| stretch.to_s);
         let mut ticks: Vec<Tick> = Vec::new();
         for stretch in to_scale() {
             // Multiples of the step that lie on an end belong to the axis, whatever the last bit of the quotient says.
@@ -117,7 +114,7 @@ impl TimeAxis {
             for time_s in (first..=last).map(|number| number as f64 * step_s) {
                 let x = stretch.x(time_s);
                 if ticks.last().is_none_or(|before| x - before.x >= room - 1e-6) {
-                    ticks.push(Tick { x, label: label(time_s, step_s, end_s) });
+                    ticks.push(Tick { x, label: label(time_s) });
                 }
             }
         }
@@ -172,37 +169,20 @@ fn lay_out(stretches: &[(f64, f64, bool)], plot: Area) -> Vec<Stretch> {
     stretches.iter().map(stretch).collect()
 }
 
-/// A round distance between two ticks. Time is not decimal: beyond a minute the round steps are those of a clock.
+/// A round distance between two ticks, in seconds: 1, 2 or 5 of some power of ten.
 fn step_s(span_s: f64, length: f64, room: f64) -> f64 {
-    const STEPS_S: [f64; 16] = [
-        1.0, 2.0, 5.0, 10.0, 20.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1200.0, 1800.0, 3600.0, 7200.0, 14_400.0, 36_000.0,
-    ];
     let needed_s = span_s * room / length.max(1e-9);
-    STEPS_S.into_iter().find(|step_s| *step_s >= needed_s).unwrap_or(libm::ceil(needed_s / 36_000.0) * 36_000.0)
+    let mut power = 1.0;
+    while 5.0 * power < needed_s {
+        power *= 10.0;
+    }
+    let step = [1.0, 2.0, 5.0].into_iter().find(|step| step * power >= needed_s);
+    step.unwrap_or(5.0) * power
 }
 
-/// What stands at a time if labels are that far apart: whole minutes and hours where all of them are whole, so that
-/// nobody takes `20:00` for an evening.
-fn label(time_s: f64, step_s: f64, end_s: f64) -> String {
-    let (whole_s, step_s) = (time_s as u64, step_s as u64);
-    match step_s {
-        _ if whole_s == 0 => "0".to_owned(),
-        _ if step_s.is_multiple_of(3600) => format!("{} h", whole_s / 3600),
-        _ if step_s.is_multiple_of(60) => format!("{} min", whole_s / 60),
-        _ => clock(time_s, end_s),
-    }
-}
-
-/// A time in a run of that length, in whole seconds: `20 s`, or `24:40`, or `1:24:40`.
-#[must_use]
-pub fn clock(time_s: f64, end_s: f64) -> String {
-    let whole_s = time_s as u64;
-    let (hours, minutes, seconds) = (whole_s / 3600, whole_s / 60 % 60, whole_s % 60);
-    match end_s {
-        ..CLOCK_FROM_S => format!("{whole_s} s"),
-        ..3600.5 => format!("{}:{seconds:02}", whole_s / 60),
-        _ => format!("{hours}:{minutes:02}:{seconds:02}"),
-    }
+/// What stands at a time: seconds, as in scenario files, reports and on the terminal.
+fn label(time_s: f64) -> String {
+    if time_s < 0.5 { "0".to_owned() } else { format!("{time_s:.0} s") }
 }
 
 #[cfg(test)]
@@ -240,7 +220,7 @@ mod tests {
         assert!((x(&axis, 46) - x(&axis, 0)) / PLOT.width > 0.35, "{axis:?}");
         let ticks = axis.ticks(60.0);
         assert!(ticks.windows(2).all(|pair| pair[1].x - pair[0].x >= 60.0), "{ticks:?}");
-        assert!(ticks.iter().any(|tick| tick.label == "24:10"), "{ticks:?}");
+        assert!(ticks.iter().any(|tick| tick.label == "1450 s"), "{ticks:?}");
     }
 
     #[test]
@@ -270,11 +250,9 @@ mod tests {
     }
 
     #[test]
-    fn labels_are_as_short_as_the_step_lets_them_be() {
-        assert_eq!(labels(&axis(200, &[]), 180.0), ["0", "1 min", "2 min", "3 min"]);
-        assert_eq!(labels(&axis(230, &[]), 100.0)[4..6], ["120 s", "150 s"]);
-        assert_eq!(labels(&axis(300, &[]), 80.0)[3..5], ["1:30", "2:00"]);
-        assert_eq!(labels(&axis(4000, &[]), 200.0), ["0", "20 min", "40 min", "60 min"]);
-        assert_eq!(labels(&axis(30_000, &[]), 250.0), ["0", "4 h", "8 h"]);
+    fn labels_are_round_seconds() {
+        assert_eq!(labels(&axis(200, &[]), 180.0), ["0", "50 s", "100 s", "150 s", "200 s"]);
+        assert_eq!(labels(&axis(4000, &[]), 200.0), ["0", "1000 s", "2000 s", "3000 s", "4000 s"]);
+        assert_eq!(labels(&axis(30_000, &[]), 250.0), ["0", "10000 s", "20000 s", "30000 s"]);
     }
 }

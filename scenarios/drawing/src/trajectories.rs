@@ -1,5 +1,7 @@
 //! Where a robot was, and where it was believed to be: two trajectories on a map, and the error over time.
 
+use std::time::Duration;
+
 use maps::Point;
 
 use super::canvas::{Anchor, Canvas, Paint, TextStyle};
@@ -10,6 +12,7 @@ use super::panel;
 use super::path::Path;
 use super::text::Font;
 use super::theme;
+use super::time_axis::{Tick, TimeAxis};
 use super::view::View;
 
 /// Sides of the page, in pixels.
@@ -113,7 +116,8 @@ impl Trajectories<'_> {
         let title = "distance of localization from the corrected pose";
         canvas.centered_text((panel.x + 20.0, panel.y + 20.0), title, TextStyle::new(TEXT, theme::INK));
         let chart = Area::new(panel.x + 70.0, panel.y + 40.0, panel.width - 100.0, panel.height - 72.0);
-        let last_s = self.errors.last().map_or(1.0, |last| last.0).max(1e-3);
+        let last_s = self.errors.last().map_or(0.0, |last| last.0).max(0.0);
+        let axis = TimeAxis::to_scale(Duration::from_secs_f64(last_s), chart);
         let most_m = self.errors.iter().map(|error| error.1).fold(1.0, f64::max);
         let decades = libm::ceil(libm::log10(most_m / LEAST_M)).max(1.0);
         let height =
@@ -126,12 +130,13 @@ impl Trajectories<'_> {
             let label = format!("{error_m:.*} m", if error_m < 0.5 { (3 - decade).max(1) as usize } else { 0 });
             canvas.centered_text((chart.x - 10.0, y), &label, muted.anchored(Anchor::End));
         }
-        let spots =
-            self.errors.iter().map(|(time_s, error_m)| (chart.x + chart.width * time_s / last_s, height(*error_m)));
+        let x = |time_s: f64| axis.x(Duration::try_from_secs_f64(time_s).unwrap_or_default());
+        let spots = self.errors.iter().map(|(time_s, error_m)| (x(*time_s), height(*error_m)));
         canvas.path(&Path::through(thinned(spots, 1.0)), Paint::stroke(theme::BELIEF, 1.4));
-        let below = chart.bottom() + 16.0;
-        canvas.centered_text((chart.x, below), "0 s", muted);
-        canvas.centered_text((chart.right(), below), &format!("{last_s:.0} s"), muted.anchored(Anchor::End));
+        for Tick { x, label } in axis.ticks(90.0) {
+            canvas.line((x, chart.bottom()), (x, chart.bottom() + 4.0), Paint::stroke(theme::LINE, 1.0));
+            canvas.centered_text((x, chart.bottom() + 16.0), &label, muted.anchored(Anchor::Middle));
+        }
     }
 }
 

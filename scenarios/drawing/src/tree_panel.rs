@@ -10,15 +10,48 @@ use super::text::Font;
 use super::theme;
 use super::tree_layout::{Link, PlacedNode, TreeLayout, symbol_font};
 
+/// Height of the line that says what the signs mean, in pixels.
+pub(super) const SIGNS: f64 = 20.0;
+const SMALL: Font = Font::regular(13.0);
+
 const FONT: Font = Font::regular(14.0);
 
 /// Draws the tree's panel.
 pub(super) fn draw(canvas: &mut Canvas, area: Area, tree: &[TreeNode]) {
     let inner = panel::titled(canvas, area, "Behavior tree");
     legend(canvas, area);
-    let layout = TreeLayout::new(tree, inner.width, inner.height);
-    let (dx, dy) = (inner.x, inner.y + (inner.height - layout.height).max(0.0) / 2.0);
+    let room = Area { height: (inner.height - SIGNS).max(0.0), ..inner };
+    let layout = TreeLayout::new(tree, room.width, room.height);
+    let (dx, dy) = (room.x, room.y + (room.height - layout.height).max(0.0) / 2.0);
     draw_nodes(canvas, &layout, tree, (dx, dy));
+    draw_signs(canvas, (room.x, inner.bottom() - SIGNS / 2.0 + 4.0), tree, room.width);
+}
+
+/// The signs of inner nodes, with what they mean.
+pub const SYMBOLS: [(&str, &str); 10] = [
+    ("→", "sequence"),
+    ("→*", "sequence with memory"),
+    ("→**", "sequence with full memory"),
+    ("?", "fallback"),
+    ("?*", "fallback with memory"),
+    ("⇉", "parallel"),
+    ("¬", "inverter"),
+    ("+", "always success"),
+    ("−", "always failure"),
+    ("▸", "subtree"),
+];
+
+/// What the signs mean that are in a tree, in a line of at most that many pixels; empty if there are none.
+pub(super) fn signs(tree: &[TreeNode], room: f64) -> String {
+    let is_there = |sign: &str| tree.iter().any(|node| node.label == sign);
+    let known = SYMBOLS.iter().filter(|(sign, _)| is_there(sign));
+    let words: Vec<String> = known.map(|(sign, words)| format!("{sign} {words}")).collect();
+    SMALL.fit(&words.join("   "), room)
+}
+
+/// Writes what the signs of a tree mean.
+pub fn draw_signs(canvas: &mut Canvas, at: (f64, f64), tree: &[TreeNode], room: f64) {
+    canvas.centered_text(at, &signs(tree, room), TextStyle::new(SMALL, theme::MUTED));
 }
 
 /// Draws the nodes and their links, moved by that much.

@@ -8,10 +8,10 @@ pub fn decimals(number: f64, most: usize) -> String {
     format!("{:.most$}", Value::Real(number))
 }
 
-/// A length: `0.3 mm`, `14.8 m`.
+/// A length: `0.3 mm`, `14.76 m`.
 #[must_use]
 pub fn length(metres: f64) -> String {
-    if metres < 1.0 { format!("{:.1} mm", metres * 1000.0) } else { format!("{metres:.1} m") }
+    if metres < 0.1 { format!("{:.1} mm", metres * 1000.0) } else { format!("{metres:.2} m") }
 }
 
 #[cfg(test)]
@@ -23,6 +23,6 @@ mod tests {
         let said = [9.973_999_999_999, 10.0, -0.000_1, 100.0].map(|number| decimals(number, 3));
         assert_eq!(said, ["9.974", "10", "0", "100"]);
         assert_eq!(decimals(100.0, 0), "100");
-        assert_eq!([0.000_3, 0.5, 14.764_4].map(length), ["0.3 mm", "500.0 mm", "14.8 m"]);
+        assert_eq!([0.000_3, 0.5, 14.764_4].map(length), ["0.3 mm", "0.50 m", "14.76 m"]);
     }
 }

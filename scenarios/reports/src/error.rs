@@ -13,7 +13,7 @@ pub enum Error {
     #[error(transparent)]
     File(#[from] diagnostics::Error),
     /// A picture could not be made.
-    #[error("cannot draw: {0}")]
+    #[error("cannot draw a picture of the run")]
     Draw(#[from] drawing::Error),
     /// The recording is not one that can be shown.
     #[error(transparent)]

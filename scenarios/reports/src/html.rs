@@ -44,6 +44,9 @@ pub use markup::{row, section, table, text};
 /// The name of the page's file.
 pub const FILE: &str = "report.html";
 
+/// A page is to be one that a phone opens at once: pictures beyond this size are linked, not shown.
+const MOST_BYTES: usize = 780_000;
+
 const STYLE: &str = include_str!("html/style.css");
 
 /// Writes the page of a run in its last step beside the report's snapshots.
@@ -62,17 +65,19 @@ pub fn write(folder: &Staging, view: &RunView, timeline: &Timeline, report: &Rep
 #[must_use]
 pub fn page(view: &RunView, timeline: &Timeline, report: &Report, pictures: &[Picture]) -> String {
     let title = format!("{} · seed {} · {}", report.scenario, report.seed, in_a_word(report));
-    let main = html! {
+    let before = html! {
         (head(view, report))
         (verdicts::section(view, timeline, report))
         (way(view, timeline, report))
         (course(view, timeline))
         (violations::section(view, timeline))
-        (pictures::section(pictures))
+    };
+    let after = html! {
         (settings::section(view))
         (settings::reproduction(view, report))
     };
-    document(&title, &main)
+    let room = MOST_BYTES.saturating_sub(before.0.len() + after.0.len() + STYLE.len());
+    document(&title, &html! { (before) (pictures::section(pictures, room)) (after) })
 }
 
 /// A page with that title: self-contained, with the colours and the style of all pages.
@@ -139,8 +144,11 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
             figure {
                 (figure(label, |layout| map::draw(&scene, &activities, view, timeline, layout)))
                 figcaption {
-                    "The way is coloured by what the behavior tree was doing; the numbers are those of the table and \
-                     of the timeline."
+                    "The robot’s way, coloured by the leaf of the behavior tree that was running; the numbers are those of the \
+                     table and of the timeline."
+                    @if !view.faults().is_empty() { " Red with !: where the robot was when a fault took hold." }
+                    @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
+                    @if !view.scene().bodies.is_empty() { " Violet: what is on no map, where it was in the end." }
                 }
             }
             div {
@@ -161,10 +169,7 @@ fn course(view: &RunView, timeline: &Timeline) -> Markup {
     let content = html! {
         figure.panel {
             (figure(label, |layout| chart::draw(view, timeline, layout)))
-            figcaption {
-                "Green: success; red: failure; orange: running; a thin line: not ticked. The time axis is drawn \
-                 shorter where, on a grey ground, nothing changes but the battery."
-            }
+            figcaption { (chart::caption(view, timeline)) }
         }
     };
     section("timeline", "What happened when", content)

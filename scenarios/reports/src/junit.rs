@@ -1,6 +1,6 @@
 //! The results of runs as JUnit XML, for continuous integration.
 //!
-//! There is a suite for each run, and in it a test case for each property and one for each expectation. A property that the scenario expects something
+//! Each run is a suite with one test case per property and expectation. A property that the scenario expects something
 //! of passes if that is what came of it; any other one fails if it is violated, and counts as skipped if it was left
 //! open. So all cases pass exactly when the run was as expected and nothing else was violated. No times are in it: the same
 //! run gives the same bytes.
@@ -137,7 +137,9 @@ fn of_property(monitor: &MonitorReport, expected: &Expected) -> Case {
         (Some(expected), found) if expected == found => CaseResult::Passed,
         (Some(expected), found) => failed(format!("{} was expected to be {expected} and is {found}", monitor.name)),
         (None, Outcome::Violated) => failed(format!("{} is violated", monitor.name)),
-        (None, Outcome::Inconclusive) => CaseResult::Skipped("something was still owed when the run ended".to_owned()),
+        (None, Outcome::Inconclusive) => {
+            CaseResult::Skipped("something was still pending when the run ended".to_owned())
+        }
         (None, Outcome::Satisfied) => CaseResult::Passed,
     };
     Case { group: "properties", name: monitor.name.clone(), result }

@@ -3,13 +3,16 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::Verdict;
+use channels::{ChannelId, Relation, Shape, Topology, Verdict};
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
+use monitors::{EventAtom, Formula, MessageCondition};
 use recording::{BodyShape, FaultCourse, Graph, Header, MonitorState, MonitorView, Node, RunView};
 
 /// The trail has a point this often, in metres.
 const TRAIL_STEP_M: f64 = 0.10;
+/// The component that tells the battery's level.
+const BATTERY: &str = "BatteryReader";
 /// The battery's course has a point this often.
 const BATTERY_PERIOD: Duration = Duration::from_secs(1);
 
@@ -82,8 +85,9 @@ impl Camera {
             particles: seen.particles.clone(),
             trail,
             start: Some(header.start),
-            station: header.station,
-            destination: destination_of(header),
+            station: station(header),
+            destination: header.places.iter().find(|place| is_destination(place, header)).map(place),
+            places: other_places(header),
             faults: view.fault_courses().iter().flat_map(fault_marks).collect(),
             bodies: seen.bodies.iter().map(body).collect(),
         }
@@ -97,28 +101,152 @@ impl Camera {
             history,
             level_pct: robot.charge_pct,
             charging: robot.charging,
-            thresholds: thresholds(),
-            faults: view.fault_courses().iter().map(|course| (course.first().time, "fault".to_owned())).collect(),
+            thresholds: thresholds(view.header()),
+            faults: view.faults().iter().map(|record| (record.time, "fault".to_owned())).collect(),
         }
     }
 }
 
-/// The battery levels that mean something.
-pub fn thresholds() -> Vec<drawing::Threshold> {
-    let threshold =
-        |level_pct, label: &str, critical| drawing::Threshold { level_pct, label: label.to_owned(), critical };
-    vec![threshold(30.0, "recharge", false), threshold(20.0, "unsafe", true)]
+/// The battery levels that the properties speak of, each with the names of those that do: what they compare the level that
+/// a skill reads with. A level that a property requires is critical, one that it takes for a condition is not.
+pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
+    let mut thresholds: Vec<drawing::Threshold> = Vec::new();
+    for monitor in header.monitors.iter() {
+        let mut levels = Levels { topology: &header.topology, found: Vec::new() };
+        monitor.formula.iter().for_each(|formula| levels.of_formula(formula, Role { holds: true, alone: true }));
+        for (level_pct, critical) in levels.found {
+            match thresholds.iter_mut().find(|known| known.level_pct == level_pct) {
+                Some(known) => {
+                    known.critical |= critical;
+                    if !known.label.split(", ").any(|name| name == monitor.name) {
+                        known.label += &format!(", {}", monitor.name);
+                    }
+                }
+                None => thresholds.push(drawing::Threshold { level_pct, label: monitor.name.clone(), critical }),
+            }
+        }
+    }
+    thresholds
 }
 
-fn destination_of(header: &Header) -> Option<drawing::Destination> {
-    let name = header.destination.as_ref()?;
-    let place = header.places.iter().find(|place| place.name == *name)?;
-    Some(drawing::Destination { label: "destination".to_owned(), corners: place.corners.clone() })
+/// The battery levels in formulas, each with whether a level below it violates the property by itself.
+struct Levels<'a> {
+    topology: &'a Topology,
+    found: Vec<(f64, bool)>,
+}
+
+/// How a part of a formula counts for the whole.
+#[derive(Clone, Copy)]
+struct Role {
+    /// Whether it has to hold; else its negation has to.
+    holds: bool,
+    /// Whether nothing else makes up for it: it is no condition of something else.
+    alone: bool,
+}
+
+impl Role {
+    fn negated(self) -> Self {
+        Self { holds: !self.holds, ..self }
+    }
+
+    fn among_others(self) -> Self {
+        Self { alone: false, ..self }
+    }
+}
+
+impl Levels<'_> {
+    fn of_formula(&mut self, formula: &Formula, role: Role) {
+        match formula {
+            Formula::True | Formula::False => {}
+            Formula::Event(event) => self.of_event(event, role),
+            Formula::TimeUntil { event, .. } => self.of_event(event, role.among_others()),
+            Formula::Not(part) => self.of_formula(part, role.negated()),
+            Formula::Next(part) | Formula::Always(part) => self.of_formula(part, role),
+            Formula::Eventually(part) => self.of_formula(part, role.among_others()),
+            Formula::And(parts) => parts.iter().for_each(|part| self.of_formula(part, role)),
+            Formula::Or(parts) => parts.iter().for_each(|part| self.of_formula(part, role.among_others())),
+            Formula::Implies(a, b) => {
+                self.of_formula(a, role.among_others());
+                self.of_formula(b, role);
+            }
+            Formula::Until(a, b) => [a, b].into_iter().for_each(|part| self.of_formula(part, role.among_others())),
+        }
+    }
+
+    fn of_event(&mut self, event: &EventAtom, role: Role) {
+        let (from, _) = self.topology.ends(event.channel);
+        if from == BATTERY {
+            self.of_condition(&event.condition, event.channel, role);
+        }
+    }
+
+    fn of_condition(&mut self, condition: &MessageCondition, channel: ChannelId, role: Role) {
+        match condition {
+            MessageCondition::True | MessageCondition::False => {}
+            MessageCondition::Compare { field, relation, value } => {
+                let least = matches!(relation, Relation::GreaterOrEqual | Relation::Greater);
+                let most = matches!(relation, Relation::LessOrEqual | Relation::Less);
+                if let Some(level_pct) = value.as_number().filter(|_| (least || most) && self.is_level(channel, *field))
+                {
+                    self.found.push((level_pct, role.alone && least == role.holds));
+                }
+            }
+            MessageCondition::Not(part) => self.of_condition(part, channel, role.negated()),
+            MessageCondition::And(parts) => parts.iter().for_each(|part| self.of_condition(part, channel, role)),
+            MessageCondition::Or(parts) => {
+                parts.iter().for_each(|part| self.of_condition(part, channel, role.among_others()));
+            }
+            MessageCondition::Implies(a, b) => {
+                self.of_condition(a, channel, role.among_others());
+                self.of_condition(b, channel, role);
+            }
+        }
+    }
+
+    /// Whether a field of a channel's messages, counted from 1, is the battery's level.
+    fn is_level(&self, channel: ChannelId, field: usize) -> bool {
+        let named = |shape: &Shape| {
+            field.checked_sub(1).and_then(|field| shape.fields().get(field)).is_some_and(|(name, _)| name == "level")
+        };
+        self.topology.get(channel).domain.shapes().iter().any(named)
+    }
+}
+
+fn place(place: &recording::Place) -> drawing::Place {
+    drawing::Place { label: place.name.clone(), corners: place.corners.clone() }
+}
+
+fn is_destination(place: &recording::Place, header: &Header) -> bool {
+    header.destination.as_ref() == Some(&place.name)
+}
+
+/// Whether a place is that point.
+fn is_at(place: &recording::Place, pose: &maps::Pose) -> bool {
+    let point = Point::from(pose.translation.vector);
+    matches!(place.corners[..], [corner] if (corner - point).norm() < 0.05)
+}
+
+/// The charging station, by the name of the place where it stands.
+fn station(header: &Header) -> Option<drawing::Station> {
+    let pose = header.station?;
+    let named = header.places.iter().find(|place| is_at(place, &pose));
+    let label = named.map_or_else(|| "charging station".to_owned(), |place| place.name.clone());
+    Some(drawing::Station { pose, label })
+}
+
+/// The places that are neither start nor station nor destination.
+fn other_places(header: &Header) -> Vec<drawing::Place> {
+    let is_marked = |known: &recording::Place| {
+        is_destination(known, header)
+            || is_at(known, &header.start)
+            || header.station.is_some_and(|station| is_at(known, &station))
+    };
+    header.places.iter().filter(|known| !is_marked(known)).map(place).collect()
 }
 
 /// A mark for each time that a fault took hold; the first says what it did.
 fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
-    let label = |index| if index == 0 { course.words() } else { String::new() };
+    let label = |index| if index == 0 { course.fault.words.clone() } else { String::new() };
     let records = course.records.iter().enumerate();
     records.map(|(index, record)| drawing::FaultMark { position: record.position, label: label(index) }).collect()
 }
@@ -160,7 +288,7 @@ fn monitor(monitor: MonitorView<'_>, over: bool) -> drawing::Monitor {
         name: monitor.name().to_owned(),
         description: monitor.about.summary.clone(),
         verdict: verdict(monitor.state, over),
-        note: monitor.decision.map_or_else(String::new, |decision| format!("at tick {}", decision.event.tick)),
+        note: monitor.decision.map_or_else(String::new, |decision| format!("tick {}", decision.event.tick)),
         diagram: match (&monitor.about.graph, monitor.state.active) {
             (Some(graph), Some(active)) => diagram(graph, active),
             _ => drawing::Diagram::default(),
@@ -183,7 +311,11 @@ fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
     let transitions = graph.transitions.iter();
     drawing::Diagram {
         locations: locations
-            .map(|location| drawing::Location { name: location.name.clone(), error: location.is_failure })
+            .map(|location| drawing::Location {
+                name: location.name.clone(),
+                about: monitors::location_meaning(&location.name).unwrap_or_default().to_owned(),
+                error: location.is_failure,
+            })
             .collect(),
         initial: graph.initial,
         active,
@@ -194,5 +326,55 @@ fn diagram(graph: &Graph, active: usize) -> drawing::Diagram {
                 label: transition.label.clone(),
             })
             .collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use scenarios::live::Live;
+    use scenarios::scenario::{Scenario, find};
+
+    use super::*;
+
+    /// A scenario's header, with that property file and what else it changes.
+    fn header(overrides: &[&str]) -> Header {
+        let overrides: Vec<String> = overrides.iter().map(|text| (*text).to_owned()).collect();
+        let scenario = Scenario::load(&find::find("battery_fault").unwrap(), &overrides).unwrap();
+        Live::new(Arc::new(scenario), 1, true).unwrap().header()
+    }
+
+    #[test]
+    fn levels_are_those_of_the_properties() {
+        let levels = |header: &Header| -> Vec<(f64, String, bool)> {
+            thresholds(header).into_iter().map(|known| (known.level_pct, known.label, known.critical)).collect()
+        };
+        let shipped = [(20.0, "phi1".to_owned(), true), (30.0, "phi2, phi3".to_owned(), false)];
+        assert_eq!(levels(&header(&[])), shipped);
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("own.scope");
+        let text = "property own := always not (BatteryReader, BatteryLevel, m[1] = <ok> and m[2] < 60)\n\
+                    property other := always ((Navigation, GoToDestination, m[2] = <running>) implies true)\n";
+        std::fs::write(&file, text).unwrap();
+        let own = format!("properties=[\"{}\"]", file.display());
+        assert_eq!(levels(&header(&[&own])), [(60.0, "own".to_owned(), true)]);
+        assert_eq!(levels(&header(&["properties=[]"])), []);
+    }
+
+    #[test]
+    fn places_have_their_own_names() {
+        let camera = |header: &Header| {
+            let names = other_places(header).into_iter().map(|place| place.label).collect::<Vec<_>>();
+            (station(header).map(|station| station.label), names)
+        };
+        let station = Some("RechargingStation".to_owned());
+        assert_eq!(camera(&header(&[])), (station.clone(), vec![]));
+        assert_eq!(camera(&header(&["sites.destination=\"start\""])), (station, vec!["Destination".to_owned()]));
+    }
+
+    #[test]
+    fn every_sign_of_a_tree_is_explained() {
+        for symbol in bt::Kind::BUILTIN.into_iter().filter_map(bt::Kind::symbol) {
+            assert!(drawing::SYMBOLS.iter().any(|(known, _)| *known == symbol), "{symbol}");
+        }
     }
 }

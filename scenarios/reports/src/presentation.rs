@@ -260,5 +260,5 @@ fn failed(path: &Path, error: drawing::Error) -> Error {
 fn verdict_occasion(monitor: MonitorView<'_>, decision: &Decision) -> (String, String) {
     let (name, outcome, tick) = (monitor.name(), monitor.outcome(), decision.event.tick);
     let summary = &monitor.about.summary;
-    (format!("{name}-{outcome}"), format!("At tick {tick}, {name} is {outcome}. It asks: {summary}"))
+    (format!("{name}-{outcome}"), format!("At tick {tick}, {name} is {outcome}: {summary}"))
 }

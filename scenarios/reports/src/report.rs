@@ -93,9 +93,9 @@ pub struct MonitorReport {
     pub time_s: Option<f64>,
     /// Why the property was violated: the communication at which it was, and the messages that led to it.
     pub witness: Option<serde_json::Value>,
-    /// What was still owed when the run ended, in words.
+    /// What was still pending when the run ended, in words.
     pub open: Vec<String>,
-    /// The clauses whose antecedent never held, so that they said nothing about this run.
+    /// The clauses that were vacuously satisfied: their condition never occurred.
     pub vacuous: Vec<String>,
     /// What went wrong in the scripts of a monitor that is a machine, each thing once.
     pub errors: Vec<String>,

@@ -126,9 +126,9 @@ fn monitors(view: &RunView) -> Vec<MonitorReport> {
     view.monitors().map(report).collect()
 }
 
-/// That a clause said nothing about the run, in words.
+/// That a clause was vacuously satisfied, in words.
 fn vacuous(clause: &Vacuity) -> String {
-    format!("said nothing: {} never held", clause.antecedent)
+    format!("vacuously satisfied: {} never occurred", clause.antecedent)
 }
 
 fn words<T: ToString>(items: &[T]) -> Vec<String> {

@@ -38,7 +38,7 @@ fn page(matrix: &Matrix) -> String {
         }
         section #matrix { (rows(matrix)) }
         (section("unnoticed", "What no property notices", unnoticed(matrix)))
-        (section("fault-free", "With nothing wrong", fault_free(matrix)))
+        (section("fault-free", "Without a fault", fault_free(matrix)))
     };
     document("Faults and properties", &main)
 }
@@ -46,12 +46,19 @@ fn page(matrix: &Matrix) -> String {
 fn rows(matrix: &Matrix) -> Markup {
     let columns = ["fault", "from"].into_iter().chain(matrix.properties.iter().map(String::as_str)).chain(["robot"]);
     let lines = html! { @for row in &matrix.rows { (line(row, &matrix.properties)) } };
+    let has = |wanted: fn(&Notice) -> bool| matrix.rows.iter().flat_map(|row| row.notices.iter().flatten()).any(wanted);
     html! {
         div.panel {
             (table("matrix", columns, &lines))
             p.quiet {
-                "+n: violated n ticks after the fault took hold. Every row is a scenario: "
-                code { "steward --scenario NAME" } " runs it and writes its report."
+                "+n: the property was violated n ticks after the fault took hold; –: it was satisfied"
+                @if has(|notice| notice.verdict == Outcome::Inconclusive) {
+                    "; ?: it was inconclusive at the end of the run"
+                }
+                @if has(|notice| notice.verdict == Outcome::Violated && notice.ticks_after_onset.is_none()) {
+                    "; early: it was violated before the fault took hold"
+                }
+                ". Every row is a scenario: " code { "steward --scenario NAME" } " runs it and writes its report."
             }
         }
     }
@@ -103,7 +110,7 @@ fn fault_free(matrix: &Matrix) -> Markup {
             @if alarms.is_empty() {
                 p {
                     "No false alarm in " (matrix.fault_free.runs) " runs of " code { (matrix.fault_free.scenario) }
-                    " with nothing wrong."
+                    ", which has no fault."
                 }
             } @else {
                 p.note.bad { (alarms.len()) " false alarms" }

@@ -1,4 +1,4 @@
-//! The section that holds the results against the campaign's model.
+//! The section that checks the results against the campaign's model.
 
 use drawing::scale::short;
 use maud::{Markup, html};
@@ -41,14 +41,13 @@ impl Page<'_> {
         let share = |count: u64| percent(count as f64 / all as f64);
         html! {
             p {
-                "The model is right in " (share(held + happened)) " of the " (all) " runs. In " (surprise) " runs “"
-                (event) "” comes where the model does not expect it, in " (spared)
-                " it stays away where the model does."
+                "The model is right in " (share(held + happened)) " of the " (all) " runs. In " (surprise) " runs it does not \
+                 expect “" (event) "” and yet it happens; in " (spared) " runs it expects it and it does not happen."
             }
             @if let (Some((frontier, wrong)), Some(least), Some(greatest)) =
                 (model.frontier, model.least_happened, model.greatest_not) {
                 p {
-                    "The simulated robot’s frontier is at " strong { (short(frontier)) } ", the bound that leaves the \
+                    "The frontier of the simulated robot is at " strong { (short(frontier)) } ", the bound that leaves the \
                      fewest runs on its wrong side: " (wrong) " (" (share(wrong)) "). The least quantity with “"
                     (event) "” is " (short(least)) ", the greatest without is " (short(greatest)) "."
                 }

@@ -86,7 +86,7 @@ impl Selection {
                         .then(|| probability(survey, record, target, happened))?
                 };
                 self.add(odds, move |score| {
-                    format!("{what} against the odds: so were {} % of the runs around it", short(100.0 * score))
+                    format!("{what}, as only {} % of the runs with similar parameters were", short(100.0 * score))
                 });
             }
         }

@@ -7,12 +7,14 @@ mod sheet;
 
 use std::time::Duration;
 
-use drawing::Area;
 use drawing::canvas::Canvas;
 use drawing::time_axis::TimeAxis;
+use drawing::{Area, Threshold};
+use maud::{Markup, html};
 use recording::RunView;
 
 use super::figure::{Drawing, Layout};
+use crate::pictures;
 use crate::timeline::Timeline;
 
 use happenings::Happening;
@@ -24,15 +26,42 @@ pub(super) fn draw(view: &RunView, timeline: &Timeline, layout: Layout) -> Drawi
     let sizes = Sizes::of(layout);
     let happenings = happenings::of(view, timeline);
     let groups = lanes::groups(timeline);
-    let plot = Area::new(sizes.left, 0.0, sizes.width - sizes.left - 14.0, 0.0);
-    let axis = TimeAxis::around_changes(timeline.end(), changes(timeline, &happenings), plot);
-    let mut chart = Chart { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0 };
-    chart.draw(timeline, &happenings, &groups);
+    let mut chart = Chart::new(timeline, &happenings, sizes);
+    chart.draw(timeline, &happenings, &groups, &pictures::thresholds(view.header()));
     let height = chart.y;
     let mut canvas = Canvas::for_browsers();
     chart.grid(&mut canvas, height);
     canvas.append(chart.canvas);
     Drawing { canvas, width: sizes.width, height }
+}
+
+/// What the colours and signs of the timeline mean: those that are in it.
+pub(super) fn caption(view: &RunView, timeline: &Timeline) -> Markup {
+    let happenings = happenings::of(view, timeline);
+    let groups = lanes::groups(timeline);
+    let charts = [Layout::Wide, Layout::Narrow].map(|layout| Chart::new(timeline, &happenings, Sizes::of(layout)));
+    let meanings = lanes::meanings(timeline);
+    html! {
+        (lanes::colors(&groups, &charts))
+        @if charts.iter().any(|chart| chart.is_crowded(&groups)) {
+            " Dark grey: changes that follow each other too fast to be drawn one by one."
+        }
+        @if happenings.iter().any(Happening::has_held) { " Light red columns: a fault in effect." }
+        @if !pictures::thresholds(view.header()).is_empty() {
+            " Dashed lines in the battery’s chart: levels that the properties named there compare the level with."
+        }
+        @if charts[0].axis.shortened().next().is_some() {
+            " The time axis is shortened on the grey ground, where nothing changes but the battery."
+        }
+        @if !meanings.is_empty() {
+            " States of the monitors: "
+            @for (number, (state, meaning)) in meanings.iter().enumerate() {
+                @if number > 0 { "; " }
+                strong { (state) } " " (meaning)
+            }
+            "."
+        }
+    }
 }
 
 /// When something changes besides the battery's level.
@@ -55,12 +84,18 @@ fn changes(timeline: &Timeline, happenings: &[Happening]) -> Vec<Duration> {
 }
 
 impl Chart {
-    fn draw(&mut self, timeline: &Timeline, happenings: &[Happening], groups: &[Group]) {
+    fn new(timeline: &Timeline, happenings: &[Happening], sizes: Sizes) -> Self {
+        let plot = Area::new(sizes.left, 0.0, sizes.width - sizes.left - 14.0, 0.0);
+        let axis = TimeAxis::around_changes(timeline.end(), changes(timeline, happenings), plot);
+        Self { canvas: Canvas::for_browsers(), axis, sizes, plot, y: 4.0 }
+    }
+
+    fn draw(&mut self, timeline: &Timeline, happenings: &[Happening], groups: &[Group], thresholds: &[Threshold]) {
         self.axis_labels();
         self.shortened_labels();
         let top = self.y;
         self.happenings(happenings);
-        self.battery(timeline);
+        self.battery(timeline, thresholds);
         for group in groups {
             self.group(group);
         }

@@ -3,7 +3,6 @@
 use std::time::Duration;
 
 use maud::{Markup, html};
-use recording::length;
 
 use super::activities::Activity;
 use super::markup::{breakable, row, table, text};
@@ -28,12 +27,15 @@ pub(super) fn numbers(report: &Report) -> Markup {
         ("simulated time", time(report.sim_time_s)),
         ("ticks", overruns(report)),
         ("messages received", report.steps.to_string()),
-        ("battery: start, least, end", [battery.initial, battery.minimum, battery.r#final].map(percent).join(", ")),
+        (
+            "battery at the start, lowest, at the end",
+            [battery.initial, battery.minimum, battery.r#final].map(percent).join(", "),
+        ),
         ("driven", format!("{} m", words::decimals(robot.distance_m, 1))),
         ("collisions", robot.collisions.to_string()),
         (
-            "localization's error",
-            format!("{} (rms), {} at most", length(localization.rmse_m), length(localization.max_m)),
+            "localization error",
+            format!("{} (rmse), {} at worst", words::length(localization.rmse_m), words::length(localization.max_m)),
         ),
         ("ended because", report.ended_because.clone()),
     ];
@@ -96,7 +98,6 @@ pub(super) fn skill_errors(report: &Report) -> Markup {
 
 /// What the tree was doing, stage by stage.
 pub(super) fn stages(activities: &[Activity]) -> Markup {
-    let end_s = activities.last().map_or(0.0, |last| last.stage.to.as_secs_f64());
     let line = |activity: &Activity| {
         let stage = &activity.stage;
         let ground = format!("background:{}", super::colors::variable(activity.color));
@@ -108,7 +109,7 @@ pub(super) fn stages(activities: &[Activity]) -> Markup {
         };
         let distance = stage.distance_m();
         let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };
-        let from = drawing::time_axis::clock(stage.from.as_secs_f64(), end_s);
+        let from = words::roughly(stage.from.as_secs_f64());
         row(badge, [from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
     };
     let mut lines: Vec<Markup> = activities.iter().map(line).collect();

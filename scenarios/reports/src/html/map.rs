@@ -7,7 +7,7 @@ use drawing::map_panel::{self, MapDrawing};
 use drawing::path::Path;
 use drawing::text::Font;
 use drawing::view::View;
-use drawing::{Area, Scene, Spot, theme};
+use drawing::{Area, FaultMark, Scene, Spot, theme};
 use maps::Point;
 use recording::RunView;
 
@@ -24,9 +24,8 @@ pub(super) fn scene(run: &RunView) -> Scene {
     /// More faults than these are marked without words: the list beside the map has them.
     const MOST_WORDS: usize = 4;
     let mut scene = Camera::new(run).frame(run, "").scene;
-    if scene.faults.iter().filter(|fault| !fault.label.is_empty()).count() > MOST_WORDS {
-        scene.faults.iter_mut().for_each(|fault| fault.label.clear());
-    }
+    let has_words = |fault: &&mut FaultMark| !fault.label.is_empty();
+    scene.faults.iter_mut().filter(has_words).skip(MOST_WORDS).for_each(|fault| fault.label.clear());
     scene.laser_hits.clear();
     scene.particles.clear();
     scene.path.clear();
@@ -54,9 +53,7 @@ pub(super) fn draw(
         scene.map.draw(canvas, &view);
         let font = Font::regular(layout.pick(13.5, 10.5));
         let mut drawing = MapDrawing::new(canvas, view, scene, font);
-        if let Some(destination) = &scene.destination {
-            drawing.destination(destination);
-        }
+        drawing.areas();
         way(&mut drawing, &view, activities);
         drawing.bodies();
         drawing.places();
@@ -92,10 +89,8 @@ fn violations(drawing: &mut MapDrawing<'_>, view: &View, run: &RunView, timeline
     for episode in timeline.episodes() {
         let position = timeline.trail().position(episode.decided.time);
         let Some(spot) = position.and_then(|position| view.spot(position)) else { continue };
-        drawing.canvas.circle(spot, 8.0, Paint::fill(theme::BAD).outlined(theme::PAPER, 1.6));
-        Icon::Cross.draw(drawing.canvas, spot, 11.0, theme::PAPER);
         let name = run.monitor(episode.property).name();
-        drawing.label(spot, 13.0, &format!("{name} violated"), theme::BAD);
+        drawing.badge(spot, Icon::Cross, &format!("{name} violated"));
     }
 }
 
@@ -107,7 +102,7 @@ fn numbers(drawing: &mut MapDrawing<'_>, view: &View, activities: &[Activity], l
         let begin = activity.stage.points.first().and_then(|(_, point)| view.spot(*point));
         let (Some(number), Some(spot)) = (activity.number, begin) else { continue };
         let site = Site { symbol: Area::around(spot, 12.0, 12.0), roomy: false };
-        let area = drawing.placer.place(&site, (Font::regular(2.0 * radius / 1.2), 2.0 * radius), |_| 0.0);
+        let area = drawing.placer.place(&site, (2.0 * radius, 2.0 * radius), |_| 0.0);
         let center: Spot = area.center();
         drawing.canvas.line(spot, center, Paint::stroke(activity.color, 1.4));
         drawing.canvas.circle(center, radius, Paint::fill(activity.color).outlined(theme::PAPER, 1.4));

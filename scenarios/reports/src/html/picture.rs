@@ -6,13 +6,10 @@ use drawing::text::Font;
 use drawing::view::View;
 use drawing::{
     Area, Diagram, DiagramLayout, ExecutionContext, Scene, TreeLayout, TreeNode, draw_diagram, draw_execution_context,
-    draw_nodes, theme,
+    draw_meanings, draw_nodes, draw_signs, theme,
 };
 
 use super::figure::{Drawing, Layout, NARROW};
-
-/// A fault has its words in a scene if it is the only one and they are no longer than this, so that they are not cut.
-const MOST_LETTERS: usize = 28;
 
 /// A width that two drawings have beside each other, in pixels.
 pub const HALF: f64 = 500.0;
@@ -20,13 +17,8 @@ const MARGIN: f64 = 8.0;
 
 /// The map with everything on it. `name` tells it from the page's other drawings.
 pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
-    let mut scene = scene.clone();
-    let alone = scene.faults.len() == 1;
-    for fault in scene.faults.iter_mut().filter(|fault| !alone || fault.label.chars().count() > MOST_LETTERS) {
-        fault.label.clear();
-    }
     let width = layout.pick(HALF, NARROW);
-    let bounds = map_panel::bounds(&scene);
+    let bounds = map_panel::bounds(scene);
     let extent = bounds.high - bounds.low;
     let height = (width * extent.y / extent.x.max(1e-3)).clamp(width * 0.4, width * 1.3);
     let area = Area::new(0.0, 0.0, width, height);
@@ -35,7 +27,7 @@ pub fn scene(scene: &Scene, name: &str, layout: Layout) -> Drawing {
     canvas.rounded(area, 8.0, Paint::fill(theme::UNKNOWN));
     canvas.clipped(&format!("{name}-{}", layout.pick("wide", "narrow")), area, |canvas| {
         scene.map.draw(canvas, &view);
-        MapDrawing::new(canvas, view, &scene, Font::regular(layout.pick(12.0, 10.5))).draw();
+        MapDrawing::new(canvas, view, scene, Font::regular(layout.pick(12.0, 10.5))).draw();
     });
     Drawing { canvas, width, height }
 }
@@ -51,7 +43,8 @@ pub fn machine(diagram: &Diagram, layout: Layout) -> Drawing {
     let mut canvas = Canvas::for_browsers();
     let area = Area::new(MARGIN, MARGIN, width - 2.0 * MARGIN, placed.height);
     draw_diagram(&mut canvas, area, &placed, diagram);
-    Drawing { canvas, width, height: placed.height + 2.0 * MARGIN }
+    let meanings = draw_meanings(&mut canvas, Area { y: area.bottom() + MARGIN, ..area }, &[diagram]);
+    Drawing { canvas, width, height: placed.height + meanings + 2.0 * MARGIN }
 }
 
 /// The processes of a system with their channels.
@@ -70,5 +63,8 @@ pub fn tree(tree: &[TreeNode], layout: Layout) -> Drawing {
     let placed = TreeLayout::new(tree, width - 2.0 * MARGIN, pleasant);
     let mut canvas = Canvas::for_browsers();
     draw_nodes(&mut canvas, &placed, tree, (MARGIN, MARGIN));
-    Drawing { canvas, width: placed.width.min(width) + 2.0 * MARGIN, height: placed.height + 2.0 * MARGIN }
+    let below = placed.height + 3.0 * MARGIN;
+    let width = placed.width.min(width);
+    draw_signs(&mut canvas, (MARGIN, below), tree, width);
+    Drawing { canvas, width: width + 2.0 * MARGIN, height: below + 2.0 * MARGIN }
 }

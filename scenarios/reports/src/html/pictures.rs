@@ -9,9 +9,6 @@ use maud::{Markup, html};
 use super::{markup, words};
 use crate::report::SnapshotReport;
 
-/// Pictures beyond this many bytes are named, not shown: the page has to stay one that a phone can open.
-const MOST_BYTES: usize = 8 << 20;
-
 /// A snapshot with its PNG file.
 #[derive(Clone, Debug)]
 pub struct Picture {
@@ -21,33 +18,45 @@ pub struct Picture {
     pub png: Vec<u8>,
 }
 
-/// The section of the pictures; empty if there are none.
-pub(super) fn section(pictures: &[Picture]) -> Markup {
+/// The section of the pictures, shown as far as they fit into that many bytes and all linked to their files; empty if there
+/// are none.
+pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
     let mut bytes = 0;
     let fits = |picture: &&Picture| {
-        bytes += picture.png.len();
-        bytes <= MOST_BYTES
+        // Four characters for three bytes, and the caption.
+        bytes += picture.png.len().div_ceil(3) * 4 + 600;
+        bytes <= room
     };
     let (shown, hidden) = pictures.split_at(pictures.iter().take_while(fits).count());
     let figure = |Picture { snapshot, png }: &Picture| {
-        let caption = format!("{} · {}", words::time(Duration::from_secs_f64(snapshot.time_s)), snapshot.why);
+        let caption = caption(snapshot);
         let source = format!("data:image/png;base64,{}", BASE64.encode(png));
         html! {
             figure {
-                img src=(source) width="1600" height="900" alt=(caption) decoding="sync";
+                a href=(snapshot.file) {
+                    img src=(source) width="1600" height="900" alt=(caption) decoding="sync";
+                }
                 figcaption { (caption) }
             }
         }
     };
     let content = html! {
         @if !pictures.is_empty() {
-            div.pictures {
-                @for picture in shown { (figure(picture)) }
-                @if !hidden.is_empty() {
-                    p.quiet { (words::count(hidden.len(), "picture")) " more lie beside this page." }
+            p.quiet { "Each picture links to its file beside this page, for looking at it in full size." }
+            div.pictures { @for picture in shown { (figure(picture)) } }
+            @if !hidden.is_empty() {
+                p { "Not shown here, to keep this page small:" }
+                ul {
+                    @for Picture { snapshot, .. } in hidden {
+                        li { a href=(snapshot.file) { (snapshot.file) } ": " (caption(snapshot)) }
+                    }
                 }
             }
         }
     };
     markup::section("pictures", "Pictures", content)
+}
+
+fn caption(snapshot: &SnapshotReport) -> String {
+    format!("{} · {}", words::time(Duration::from_secs_f64(snapshot.time_s)), snapshot.why)
 }

@@ -21,6 +21,11 @@ pub(super) fn section(view: &RunView, timeline: &Timeline, report: &Report) -> M
             p.quiet { "No property was watched in this run." }
         } @else {
             div.cards { @for index in 0..report.monitors.len() { (card(view, report, index, of(index))) } }
+            p.quiet {
+                "A tick is a moment at which the behavior tree is asked what to do, one every "
+                (words::time(view.header().tick)) ". A message such as " code { "[<ok>, 20]" }
+                " is written with its fields in order, names between angle brackets; a state is one such message or tick."
+            }
         }
     };
     markup::section("verdicts", "Verdicts", content)
@@ -91,19 +96,19 @@ fn card(view: &RunView, report: &Report, index: usize, evidence: Option<&Evidenc
 fn not_violated(said: &MonitorEnd, ticks: u64, verdict: Outcome) -> Markup {
     html! {
         @match verdict {
-            Outcome::Inconclusive => "The run ended while something was still owed.",
+            Outcome::Inconclusive => "The run ended while something was still pending.",
             _ => { "It held throughout the run, over " (words::count(ticks, "tick")) "." }
         }
         @for owed in &said.open {
-            " Owed"
+            " Pending"
             @if let Some(since) = owed.since { " since tick " (since.tick) }
-            @if let Some(tick) = owed.until_tick { ", to be met by tick " (tick) }
+            @if let Some(tick) = owed.until_tick { ", due by tick " (tick) }
             ": " code { (owed.what) } "."
         }
         @for error in &said.errors { " Its machine went wrong: " (text(error)) "." }
         @for clause in &said.vacuous {
-            " It was never put to the test: at none of " (words::count(clause.asked, "state")) " did "
-            code { (clause.antecedent) } " hold."
+            " It is vacuously satisfied: its condition " code { (clause.antecedent) } " occurred at none of "
+            (words::count(clause.asked, "state")) "."
         }
     }
 }

@@ -24,12 +24,11 @@ pub(super) fn section(view: &RunView, timeline: &Timeline) -> Markup {
 
 /// What happened, in a few sentences.
 pub(super) fn in_short(evidence: &Evidence<'_>, view: &RunView) -> Markup {
-    let mut sentences = vec![cause_sentence(evidence)];
+    let mut sentences = cause_sentences(evidence, view.faults());
     sentences.extend(owed_sentence(evidence));
     if !evidence.missing.is_empty() {
         sentences.push("It did not.".to_owned());
     }
-    sentences.extend(fault_sentences(evidence, view.faults()));
     html! { (prose(&sentences.join(" "))) " " a href={ "#" (anchor(evidence)) } { "How it came about" } }
 }
 
@@ -50,7 +49,11 @@ fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup
             figure {
                 (figure(&label, |layout| sequence::draw(&sequence, layout)))
                 figcaption {
-                    "Time runs downwards. Orange: the messages that caused it. Red: where the verdict fell."
+                    "Time runs downwards; each arrow is a message, numbered by its step in the run. "
+                    @if sequence.has(Weight::Cause) { "Orange: the messages that caused it. " }
+                    "Red: where the property was violated"
+                    @if !evidence.missing.is_empty() { ", and the message that did not come" }
+                    "."
                 }
             }
             details.again { summary { "The same messages as text" } (transcript(&sequence)) }
@@ -62,8 +65,7 @@ fn story(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Markup
 fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline) -> Vec<String> {
     let topology = view.topology();
     let decided = &evidence.episode.decided;
-    let mut sentences = fault_sentences(evidence, view.faults());
-    sentences.push(cause_sentence(evidence));
+    let mut sentences = cause_sentences(evidence, view.faults());
     sentences.extend(owed_sentence(evidence));
     sentences.extend(channel_sentences(evidence, topology));
     sentences.extend(going_on_sentence(evidence, topology));
@@ -88,11 +90,20 @@ fn story_sentences(evidence: &Evidence<'_>, view: &RunView, timeline: &Timeline)
     sentences
 }
 
+/// The faults, and what the monitor saw, in the order in which they happened.
+fn cause_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<String> {
+    let seen = evidence.causes.last().map_or(evidence.episode.decided.time, |seen| seen.at.time);
+    let mut sentences = fault_sentences(evidence, faults);
+    sentences.push((seen, cause_sentence(evidence)));
+    sentences.sort_by_key(|(time, _)| *time);
+    sentences.into_iter().map(|(_, sentence)| sentence).collect()
+}
+
 /// What the monitor saw.
 fn cause_sentence(evidence: &Evidence<'_>) -> String {
     let decided = &evidence.episode.decided;
     let Some((last, before)) = evidence.causes.split_last() else {
-        return format!("The verdict fell at tick {} ({}).", decided.tick, words::time(decided.time));
+        return format!("It was violated at tick {} ({}).", decided.tick, words::time(decided.time));
     };
     let earlier =
         |seen: &Seen| format!("{} had told {} `{}` at tick {}", seen.from, seen.to, seen.message, seen.at.tick);
@@ -111,13 +122,13 @@ fn owed_sentence(evidence: &Evidence<'_>) -> Option<String> {
 }
 
 /// The faults that took hold shortly before the story, or in it.
-fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<String> {
+fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<(Duration, String)> {
     /// More than these make no story.
     const MOST: usize = 3;
     let decided = evidence.episode.decided.time;
-    let before = faults.iter().take_while(|fault| fault.time <= decided).count();
-    let mut latest = FaultCourse::of(&faults[..before]);
-    latest.sort_by_key(|course| course.records.last().map(|record| record.time));
+    let mut latest = FaultCourse::of(faults);
+    latest.retain(|course| course.first().time <= decided);
+    latest.sort_by_key(|course| course.records.iter().rfind(|record| record.time <= decided).map(|record| record.time));
     latest.drain(..latest.len().saturating_sub(MOST));
     latest
         .iter()
@@ -126,7 +137,8 @@ fn fault_sentences(evidence: &Evidence<'_>, faults: &[FaultRecord]) -> Vec<Strin
                 1 => String::new(),
                 times => format!(", for the first of {times} times"),
             };
-            format!("At {} a fault took hold{again}: {}.", words::time(course.first().time), course.fault.words)
+            let time = course.first().time;
+            (time, format!("At {} a fault took hold{again}: {}.", words::time(time), course.fault.words))
         })
         .collect()
 }

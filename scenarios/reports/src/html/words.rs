@@ -5,27 +5,16 @@ use std::time::Duration;
 use channels::{Message, Relation, Value};
 use monitors::MessageCondition;
 
-pub(super) use recording::decimals;
+pub(super) use recording::{decimals, length};
 
-/// A time or duration: `21.02 s`, `24 min 43.94 s`.
+/// A time or duration, in seconds as everywhere else: `21.02 s`.
 pub(super) fn time(time: Duration) -> String {
-    let seconds = time.as_secs_f64();
-    let minutes = time.as_secs() / 60;
-    match time.as_secs() {
-        ..120 => format!("{} s", decimals(seconds, 2)),
-        120..7200 => format!("{minutes} min {} s", decimals(seconds - 60.0 * minutes as f64, 2)),
-        _ => format!("{} h {} min", minutes / 60, minutes % 60),
-    }
+    format!("{} s", decimals(time.as_secs_f64(), 2))
 }
 
-/// A duration, roughly: `14 s`, `23 min`.
+/// A duration, roughly: `0.3 s`, `14 s`.
 pub(super) fn roughly(seconds: f64) -> String {
-    match seconds {
-        ..10.0 => format!("{} s", decimals(seconds, 1)),
-        ..120.0 => format!("{seconds:.0} s"),
-        ..7200.0 => format!("{:.0} min", seconds / 60.0),
-        _ => format!("{:.1} h", seconds / 3600.0),
-    }
+    format!("{} s", decimals(seconds, if seconds < 10.0 { 1 } else { 0 }))
 }
 
 /// A count with its noun: `1 tick`, `3 ticks`.
@@ -113,8 +102,10 @@ mod tests {
 
     #[test]
     fn times_are_said_as_people_say_them() {
-        let said = [0.02, 21.02, 119.0, 120.0, 1483.94, 7201.0].map(|seconds| time(Duration::from_secs_f64(seconds)));
-        assert_eq!(said, ["0.02 s", "21.02 s", "119 s", "2 min 0 s", "24 min 43.94 s", "2 h 0 min"]);
+        let said = [0.02, 21.02, 120.0, 1483.94].map(|seconds| time(Duration::from_secs_f64(seconds)));
+        assert_eq!(said, ["0.02 s", "21.02 s", "120 s", "1483.94 s"]);
+        assert_eq!([0.25, 14.4, 1397.0].map(roughly), ["0.2 s", "14 s", "1397 s"]);
+        assert_eq!([0.000_41, 0.292_1, 14.7644].map(length), ["0.4 mm", "0.29 m", "14.76 m"]);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use drawing::{Destination, Scene};
+use drawing::{Place, Scene};
 use maps::{Point, Pose, heading};
 use nav::{Goal, InitialPose, Localization, NavigationParameters, NavigationStatus, Navigator};
 use robot::{Odometry, Reading, Robot, Streams, VelocityCommand};
@@ -168,7 +168,7 @@ impl Ride {
             laser_hits: truth.scans().flat_map(|scan| scan.hits(&model.lasers[scan.laser], &truth.pose())).collect(),
             trail: self.trail.clone(),
             start: Some(task.start),
-            destination: Some(Destination { label: "goal".to_owned(), corners: vec![goal] }),
+            destination: Some(Place { label: "goal".to_owned(), corners: vec![goal] }),
             bodies: truth.obstacles().map(|obstacle| body(&obstacle)).collect(),
             ..Scene::new(Arc::clone(course.picture()), truth.pose(), model.radius_m)
         }

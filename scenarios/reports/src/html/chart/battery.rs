@@ -3,15 +3,15 @@
 use drawing::canvas::{Anchor, Paint, TextStyle};
 use drawing::icons::Icon;
 use drawing::path::Path;
-use drawing::{Area, Spot, theme};
+use drawing::{Area, Spot, Threshold, theme};
 
+use super::super::words;
 use super::sheet::Chart;
-use crate::pictures;
 use crate::timeline::Timeline;
 
 impl Chart {
     /// The level as a line, with thresholds and the times of charging.
-    pub(super) fn battery(&mut self, timeline: &Timeline) {
+    pub(super) fn battery(&mut self, timeline: &Timeline, thresholds: &[Threshold]) {
         self.heading("Battery, in percent");
         let height = if self.sizes.names_above { 92.0 } else { 120.0 };
         let plot = Area::new(self.plot.x, self.y + 4.0, self.plot.width, height);
@@ -30,7 +30,7 @@ impl Chart {
             self.canvas.path(&filled, Paint::fill(theme::INK).fill_opacity(0.06));
             self.canvas.path(&Path::through(spots.iter().copied()), Paint::stroke(theme::INK, 2.0));
         }
-        self.thresholds(plot);
+        self.thresholds(plot, thresholds);
         self.y = plot.bottom() + 12.0;
     }
 
@@ -43,22 +43,29 @@ impl Chart {
         }
     }
 
-    fn thresholds(&mut self, plot: Area) {
-        let thresholds = pictures::thresholds();
-        for threshold in &thresholds {
+    fn thresholds(&mut self, plot: Area, thresholds: &[Threshold]) {
+        let mut taken: Vec<f64> = Vec::new();
+        for threshold in thresholds {
             let y = height_of(plot, threshold.level_pct);
             let (line, ink) =
                 if threshold.critical { (theme::BAD, theme::BAD) } else { (theme::BUSY, theme::BUSY_DARK) };
             self.canvas.line((plot.x, y), (plot.right(), y), Paint::stroke(line, 1.3).dashed("5 4"));
+            // Labels of thresholds that are close must not touch: each takes the nearest height that is free.
+            let pitch = self.sizes.small.line_height();
+            let is_free = |y: &f64| taken.iter().all(|other| (other - y).abs() >= pitch);
+            let heights = [0.0, -0.5, 0.5, -1.0, 1.0, -1.5, 1.5, -2.0, 2.0].map(|part| y + part * pitch);
+            let Some(height) = heights.into_iter().find(is_free) else { continue };
+            taken.push(height);
+            let text = format!("{} % {}", words::decimals(threshold.level_pct, 1), threshold.label);
+            let style = TextStyle::new(self.sizes.small, ink);
             if self.sizes.names_above {
-                continue;
+                // There is no room beside the plot: inside, above the line.
+                let text = self.sizes.small.fit(&text, plot.width * 0.5);
+                self.canvas.centered_text((plot.x + 4.0, height - 0.6 * pitch), &text, style.with_halo());
+            } else {
+                let text = self.sizes.small.fit(&text, plot.x - 38.0);
+                self.canvas.centered_text((plot.x - 34.0, height), &text, style.anchored(Anchor::End));
             }
-            // Beside the scale: the labels of two thresholds that are close must not touch.
-            let above = thresholds.iter().all(|other| other.level_pct <= threshold.level_pct);
-            let nudge = self.sizes.small.line_height() * if above { -0.3 } else { 0.3 };
-            let text = format!("{:.0} {}", threshold.level_pct, threshold.label);
-            let style = TextStyle::new(self.sizes.small, ink).anchored(Anchor::End);
-            self.canvas.centered_text((plot.x - 34.0, y + nudge), &text, style);
         }
     }
 

@@ -23,8 +23,17 @@ pub(super) struct Happening {
     color: Color,
     /// Whether it is marked across all lanes.
     across: bool,
-    /// When it was so: a fault that held for a while, perhaps again and again.
+    /// When it happened: a fault perhaps again and again.
+    times: Vec<Duration>,
+    /// When it was so: a fault that held for a while.
     held: Vec<(Duration, Duration)>,
+}
+
+impl Happening {
+    /// Whether it is a fault that held for a while.
+    pub(super) fn has_held(&self) -> bool {
+        !self.held.is_empty()
+    }
 }
 
 /// All that happened, in order.
@@ -35,6 +44,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
         icon: Icon::Alert,
         color: theme::BAD,
         across: true,
+        times: course.records.iter().map(|record| record.time).collect(),
         held: held(&course, view.time()),
     });
     let violations = timeline.episodes().iter().map(|episode| Happening {
@@ -43,6 +53,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
         icon: Icon::Cross,
         color: theme::BAD,
         across: true,
+        times: vec![episode.decided.time],
         held: Vec::new(),
     });
     let visits = view.visits().filter_map(|(place, at)| Some((place, at?)));
@@ -52,6 +63,7 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
         icon: Icon::Check,
         color: theme::GOOD,
         across: false,
+        times: vec![at],
         held: Vec::new(),
     });
     let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).collect();
@@ -139,8 +151,9 @@ impl Chart {
             lines.rounded(band, 0.0, Paint::fill(theme::BAD).fill_opacity(0.09));
         }
         for happening in happenings.iter().filter(|happening| happening.across) {
-            let x = self.axis.x(happening.time);
-            lines.line((x, top), (x, self.y), Paint::stroke(happening.color, 1.4).stroke_opacity(0.75));
+            for x in happening.times.iter().map(|time| self.axis.x(*time)) {
+                lines.line((x, top), (x, self.y), Paint::stroke(happening.color, 1.4).stroke_opacity(0.75));
+            }
         }
         let front = std::mem::replace(&mut self.canvas, lines);
         self.canvas.append(front);

@@ -10,6 +10,7 @@ use drawing::{Area, NodeStatus, Verdict};
 
 use super::sheet::Chart;
 use crate::html::activities::{self, Activity};
+use crate::html::words;
 use crate::timeline::{Interval, Lane, Timeline, Track};
 
 /// Lanes that belong together.
@@ -33,7 +34,7 @@ struct Bar {
     style: BarStyle,
 }
 
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, PartialEq)]
 struct BarStyle {
     ground: Color,
     outline: Color,
@@ -48,6 +49,8 @@ impl BarStyle {
 
     /// A state that means neither good nor bad.
     const NEUTRAL: Self = Self::new(theme::PAPER, theme::LINE, theme::INK);
+    /// States that are too short to be drawn one by one.
+    const CROWD: Self = Self::new(theme::SOLID, theme::LINE, theme::INK);
     /// Rest: hardly there.
     const QUIET: Self = Self::new(theme::IDLE_LIGHT, theme::RULE, theme::MUTED);
 
@@ -60,9 +63,11 @@ impl BarStyle {
     fn of_name(name: &str) -> Self {
         let means = |words: &[&str]| words.iter().any(|word| name == *word || name.ends_with(&format!(": {word}")));
         match () {
-            () if means(&["success", "goal_reached"]) => Self::status(NodeStatus::Success),
+            () if means(&["success", "goal reached"]) => Self::status(NodeStatus::Success),
             () if means(&["failure", "aborted", "error", "failing"]) => Self::status(NodeStatus::Failure),
-            () if means(&["running", "moving"]) => Self::status(NodeStatus::Running),
+            () if means(&["running", "moving", "thinking", "preparing before move", "waiting obstacle"]) => {
+                Self::status(NodeStatus::Running)
+            }
             () if means(&["idle", "rest", "halted"]) => Self::QUIET,
             () => Self::NEUTRAL,
         }
@@ -73,7 +78,7 @@ impl BarStyle {
 pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
     let mut components = vec![bars("navigation's status", timeline.navigation(), end, |status| {
-        (status.words(), BarStyle::of_name(&status.status))
+        (status.words(), BarStyle::of_name(&status.status.replace('_', " ")))
     })];
     components.extend(timeline.components().iter().map(|lane| named(lane, end)));
     let leaves = timeline.leaves().iter().map(|lane| {
@@ -89,7 +94,10 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     let groups = vec![
         Group { title: "What the tree was doing", lanes: vec![activities(timeline)] },
         Group { title: "Leaves of the behavior tree", lanes: leaves.collect() },
-        Group { title: "States of the skills", lanes: timeline.skills().iter().map(|lane| named(lane, end)).collect() },
+        Group {
+            title: "States of the skills",
+            lanes: timeline.skills().iter().map(|lane| skill(lane, timeline)).collect(),
+        },
         Group { title: "Components", lanes: components },
         Group { title: "Monitors", lanes: monitors.collect() },
     ];
@@ -99,6 +107,63 @@ pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
 /// A lane whose states are names.
 fn named(lane: &Lane<String>, end: Duration) -> Bars {
     bars(&lane.name, &lane.track, end, |state| (state.clone(), BarStyle::of_name(state)))
+}
+
+/// A skill's lane: what state its machine is in, in grey while the tree does not ask it.
+fn skill(lane: &Lane<String>, timeline: &Timeline) -> Bars {
+    let end = timeline.end();
+    let leaf = timeline.leaves().iter().find(|leaf| leaf.name == lane.name);
+    let Some(leaf) = leaf else { return named(lane, end) };
+    // A bar ends where the state changes, or whether the skill is asked.
+    let (mut states, mut asked) = (lane.track.spans(end).peekable(), leaf.track.spans(end).peekable());
+    let mut bars: Vec<Bar> = Vec::new();
+    while let (Some(state), Some(status)) = (states.peek(), asked.peek()) {
+        let (from, to) = (state.from.max(status.from), state.to.min(status.to));
+        let is_asked = *status.state != NodeStatus::NotTicked;
+        let style = if is_asked { BarStyle::of_name(state.state) } else { BarStyle::QUIET };
+        match bars.last_mut().filter(|last| last.text == *state.state && last.style == style) {
+            Some(last) => last.to = to,
+            None if from < to => bars.push(Bar { from, to, text: state.state.clone(), style }),
+            None => {}
+        }
+        if state.to <= status.to {
+            states.next();
+        } else {
+            asked.next();
+        }
+    }
+    Bars { name: lane.name.clone(), bars }
+}
+
+/// What the colours of the lanes mean: those that are there to be seen.
+pub(super) fn colors(groups: &[Group], charts: &[Chart]) -> String {
+    let lanes = || groups[1..].iter().flat_map(|group| &group.lanes);
+    let drawn = |chart: &Chart| lanes().flat_map(|lane| chart.drawable(&lane.bars)).collect::<Vec<_>>();
+    let bars: Vec<(f64, f64, Bar)> = charts.iter().flat_map(drawn).collect();
+    let has = |style: BarStyle| bars.iter().any(|(left, right, bar)| right - left > 4.0 && bar.style == style);
+    let colors = [
+        (has(BarStyle::status(NodeStatus::Success)), "green with ✓: success"),
+        (has(BarStyle::status(NodeStatus::Failure)), "red with ✗: failure"),
+        (has(BarStyle::status(NodeStatus::Running)), "orange: running"),
+        (has(BarStyle::QUIET), "grey: at rest, or a skill that is not asked"),
+        (has(BarStyle::status(NodeStatus::NotTicked)), "a thin line: a leaf that is not ticked"),
+        (has(BarStyle::NEUTRAL), "white: another state"),
+        (has(verdict_style(Verdict::HoldsSoFar)), "plain green: a property that holds so far"),
+        (has(verdict_style(Verdict::Satisfied)), "dark green: a property that is satisfied for good"),
+        (has(verdict_style(Verdict::Violated)), "dark red: a property that is violated"),
+    ];
+    let there: Vec<&str> = colors.into_iter().filter(|(is_there, _)| *is_there).map(|(_, words)| words).collect();
+    words::sentence(&there.join("; "))
+}
+
+/// What the states of the monitors mean whose names do not say it.
+pub(super) fn meanings(timeline: &Timeline) -> Vec<(&str, &'static str)> {
+    let mut meanings: Vec<(&str, &'static str)> = Vec::new();
+    for state in timeline.monitors().iter().flat_map(|lane| lane.track.spans(timeline.end())).map(|span| span.state) {
+        let meaning = monitors::location_meaning(&state.location).map(|meaning| (state.location.as_str(), meaning));
+        meanings.extend(meaning.filter(|meaning| !meanings.contains(meaning)));
+    }
+    meanings
 }
 
 fn verdict_style(verdict: Verdict) -> BarStyle {
@@ -134,7 +199,7 @@ fn bars<S>(name: &str, track: &Track<S>, end: Duration, show: impl Fn(&S) -> (St
 }
 
 /// A bar that is narrower than this is drawn together with its neighbours, in pixels.
-const NARROWEST: f64 = 2.5;
+const NARROWEST: f64 = 8.0;
 
 impl Chart {
     pub(super) fn heading(&mut self, title: &str) {
@@ -173,9 +238,14 @@ impl Chart {
         self.y += sizes.pitch();
     }
 
+    /// Whether there are states too short to be drawn one by one.
+    pub(super) fn is_crowded(&self, groups: &[Group]) -> bool {
+        let lanes = groups.iter().flat_map(|group| &group.lanes);
+        lanes.flat_map(|lane| self.drawable(&lane.bars)).any(|(.., bar)| bar.style == BarStyle::CROWD)
+    }
+
     /// The bars with where they lie; crowds of narrow ones become one bar.
     fn drawable(&self, bars: &[Bar]) -> Vec<(f64, f64, Bar)> {
-        const CROWD: BarStyle = BarStyle::new(theme::SOLID, theme::LINE, theme::INK);
         let mut drawn: Vec<(f64, f64, Bar)> = Vec::new();
         let mut crowded = false;
         for bar in bars {
@@ -184,8 +254,8 @@ impl Chart {
             match drawn.last_mut().filter(|_| narrow && crowded) {
                 Some(last) => {
                     last.1 = right;
-                    last.2.style = CROWD;
-                    last.2.text = "many changes".to_owned();
+                    last.2.style = BarStyle::CROWD;
+                    last.2.text = "changes".to_owned();
                 }
                 None => drawn.push((left, right, bar.clone())),
             }
@@ -217,9 +287,9 @@ impl Chart {
         let room = body.right() - 3.0 - left;
         let text = match self.sizes.small.width(&bar.text) <= room {
             true => bar.text.clone(),
-            // The beginning of a word is better than nothing, but not less than a few letters.
+            // The beginning of a name is better than nothing, but not less than some letters.
             false => {
-                Some(self.sizes.small.fit(&bar.text, room)).filter(|text| text.chars().count() > 4).unwrap_or_default()
+                Some(self.sizes.small.fit(&bar.text, room)).filter(|text| text.chars().count() > 8).unwrap_or_default()
             }
         };
         self.canvas.centered_text((left, body.center().1), &text, TextStyle::new(self.sizes.small, style.ink));

@@ -26,8 +26,8 @@ pub(super) struct Sizes {
 impl Sizes {
     pub(super) fn of(layout: Layout) -> Self {
         Self {
-            width: layout.pick(1080.0, NARROW),
-            left: layout.pick(186.0, 26.0),
+            width: layout.pick(900.0, NARROW),
+            left: layout.pick(178.0, 26.0),
             font: Font::regular(layout.pick(13.0, 11.0)),
             small: Font::regular(layout.pick(11.5, 9.5)),
             lane: layout.pick(20.0, 15.0),

@@ -24,7 +24,7 @@ struct Sizes {
 
 impl Sizes {
     fn of(layout: Layout, lifelines: usize) -> Self {
-        let wide = (190.0 * lifelines as f64 + 90.0).clamp(560.0, 1080.0);
+        let wide = (150.0 * lifelines as f64 + 90.0).clamp(560.0, 960.0);
         Self {
             width: layout.pick(wide, NARROW),
             gutter: layout.pick(84.0, 27.0),

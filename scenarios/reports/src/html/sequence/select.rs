@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::time::Duration;
 
 use channels::{Event, EventKind, Topology};
-use recording::FaultRecord;
+use recording::{FaultCourse, FaultRecord};
 
 use crate::html::evidence::{Evidence, Seen};
 use crate::html::words;
@@ -21,7 +21,7 @@ pub(crate) enum Weight {
     Plain,
     /// It belongs to what caused the violation.
     Cause,
-    /// The verdict fell at it.
+    /// The property was violated at it.
     Decisive,
     /// It came after the verdict.
     Afterwards,
@@ -40,7 +40,7 @@ pub(crate) enum Row {
     Fault { words: String, time: Duration },
     /// A message that should have come did not.
     Missing { from: usize, to: usize, message: String, words: String },
-    /// The verdict falls.
+    /// The property is violated.
     Verdict { words: String, time: Duration },
 }
 
@@ -70,6 +70,11 @@ impl Sequence {
         teller.tell(&ticks);
         let rows = teller.rows;
         Self { lifelines, rows }.without_idle_lifelines()
+    }
+
+    /// Whether one of its messages matters that much.
+    pub(crate) fn has(&self, wanted: Weight) -> bool {
+        self.rows.iter().any(|row| matches!(row, Row::Message { weight, .. } if *weight == wanted))
     }
 
     /// Drops the lifelines that nothing comes from or goes to.
@@ -159,14 +164,17 @@ impl Teller<'_> {
         let mut told = first;
         let mut skipped: Vec<&TickEvents<'_>> = Vec::new();
         for tick in ticks {
-            if !shown.contains(&tick.tick) {
-                skipped.push(tick);
-                continue;
+            let strikes = self.faults.iter().any(|fault| fault.time > told && fault.time <= tick.time);
+            if strikes || shown.contains(&tick.tick) {
+                self.sum_up(&std::mem::take(&mut skipped));
+                self.tell_faults(told, tick.time);
+                told = tick.time;
             }
-            self.sum_up(&std::mem::take(&mut skipped));
-            self.tell_faults(told, tick.time);
-            told = tick.time;
-            self.tell_tick(tick);
+            if shown.contains(&tick.tick) {
+                self.tell_tick(tick);
+            } else {
+                skipped.push(tick);
+            }
         }
     }
 
@@ -180,7 +188,9 @@ impl Teller<'_> {
                 shown.insert(tick);
             }
         }
-        let faults = self.faults.iter().filter_map(|fault| ticks.iter().find(|tick| tick.time >= fault.time));
+        // Of a fault that comes again and again, the first time is enough.
+        let firsts = FaultCourse::of(self.faults);
+        let faults = firsts.iter().filter_map(|course| ticks.iter().find(|tick| tick.time >= course.first().time));
         shown.extend(faults.map(|tick| tick.tick).take(MOST_TICKS));
         if let Some(first) = shown.first().filter(|_| self.evidence.missing.is_empty()) {
             // How it went when all was well.
@@ -264,11 +274,11 @@ impl Teller<'_> {
             let ends = format!("from {} to {}", missing.from, missing.to);
             words += &match (early.len(), other.len()) {
                 (0, 0) => format!(", none {ends}"),
-                (0, 1) => format!(", one {ends}, but not the one owed"),
-                (0, count) => format!(", {count} {ends}, none the one owed"),
-                (1, 0) => format!(", one {ends}, before one was owed"),
-                (early, 0) => format!(", {early} {ends}, before one was owed"),
-                (early, other) => format!(", {} {ends}, {early} of them before one was owed", early + other),
+                (0, 1) => format!(", one {ends}, but not the one that was due"),
+                (0, count) => format!(", {count} {ends}, none of them the one that was due"),
+                (1, 0) => format!(", one {ends}, before one was due"),
+                (early, 0) => format!(", {early} {ends}, before one was due"),
+                (early, other) => format!(", {} {ends}, {early} of them before one was due", early + other),
             };
         }
         self.rows.push(Row::Ticks { first: first.tick, last: last.tick, words });
