@@ -210,9 +210,9 @@ fn scenarios_are_chosen_by_folder_pattern_and_part_of_a_name() {
 fn an_unknown_command_that_is_nearly_a_scenario_gets_a_tip() {
     for (name, tip) in [
         ("nominal", "to run a scenario: steward run nominal"),
-        ("battery_falt", "a similar name exists: steward run battery_fault"),
+        ("battery_faults", "a similar name exists: steward run battery_fault"),
         ("noise_short", "to run a campaign: steward campaign noise_short"),
-        ("chck", "a similar subcommand exists: 'check'"),
+        ("checks", "a similar subcommand exists: 'check'"),
     ] {
         let said = crate::steward::refusal(&[name]);
         assert!(said.contains(tip), "{said}");
