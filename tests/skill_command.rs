@@ -204,7 +204,7 @@ fn invalid_events_are_refused_with_all_errors() {
     );
     let said = refusal(&["skill", "run", text(&files.machine), "--events", text(&files.events)]);
     let parts =
-        ["events.jsonl:1", "did you mean `time_s`?", "the event has no name", "not a JSON object", "-1 s is no time"];
+        ["events.jsonl:1", "did you mean `time_s`?", "the event has no name", "not a JSON object", "-1 s is not a time"];
     for part in parts {
         assert!(said.contains(part), "does not say {part}: {said}");
     }
