@@ -203,8 +203,13 @@ fn invalid_events_are_refused_with_all_errors() {
         "{\"event\": \"knock\", \"tim_s\": 1}\n{\"data\": 1}\nknock\n{\"event\": \"knock\", \"time_s\": -1}\n",
     );
     let said = refusal(&["skill", "run", text(&files.machine), "--events", text(&files.events)]);
-    let parts =
-        ["events.jsonl:1", "did you mean `time_s`?", "the event has no name", "not a JSON object", "-1 s is not a time"];
+    let parts = [
+        "events.jsonl:1",
+        "did you mean `time_s`?",
+        "the event has no name",
+        "not a JSON object",
+        "-1 s is not a time",
+    ];
     for part in parts {
         assert!(said.contains(part), "does not say {part}: {said}");
     }
