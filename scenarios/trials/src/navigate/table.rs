@@ -120,7 +120,7 @@ mod tests {
             trip(4, Outcome::TimeOver, Some("there is no path to the goal")),
         ];
         let text = table(&benchmark(10, trips), |trip| format!("again {} {}", trip.map_file, trip.seed));
-        let expected = "      trips  arrived    false  gave  timed  touched          took over
+        let expected = "       trips  arrived    false  gave  timed  touched          took over
 map                    arrival    up    out  wall rest walker   way   time
 depot      4   25.0 %        1     1      1     0    0      0  1.10   2.50
 
