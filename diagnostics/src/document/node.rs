@@ -114,7 +114,7 @@ impl Entries {
             };
             let absent = known(true);
             misspelt.extend(absent);
-            // One that is there, too, may be meant: by `--set batery.initial_pct=3`, for example.
+            // The override may mean an existing key: `--set batery.initial_pct=3`, for example.
             let meant = absent.or_else(|| if self.lenient.get() { None } else { known(false) });
             if meant.is_some() || !self.lenient.get() {
                 let problem = entry.key.problem(format!("unknown key `{key}`")).with_label("unknown key");

@@ -54,7 +54,7 @@ impl LabelPlacer {
         }
     }
 
-    /// Whether nothing that is there already covers any of a box inside the picture.
+    /// Whether a box lies inside the picture and overlaps nothing placed so far.
     pub fn is_free(&self, area: &Area) -> bool {
         self.within.encloses(area) && self.taken.iter().all(|taken| !taken.overlaps(area))
     }
