@@ -37,7 +37,7 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 
 use super::journal::{Layout, ParameterKind};
-use super::{RunFacts, RunRecord, Value};
+use super::{ParameterValue, RunFacts, RunRecord};
 use crate::Error;
 
 /// This many runs are held in memory and written as one row group.
@@ -182,26 +182,28 @@ fn parameter_cells(kind: ParameterKind, place: usize, rows: &[RunRecord]) -> Cel
     let values = rows.iter().map(|row| row.values.get(place));
     match kind {
         ParameterKind::Integer => {
-            let integer =
-                |value: Option<&Value>| if let Some(Value::Integer(value)) = value { Some(*value) } else { None };
+            let integer = |value: Option<&ParameterValue>| {
+                if let Some(ParameterValue::Integer(value)) = value { Some(*value) } else { None }
+            };
             Cells::Integers(values.map(integer).collect())
         }
         ParameterKind::Number => {
-            let number = |value: Option<&Value>| match value {
-                Some(Value::Number(value)) => Some(*value),
-                Some(Value::Integer(value)) => Some(*value as f64),
+            let number = |value: Option<&ParameterValue>| match value {
+                Some(ParameterValue::Number(value)) => Some(*value),
+                Some(ParameterValue::Integer(value)) => Some(*value as f64),
                 _ => None,
             };
             Cells::Numbers(values.map(number).collect())
         }
         ParameterKind::Boolean => {
-            let boolean =
-                |value: Option<&Value>| if let Some(Value::Boolean(value)) = value { Some(*value) } else { None };
+            let boolean = |value: Option<&ParameterValue>| {
+                if let Some(ParameterValue::Boolean(value)) = value { Some(*value) } else { None }
+            };
             Cells::Booleans(values.map(boolean).collect())
         }
         ParameterKind::Text => {
-            let text = |value: &Value| match value {
-                Value::Text(text) => text.clone(),
+            let text = |value: &ParameterValue| match value {
+                ParameterValue::Text(text) => text.clone(),
                 other => other.to_string(),
             };
             Cells::Texts(values.map(|value| value.map(text)).collect())
@@ -276,7 +278,12 @@ mod tests {
             trace_hash: "ab".into(),
             monitors: vec![monitor],
         };
-        let values = vec![Value::Integer(5), Value::Integer(2), Value::Boolean(true), Value::Text("über".into())];
+        let values = vec![
+            ParameterValue::Integer(5),
+            ParameterValue::Integer(2),
+            ParameterValue::Boolean(true),
+            ParameterValue::Text("über".into()),
+        ];
         if k.is_multiple_of(2) {
             let outcome = RunOutcome::NotAsExpected;
             return RunRecord { k, seed: k + 1, values, outcome, unmet: Vec::new(), failure: None, facts: Some(facts) };

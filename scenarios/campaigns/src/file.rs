@@ -6,7 +6,7 @@ use scenarios::names::unknown;
 
 use super::Measure;
 use super::model::Model;
-use super::parameter::{Domain, Parameter, normal_cdf};
+use super::parameter::{Parameter, ParameterDomain, normal_cdf};
 use super::sampling::{MAX_SOBOL_DIMENSIONS, Sampling};
 use super::statistics::{Confidence, Precision, Sprt, StatisticsError};
 
@@ -236,7 +236,7 @@ fn is_key(key: &str) -> bool {
     key.split('.').all(|part| !part.trim().is_empty()) && !key.contains(['=', '\n'])
 }
 
-fn read_domain(table: Table<'_>) -> Option<Domain> {
+fn read_domain(table: Table<'_>) -> Option<ParameterDomain> {
     let kinds = ["values", "from", "normal", "exponential"];
     let given: Vec<&str> = kinds.into_iter().filter(|kind| table.has(kind)).collect();
     kinds.into_iter().chain(["to", "steps", "scale", "whole"]).for_each(|key| table.know(key));
@@ -246,7 +246,7 @@ fn read_domain(table: Table<'_>) -> Option<Domain> {
             let few = |values: &Vec<_>| (1..=MAX_VALUES).contains(&(values.len() as u64));
             let values = table.get("values").check(few, format!("have 1 to {MAX_VALUES} items"));
             only_ranges(table);
-            values.required().map(Domain::Values)
+            values.required().map(ParameterDomain::Values)
         }
         ["from"] => read_range(table),
         ["normal"] => {
@@ -256,7 +256,7 @@ fn read_domain(table: Table<'_>) -> Option<Domain> {
         ["exponential"] => {
             only_ranges(table);
             let mean = |table: Table<'_>| table.number("mean").above(0.0).required();
-            table.table("exponential").and_then(mean).required().map(|mean| Domain::Exponential { mean })
+            table.table("exponential").and_then(mean).required().map(|mean| ParameterDomain::Exponential { mean })
         }
         [] => {
             table.report(table.span().problem("the parameter has no values").with_help(help));
@@ -277,7 +277,7 @@ fn only_ranges(table: Table<'_>) {
     }
 }
 
-fn read_range(table: Table<'_>) -> Option<Domain> {
+fn read_range(table: Table<'_>) -> Option<ParameterDomain> {
     let whole = table.boolean("whole").or(false);
     let (from, to) = (table.number("from").spanned().required(), table.number("to").spanned().required());
     let logarithmic = table.one_of("scale", &[("linear", false), ("log", true)]).or(false);
@@ -292,7 +292,7 @@ fn read_range(table: Table<'_>) -> Option<Domain> {
         let (from, to) = (table.integer("from").optional(), table.integer("to").spanned().optional());
         let (from, to) = (from?, to?);
         check_order(table, from < to.value, &to.span)?;
-        return Some(Domain::Whole { from, to: to.value });
+        return Some(ParameterDomain::Whole { from, to: to.value });
     }
     let (from, to) = (from?, to?);
     check_order(table, from.value < to.value, &to.span)?;
@@ -300,7 +300,7 @@ fn read_range(table: Table<'_>) -> Option<Domain> {
         table.report(from.span.problem("a logarithmic scale must start above 0").with_label("this value"));
         return None;
     }
-    Some(Domain::Range { from: from.value, to: to.value, logarithmic, steps })
+    Some(ParameterDomain::Range { from: from.value, to: to.value, logarithmic, steps })
 }
 
 fn check_order(table: Table<'_>, right: bool, to: &Span) -> Option<()> {
@@ -310,7 +310,7 @@ fn check_order(table: Table<'_>, right: bool, to: &Span) -> Option<()> {
     right.then_some(())
 }
 
-fn read_normal(table: Table<'_>) -> Option<Domain> {
+fn read_normal(table: Table<'_>) -> Option<ParameterDomain> {
     let (mean, sd) = (table.number("mean").required(), table.number("sd").above(0.0).required());
     let (min, max) = (table.number("min").optional(), table.number("max").optional());
     let (mean, sd) = (mean?, sd?);
@@ -321,7 +321,7 @@ fn read_normal(table: Table<'_>) -> Option<Domain> {
         table.report(problem.with_label("this distribution").with_help("at least a millionth must"));
         return None;
     }
-    Some(Domain::Normal { mean, sd, min, max })
+    Some(ParameterDomain::Normal { mean, sd, min, max })
 }
 
 fn read_goal(table: Table<'_>) -> Option<Goal> {

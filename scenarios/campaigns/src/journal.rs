@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 
 use super::file::MAX_RUNS;
 use super::shard::Shard;
-use super::{Domain, Measure, Model, Parameter, Plan, RunRecord, Value};
+use super::{Measure, Model, Parameter, ParameterDomain, ParameterValue, Plan, RunRecord};
 use crate::Error;
 
 /// The format of journals and datasets.
@@ -128,18 +128,20 @@ pub(super) enum ParameterKind {
 }
 
 impl ParameterKind {
-    fn of(domain: &Domain) -> Self {
+    fn of(domain: &ParameterDomain) -> Self {
         let values = match domain {
-            Domain::Values(values) => values,
-            Domain::Whole { .. } => return Self::Integer,
-            Domain::Range { .. } | Domain::Normal { .. } | Domain::Exponential { .. } => return Self::Number,
+            ParameterDomain::Values(values) => values,
+            ParameterDomain::Whole { .. } => return Self::Integer,
+            ParameterDomain::Range { .. } | ParameterDomain::Normal { .. } | ParameterDomain::Exponential { .. } => {
+                return Self::Number;
+            }
         };
-        let all = |is: fn(&Value) -> bool| values.iter().all(is);
-        if all(|value| matches!(value, Value::Integer(_))) {
+        let all = |is: fn(&ParameterValue) -> bool| values.iter().all(is);
+        if all(|value| matches!(value, ParameterValue::Integer(_))) {
             Self::Integer
-        } else if all(|value| matches!(value, Value::Integer(_) | Value::Number(_))) {
+        } else if all(|value| matches!(value, ParameterValue::Integer(_) | ParameterValue::Number(_))) {
             Self::Number
-        } else if all(|value| matches!(value, Value::Boolean(_))) {
+        } else if all(|value| matches!(value, ParameterValue::Boolean(_))) {
             Self::Boolean
         } else {
             Self::Text
@@ -154,7 +156,7 @@ impl Header {
             key: parameter.key.value.clone(),
             kind: ParameterKind::of(&parameter.domain),
             domain: parameter.domain.to_string(),
-            logarithmic: matches!(parameter.domain, Domain::Range { logarithmic: true, .. }),
+            logarithmic: matches!(parameter.domain, ParameterDomain::Range { logarithmic: true, .. }),
             name: parameter.name.clone(),
             about: parameter.about.clone(),
         };

@@ -40,7 +40,7 @@ pub use file::CampaignFile;
 pub use formula::{Formula, FormulaError};
 pub use measure::Measure;
 pub use model::Model;
-pub use parameter::{Domain, Parameter, Value};
+pub use parameter::{Parameter, ParameterDomain, ParameterValue};
 pub use plan::{Plan, PlannedRun};
 pub use record::{MonitorFacts, RunFacts, RunOutcome, RunRecord};
 pub use results::{merge, start_over};

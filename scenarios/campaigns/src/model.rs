@@ -3,7 +3,7 @@
 use diagnostics::Spanned;
 use diagnostics::document::Table;
 
-use super::{Domain, Formula, Parameter, Value};
+use super::{Formula, Parameter, ParameterDomain, ParameterValue};
 
 /// A model: the campaign's `[model]`.
 #[derive(Clone, Debug)]
@@ -36,8 +36,10 @@ impl Model {
 
     /// Reports names in the formula that do not belong to a numeric parameter.
     pub(super) fn check(&self, root: Table<'_>, parameters: &[Parameter]) {
-        let of_numbers = |domain: &Domain| match domain {
-            Domain::Values(values) => values.iter().all(|value| matches!(value, Value::Integer(_) | Value::Number(_))),
+        let of_numbers = |domain: &ParameterDomain| match domain {
+            ParameterDomain::Values(values) => {
+                values.iter().all(|value| matches!(value, ParameterValue::Integer(_) | ParameterValue::Number(_)))
+            }
             _ => true,
         };
         let numbers = parameters.iter().filter(|parameter| of_numbers(&parameter.domain));

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// A value that a campaign gives to a key of the scenario.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
-pub enum Value {
+pub enum ParameterValue {
     /// An integer.
     Integer(i64),
     /// A finite number.
@@ -21,7 +21,7 @@ pub enum Value {
 }
 
 /// As TOML, as accepted by `--set`.
-impl fmt::Display for Value {
+impl fmt::Display for ParameterValue {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Integer(value) => write!(f, "{value}"),
@@ -32,7 +32,7 @@ impl fmt::Display for Value {
     }
 }
 
-impl FromItem<'_> for Value {
+impl FromItem<'_> for ParameterValue {
     fn wanted() -> String {
         "a number, a boolean or a text".into()
     }
@@ -53,7 +53,7 @@ pub struct Parameter {
     /// The key, dotted as for `--set`.
     pub key: Spanned<String>,
     /// Its domain.
-    pub domain: Domain,
+    pub domain: ParameterDomain,
     /// Its name in the campaign's model: an identifier.
     pub name: Option<String>,
     /// What it is, in words, with its unit.
@@ -62,9 +62,9 @@ pub struct Parameter {
 
 /// The domain of a parameter.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Domain {
+pub enum ParameterDomain {
     /// One of these values; never empty.
-    Values(Vec<Value>),
+    Values(Vec<ParameterValue>),
     /// Every whole number from the first to the last.
     Whole {
         /// The first.
@@ -102,11 +102,11 @@ pub enum Domain {
 }
 
 /// In words.
-impl fmt::Display for Domain {
+impl fmt::Display for ParameterDomain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Values(values) => {
-                let values: Vec<String> = values.iter().map(Value::to_string).collect();
+                let values: Vec<String> = values.iter().map(ParameterValue::to_string).collect();
                 write!(f, "one of {}", values.join(", "))
             }
             Self::Whole { from, to } => write!(f, "whole numbers from {from} to {to}"),
@@ -125,7 +125,7 @@ impl fmt::Display for Domain {
     }
 }
 
-impl Domain {
+impl ParameterDomain {
     /// The number of values, if it is finite.
     #[must_use]
     pub fn count(&self) -> Option<u64> {
@@ -139,18 +139,18 @@ impl Domain {
 
     /// The value with that index, if the values can be counted and the index is valid.
     #[must_use]
-    pub fn nth(&self, place: u64) -> Option<Value> {
+    pub fn nth(&self, place: u64) -> Option<ParameterValue> {
         let count = self.count().filter(|count| place < *count)?;
         match self {
             Self::Values(values) => Some(values[place as usize].clone()),
-            Self::Whole { from, .. } => Some(Value::Integer(from.wrapping_add_unsigned(place))),
+            Self::Whole { from, .. } => Some(ParameterValue::Integer(from.wrapping_add_unsigned(place))),
             _ => self.between(place as f64 / (count - 1) as f64),
         }
     }
 
     /// The value below which a fraction `u` of the values lies, `0 < u < 1`: the quantile.
     #[must_use]
-    pub fn at(&self, u: f64) -> Value {
+    pub fn at(&self, u: f64) -> ParameterValue {
         let place = |count: u64| ((u * count as f64) as u64).min(count - 1);
         if let Some(value) = self.count().and_then(|count| self.nth(place(count))) {
             return value;
@@ -160,9 +160,9 @@ impl Domain {
                 let share = |end: Option<f64>, open| end.map_or(open, |end| normal_cdf((end - mean) / sd));
                 let (low, high) = (share(*min, 0.0), share(*max, 1.0));
                 let value = mean + sd * normal_quantile(low + u * (high - low));
-                Value::Number(value.clamp(min.unwrap_or(f64::MIN), max.unwrap_or(f64::MAX)))
+                ParameterValue::Number(value.clamp(min.unwrap_or(f64::MIN), max.unwrap_or(f64::MAX)))
             }
-            Self::Exponential { mean } => Value::Number(-mean * libm::log1p(-u)),
+            Self::Exponential { mean } => ParameterValue::Number(-mean * libm::log1p(-u)),
             Self::Range { .. } | Self::Whole { .. } | Self::Values(_) => {
                 self.between(u).expect("what has no steps is a range")
             }
@@ -172,7 +172,7 @@ impl Domain {
     /// Values at and near the ends, and one in the middle: what a scenario must accept before a campaign starts. For an
     /// unlimited tail, the value that one in a thousand exceeds.
     #[must_use]
-    pub fn extremes(&self) -> Vec<Value> {
+    pub fn extremes(&self) -> Vec<ParameterValue> {
         match (self, self.count()) {
             (Self::Values(values), _) => values.clone(),
             (_, Some(count)) => [0, count / 2, count - 1].into_iter().filter_map(|place| self.nth(place)).collect(),
@@ -182,10 +182,10 @@ impl Domain {
     }
 
     /// A number of a range, at a fraction of the distance from its lower to its upper end; none for other domains.
-    fn between(&self, share: f64) -> Option<Value> {
+    fn between(&self, share: f64) -> Option<ParameterValue> {
         let Self::Range { from, to, logarithmic, .. } = self else { return None };
         let number = if *logarithmic { from * libm::pow(to / from, share) } else { from * (1.0 - share) + to * share };
-        Some(Value::Number(number.clamp(*from, *to)))
+        Some(ParameterValue::Number(number.clamp(*from, *to)))
     }
 }
 
@@ -211,38 +211,38 @@ fn normal_quantile(u: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn number(value: &Value) -> f64 {
-        let Value::Number(number) = value else { panic!("{value} is not a number") };
+    fn number(value: &ParameterValue) -> f64 {
+        let ParameterValue::Number(number) = value else { panic!("{value} is not a number") };
         *number
     }
 
-    fn near(value: &Value, wanted: f64) -> bool {
+    fn near(value: &ParameterValue, wanted: f64) -> bool {
         (number(value) - wanted).abs() < 1e-9 * wanted.abs().max(1.0)
     }
 
     #[test]
     fn ranges_include_their_ends_and_have_even_steps() {
-        let range = Domain::Range { from: 1.0, to: 2.0, logarithmic: false, steps: Some(5) };
+        let range = ParameterDomain::Range { from: 1.0, to: 2.0, logarithmic: false, steps: Some(5) };
         let values: Vec<f64> = (0..5).map(|place| number(&range.nth(place).unwrap())).collect();
         assert_eq!(values, [1.0, 1.25, 1.5, 1.75, 2.0]);
         assert_eq!(range.nth(5), None);
-        let ratios = Domain::Range { from: 0.001, to: 10.0, logarithmic: true, steps: Some(5) };
+        let ratios = ParameterDomain::Range { from: 0.001, to: 10.0, logarithmic: true, steps: Some(5) };
         assert!(
             (0..5).zip([0.001, 0.01, 0.1, 1.0, 10.0]).all(|(place, wanted)| near(&ratios.nth(place).unwrap(), wanted))
         );
-        assert!(near(&Domain::Range { from: 1.0, to: 100.0, logarithmic: true, steps: None }.at(0.5), 10.0));
-        assert_eq!(Domain::Whole { from: -1, to: 1 }.at(0.999), Value::Integer(1));
-        assert_eq!(Domain::Whole { from: i64::MIN, to: i64::MAX }.at(0.0), Value::Integer(i64::MIN));
+        assert!(near(&ParameterDomain::Range { from: 1.0, to: 100.0, logarithmic: true, steps: None }.at(0.5), 10.0));
+        assert_eq!(ParameterDomain::Whole { from: -1, to: 1 }.at(0.999), ParameterValue::Integer(1));
+        assert_eq!(ParameterDomain::Whole { from: i64::MIN, to: i64::MAX }.at(0.0), ParameterValue::Integer(i64::MIN));
     }
 
     #[test]
     fn quantiles_agree_with_tables() {
-        let normal = Domain::Normal { mean: 10.0, sd: 2.0, min: None, max: None };
+        let normal = ParameterDomain::Normal { mean: 10.0, sd: 2.0, min: None, max: None };
         for (u, wanted) in [(0.5, 10.0), (0.975, 13.919_927_969_08), (0.001, 3.819_535_387_66)] {
             assert!(near(&normal.at(u), wanted), "{} at {u}", normal.at(u));
         }
-        assert!(near(&Domain::Exponential { mean: 3.0 }.at(0.5), 3.0 * std::f64::consts::LN_2));
-        let cut = Domain::Normal { mean: 0.0, sd: 1.0, min: Some(0.0), max: Some(0.5) };
+        assert!(near(&ParameterDomain::Exponential { mean: 3.0 }.at(0.5), 3.0 * std::f64::consts::LN_2));
+        let cut = ParameterDomain::Normal { mean: 0.0, sd: 1.0, min: Some(0.0), max: Some(0.5) };
         assert!(cut.extremes().iter().all(|value| (0.0..=0.5).contains(&number(value))));
         // Half of what is left of the distribution lies below it: Φ(x) = (Φ(0) + Φ(0.5))/2.
         assert!((normal_cdf(number(&cut.at(0.5))) - (0.5 + normal_cdf(0.5)) / 2.0).abs() < 1e-12);
@@ -251,19 +251,19 @@ mod tests {
     #[test]
     fn values_are_written_as_toml_reads_them() {
         let all = [
-            Value::Integer(-3),
-            Value::Number(1e-7),
-            Value::Number(5.0),
-            Value::Boolean(true),
-            Value::Text("a \"b\"\n".into()),
+            ParameterValue::Integer(-3),
+            ParameterValue::Number(1e-7),
+            ParameterValue::Number(5.0),
+            ParameterValue::Boolean(true),
+            ParameterValue::Text("a \"b\"\n".into()),
         ];
         for value in all {
             let table: toml::Table = format!("value = {value}").parse().expect("it is TOML");
             let back = match &table["value"] {
-                toml::Value::Integer(back) => Value::Integer(*back),
-                toml::Value::Float(back) => Value::Number(*back),
-                toml::Value::Boolean(back) => Value::Boolean(*back),
-                toml::Value::String(back) => Value::Text(back.clone()),
+                toml::Value::Integer(back) => ParameterValue::Integer(*back),
+                toml::Value::Float(back) => ParameterValue::Number(*back),
+                toml::Value::Boolean(back) => ParameterValue::Boolean(*back),
+                toml::Value::String(back) => ParameterValue::Text(back.clone()),
                 other => panic!("{other}"),
             };
             assert_eq!(back, value);

@@ -13,7 +13,7 @@ use serde::Serialize;
 
 use super::Shard;
 use super::file::{CampaignFile, MAX_RUNS, Seeds};
-use super::parameter::{Parameter, Value};
+use super::parameter::{Parameter, ParameterValue};
 use super::sampling::{Dimension, Sampling};
 use crate::Error;
 
@@ -65,7 +65,7 @@ pub struct PlannedRun {
     /// Its root seed.
     pub seed: u64,
     /// The parameters' values, in the order of the file.
-    pub values: Vec<Value>,
+    pub values: Vec<ParameterValue>,
 }
 
 impl Plan {
@@ -215,9 +215,9 @@ impl Plan {
 
     /// The combination of run `k`: the last parameter changes fastest, and after the last combination the first follows
     /// again.
-    fn grid_point(&self, k: u64) -> Vec<Value> {
+    fn grid_point(&self, k: u64) -> Vec<ParameterValue> {
         let mut rest = k;
-        let mut values: Vec<Value> = Vec::with_capacity(self.file.parameters.len());
+        let mut values: Vec<ParameterValue> = Vec::with_capacity(self.file.parameters.len());
         for parameter in self.file.parameters.iter().rev() {
             let count = parameter.domain.count().expect("a grid's parameters were checked to be countable");
             values.push(parameter.domain.nth(rest % count).expect("a remainder is below the count"));
@@ -245,7 +245,7 @@ impl Plan {
     /// refuses that run already, each parameter is tried alone, so that every wrong one is found.
     fn refusals(&self, first: &PlannedRun, set: &[String]) -> Vec<Problem> {
         let together = Scenario::load_like(&self.base, &self.found, &first.overrides(self)).err();
-        let overrides = |place: usize, value: &Value| {
+        let overrides = |place: usize, value: &ParameterValue| {
             if together.is_none() {
                 let mut run = first.clone();
                 run.values[place] = value.clone();
@@ -255,7 +255,7 @@ impl Plan {
             set.iter().cloned().chain([alone]).collect()
         };
         let refused = |(place, parameter): (usize, &Parameter)| {
-            let refused = |value: Value| {
+            let refused = |value: ParameterValue| {
                 let error = Scenario::load_like(&self.base, &self.found, &overrides(place, &value)).err()?;
                 Some(refusal(&parameter.key, &value, &error))
             };
@@ -317,7 +317,7 @@ fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
 }
 
 /// The error that the scenario does not accept a value, at the parameter.
-fn refusal(key: &Spanned<String>, value: &Value, error: &scenarios::Error) -> Problem {
+fn refusal(key: &Spanned<String>, value: &ParameterValue, error: &scenarios::Error) -> Problem {
     let problem =
         key.span.problem(format!("the scenario does not accept `{}={value}`: {}", key.value, error.reasons()));
     problem.with_label("this parameter")

@@ -4,7 +4,7 @@ use monitors::Outcome;
 use reports::report::{MonitorReport, OutcomeReport, Report};
 use serde::{Deserialize, Serialize};
 
-use super::{Measure, PlannedRun, Value};
+use super::{Measure, ParameterValue, PlannedRun};
 
 /// One run of a campaign and its result. Nothing in it depends on the computer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -14,7 +14,7 @@ pub struct RunRecord {
     /// Its root seed.
     pub seed: u64,
     /// The parameters' values, in the order of the campaign's file.
-    pub values: Vec<Value>,
+    pub values: Vec<ParameterValue>,
     /// How it went.
     pub outcome: RunOutcome,
     /// The expectations of the scenario that the run did not meet, in words; empty if the run failed.

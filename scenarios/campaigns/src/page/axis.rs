@@ -18,7 +18,7 @@ pub(super) enum Axis {
     /// Numbers.
     Scale(Scale),
     /// Single values.
-    Classes(Vec<Value>),
+    Classes(Vec<ParameterValue>),
 }
 
 impl Axis {
@@ -30,7 +30,7 @@ impl Axis {
     }
 
     /// The bin of a value, if it has one.
-    pub(super) fn bin(&self, value: &Value) -> Option<usize> {
+    pub(super) fn bin(&self, value: &ParameterValue) -> Option<usize> {
         match self {
             Self::Scale(scale) => number(value).map(|number| scale.bin(number)),
             Self::Classes(values) => values.iter().position(|known| known == value),
@@ -39,11 +39,11 @@ impl Axis {
 }
 
 /// A parameter's value as a number, if it is one.
-pub(super) fn number(value: &Value) -> Option<f64> {
+pub(super) fn number(value: &ParameterValue) -> Option<f64> {
     match value {
-        Value::Integer(integer) => Some(*integer as f64),
-        Value::Number(number) => Some(*number),
-        Value::Boolean(_) | Value::Text(_) => None,
+        ParameterValue::Integer(integer) => Some(*integer as f64),
+        ParameterValue::Number(number) => Some(*number),
+        ParameterValue::Boolean(_) | ParameterValue::Text(_) => None,
     }
 }
 
@@ -71,13 +71,13 @@ impl Extent {
 pub(super) struct Taken {
     extent: Extent,
     /// The different values, until there are too many.
-    classes: Vec<Value>,
+    classes: Vec<ParameterValue>,
     only_numbers: bool,
     runs: u64,
 }
 
 impl Taken {
-    pub(super) fn add(&mut self, value: &Value) {
+    pub(super) fn add(&mut self, value: &ParameterValue) {
         let number = number(value);
         self.only_numbers = number.is_some() && (self.runs == 0 || self.only_numbers);
         self.runs += 1;
@@ -120,7 +120,7 @@ mod tests {
         }
     }
 
-    fn axis(values: impl IntoIterator<Item = Value>) -> Option<Axis> {
+    fn axis(values: impl IntoIterator<Item = ParameterValue>) -> Option<Axis> {
         let mut taken = Taken::default();
         values.into_iter().for_each(|value| taken.add(&value));
         taken.axis(&parameter(false), 5)
@@ -128,11 +128,18 @@ mod tests {
 
     #[test]
     fn few_values_are_classes_many_numbers_a_scale_and_many_texts_nothing() {
-        let numbers = |count: i64| axis((0..count).rev().map(Value::Integer));
-        assert_eq!(numbers(3), Some(Axis::Classes(vec![Value::Integer(0), Value::Integer(1), Value::Integer(2)])));
+        let numbers = |count: i64| axis((0..count).rev().map(ParameterValue::Integer));
+        assert_eq!(
+            numbers(3),
+            Some(Axis::Classes(vec![
+                ParameterValue::Integer(0),
+                ParameterValue::Integer(1),
+                ParameterValue::Integer(2)
+            ]))
+        );
         assert!(matches!(numbers(100), Some(Axis::Scale(Scale { low: 0.0, high: 99.0, bins: 5, .. }))));
-        assert_eq!(axis((0..100).map(|number| Value::Text(number.to_string()))), None);
-        let mixed = [Value::Text("b".into()), Value::Integer(1)];
+        assert_eq!(axis((0..100).map(|number| ParameterValue::Text(number.to_string()))), None);
+        let mixed = [ParameterValue::Text("b".into()), ParameterValue::Integer(1)];
         assert_eq!(axis(mixed.clone()), Some(Axis::Classes(mixed.to_vec())));
     }
 }

@@ -129,18 +129,19 @@ fn labels(axis: &Axis, most: usize) -> Vec<(f64, String)> {
         Axis::Scale(scale) => scale.ticks(most).into_iter().map(|tick| (scale.share(tick), short(tick))).collect(),
         Axis::Classes(values) => {
             let every = values.len().div_ceil(most.max(1));
-            let label = |(place, value): (usize, &Value)| ((place as f64 + 0.5) / values.len() as f64, written(value));
+            let label =
+                |(place, value): (usize, &ParameterValue)| ((place as f64 + 0.5) / values.len() as f64, written(value));
             values.iter().enumerate().step_by(every.max(1)).map(label).collect()
         }
     }
 }
 
 /// A parameter's value for people.
-pub(super) fn written(value: &Value) -> String {
+pub(super) fn written(value: &ParameterValue) -> String {
     match value {
-        Value::Integer(integer) => integer.to_string(),
-        Value::Number(number) => short(*number),
-        Value::Boolean(boolean) => boolean.to_string(),
-        Value::Text(text) => text.clone(),
+        ParameterValue::Integer(integer) => integer.to_string(),
+        ParameterValue::Number(number) => short(*number),
+        ParameterValue::Boolean(boolean) => boolean.to_string(),
+        ParameterValue::Text(text) => text.clone(),
     }
 }

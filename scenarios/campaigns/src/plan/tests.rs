@@ -247,7 +247,7 @@ fn the_bug_hunt_tries_every_mistake_of_every_skill() {
     let plan = Plan::load(Path::new("bug_hunt")).unwrap();
     let tried: Vec<String> = (0..plan.runs())
         .map(|k| match &plan.run(k).values[..] {
-            [Value::Text(mutant)] => mutant.clone(),
+            [ParameterValue::Text(mutant)] => mutant.clone(),
             other => panic!("{other:?}"),
         })
         .collect();
