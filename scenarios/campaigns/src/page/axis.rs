@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use drawing::Scale;
 
-use super::super::Value;
+use super::super::ParameterValue;
 use super::super::journal::ParameterLayout;
 
 /// A parameter with more different values than this has no axis, unless they are numbers.

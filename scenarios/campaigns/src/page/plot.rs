@@ -6,7 +6,7 @@ use drawing::text::Font;
 use drawing::{Area, Spot, theme};
 use reports::html::{Drawing, Layout, NARROW};
 
-use super::super::Value;
+use super::super::ParameterValue;
 use super::axis::Axis;
 
 /// Width of a chart that has another beside it, and of one that has not, in pixels.
