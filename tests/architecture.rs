@@ -8,9 +8,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 18] = [
+const ROOMS: [(&str, &[&str]); 19] = [
     ("channels", &[]),
     ("diagnostics", &[]),
+    ("interfaces", &["channels", "diagnostics"]),
     ("maps", &["diagnostics"]),
     ("robot", &["maps"]),
     ("sim", &["robot", "maps"]),

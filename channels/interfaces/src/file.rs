@@ -1,0 +1,261 @@
+//! Interface files.
+
+use std::path::Path;
+
+use channels::Symbol;
+use diagnostics::document::{Document, Item, Table};
+use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
+
+use crate::flatten::{Flattening, Leaf};
+use crate::interface::{ACTION, Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, Topic};
+use crate::name::{is_field, is_symbol};
+use crate::packages::{Definition, Kind, Packages};
+use crate::{kind, ros};
+
+impl Interface {
+    /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The
+    /// definitions of ROS that it names are read in the same way, relative to its folder.
+    ///
+    /// # Errors
+    /// [`Error::Read`](diagnostics::Error::Read) if the file cannot be read;
+    /// [`Error::Problems`](diagnostics::Error::Problems) with everything that is wrong with it and with the definitions
+    /// that it uses.
+    ///
+    /// # Example
+    /// ```
+    /// use std::path::Path;
+    ///
+    /// use channels::Symbol;
+    /// use interfaces::Interface;
+    ///
+    /// let text = "[services.say]\nrequest = { text = 'text', at = 'place?' }\nreply = { seconds = 'real' }\n";
+    /// let read = |_: &Path| Ok(text.as_bytes().to_vec());
+    /// let speaker = Interface::load(Path::new("speaker.toml"), &[Symbol::new("Kitchen")], &read)?;
+    /// assert_eq!(
+    ///     speaker.requests()[0].to_string(),
+    ///     "[request: <say>, text: text, at: <Kitchen> | <none>]"
+    /// );
+    /// # Ok::<(), diagnostics::Error>(())
+    /// ```
+    pub fn load(path: &Path, places: &[Symbol], read: ReadFile<'_>) -> Result<Self, diagnostics::Error> {
+        let document = Document::parse_toml(&path.display().to_string(), &read_text(path, read)?)?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        Ok(document.read(|root| {
+            let packages = root.get::<Vec<String>>("packages").or(Vec::new());
+            Reader { packages: Packages::new(folder, packages, read), places }.interface(root)
+        })?)
+    }
+}
+
+struct Reader<'r> {
+    packages: Packages<'r>,
+    places: &'r [Symbol],
+}
+
+/// A part of an operation: the key under which its fields are, and the names that the fields before them have.
+type Part = (&'static str, &'static [&'static str]);
+
+impl Reader<'_> {
+    fn interface(&self, root: Table<'_>) -> Option<Interface> {
+        let services = each(root, "services", true, |name, table| {
+            let [request, reply] = self.parts(table, Kind::Service, [("request", &[REQUEST]), ("reply", &[STATUS])])?;
+            Some(Service { name, request, reply })
+        });
+        let topics = each(root, "topics", true, |name, table| {
+            let [fields] = self.parts(table, Kind::Message, [("fields", &[STATUS])])?;
+            Some(Topic { name, fields })
+        });
+        let actions = each(root, "actions", false, |name, table| {
+            let answer = &[STATUS, ACTION];
+            let parts = [("goal", &[REQUEST, ACTION][..]), ("feedback", answer), ("result", answer)];
+            let [goal, feedback, result] = self.parts(table, Kind::Action, parts)?;
+            Some(Action { name, goal, feedback, result })
+        });
+        Some(Interface { services: services?, topics: topics?, actions: actions? })
+    }
+
+    /// The fields of each part of an operation.
+    fn parts<const N: usize>(&self, table: Table<'_>, kind: Kind, parts: [Part; N]) -> Option<[Vec<Field>; N]> {
+        let fields = match table.text("ros").spanned().map(Some).or(None) {
+            _ if !table.has("ros") => parts.map(|part| self.written(table, part)),
+            Some(named) => self.defined(table, kind, &named, parts),
+            None => {
+                parts.iter().for_each(|(key, _)| table.know(key));
+                return None;
+            }
+        };
+        fields.into_iter().collect::<Option<Vec<_>>>()?.try_into().ok()
+    }
+
+    /// Fields that the file itself lists with their kinds.
+    fn written(&self, table: Table<'_>, (key, taken): Part) -> Option<Vec<Field>> {
+        if !table.has(key) {
+            table.know(key);
+            return Some(Vec::new());
+        }
+        let fields = table.table(key).optional()?;
+        let names: Vec<(&str, &Span)> = in_order(fields);
+        let is_sound = names_are_sound(&names, taken, table, "choose another name");
+        let read = names.into_iter().map(|(name, _)| {
+            let item = fields.get::<Item<'_>>(name).required()?;
+            let kind = kind::read(&item, self.places);
+            let kind = kind.map_err(|problems| problems.into_iter().for_each(|problem| table.report(problem))).ok();
+            Some(Field { name: name.to_owned(), kind: kind? })
+        });
+        all(read).filter(|_| is_sound)
+    }
+
+    /// Fields from a definition of ROS: all, or those that the file selects.
+    fn defined<const N: usize>(
+        &self,
+        table: Table<'_>,
+        kind: Kind,
+        named: &Spanned<String>,
+        parts: [Part; N],
+    ) -> [Option<Vec<Field>>; N] {
+        let selections = parts.map(|(key, _)| selection(table, key));
+        let Some((definition, folders)) = self.packages.definition(named, kind, table) else {
+            return parts.map(|_| None);
+        };
+        let mut numbers = 0..N;
+        let mut selections = selections.into_iter();
+        parts.map(|(key, taken)| {
+            let part = &definition.parts[numbers.next()?];
+            let flattening = Flattening { packages: &self.packages, folders: &folders, named, key, table };
+            let fields = selected(&flattening, &definition, part, selections.next()??)?;
+            let names: Vec<(&str, &Span)> = fields.iter().map(|(field, place)| (field.name.as_str(), place)).collect();
+            let rename =
+                "name the fields that you want, and this one differently: `fields = { theirs = \"path.in.ros\" }`";
+            names_are_sound(&names, taken, table, rename).then(|| fields.into_iter().map(|(field, _)| field).collect())
+        })
+    }
+}
+
+/// Which fields of a part of a definition are wanted.
+enum Selection {
+    All,
+    /// These paths, some under a name of their own.
+    Some(Vec<(Option<String>, Spanned<String>)>),
+}
+
+fn selection(table: Table<'_>, key: &str) -> Option<Selection> {
+    if !table.has(key) {
+        table.know(key);
+        return Some(Selection::All);
+    }
+    let item = table.get::<Item<'_>>(key).required()?;
+    if let Some(fields) = item.as_table() {
+        let read = |(name, _): (&str, _)| Some((Some(name.to_owned()), fields.text(name).spanned().required()?));
+        return Some(Selection::Some(all(in_order(fields).into_iter().map(read))?));
+    }
+    match item.get::<Vec<Spanned<String>>>() {
+        Ok(paths) => Some(Selection::Some(paths.into_iter().map(|path| (None, path)).collect())),
+        Err(_) => {
+            let wanted =
+                "a list of paths in the definition, such as [\"pose.position.x\"], or a table of names and paths";
+            table.report(item.wrong(wanted));
+            None
+        }
+    }
+}
+
+/// The selected fields, each with the place of what selects it.
+fn selected(
+    flattening: &Flattening<'_, '_, '_>,
+    definition: &Definition,
+    part: &ros::Message,
+    selection: Selection,
+) -> Option<Vec<(Field, Span)>> {
+    let field = |name: String, kind, span: &Span| (Field { name, kind }, span.clone());
+    let Selection::Some(paths) = selection else {
+        let leaves = flattening.all(definition, part)?.into_iter();
+        return Some(leaves.map(|Leaf { path, kind }| field(plain(&path), kind, &flattening.named.span)).collect());
+    };
+    let read = paths.into_iter().map(|(name, selected)| {
+        let leaves = flattening.at(definition, part, &selected)?.into_iter();
+        // A name of the file's own stands for the path that it selects.
+        let named = |path: &str| match (&name, path.strip_prefix(&selected.value)) {
+            (Some(name), Some(below)) => format!("{name}{}", plain(below)),
+            _ => plain(path),
+        };
+        Some(leaves.map(|Leaf { path, kind }| field(named(&path), kind, &selected.span)).collect::<Vec<_>>())
+    });
+    Some(all(read)?.concat())
+}
+
+/// The name of a field of a channel: `pose_position_x` for `pose.position.x`, `covariance_3` for `covariance[3]`.
+fn plain(path: &str) -> String {
+    path.replace(['.', '['], "_").replace(']', "")
+}
+
+/// Whether fields with these names can follow those in `taken`: all are names, and different from each other.
+fn names_are_sound(names: &[(&str, &Span)], taken: &[&str], table: Table<'_>, rename: &str) -> bool {
+    let mut problems: Vec<Problem> = Vec::new();
+    for (index, (name, place)) in names.iter().enumerate() {
+        let problem = if !is_field(name) {
+            let problem = place.problem(format!("`{name}` cannot be the name of a field"));
+            problem.with_help("a name consists of letters, digits and `_`, and does not begin with a digit")
+        } else if taken.contains(name) {
+            place.problem(format!("every message of this kind has a field `{name}` already")).with_help(rename)
+        } else if names[..index].iter().any(|(earlier, _)| earlier == name) {
+            place.problem(format!("there are two fields `{name}`")).with_help(rename)
+        } else {
+            continue;
+        };
+        problems.push(problem.with_label("this field"));
+    }
+    if let Some((_, place)) = names.get(MAX_FIELDS) {
+        let message = format!("a message has at most {MAX_FIELDS} fields, and this one has {}", names.len());
+        problems.push(place.problem(message).with_label("one too many"));
+    }
+    let is_sound = problems.is_empty();
+    problems.into_iter().for_each(|problem| table.report(problem));
+    is_sound
+}
+
+/// All values, if each was read: the others are still read after one was not.
+fn all<T>(read: impl Iterator<Item = Option<T>>) -> Option<Vec<T>> {
+    read.collect::<Vec<_>>().into_iter().collect()
+}
+
+/// Reads each table in the table `key`, in the order of the file, even if others fail.
+fn each<'d, T>(
+    root: Table<'d>,
+    key: &str,
+    begins: bool,
+    mut read: impl FnMut(String, Table<'d>) -> Option<T>,
+) -> Option<Vec<T>> {
+    if !root.has(key) {
+        root.know(key);
+        return Some(Vec::new());
+    }
+    let tables = root.table(key).optional()?;
+    let read = in_order(tables).into_iter().map(|(name, place)| {
+        let is_sound = name_is_sound(name, begins, place, root);
+        let value = read(name.to_owned(), tables.table(name).required()?);
+        value.filter(|_| is_sound)
+    });
+    all(read)
+}
+
+/// Whether an operation may have this name. Messages may begin with the name of a service or topic.
+fn name_is_sound(name: &str, begins: bool, place: &Span, root: Table<'_>) -> bool {
+    let problem = if !is_symbol(name) {
+        let problem = place.problem(format!("`{name}` is not a symbol"));
+        problem.with_help("a name consists of letters, digits, `_` and `-`")
+    } else if begins && RESERVED.contains(&name) {
+        let problem = place.problem(format!("`{name}` begins messages that every interface has"));
+        problem.with_help(format!("choose another name than {}", RESERVED.join(", ")))
+    } else {
+        return true;
+    };
+    root.report(problem.with_label("this name"));
+    false
+}
+
+/// The keys of a table in the order in which they are written.
+fn in_order<'d>(table: Table<'d>) -> Vec<(&'d str, &'d Span)> {
+    let mut keys: Vec<_> = table.keys().collect();
+    keys.sort_by_key(|(_, place)| place.range().start);
+    keys
+}

@@ -1,0 +1,233 @@
+//! From a ROS message, which may contain others, to the fields of a message of a channel.
+
+use std::path::PathBuf;
+
+use channels::FieldKind;
+use diagnostics::document::Table;
+use diagnostics::{Problem, Spanned, nearest_or_all};
+
+use crate::interface::MAX_FIELDS;
+use crate::packages::{Definition, Missing, Packages, what_to_add};
+use crate::ros::{self, Base, Count, TypeName};
+
+/// More items of arrays and messages are not looked at: what is in them would be too much.
+const MAX_VISITS: usize = 10_000;
+
+/// A field of a channel's message, by its path in the definition: `pose.position.x`, `covariance[3]`.
+#[derive(Clone, Debug)]
+pub(crate) struct Leaf {
+    pub(crate) path: String,
+    pub(crate) kind: FieldKind,
+}
+
+/// A step of a path: the name of a field, and which item of it, if it is an array.
+#[derive(Clone, Debug)]
+struct Step {
+    name: String,
+    item: Option<usize>,
+}
+
+/// What it takes to flatten the messages of one definition.
+pub(crate) struct Flattening<'f, 'r, 'd> {
+    pub(crate) packages: &'f Packages<'r>,
+    /// Where types are looked for.
+    pub(crate) folders: &'f [PathBuf],
+    /// Which definition, and where the interface names it.
+    pub(crate) named: &'f Spanned<String>,
+    /// How an interface selects fields of this part: `fields`, `reply`, …
+    pub(crate) key: &'f str,
+    /// Where problems are reported.
+    pub(crate) table: Table<'d>,
+}
+
+/// One walk through a message.
+struct Walk<'w, 'f, 'r, 'd> {
+    of: &'w Flattening<'f, 'r, 'd>,
+    /// What problems are about: the definition, or the path that selects from it.
+    about: &'w Spanned<String>,
+    leaves: Vec<Leaf>,
+    visits: usize,
+    problems: Vec<Problem>,
+    /// The types around the one that is visited.
+    around: Vec<PathBuf>,
+}
+
+/// Whether to go on.
+type Going = Option<()>;
+
+impl Flattening<'_, '_, '_> {
+    /// All fields of a part of the definition.
+    pub(crate) fn all(&self, definition: &Definition, part: &ros::Message) -> Option<Vec<Leaf>> {
+        self.walk(definition, part, self.named, &[])
+    }
+
+    /// The fields at a path or below it.
+    pub(crate) fn at(&self, definition: &Definition, part: &ros::Message, path: &Spanned<String>) -> Option<Vec<Leaf>> {
+        let Some(steps) = steps(&path.value) else {
+            let problem = path.span.problem(format!("`{}` is not a path in a definition", path.value));
+            let problem = problem.with_label("here");
+            self.table.report(problem.with_help("for example `pose.position.x`, or `covariance[0]`"));
+            return None;
+        };
+        self.walk(definition, part, path, &steps)
+    }
+
+    fn walk(
+        &self,
+        definition: &Definition,
+        part: &ros::Message,
+        about: &Spanned<String>,
+        steps: &[Step],
+    ) -> Option<Vec<Leaf>> {
+        let around = vec![definition.path.clone()];
+        let mut walk = Walk { of: self, about, leaves: Vec::new(), visits: 0, problems: Vec::new(), around };
+        let went = walk.message(definition, part, "", steps, false);
+        let Walk { leaves, problems, .. } = walk;
+        if went.is_some() && problems.is_empty() {
+            return Some(leaves);
+        }
+        problems.into_iter().for_each(|problem| self.table.report(problem));
+        None
+    }
+}
+
+impl Walk<'_, '_, '_, '_> {
+    /// Visits all fields of a message, or the one to which the first step leads.
+    fn message(
+        &mut self,
+        definition: &Definition,
+        message: &ros::Message,
+        path: &str,
+        steps: &[Step],
+        is_optional: bool,
+    ) -> Going {
+        let Some((step, rest)) = steps.split_first() else {
+            return message
+                .fields
+                .iter()
+                .try_for_each(|field| self.field(definition, field, &join(path, &field.name), None, &[], is_optional));
+        };
+        let Some(field) = message.fields.iter().find(|field| field.name == step.name) else {
+            let names: Vec<&str> = message.fields.iter().map(|field| field.name.as_str()).collect();
+            let problem = self.problem(format!("there is no field `{}`", join(path, &step.name)));
+            self.problems.push(problem.with_help(nearest_or_all(&step.name, "fields", &names)));
+            return Some(());
+        };
+        self.field(definition, field, &join(path, &step.name), step.item, rest, is_optional)
+    }
+
+    /// Visits one item of a field, or all.
+    fn field(
+        &mut self,
+        definition: &Definition,
+        field: &ros::Field,
+        path: &str,
+        item: Option<usize>,
+        rest: &[Step],
+        is_optional: bool,
+    ) -> Going {
+        let is_optional = is_optional || matches!(field.kind.count, Count::UpTo(_) | Count::Any);
+        let base = &field.kind.base;
+        match (field.kind.count, item) {
+            (Count::One, None) => self.item(definition, base, path, rest, is_optional),
+            (Count::One, Some(_)) => {
+                self.problems.push(self.problem(format!("`{path}` is not an array")));
+                Some(())
+            }
+            (Count::Exactly(count) | Count::UpTo(count), Some(item)) if item >= count => {
+                let problem = self.problem(format!("`{path}` has no item {item}"));
+                self.problems.push(problem.with_help(format!("its items are 0 to {}", count - 1)));
+                Some(())
+            }
+            (_, Some(item)) => self.item(definition, base, &format!("{path}[{item}]"), rest, is_optional),
+            (Count::Any, None) => {
+                self.problems.push(self.endless(path, &field.kind));
+                Some(())
+            }
+            (Count::Exactly(count) | Count::UpTo(count), None) => (0..count)
+                .try_for_each(|item| self.item(definition, base, &format!("{path}[{item}]"), rest, is_optional)),
+        }
+    }
+
+    fn item(&mut self, definition: &Definition, base: &Base, path: &str, rest: &[Step], is_optional: bool) -> Going {
+        self.visits += 1;
+        if self.leaves.len() == MAX_FIELDS || self.visits > MAX_VISITS {
+            self.problems.push(self.too_many());
+            return None;
+        }
+        let kind = match base {
+            Base::Message(name) => return self.nested(definition, name, path, rest, is_optional),
+            Base::Bool => FieldKind::Bool,
+            Base::Float32 | Base::Float64 => FieldKind::Real,
+            Base::String(_) | Base::WString(_) => FieldKind::Text,
+            _ => FieldKind::Int,
+        };
+        if let Some(step) = rest.first() {
+            self.problems.push(self.problem(format!("`{path}` is {base} and has no field `{}`", step.name)));
+            return Some(());
+        }
+        let kind = if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind };
+        self.leaves.push(Leaf { path: path.to_owned(), kind });
+        Some(())
+    }
+
+    fn nested(&mut self, user: &Definition, name: &TypeName, path: &str, rest: &[Step], is_optional: bool) -> Going {
+        let Flattening { packages, folders, named, table, .. } = *self.of;
+        match packages.message(name, user, folders, named, table) {
+            Ok(definition) if self.around.contains(&definition.path) => {
+                self.problems.push(self.problem(format!("{name}, the type of `{path}`, contains itself")));
+                None
+            }
+            Ok(definition) => {
+                self.around.push(definition.path.clone());
+                let going = definition
+                    .parts
+                    .iter()
+                    .try_for_each(|part| self.message(&definition, part, path, rest, is_optional));
+                self.around.pop();
+                going
+            }
+            Err(Missing::Refused) => None,
+            Err(Missing::Nowhere) => {
+                let problem = self.problem(format!("`{path}` is {name}, of which there is no definition"));
+                self.problems.push(problem.with_help(what_to_add(name, folders)));
+                Some(())
+            }
+        }
+    }
+
+    fn problem(&self, message: String) -> Problem {
+        self.about.span.problem(message).with_label("here")
+    }
+
+    fn endless(&self, path: &str, kind: &ros::Type) -> Problem {
+        let message = format!("`{path}` is {kind}, an array of any length, and a message has as many fields each time");
+        self.problem(message).with_help(self.select(&format!("{path}[0]")))
+    }
+
+    fn too_many(&self) -> Problem {
+        self.problem(format!("these are more fields than the {MAX_FIELDS} that a message may have"))
+            .with_help(self.select("…"))
+    }
+
+    /// How to name the fields that are wanted.
+    fn select(&self, another: &str) -> String {
+        let first = self.leaves.first().map_or_else(String::new, |leaf| format!("\"{}\", ", leaf.path));
+        format!("name the fields that you want: `{} = [{first}\"{another}\"]`", self.of.key)
+    }
+}
+
+fn join(path: &str, name: &str) -> String {
+    if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+}
+
+/// The steps of a path.
+fn steps(path: &str) -> Option<Vec<Step>> {
+    let step = |text: &str| {
+        let Some((name, item)) = text.split_once('[') else { return Some(Step { name: text.to_owned(), item: None }) };
+        let (item, number) = (item.strip_suffix(']')?, item.strip_suffix(']')?.parse::<usize>().ok()?);
+        // Each path is written in one way.
+        (number.to_string() == item).then(|| Step { name: name.to_owned(), item: Some(number) })
+    };
+    path.split('.').map(|text| step(text).filter(|step| !step.name.is_empty())).collect()
+}

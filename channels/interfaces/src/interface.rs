@@ -1,0 +1,263 @@
+//! Services, topics and actions, and the messages in which they are asked and answered.
+
+use channels::{FieldKind, Shape};
+use diagnostics::Problem;
+
+/// `m[1]` of a request to start an action.
+pub const GOAL: &str = "goal";
+/// `m[1]` of a request to cancel an action.
+pub const CANCEL: &str = "cancel";
+/// `m[1]` of the answer of a service that did what it was asked.
+pub const OK: &str = "ok";
+/// `m[1]` of the answer to a request that could not be carried out.
+pub const ERROR: &str = "error";
+/// `m[1]` of the answer to a goal that will be pursued.
+pub const ACCEPTED: &str = "accepted";
+/// `m[1]` of the answer to a goal that will not be pursued.
+pub const REJECTED: &str = "rejected";
+/// `m[1]` of a report on the way to a goal.
+pub const FEEDBACK: &str = "feedback";
+/// `m[1]` of the end of an action that reached its goal.
+pub const SUCCEEDED: &str = "succeeded";
+/// `m[1]` of the end of an action that could not reach its goal.
+pub const ABORTED: &str = "aborted";
+/// `m[1]` of the end of an action that was canceled.
+pub const CANCELED: &str = "canceled";
+
+/// No service and no topic has one of these names: messages begin with them that are something else.
+pub const RESERVED: [&str; 10] = [GOAL, CANCEL, OK, ERROR, ACCEPTED, REJECTED, FEEDBACK, SUCCEEDED, ABORTED, CANCELED];
+
+/// The name of `m[1]` in messages to a component.
+pub const REQUEST: &str = "request";
+/// The name of `m[1]` in messages from a component.
+pub const STATUS: &str = "status";
+/// The name of `m[2]` in the messages of an action.
+pub const ACTION: &str = "action";
+/// The name of the field that says why something failed.
+pub const REASON: &str = "reason";
+
+/// A message has at most this many fields behind the symbols with which it begins.
+pub const MAX_FIELDS: usize = 64;
+
+/// What a component can be asked, what it publishes, and what it does over time.
+#[derive(Clone, Debug, PartialEq, Eq, Default)]
+pub struct Interface {
+    /// Requests with one reply each.
+    pub services: Vec<Service>,
+    /// What it publishes to any number of subscribers.
+    pub topics: Vec<Topic>,
+    /// What takes time: a goal, feedback on the way, and a result.
+    pub actions: Vec<Action>,
+}
+
+/// A field of a message: `m[2]`, `m[3]`, … in the order of the fields, after the symbols that say what the message is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Field {
+    /// The name, by which state machines read it: `_event.data.NAME`.
+    pub name: String,
+    /// What it may hold.
+    pub kind: FieldKind,
+}
+
+/// A request with one reply: `[<NAME>, request…]` is answered by `[<ok>, reply…]` or `[<error>, reason]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Service {
+    /// `m[1]` of the request.
+    pub name: String,
+    /// The fields of the request.
+    pub request: Vec<Field>,
+    /// The fields of the reply, if the service did what it was asked.
+    pub reply: Vec<Field>,
+}
+
+/// What a component publishes: each subscriber gets `[<NAME>, fields…]`, and a newer one replaces one that waits.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Topic {
+    /// `m[1]` of the message.
+    pub name: String,
+    /// The other fields.
+    pub fields: Vec<Field>,
+}
+
+/// What a component does over time.
+///
+/// `[<goal>, <NAME>, goal…]` is answered by `[<accepted>, <NAME>]` or `[<rejected>, <NAME>, reason]`. After an acceptance
+/// come any number of `[<feedback>, <NAME>, feedback…]` and then one of `[<succeeded>, <NAME>, result…]`, `[<aborted>,
+/// <NAME>, reason]` and `[<canceled>, <NAME>]`. `[<cancel>, <NAME>]` asks for the last one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Action {
+    /// `m[2]` of each of its messages.
+    pub name: String,
+    /// The fields of a goal.
+    pub goal: Vec<Field>,
+    /// The fields of feedback.
+    pub feedback: Vec<Field>,
+    /// The fields of the result.
+    pub result: Vec<Field>,
+}
+
+/// A part of an interface.
+#[derive(Clone, Copy, Debug)]
+pub enum Operation<'i> {
+    /// A service.
+    Service(&'i Service),
+    /// A topic.
+    Topic(&'i Topic),
+    /// An action.
+    Action(&'i Action),
+}
+
+impl Interface {
+    /// The interface with only the operations for which `uses` holds: what concerns one client.
+    #[must_use]
+    pub fn restricted_to(&self, uses: impl Fn(Operation<'_>) -> bool) -> Self {
+        let mut part = self.clone();
+        part.services.retain(|service| uses(Operation::Service(service)));
+        part.topics.retain(|topic| uses(Operation::Topic(topic)));
+        part.actions.retain(|action| uses(Operation::Action(action)));
+        part
+    }
+
+    /// The shapes of what a client that uses all of this may send to the component: requests of services, goals and
+    /// cancels. A client that only subscribes sends nothing.
+    #[must_use]
+    pub fn requests(&self) -> Vec<Shape> {
+        let actions = self.actions.iter().flat_map(Action::requests);
+        self.services.iter().map(Service::request).chain(actions).collect()
+    }
+
+    /// The shapes of what the component may send to a client that uses all of this, each once: replies of services, the
+    /// answers of actions, and topics.
+    ///
+    /// # Errors
+    /// If the replies of two services could not be told apart by their kinds, and their fields have different names: a
+    /// reader would not know which names are meant. The problem has no place.
+    ///
+    /// ```
+    /// use channels::FieldKind;
+    /// use interfaces::{Field, Interface, Service};
+    ///
+    /// let real = |name: &str| vec![Field { name: name.to_owned(), kind: FieldKind::Real }];
+    /// let service = |name: &str, reply| Service { name: name.to_owned(), request: Vec::new(), reply };
+    /// let services = vec![service("get_level", real("level")), service("get_current", real("amperes"))];
+    /// let mut interface = Interface { services, ..Interface::default() };
+    /// let problem = interface.replies().unwrap_err();
+    /// assert_eq!(
+    ///     problem.to_string(),
+    ///     "a reply of `get_level`, with `level`, looks like one of `get_current`, with `amperes`"
+    /// );
+    /// interface.services[1].reply = real("level");
+    /// assert!(interface.replies().is_ok());
+    /// ```
+    pub fn replies(&self) -> Result<Vec<Shape>, Problem> {
+        for (index, service) in self.services.iter().enumerate() {
+            let alike = self.services[..index].iter().find(|earlier| earlier.is_confused_with(service));
+            if let Some(earlier) = alike {
+                return Err(confusion(earlier, service));
+            }
+        }
+        let mut shapes: Vec<Shape> = Vec::new();
+        let replies = self.services.iter().flat_map(Service::replies);
+        let answers = self.actions.iter().flat_map(Action::answers);
+        for shape in replies.chain(answers).chain(self.topics.iter().map(Topic::message)) {
+            if !shapes.contains(&shape) {
+                shapes.push(shape);
+            }
+        }
+        Ok(shapes)
+    }
+}
+
+impl Service {
+    /// The request.
+    #[must_use]
+    pub fn request(&self) -> Shape {
+        shape([(REQUEST, &self.name)], &self.request)
+    }
+
+    /// The replies: done, or not.
+    #[must_use]
+    pub fn replies(&self) -> [Shape; 2] {
+        [shape([(STATUS, OK)], &self.reply), shape([(STATUS, ERROR)], &[reason()])]
+    }
+
+    /// Whether a message can be a reply of both, with different names for its fields.
+    fn is_confused_with(&self, other: &Self) -> bool {
+        let fields = || self.reply.iter().zip(&other.reply);
+        self.reply.len() == other.reply.len()
+            && fields().any(|(one, other)| one.name != other.name)
+            && fields().all(|(one, other)| intersect(&one.kind, &other.kind))
+    }
+}
+
+impl Topic {
+    /// The message to a subscriber.
+    #[must_use]
+    pub fn message(&self) -> Shape {
+        shape([(STATUS, &self.name)], &self.fields)
+    }
+}
+
+impl Action {
+    /// What the component is asked: a goal, and a cancel.
+    #[must_use]
+    pub fn requests(&self) -> [Shape; 2] {
+        [
+            shape([(REQUEST, GOAL), (ACTION, &self.name)], &self.goal),
+            shape([(REQUEST, CANCEL), (ACTION, &self.name)], &[]),
+        ]
+    }
+
+    /// What the component answers: accepted, rejected, feedback, succeeded, aborted, canceled, and an error for a cancel
+    /// without a goal.
+    #[must_use]
+    pub fn answers(&self) -> [Shape; 7] {
+        let answer = |status, fields: &[Field]| shape([(STATUS, status), (ACTION, &self.name)], fields);
+        [
+            answer(ACCEPTED, &[]),
+            answer(REJECTED, &[reason()]),
+            answer(FEEDBACK, &self.feedback),
+            answer(SUCCEEDED, &self.result),
+            answer(ABORTED, &[reason()]),
+            answer(CANCELED, &[]),
+            shape([(STATUS, ERROR)], &[reason()]),
+        ]
+    }
+}
+
+fn shape<const N: usize>(head: [(&str, &str); N], fields: &[Field]) -> Shape {
+    let head = head.map(|(name, symbol)| (name.to_owned(), FieldKind::symbols([symbol])));
+    Shape::new(head.into_iter().chain(fields.iter().map(|field| (field.name.clone(), field.kind.clone()))))
+}
+
+fn reason() -> Field {
+    Field { name: REASON.to_owned(), kind: FieldKind::Text }
+}
+
+/// Whether both kinds have a value in common.
+fn intersect(one: &FieldKind, other: &FieldKind) -> bool {
+    use FieldKind::{Optional, Symbol};
+    match (one, other) {
+        (Optional(_), Optional(_)) => true,
+        (Optional(kind), other) | (other, Optional(kind)) => {
+            intersect(kind, other) || other.contains(&channels::Value::symbol(FieldKind::NONE))
+        }
+        (Symbol(one), Symbol(other)) => one.iter().any(|symbol| other.contains(symbol)),
+        (one, other) => one == other,
+    }
+}
+
+fn confusion(earlier: &Service, service: &Service) -> Problem {
+    let names = |service: &Service| {
+        let names: Vec<String> = service.reply.iter().map(|field| format!("`{}`", field.name)).collect();
+        names.join(", ")
+    };
+    let problem = Problem::new(format!(
+        "a reply of `{}`, with {}, looks like one of `{}`, with {}",
+        earlier.name,
+        names(earlier),
+        service.name,
+        names(service)
+    ));
+    problem.with_help("give the fields the same names in both, such as `value`, or let no client use both services")
+}

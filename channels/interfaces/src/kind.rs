@@ -1,0 +1,87 @@
+//! What a field may hold, as a file says it.
+
+use channels::{FieldKind, Symbol};
+use diagnostics::document::Item;
+use diagnostics::{Problem, did_you_mean};
+
+use crate::name::is_symbol;
+
+/// The kinds that have a name, each with what it means.
+pub const KINDS: [(&str, &str); 5] = [
+    ("bool", "`true` or `false`"),
+    ("int", "an integer of 64 bits"),
+    ("real", "a number"),
+    ("text", "a text"),
+    ("place", "one of the scenario's places, as a symbol"),
+];
+
+/// What makes a kind optional: after its name, or as the last item of a list.
+const OPTIONAL: &str = "?";
+
+/// The kind that an item of a file names.
+pub(crate) fn read(item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Vec<Problem>> {
+    if let Some(name) = item.as_text() {
+        return named(name, item, places).map_err(|problem| vec![problem]);
+    }
+    let Some(items) = item.as_array() else {
+        return Err(vec![item.wrong("a kind, such as \"real\", or a list of symbols, such as [\"open\", \"closed\"]")]);
+    };
+    listed(item, &items)
+}
+
+fn named(text: &str, item: &Item<'_>, places: &[Symbol]) -> Result<FieldKind, Problem> {
+    let (name, is_optional) = text.strip_suffix(OPTIONAL).map_or((text, false), |name| (name, true));
+    let kind = match name {
+        "bool" => FieldKind::Bool,
+        "int" => FieldKind::Int,
+        "real" => FieldKind::Real,
+        "text" => FieldKind::Text,
+        "place" if places.is_empty() => {
+            let problem = item.span().problem("`place` is one of the scenario's places, and it has none");
+            return Err(problem
+                .with_label("this kind")
+                .with_help("give the scenario a file of `places`, or list the symbols: `[\"Kitchen\", \"Dock\"]`"));
+        }
+        "place" => FieldKind::Symbol(places.to_vec()),
+        _ => {
+            let names = KINDS.map(|(name, _)| name);
+            let problem = item.span().problem(format!("unknown kind `{name}`")).with_label("not a kind");
+            let all = "bool, int, real, text, place; with `?` at the end if it may be missing; or a list of symbols";
+            return Err(problem.with_help(did_you_mean(name, names).unwrap_or_else(|| all.to_owned())));
+        }
+    };
+    Ok(if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind })
+}
+
+fn listed(list: &Item<'_>, items: &[Item<'_>]) -> Result<FieldKind, Vec<Problem>> {
+    let (mut symbols, mut problems) = (Vec::new(), Vec::new());
+    let (items, is_optional) = match items.split_last() {
+        Some((last, others)) if last.as_text() == Some(OPTIONAL) => (others, true),
+        _ => (items, false),
+    };
+    for item in items {
+        match item.as_text() {
+            None => problems.push(item.wrong("a symbol, as a text")),
+            Some(name) if !is_symbol(name) => {
+                let problem = item.span().problem(format!("`{name}` is not a symbol")).with_label("here");
+                problems.push(problem.with_help("a symbol consists of letters, digits, `_` and `-`"));
+            }
+            Some(name) if symbols.iter().any(|symbol: &Symbol| symbol.name() == name) => {
+                problems.push(item.span().problem(format!("`{name}` is in the list already")).with_label("again"));
+            }
+            Some(FieldKind::NONE) if is_optional => {
+                let problem = item.span().problem("`none` is what an optional field without a value holds");
+                problems.push(problem.with_label("here").with_help("leave out `none`, or the `?`"));
+            }
+            Some(name) => symbols.push(Symbol::new(name)),
+        }
+    }
+    if items.is_empty() {
+        problems.push(list.span().problem("a list of symbols has at least one").with_label("this has none"));
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let kind = FieldKind::Symbol(symbols);
+    Ok(if is_optional { FieldKind::Optional(Box::new(kind)) } else { kind })
+}

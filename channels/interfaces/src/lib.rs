@@ -1,0 +1,47 @@
+//! What a component can be asked, what it publishes, and what it does over time: services, topics and actions.
+//!
+//! An [`Interface`] has typed fields. It comes from a TOML file, which may take fields from definitions of ROS 2, or is
+//! made in code. It says which messages pass over the channels between a component and its clients.
+//!
+//! ```
+//! use std::path::Path;
+//!
+//! use interfaces::Interface;
+//!
+//! let text = r#"
+//! [services.say]
+//! request = { text = "text", loud = "bool?" }
+//! reply = { seconds = "real" }
+//!
+//! [actions.pick]
+//! goal = { object = ["cup", "box"] }
+//! feedback = { height_m = "real" }
+//! result = { weight_kg = "real" }
+//! "#;
+//! let read = |_: &Path| Ok(text.as_bytes().to_vec());
+//! let helper = Interface::load(Path::new("helper.toml"), &[], &read)?;
+//! let requests: Vec<String> = helper.requests().iter().map(ToString::to_string).collect();
+//! assert_eq!(
+//!     requests,
+//!     [
+//!         "[request: <say>, text: text, loud: bool | <none>]",
+//!         "[request: <goal>, action: <pick>, object: <cup> | <box>]",
+//!         "[request: <cancel>, action: <pick>]",
+//!     ]
+//! );
+//! # Ok::<(), diagnostics::Error>(())
+//! ```
+
+mod file;
+mod flatten;
+mod interface;
+mod kind;
+mod name;
+mod packages;
+pub mod ros;
+
+pub use interface::{
+    ABORTED, ACCEPTED, ACTION, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK,
+    Operation, REASON, REJECTED, REQUEST, RESERVED, STATUS, SUCCEEDED, Service, Topic,
+};
+pub use kind::KINDS;

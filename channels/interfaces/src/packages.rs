@@ -1,0 +1,249 @@
+//! Where definitions of ROS are found: in the folders of packages, as `PACKAGE/msg/NAME.msg`.
+
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use diagnostics::document::Table;
+use diagnostics::{ReadFile, Spanned, read_text};
+
+use crate::ros::{self, Base, Count, TypeName};
+
+/// The packages in which most types are, each with the repository that has them.
+const HOMES: [(&str, &[&str]); 4] = [
+    (
+        "ros2/common_interfaces",
+        &[
+            "actionlib_msgs",
+            "diagnostic_msgs",
+            "geometry_msgs",
+            "nav_msgs",
+            "sensor_msgs",
+            "shape_msgs",
+            "std_msgs",
+            "std_srvs",
+            "stereo_msgs",
+            "trajectory_msgs",
+            "visualization_msgs",
+        ],
+    ),
+    (
+        "ros2/rcl_interfaces",
+        &[
+            "action_msgs",
+            "builtin_interfaces",
+            "composition_interfaces",
+            "lifecycle_msgs",
+            "rcl_interfaces",
+            "rosgraph_msgs",
+            "service_msgs",
+            "statistics_msgs",
+            "type_description_interfaces",
+        ],
+    ),
+    ("ros2/unique_identifier_msgs", &["unique_identifier_msgs"]),
+    ("ros-navigation/navigation2", &["nav2_msgs"]),
+];
+
+/// A kind of definition, by the ending of its file.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Kind {
+    Message,
+    Service,
+    Action,
+}
+
+impl Kind {
+    pub(crate) fn ending(self) -> &'static str {
+        match self {
+            Self::Message => "msg",
+            Self::Service => "srv",
+            Self::Action => "action",
+        }
+    }
+
+    /// The parts of a definition, in the order in which an interface has them.
+    fn parse(self, name: &str, text: &str) -> Result<Vec<ros::Message>, diagnostics::FileProblems> {
+        Ok(match self {
+            Self::Message => vec![ros::Message::parse(name, text)?],
+            Self::Service => {
+                let ros::Service { request, response } = ros::Service::parse(name, text)?;
+                vec![request, response]
+            }
+            Self::Action => {
+                let ros::Action { goal, result, feedback } = ros::Action::parse(name, text)?;
+                vec![goal, feedback, result]
+            }
+        })
+    }
+}
+
+/// The parts of a definition and its file, from which types are found that it names.
+#[derive(Clone, Debug)]
+pub(crate) struct Definition {
+    pub(crate) parts: Vec<ros::Message>,
+    pub(crate) path: PathBuf,
+}
+
+/// The definitions that one interface file uses.
+pub(crate) struct Packages<'r> {
+    read: ReadFile<'r>,
+    /// The folder of the interface file.
+    folder: PathBuf,
+    /// Other folders with packages.
+    others: Vec<PathBuf>,
+    /// What has been read so far; `None` if it was refused, which has been reported.
+    known: RefCell<BTreeMap<PathBuf, Option<Arc<Definition>>>>,
+}
+
+/// What was looked for and not found, or was refused.
+pub(crate) enum Missing {
+    /// No folder has it.
+    Nowhere,
+    /// There is something wrong with it, which has been reported.
+    Refused,
+}
+
+impl<'r> Packages<'r> {
+    pub(crate) fn new(folder: &Path, others: Vec<String>, read: ReadFile<'r>) -> Self {
+        let others = others.into_iter().map(|other| folder.join(other)).collect();
+        Self { read, folder: folder.to_owned(), others, known: RefCell::default() }
+    }
+
+    /// The definition that a file names by its path, and the folders in which the types that it uses are looked for.
+    pub(crate) fn definition(
+        &self,
+        named: &Spanned<String>,
+        kind: Kind,
+        table: Table<'_>,
+    ) -> Option<(Arc<Definition>, Vec<PathBuf>)> {
+        let path = Path::new(&named.value);
+        if path.extension().and_then(|ending| ending.to_str()) != Some(kind.ending()) {
+            let problem = named.span.problem(format!("`ros` must name a `.{}` file", kind.ending()));
+            let problem = problem.with_label("this file");
+            table.report(
+                problem.with_help("a service is a `.srv` file, a topic a `.msg` file, an action an `.action` file"),
+            );
+            return None;
+        }
+        let bases = std::iter::once(&self.folder).chain(&self.others);
+        for base in bases {
+            match self.read(&base.join(path), kind, named, table) {
+                Ok(definition) => {
+                    let above = path.ancestors().skip(1).map(|above| base.join(above));
+                    return Some((definition, above.chain(self.others.iter().cloned()).collect()));
+                }
+                Err(Missing::Refused) => return None,
+                Err(Missing::Nowhere) => {}
+            }
+        }
+        let problem = named.span.problem("there is no such definition").with_label("this file");
+        let place = self.folder.join(path);
+        table.report(problem.with_help(format!("it would be {}, or in one of the `packages`", place.display())));
+        None
+    }
+
+    /// The definition of a type that another definition names.
+    pub(crate) fn message(
+        &self,
+        name: &TypeName,
+        user: &Definition,
+        folders: &[PathBuf],
+        named: &Spanned<String>,
+        table: Table<'_>,
+    ) -> Result<Arc<Definition>, Missing> {
+        let file = format!("{}.msg", name.name);
+        let candidates: Vec<PathBuf> = match &name.package {
+            Some(package) => folders.iter().map(|folder| folder.join(package).join("msg").join(&file)).collect(),
+            None => vec![
+                package_of(&user.path)
+                    .map_or_else(|| user.path.with_file_name(&file), |package| package.join("msg").join(&file)),
+            ],
+        };
+        for candidate in candidates {
+            match self.read(&candidate, Kind::Message, named, table) {
+                Err(Missing::Nowhere) => {}
+                found_or_refused => return found_or_refused,
+            }
+        }
+        builtin(name).ok_or(Missing::Nowhere)
+    }
+
+    fn read(
+        &self,
+        path: &Path,
+        kind: Kind,
+        named: &Spanned<String>,
+        table: Table<'_>,
+    ) -> Result<Arc<Definition>, Missing> {
+        if let Some(known) = self.known.borrow().get(path) {
+            return known.clone().ok_or(Missing::Refused);
+        }
+        let text = match read_text(path, self.read) {
+            Err(diagnostics::Error::Read { source, .. }) if source.kind() == io::ErrorKind::NotFound => {
+                return Err(Missing::Nowhere);
+            }
+            read => read,
+        };
+        let parsed = text.and_then(|text| Ok(kind.parse(&path.display().to_string(), &text)?));
+        let read = match parsed {
+            Ok(parts) => Some(Arc::new(Definition { parts, path: path.to_owned() })),
+            Err(error) => {
+                report(error, named, table);
+                None
+            }
+        };
+        self.known.borrow_mut().insert(path.to_owned(), read.clone());
+        read.ok_or(Missing::Refused)
+    }
+}
+
+/// Reports why a definition could not be read.
+fn report(error: diagnostics::Error, named: &Spanned<String>, table: Table<'_>) {
+    match error {
+        diagnostics::Error::Problems(problems) => {
+            problems.problems().iter().for_each(|problem| table.report(problem.clone()));
+        }
+        error => table.report(named.span.problem(error.to_string()).with_label("needed here")),
+    }
+}
+
+/// The folder of the package to which a definition belongs, if it stands in one.
+fn package_of(path: &Path) -> Option<&Path> {
+    let folder = path.parent()?;
+    let kind = folder.file_name()?.to_str()?;
+    ["msg", "srv", "action"].contains(&kind).then(|| folder.parent())?
+}
+
+/// The types that ROS's own compiler knows.
+fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
+    let is_builtin = name.package.as_deref() == Some("builtin_interfaces");
+    if !is_builtin || !["Time", "Duration"].contains(&name.name.as_str()) {
+        return None;
+    }
+    let field = |name: &str, base| {
+        let kind = ros::Type { base, count: Count::One };
+        ros::Field { name: name.to_owned(), kind, default: None }
+    };
+    let fields = vec![field("sec", Base::Int32), field("nanosec", Base::Uint32)];
+    let path = Path::new("builtin_interfaces/msg").join(format!("{}.msg", name.name));
+    Some(Arc::new(Definition { parts: vec![ros::Message { constants: Vec::new(), fields }], path }))
+}
+
+/// What to add, where a type's definition is missing.
+pub(crate) fn what_to_add(name: &TypeName, folders: &[PathBuf]) -> String {
+    let Some(package) = &name.package else {
+        let hint = if name.name == "Header" { "; ROS's own is `std_msgs/Header`" } else { "" };
+        return format!("add {}.msg to the folder `msg` of the same package{hint}", name.name);
+    };
+    let home = HOMES.iter().find(|(_, packages)| packages.contains(&package.as_str()));
+    let from = home.map_or_else(String::new, |(home, _)| format!(", from github.com/{home}"));
+    let folder = folders.iter().rev().find(|folder| folder.is_relative()).map_or(Path::new(""), |folder| folder);
+    let file = folder.join(package).join("msg").join(format!("{}.msg", name.name));
+    format!(
+        "add {}{from}; or name a folder that has the package, such as ROS's own: `packages = [\"/opt/ros/jazzy/share\"]`",
+        file.display()
+    )
+}

@@ -1,0 +1,124 @@
+//! From the text of a definition to its parts.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use diagnostics::{FileProblems, Problem, Source, Span};
+
+use super::line::{self, Element};
+use super::print::SEPARATOR;
+use super::{Action, Message, Service};
+
+impl Message {
+    /// Reads a `.msg` file. `name` is what diagnostics call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        let [message] = parse(name, text, ["a message"])?;
+        Ok(message)
+    }
+}
+
+impl Service {
+    /// Reads a `.srv` file. `name` is what diagnostics call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        let [request, response] = parse(name, text, ["a request", "a response"])?;
+        Ok(Self { request, response })
+    }
+}
+
+impl Action {
+    /// Reads an `.action` file. `name` is what diagnostics call it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        let [goal, result, feedback] = parse(name, text, ["a goal", "a result", "a feedback"])?;
+        Ok(Self { goal, result, feedback })
+    }
+}
+
+/// Reads the parts of a definition, with a separator between any two.
+fn parse<const N: usize>(name: &str, text: &str, parts: [&str; N]) -> Result<[Message; N], FileProblems> {
+    let source = Source::new(name, text);
+    let mut problems = Vec::new();
+    let mut read = parts.map(|_| Part::default());
+    let mut at = 0;
+    for (range, line) in lines(text) {
+        let span = source.span(range);
+        if line == SEPARATOR {
+            at += 1;
+            if at == N {
+                problems.push(superfluous(&span, parts));
+            }
+        } else if let Some(part) = read.get_mut(at) {
+            part.read(&span, &mut problems);
+        }
+    }
+    if at + 1 < N {
+        let end = source.span(text.len()..text.len());
+        let problem =
+            end.problem(format!("{} is missing", parts[at + 1..].join(" and "))).with_label("the file ends here");
+        problems.push(
+            problem.with_help(format!(
+                "the parts are {}, in this order, with a line `---` between them",
+                parts.join(", ")
+            )),
+        );
+    }
+    FileProblems::none_of(problems)?;
+    Ok(read.map(|part| part.message))
+}
+
+fn superfluous<const N: usize>(separator: &Span, parts: [&str; N]) -> Problem {
+    let problem = separator.problem("nothing stands behind this separator").with_label("one too many");
+    problem.with_help(match N {
+        1 => "a `.msg` file has one part; a `.srv` file has two, an `.action` file three".to_owned(),
+        _ => format!("the parts are {}", parts.join(", ")),
+    })
+}
+
+/// The lines that say something, without comments and the spaces around them, each with its place.
+fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
+    let mut next = 0;
+    let lines = text.split('\n').map(move |line| {
+        let start = next;
+        next += line.len() + 1;
+        let said = line.split_once('#').map_or(line, |(said, _)| said);
+        let indent = said.len() - said.trim_start().len();
+        let said = said.trim();
+        (start + indent..start + indent + said.len(), said)
+    });
+    lines.filter(|(_, said)| !said.is_empty())
+}
+
+/// A part of a definition, while it is read.
+#[derive(Debug, Default)]
+struct Part {
+    message: Message,
+    /// Where each name stands.
+    names: BTreeMap<String, Span>,
+}
+
+impl Part {
+    fn read(&mut self, line: &Span, problems: &mut Vec<Problem>) {
+        let element = match line::parse(line) {
+            Ok(element) => element,
+            Err(problem) => return problems.push(problem),
+        };
+        let (name, place) = (element.name().to_owned(), element.place().clone());
+        if let Some(first) = self.names.get(&name) {
+            let problem = place.problem(format!("`{name}` is defined twice")).with_label("again");
+            return problems.push(problem.at(first.range(), "first here"));
+        }
+        self.names.insert(name, place);
+        match element {
+            Element::Constant(constant, _) => self.message.constants.push(constant),
+            Element::Field(field, _) => self.message.fields.push(field),
+        }
+    }
+}

@@ -1,0 +1,95 @@
+//! Definitions as text, in the form that is read.
+
+use std::fmt;
+
+use super::{Action, Base, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
+
+/// What separates the parts of services and actions.
+pub(super) const SEPARATOR: &str = "---";
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.constants.iter().try_for_each(|constant| writeln!(f, "{constant}"))?;
+        self.fields.iter().try_for_each(|field| writeln!(f, "{field}"))
+    }
+}
+
+impl fmt::Display for Service {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{SEPARATOR}\n{}", self.request, self.response)
+    }
+}
+
+impl fmt::Display for Action {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{SEPARATOR}\n{}{SEPARATOR}\n{}", self.goal, self.result, self.feedback)
+    }
+}
+
+impl fmt::Display for Constant {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}={}", self.base, self.name, self.value)
+    }
+}
+
+impl fmt::Display for Field {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.kind, self.name)?;
+        self.default.as_ref().map_or(Ok(()), |default| write!(f, " {default}"))
+    }
+}
+
+impl fmt::Display for Type {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.base, self.count)
+    }
+}
+
+impl fmt::Display for Count {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::One => Ok(()),
+            Self::Exactly(count) => write!(f, "[{count}]"),
+            Self::UpTo(count) => write!(f, "[<={count}]"),
+            Self::Any => f.write_str("[]"),
+        }
+    }
+}
+
+impl fmt::Display for Base {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::String(Some(bound)) => write!(f, "string<={bound}"),
+            Self::WString(Some(bound)) => write!(f, "wstring<={bound}"),
+            Self::Message(name) => name.fmt(f),
+            simple => {
+                let known = Self::SIMPLE.iter().find(|(_, base)| base == simple);
+                f.write_str(known.map_or("", |(name, _)| name))
+            }
+        }
+    }
+}
+
+impl fmt::Display for TypeName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.package.iter().try_for_each(|package| write!(f, "{package}/"))?;
+        f.write_str(&self.name)
+    }
+}
+
+/// As a definition writes it. ROS has no way to write a text with a `#`, a tab or the end of a line in it, or, in an
+/// array, one that ends with a backslash.
+impl fmt::Display for Literal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Bool(truth) => truth.fmt(f),
+            Self::Int(number) => number.fmt(f),
+            Self::Real(number) => write!(f, "{number:?}"),
+            Self::Text(text) => write!(f, "\"{}\"", text.replace('"', "\\\"")),
+            Self::Array(items) => {
+                let items: Vec<String> = items.iter().map(Self::to_string).collect();
+                write!(f, "[{}]", items.join(", "))
+            }
+        }
+    }
+}

@@ -1,0 +1,147 @@
+//! Definitions of ROS: what they mean, and what is said of their mistakes.
+
+use interfaces::ros::{Action, Base, Count, Literal, Message, Service, Type, TypeName};
+
+fn message(text: &str) -> Message {
+    Message::parse("Test.msg", text).unwrap_or_else(|problems| panic!("{}", problems.plain()))
+}
+
+fn problems(text: &str) -> String {
+    Message::parse("Test.msg", text).expect_err("a definition with mistakes").plain()
+}
+
+fn defaults(text: &str) -> Vec<Literal> {
+    message(text).fields.into_iter().map(|field| field.default.expect("a default value")).collect()
+}
+
+fn text(text: &str) -> Literal {
+    Literal::Text(text.to_owned())
+}
+
+#[test]
+fn every_type_of_ros_is_read() {
+    let simple = "bool byte char int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 string wstring";
+    for name in simple.split(' ') {
+        for (count, printed) in
+            [(Count::One, ""), (Count::Any, "[]"), (Count::Exactly(3), "[3]"), (Count::UpTo(5), "[<=5]")]
+        {
+            let read = message(&format!("{name}{printed} x"));
+            assert_eq!(read.fields[0].kind.count, count);
+            assert_eq!(read.fields[0].kind.to_string(), format!("{name}{printed}"));
+        }
+    }
+    let kinds = message("string<=10[<=3] a\nwstring<=4 b\nPose c\ngeometry_msgs/Pose[2] d\ngeometry_msgs/msg/Pose e\n");
+    let kinds: Vec<Type> = kinds.fields.into_iter().map(|field| field.kind).collect();
+    let pose = |package| Base::Message(TypeName::new(package, "Pose"));
+    assert_eq!(kinds[0], Type { base: Base::String(Some(10)), count: Count::UpTo(3) });
+    assert_eq!(kinds[1], Type { base: Base::WString(Some(4)), count: Count::One });
+    assert_eq!(kinds[2], Type { base: pose(None), count: Count::One });
+    assert_eq!(kinds[3], Type { base: pose(Some("geometry_msgs")), count: Count::Exactly(2) });
+    assert_eq!(kinds[4], Type { base: pose(Some("geometry_msgs")), count: Count::One });
+    let stamped = message("time t\nduration d\n");
+    assert_eq!(stamped, message("builtin_interfaces/Time t\nbuiltin_interfaces/Duration d\n"));
+}
+
+#[test]
+fn comments_spaces_and_line_ends_mean_nothing() {
+    let read = message("# all\r\n\r\n  int8   x \t 5# the first\r\n\tint8 A = 3 # a constant\r\n#\r\n");
+    assert_eq!(read, message("int8 A=3\nint8 x 5"));
+    assert_eq!(message("# nothing\n"), Message::default());
+}
+
+#[test]
+fn values_are_read_as_ros_reads_them() {
+    let integers =
+        "int32 a -200\nuint64 b 18446744073709551615\nint64 c -9223372036854775808\nbyte d 0xff\nint8 e 0b1_0\n";
+    let expected = [-200, i128::from(u64::MAX), i128::from(i64::MIN), 255, 2].map(Literal::Int);
+    assert_eq!(defaults(integers), expected);
+    assert_eq!(defaults("bool a True\nbool b 0\n"), [true, false].map(Literal::Bool));
+    assert_eq!(defaults("float32 a 1\nfloat64 b -1.5e3\nfloat64 c .5\n"), [1.0, -1500.0, 0.5].map(Literal::Real));
+    assert_eq!(defaults("float64 a inf\n"), [Literal::Real(f64::INFINITY)]);
+    let texts =
+        "string a two words\nstring b \"it's\"\nstring c 'a\\'b'\nstring d \"\"\nstring e \"a = b\"\nwstring f ü\n";
+    assert_eq!(defaults(texts), ["two words", "it's", "a'b", "", "a = b", "ü"].map(text));
+    let arrays = "int8[] a []\nint8[2] b [1, -2]\nstring[<=3] c ['a, b', \"c\", d e]\nbool[] d [true,0]\n";
+    let items = |items: &[Literal]| Literal::Array(items.to_vec());
+    let expected = [
+        items(&[]),
+        items(&[1, -2].map(Literal::Int)),
+        items(&["a, b", "c", "d e"].map(text)),
+        items(&[true, false].map(Literal::Bool)),
+    ];
+    assert_eq!(defaults(arrays), expected);
+    let constants =
+        message("string NAME=with spaces\nchar LETTER = 65\nstring QUOTED=' x '\nstring EMPTY=\n").constants;
+    let values: Vec<Literal> = constants.into_iter().map(|constant| constant.value).collect();
+    assert_eq!(values, [text("with spaces"), Literal::Int(65), text(" x "), text("")]);
+}
+
+#[test]
+fn services_and_actions_have_their_parts_in_order() {
+    let service = Service::parse("S.srv", "int8 a\n---  # the reply\nint8 b\n").unwrap();
+    assert_eq!((service.request, service.response), (message("int8 a"), message("int8 b")));
+    let action = Action::parse("A.action", "int8 a\n---\nint8 b\n---\nint8 c").unwrap();
+    assert_eq!(
+        (action.goal, action.result, action.feedback),
+        (message("int8 a"), message("int8 b"), message("int8 c"))
+    );
+    assert_eq!(Service::parse("S.srv", "---").unwrap(), Service::default());
+    let problem = |problems: diagnostics::FileProblems| problems.plain();
+    assert_eq!(
+        problem(Service::parse("S.srv", "int8 a\n").unwrap_err()),
+        "S.srv:2:1: a response is missing (the parts are a request, a response, in this order, with a line `---` between \
+         them)\n"
+    );
+    assert_eq!(
+        problem(Action::parse("A.action", "---").unwrap_err()),
+        "A.action:1:4: a feedback is missing (the parts are a goal, a result, a feedback, in this order, with a line \
+         `---` between them)\n"
+    );
+    assert_eq!(
+        problem(Message::parse("M.msg", "---\nint8 a\n---\n").unwrap_err()),
+        "M.msg:1:1: nothing stands behind this separator (a `.msg` file has one part; a `.srv` file has two, an \
+         `.action` file three)\n"
+    );
+}
+
+#[test]
+fn all_mistakes_of_a_definition_are_reported_at_once() {
+    let text = "\
+int8
+flaot32 x
+float64 X
+float64 a__b
+float64 b_
+int8 x_1
+int8 x_1
+int8 lower=3
+Pose POSE=3
+string<=3 S=abc
+int8[2] ARRAY=[1, 2]
+int8 TOO_BIG=128
+uint8 below -1
+bool maybe perhaps
+float32 number 1,5
+string<=3 long abcd
+string open \"abc # d\"
+string inner \"a\"b\"
+int8[2] three [1, 2, 3]
+int8[<=2] many [1,2,3]
+int8[] list 1, 2
+int8[] holes [1,,2]
+Pose pose 3
+int8[0] none
+int8[-1] less
+int8[<=] up
+string<=0 s
+string<=x t
+a/b/c/D d
+geometry_msgs/pose small
+Geometry/Pose large
+int8] bracket
+int32<=5 bounded
+int8 hex 0x
+int8 under 1__0
+";
+    insta::assert_snapshot!(problems(text));
+}

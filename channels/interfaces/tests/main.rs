@@ -1,0 +1,4 @@
+//! Interfaces and definitions as files have them.
+
+mod definitions;
+mod files;
