@@ -248,11 +248,9 @@ fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     concerns.extend(machines.values().filter_map(|chart| chart.concerns()).map(|concerns| Box::new(concerns) as _));
     concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
     concerns.extend(live.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
-    let parts = [
-        counted(scenario.tree.leaves().count(), "leaf").replace("leafs", "leaves"),
-        counted(scenario.places.iter().count(), "place"),
-        counted_properties(live.properties().count()),
-        counted(scenario.file.faults.len(), "fault"),
-    ];
+    let mut parts = vec![counted(scenario.tree.leaves().count(), "leaf").replace("leafs", "leaves")];
+    parts.extend(scenario.premises.as_ref().map(|premises| counted(premises.places.iter().count(), "place")));
+    parts.push(counted_properties(live.properties().count()));
+    parts.push(counted(scenario.file.faults.len(), "fault"));
     Ok(Checked { summary: parts.join(", "), concerns })
 }

@@ -44,7 +44,7 @@ pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
         return Err(Error::refused(message, "name a new folder: nothing is overwritten"));
     }
     found.files = found.files.remembering();
-    Scenario::load(&found, &[])?;
+    let loaded = Scenario::load(&found, &[])?;
     let mut paths: BTreeSet<PathBuf> = ScenarioFile::bases(&found).map_err(Error::bad_input)?.into_iter().collect();
     paths.extend(found.files.remembered());
     let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -60,7 +60,7 @@ pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
     copies.write(name, &found.text)?;
     let name = name.to_string_lossy();
     if !paths.contains(Path::new(README)) {
-        copies.write(README, readme(&name, &paths))?;
+        copies.write(README, readme(&name, &paths, loaded.premises.is_some()))?;
     }
     copies.publish(&[&*name])?;
     say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&*name).display()))
@@ -69,7 +69,7 @@ pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
 /// The file that describes the folder.
 const README: &str = "README.md";
 
-fn readme(name: &str, paths: &BTreeSet<PathBuf>) -> String {
+fn readme(name: &str, paths: &BTreeSet<PathBuf>, has_robot: bool) -> String {
     let mut text = format!(
         "# {name}\n\nA scenario for `steward`, with its files. Change them and run it again.\n\n\
          | file | what it is |\n|---|---|\n| `{name}` | the scenario: start here |\n"
@@ -80,10 +80,11 @@ fn readme(name: &str, paths: &BTreeSet<PathBuf>) -> String {
         let _ = writeln!(text, "| `{path}` | {kind} |");
     }
     let some = |ending: &str| paths.iter().find(|path| path.extension().is_some_and(|is| is == ending));
+    let value = if has_robot { "battery.initial_pct=50" } else { "execution.tick_s=0.5" };
     let mut commands = vec![
         (format!("steward check {name}"), "what is wrong with it, without a run"),
         (format!("steward run {name} --open"), "run it and open its report"),
-        (format!("steward run {name} --set battery.initial_pct=50"), "run it with another value"),
+        (format!("steward run {name} --set {value}"), "run it with another value"),
     ];
     let show = |path: &PathBuf, what: &str| format!("steward {what} {}", path.display());
     commands.extend(some("xml").map(|tree| (show(tree, "tree show"), "the behavior tree as an outline")));

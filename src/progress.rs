@@ -35,9 +35,9 @@ impl Progress {
         }
         let monitors = view.monitors().map(|monitor| format!("{}: {}", monitor.name(), monitor.state.location));
         let monitors: Vec<String> = monitors.collect();
-        let charge_pct = view.robot().charge_pct;
+        let level = view.robot().battery.map_or_else(String::new, |it| format!("battery {:.1} %  ", it.charge_pct));
         bar.set_position(view.time().as_secs());
-        bar.set_message(format!("battery {charge_pct:.1} %  {}  {}", view.doing(), monitors.join("  ")));
+        bar.set_message(format!("{level}{}  {}", view.doing(), monitors.join("  ")));
     }
 
     pub(crate) fn finish(&self) {

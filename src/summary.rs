@@ -9,7 +9,7 @@ use campaigns::Error;
 use monitors::Outcome;
 use recording::{decimals, length};
 use reports::html;
-use reports::report::{MonitorReport, OutcomeReport, Report, TreeErrorReport};
+use reports::report::{BatteryReport, MonitorReport, OutcomeReport, Report, TreeErrorReport};
 
 use crate::interrupt;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, say};
@@ -72,17 +72,26 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
     for error in &report.skill_errors {
         fact("skill", format_args!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s))?;
     }
-    let (battery, robot) = (&report.battery, &report.robot);
-    let [initial, minimum, last] = [battery.initial, battery.minimum, battery.r#final];
-    fact("battery", format_args!("{initial:.1} % at the start, {last:.1} % at the end, never below {minimum:.1} %"))?;
-    let collisions = collisions(robot.collisions);
-    fact("robot", format_args!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s))?;
-    let [rmse, worst] = [robot.localization.rmse_m, robot.localization.max_m].map(length);
-    fact("", format_args!("localized to {rmse} (root mean square), {worst} at worst"))?;
-    for trips in robot.given_up_in_words() {
-        fact("gave up", format_args!("{trips}"))?;
+    if let Some(BatteryReport { initial, minimum, r#final: last }) = report.battery {
+        fact(
+            "battery",
+            format_args!("{initial:.1} % at the start, {last:.1} % at the end, never below {minimum:.1} %"),
+        )?;
     }
-    fact("reached", format_args!("{}", reached(report)))?;
+    if let Some(robot) = &report.robot {
+        let collisions = collisions(robot.collisions);
+        fact("robot", format_args!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s))?;
+        if let Some(error) = robot.localization {
+            let [rmse, worst] = [error.rmse_m, error.max_m].map(length);
+            fact("", format_args!("localized to {rmse} (root mean square), {worst} at worst"))?;
+        }
+        for trips in robot.given_up_in_words() {
+            fact("gave up", format_args!("{trips}"))?;
+        }
+        fact("reached", format_args!("{}", reached(report)))?;
+    } else {
+        fact("time", format_args!("{:.0} s, {} ticks", report.sim_time_s, report.ticks))?;
+    }
     fact("ended", format_args!("{}", report.ended_because))?;
     let pictures = match report.snapshots.len() {
         0 => " and report.json".to_owned(),

@@ -34,4 +34,5 @@ mod steward;
 mod stop;
 mod tree_command;
 mod tree_errors;
+mod without_a_map;
 mod workspace;

@@ -11,7 +11,7 @@ use tempfile::tempdir;
 use crate::steward::{refusal, steward};
 
 /// Scenarios with something of everything: faults of all kinds, people, other monitors, a tree in parts, no monitors.
-const RUNS: [(&str, &[&str]); 12] = [
+const RUNS: [(&str, &[&str]); 13] = [
     ("nominal", &["--set", "execution.max_time_s=24"]),
     ("battery_fault", &["--set", "snapshots.every_s=10", "--set", "snapshots.at_s=[3.333, 21]"]),
     ("early_release", &["--set", "execution.max_time_s=8", "--set", "execution.tree=nodes"]),
@@ -22,6 +22,7 @@ const RUNS: [(&str, &[&str]); 12] = [
     ("skill_bug", &["--set", "execution.max_time_s=24", "--no-monitors"]),
     ("late_halt", &["--set", "execution.max_time_s=10"]),
     ("never_arrives", &["--set", "execution.max_time_s=10"]),
+    ("pick", &["--set", "leaves.PickUp.data.slips=3"]),
     ("faults/message_lost", &["--set", "execution.max_time_s=15"]),
     ("faults/kidnap", &["--set", "execution.max_time_s=15"]),
 ];

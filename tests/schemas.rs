@@ -121,7 +121,11 @@ fn examples() -> [(Kind, Vec<Value>); 2] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
-    [(scenarios(), vec![as_json(SCENARIO), as_json(&figure)]), (campaigns(), CAMPAIGNS.map(as_json).to_vec())]
+    let mapless = "tree = \"trees/pick.xml\"\nskills = \"skills/pick\"";
+    [
+        (scenarios(), vec![as_json(SCENARIO), as_json(&figure), as_json(mapless)]),
+        (campaigns(), CAMPAIGNS.map(as_json).to_vec()),
+    ]
 }
 
 /// A scenario with a fault of each kind.

@@ -34,7 +34,7 @@ pub use place::{DEFAULT_HEADING_TOLERANCE_DEG, DEFAULT_POSITION_TOLERANCE_M};
 ///
 /// A file whose name ends in `.ini` is one of YARP's Map2D, where a line `name map x y degrees` is a point and `name
 /// map count x y x y …` an area; all its places must belong to one map.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct PlacesFile {
     places: Places,
     spans: BTreeMap<String, Span>,

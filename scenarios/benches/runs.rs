@@ -29,7 +29,7 @@ fn start(scenario: &Arc<Scenario>) -> Live {
 fn run(mut live: Live, place: &str, limit: Duration) -> Duration {
     let start = live.record(Detail::Verdicts);
     let mut view = RunView::new(live.header(), start).expect("the records fit");
-    let place = view.header().places.iter().position(|known| known.name == place);
+    let place = view.header().places().iter().position(|known| known.name == place);
     let arrived = |happening: &Happening| matches!(happening, Happening::Arrival { place: at } if Some(*at) == place);
     while view.time() < limit {
         live.step().expect("the processes go on");

@@ -38,7 +38,7 @@ fn reason(stop: &Stop, view: &RunView) -> Option<Ended> {
     let arrival = || {
         view.happenings().iter().find_map(|happening| match happening {
             Happening::Arrival { place } => {
-                let name = &view.header().places[*place].name;
+                let name = &view.header().places()[*place].name;
                 stop.at.iter().any(|at| at.value == *name).then(|| Ended::Arrival(name.clone()))
             }
             _ => None,

@@ -84,6 +84,11 @@ impl Fault {
         }
     }
 
+    /// Whether it acts on a robot or its surroundings.
+    pub(crate) fn needs_robot(&self) -> bool {
+        self.effect().needs_robot()
+    }
+
     pub(crate) fn effect(&self) -> Effect {
         (self.kind.effect)(&self.arguments)
     }

@@ -1,7 +1,8 @@
 //! Scenarios: the simulated service robot with its whole software stack, run under formal monitors.
 //!
-//! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a map with places, a behavior tree, a
-//! skill for each of its leaves, properties, faults, and the expected results. [`Live`](live::Live) is a running
+//! A [`Scenario`](scenario::Scenario) is a file and everything that it names: a behavior tree, a skill for each of its
+//! leaves, properties, faults, and the expected results. With a map it has a robot; without one, tree, skills and
+//! components run alone. [`Live`](live::Live) is a running
 //! scenario, which advances step by step and describes itself in records; [`conduct`](conduct::conduct) runs one from
 //! start to end.
 
@@ -22,5 +23,6 @@ mod skill_errors;
 mod tick_clock;
 mod tree_errors;
 pub mod wiring;
+mod world;
 
 pub use error::{Complaints, Error, StepError};

@@ -1,48 +1,44 @@
-//! A running scenario: the simulated robot, its software, the channel system and the monitors, step by step.
+//! A running scenario: the world, the channel system and the monitors, step by step.
 
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelSystem, Event, GraphMonitor, Monitor, Scheduler, Verdict};
-use components::{BATTERY_READER, LOCALIZATION, NAVIGATION, Processes, Software};
+use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 use maps::Place;
 use monitors::{ScopeMonitor, Warnings, scope_monitor};
-use nav::InitialPose;
 use recording::{
-    Body, BodyShape, Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation,
-    RobotState, Scene, SceneClock, Step, TraceHash, event_line,
+    Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene,
+    SceneClock, Step, TraceHash, event_line,
 };
-use robot::{Reading, Streams};
-use sim::Simulation;
+use robot::{RobotModel, Streams};
 
 use crate::error::{Complaints, Error, StepError};
 use crate::faults::{self, Injector, SystemUnderTest};
-use crate::given_up::GivenUps;
 use crate::monitoring::{MachineMonitor, Monitoring};
 use crate::names::unknown;
-use crate::scenario::{Scenario, settings};
+use crate::scenario::{Premises, STEP, Scenario, settings};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::TickClock;
 use crate::tree_errors::TreeErrors;
 use crate::wiring::{Ids, wire};
-
-/// A robot slower than this counts as at rest, in m/s and rad/s.
-const AT_REST: f64 = 1e-3;
+use crate::world::{SimulatedRobot, World};
 
 /// A running scenario.
 ///
-/// A [`step`](Self::step) consists of, in this order: faults that are due, physics and sensors, drivers, timers that
-/// are due, the tick if it is due, and then the channel system until it is quiet. A run is described by its records: a
+/// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. A run is described by its records: a
 /// [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
 /// [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
     seed: u64,
-    sim: Simulation,
-    software: Software,
+    world: World,
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
+    /// The names of the components that the system has.
+    components: Vec<String>,
     /// The events of the last step.
     events: Vec<Event>,
     /// `None` in a run without monitors.
@@ -52,11 +48,8 @@ pub struct Live {
     happenings: Vec<Happening>,
     tree_errors: TreeErrors,
     skill_errors: SkillErrors,
-    given_up: GivenUps,
     /// Whether each monitor has given its verdict.
     decided: Vec<bool>,
-    /// Whether the robot has been at each place.
-    reached: Vec<bool>,
     overruns: u64,
     tick_clock: TickClock,
     hash: TraceHash,
@@ -83,37 +76,31 @@ impl Live {
     /// [`Error::BadInput`] if the scenario's parts do not fit together.
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
         let streams = Streams::new(seed);
-        let sim = simulate(&scenario, &streams)?;
         let mut wired = wire(&scenario, &streams)?;
-        let processes = Processes {
-            battery_reader: wired.ids.battery_reader,
-            localization: wired.ids.localization,
-            navigation: wired.ids.navigation,
-        };
-        let software = software(&scenario, &sim, processes, &streams)?;
+        let world = World::new(scenario.premises.as_ref().zip(wired.ids.robot), &streams)?;
+        let topology = Arc::clone(wired.system.topology());
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let mut complaints = Complaints::default();
-        let injector = Injector::new(&scenario, &sim, &wired.system, wired.ids, &streams, &mut complaints);
+        let injector = Injector::new(&scenario, &world, &wired.system, wired.ids, &streams, &mut complaints);
         complaints.check()?;
+        let components = COMPONENTS.into_iter().filter(|name| topology.find_process(name).is_some());
         Ok(Self {
             decided: vec![false; wired.system.monitors().len()],
-            reached: vec![false; scenario.places.iter().count()],
             skill_errors: SkillErrors::of(&wired.system),
             tick_clock: TickClock::new(scenario.file.execution.tick),
             scene_clock: SceneClock::new(&scenario.file.snapshots),
             scenario,
             seed,
-            sim,
-            software,
+            world,
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
+            components: components.map(str::to_owned).collect(),
             events: Vec::new(),
             monitoring,
             injector,
             happenings: Vec::new(),
             tree_errors: TreeErrors::default(),
-            given_up: GivenUps::default(),
             overruns: 0,
             hash: TraceHash::default(),
             told: Told::default(),
@@ -127,15 +114,16 @@ impl Live {
     pub fn step(&mut self) -> Result<(), StepError> {
         self.happenings.clear();
         self.apply_faults();
-        self.sim.step();
-        let now = self.sim.time();
-        self.software.step(&mut self.sim, &mut self.system, now);
-        self.enter_step_into_trace();
+        self.world.step(&mut self.system);
+        let now = self.world.time();
+        if let Some(robot) = self.world.robot() {
+            robot.enter_into_trace(&mut self.hash);
+        }
         self.system.advance(now);
         self.communicate(now)?;
         self.note_tree_errors();
         self.skill_errors.note(&self.system, now);
-        let given_up = self.given_up.note(&self.software);
+        let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
         self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
         self.note_verdicts();
         self.note_arrivals();
@@ -143,10 +131,10 @@ impl Live {
     }
 
     fn apply_faults(&mut self) {
-        let Self { sim, software, system, events, injector, .. } = self;
-        let changes = injector.act(&mut SystemUnderTest { sim, software, system, events });
-        let (time, tick) = (self.sim.time(), self.system.ticks().checked_sub(1));
-        let position = self.sim.truth().pose().translation.vector.into();
+        let Self { world, system, events, injector, .. } = self;
+        let changes = injector.act(&mut SystemUnderTest { world, system, events });
+        let (time, tick) = (self.world.time(), self.system.ticks().checked_sub(1));
+        let position = self.world.robot().map(|robot| robot.sim.truth().pose().translation.vector.into());
         self.happenings.extend(changes.into_iter().map(|change| match change {
             faults::Happening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
             faults::Happening::Ended(fault) => Happening::FaultEnded { fault, time },
@@ -154,18 +142,6 @@ impl Live {
                 Happening::FaultLeftUndone { fault, time, reason: error.to_string() }
             }
         }));
-    }
-
-    fn enter_step_into_trace(&mut self) {
-        let truth = self.sim.truth();
-        self.hash.pose(&truth.pose());
-        self.hash.odometry(&truth.odometry());
-        self.hash.battery(&truth.battery());
-        for reading in self.software.readings() {
-            if let Reading::Scan(scan) = reading {
-                self.hash.scan(scan);
-            }
-        }
     }
 
     /// Generates a tick if it is due and runs the channel system until it is quiet.
@@ -224,23 +200,15 @@ impl Live {
     }
 
     fn note_arrivals(&mut self) {
-        let truth = self.sim.truth();
-        if truth.linear_mps().abs() > AT_REST || truth.angular_radps().abs() > AT_REST {
-            return;
-        }
-        let pose = truth.pose();
-        for (place, ((_, there), reached)) in self.scenario.places.iter().zip(&mut self.reached).enumerate() {
-            if !*reached && there.contains(&pose) {
-                *reached = true;
-                self.happenings.push(Happening::Arrival { place });
-            }
-        }
+        let Some((robot, premises)) = self.world.robot_mut().zip(self.scenario.premises.as_ref()) else { return };
+        let arrivals = robot.note_arrivals(premises);
+        self.happenings.extend(arrivals.into_iter().map(|place| Happening::Arrival { place }));
     }
 
     /// Time since the start of the run.
     #[must_use]
     pub fn time(&self) -> Duration {
-        self.sim.time()
+        self.world.time()
     }
 
     /// The scenario.
@@ -267,31 +235,25 @@ impl Live {
     /// The constant data of the run.
     #[must_use]
     pub fn header(&self) -> Header {
-        let Scenario { name, file, origin, map, places, tree, start, station, .. } = &*self.scenario;
-        let model = self.software.model();
+        let Scenario { name, file, origin, premises, tree, .. } = &*self.scenario;
         Header {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             scenario: name.clone(),
             about: file.about.clone(),
             origin: origin.clone(),
-            settings: settings::in_effect(&file.sim, &file.execution),
+            settings: settings::in_effect(file.premises.as_ref().map(|entry| &entry.sim), &file.execution),
             seed: self.seed,
             tick: file.execution.tick,
-            dt: file.sim.dt,
+            dt: STEP,
             unwatched: self.decided.is_empty() && !file.properties.is_empty(),
             topology: Arc::clone(self.system.topology()),
             tree: tree.nodes().iter().map(recording::Node::from).collect(),
             skills: self.scenario.skills.keys().cloned().collect(),
-            components: COMPONENTS.map(str::to_owned).to_vec(),
+            components: self.components.clone(),
             monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.told()),
             faults: file.faults.iter().map(|fault| Arc::new(fault.told())).collect(),
-            map: Arc::clone(map),
-            places: places.iter().map(place_record).collect(),
-            start: *start,
-            station: *station,
-            destination: file.sites.destination.as_ref().map(|name| name.value.clone()),
-            robot_radius_m: model.radius_m,
-            lasers: model.lasers.clone(),
+            premises: premises.as_ref().map(premises_record),
+            robot: premises.as_ref().map(|premises| robot_record(&premises.entry.sim.model)),
             snapshots: file.snapshots.clone(),
             expected: file.expect.told(),
         }
@@ -300,22 +262,13 @@ impl Live {
     /// The record of the last step, or of the initial state, with the given detail. Call it once before the first step
     /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
-        let truth = self.sim.truth();
-        let battery = truth.battery();
-        let robot = RobotState {
-            pose: truth.pose(),
-            estimate: self.software.estimate().pose,
-            charge_pct: battery.charge_pct,
-            charging: battery.charging,
-            distance_m: truth.distance_m(),
-            collisions: truth.collisions(),
-        };
+        let robot = self.world.robot_state();
         let (time, happenings) = (self.time(), std::mem::take(&mut self.happenings));
         let is_start = time.is_zero();
         let wants_scene = match detail {
             Detail::Verdicts => false,
             // The clock advances even if a scene is recorded anyway.
-            Detail::Full => (!is_start && self.scene_clock.is_any(time, battery.charging)) || !happenings.is_empty(),
+            Detail::Full => (!is_start && self.scene_clock.is_any(time, robot.is_charging())) || !happenings.is_empty(),
             Detail::Scenes => true,
         };
         let details = (detail > Detail::Verdicts || is_start).then(|| Box::new(self.details(wants_scene)));
@@ -336,7 +289,7 @@ impl Live {
         let mut details = Details {
             events: self.events.clone(),
             navigation: self.new_navigation(),
-            scene: with_scene.then(|| self.scene()),
+            scene: if with_scene { self.scene() } else { None },
             ..Details::default()
         };
         let states = bt::states_in(&self.scenario.tree, &self.system, self.ids.tree);
@@ -349,8 +302,8 @@ impl Live {
         if self.events.is_empty() && !self.time().is_zero() {
             return details;
         }
-        let names = self.scenario.skills.keys().map(String::as_str).chain(COMPONENTS);
-        self.told.locations.resize(self.scenario.skills.len() + COMPONENTS.len(), None);
+        let names = self.scenario.skills.keys().chain(&self.components);
+        self.told.locations.resize(names.clone().count(), None);
         for (name, told) in names.zip(&mut self.told.locations) {
             let Some(process) = self.system.topology().find_process(name) else { continue };
             let Some(location) = self.system.location(process) else { continue };
@@ -372,30 +325,13 @@ impl Live {
     }
 
     fn new_navigation(&mut self) -> Option<Navigation> {
-        let software = &self.software;
-        let (status, reason, recovery) =
-            (software.navigation_status().name(), software.navigation_reason(), software.recovery());
-        let told = &self.told.navigation;
-        let same = told.status == status
-            && told.recovery.as_deref() == recovery.map(nav::Recovery::name)
-            && told.reason == reason.map(|reason| reason.to_string());
-        (!same).then(|| {
-            let recovery = recovery.map(|recovery| recovery.name().to_owned());
-            let reason = reason.map(|reason| reason.to_string());
-            self.told.navigation = Navigation { status: status.to_owned(), reason, recovery };
-            self.told.navigation.clone()
-        })
+        let new = self.world.robot()?.new_navigation(&self.told.navigation)?;
+        self.told.navigation.clone_from(&new);
+        Some(new)
     }
 
-    fn scene(&self) -> Scene {
-        let (truth, software) = (self.sim.truth(), &self.software);
-        let stride = software.particle_count().div_ceil(Scene::MAX_PARTICLES).max(1);
-        Scene {
-            scans: truth.scans().cloned().collect(),
-            particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
-            path: software.path().to_vec(),
-            bodies: truth.obstacles().map(|obstacle| body_record(&obstacle)).collect(),
-        }
+    fn scene(&self) -> Option<Scene> {
+        self.world.robot().map(SimulatedRobot::scene)
     }
 
     /// The end record of the run if it ends here, with the given detail.
@@ -408,7 +344,7 @@ impl Live {
             monitors: self.system.monitors().iter().map(|attached| monitor_end(attached.monitor.as_ref())).collect(),
             skill_errors: self.skill_errors.all(&self.system),
             messages_hit: faults.map(|fault| self.injector.messages_hit(fault, &self.system)).collect(),
-            scene: (detail > Detail::Verdicts && !self.told.scene).then(|| self.scene()),
+            scene: if detail > Detail::Verdicts && !self.told.scene { self.scene() } else { None },
         }
     }
 }
@@ -432,46 +368,26 @@ fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
     }
 }
 
+fn premises_record(Premises { entry, map, places, start, station, .. }: &Premises) -> recording::Premises {
+    recording::Premises {
+        map: Arc::clone(map),
+        places: places.iter().map(place_record).collect(),
+        start: *start,
+        station: *station,
+        destination: entry.sites.destination.as_ref().map(|name| name.value.clone()),
+    }
+}
+
+fn robot_record(model: &RobotModel) -> RobotBody {
+    RobotBody { radius_m: model.radius_m, lasers: model.lasers.clone() }
+}
+
 fn place_record((name, place): (&str, &Place)) -> recording::Place {
     let corners = match place {
         Place::Area { corners } => corners.clone(),
         Place::Point { .. } => vec![place.goal_position()],
     };
     recording::Place { name: name.to_owned(), corners }
-}
-
-/// The record of a body.
-fn body_record(obstacle: &sim::ObstacleTruth<'_>) -> Body {
-    let shape = match obstacle.shape {
-        sim::Shape::Disc { radius_m } => BodyShape::Disc { radius_m },
-        sim::Shape::Box { length_m, width_m } => BodyShape::Box { length_m, width_m },
-    };
-    Body { name: obstacle.name.to_owned(), shape, pose: obstacle.pose }
-}
-
-fn simulate(scenario: &Scenario, streams: &Streams) -> Result<Simulation, Error> {
-    let file = &scenario.file;
-    Simulation::within(scenario.building(), &file.sim, scenario.start, scenario.station, streams).map_err(|error| {
-        let problem = file.sites.start.span.problem(format!("the world cannot be set up: {error}"));
-        Error::bad_input(
-            problem.with_label("the start").with_help("the whole body of the robot must be on free floor at the start"),
-        )
-    })
-}
-
-fn software(scenario: &Scenario, sim: &Simulation, processes: Processes, streams: &Streams) -> Result<Software, Error> {
-    use robot::Robot as _;
-    let refused =
-        |error: nav::Error| Error::bad_input(scenario.file.map.span.problem(error.to_string()).with_label("this map"));
-    let atlas = scenario.atlas(sim.model()).map_err(refused)?;
-    let software = Software::new(
-        &atlas,
-        &scenario.places,
-        &InitialPose::at(scenario.start),
-        processes,
-        streams.stream("nav/localization"),
-    );
-    software.map_err(refused)
 }
 
 /// Attaches the monitors of the scenario's properties.

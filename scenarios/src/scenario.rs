@@ -8,7 +8,9 @@ pub mod keys;
 mod leaves;
 mod load;
 mod places;
+mod premises;
 mod ready_made;
+mod robot;
 pub(crate) mod settings;
 mod skill;
 mod stop;
@@ -19,17 +21,14 @@ use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use channels::Topology;
-use maps::{OccupancyGrid, Places, PlacesFile, Pose};
-use nav::{Atlas, LocalizationParameters, Reach};
 use recording::Origin;
-use robot::RobotModel;
-use sim::Building;
 use skills::Chart;
 
 pub use faulty::FaultyMachines;
-pub use file::{Execution, Expectations, Order, Policy, ScenarioFile, Sites, Start, TreeForm};
+pub use file::{Execution, Expectations, Order, Policy, STEP, ScenarioFile, TreeForm};
 pub use find::Found;
 pub use leaves::LeafEntry;
+pub use premises::{Premises, PremisesEntry, Sites, Start};
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use skill::Skill;
 pub use stop::{Stop, StopOnViolation};
@@ -47,62 +46,23 @@ pub struct Scenario {
     pub file: ScenarioFile,
     /// Its origin.
     pub origin: Origin,
-    /// The map.
-    pub map: Arc<OccupancyGrid>,
-    /// The places on the map.
-    pub places: Places,
+    /// The map on which its robot drives; without one, tree, skills and components run alone.
+    pub premises: Option<Premises>,
     /// The behavior tree.
     pub tree: Arc<Tree>,
     /// The skill of each leaf, by the name of the leaf's process.
     pub skills: BTreeMap<String, Skill>,
     /// The machines that skills run while faults change them, by skill.
     pub machines: BTreeMap<String, FaultyMachines>,
-    /// The software's map, if a fault gives it another one than the world's.
-    pub wrong_map: Option<Arc<OccupancyGrid>>,
     /// The property files: their names and texts.
     pub properties: Vec<(String, String)>,
     /// The machines that monitor the run, by their index among the monitors of the file.
     pub watching: BTreeMap<usize, Arc<Chart>>,
-    /// The start pose of the robot, in the `map` frame.
-    pub start: Pose,
-    /// The pose of a robot docked at the charging station, in the `map` frame, if there is a station.
-    pub station: Option<Pose>,
-    /// The places that skills always drive to, each with one such skill.
-    driven_to: BTreeMap<String, String>,
-    /// The places file.
-    written: Arc<PlacesFile>,
-    /// The part of the map that the robot can reach.
-    reach: Arc<Reach>,
-    /// The data that localization and navigation compute from the map, once requested.
-    atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
-    /// The data that the simulation computes from the map, once requested.
-    building: OnceLock<Building>,
     /// The monitors of the properties, once requested.
     monitoring: OnceLock<Arc<Monitoring>>,
 }
 
 impl Scenario {
-    /// The data of the map for localization and navigation of the scenario's robot: computed on first use, and then
-    /// shared by all runs.
-    ///
-    /// # Errors
-    /// [`nav::Error`] if localization is impossible on the map.
-    pub fn atlas(&self, model: &RobotModel) -> Result<Arc<Atlas>, nav::Error> {
-        let map = self.wrong_map.as_ref().unwrap_or(&self.map);
-        let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default()).map(Arc::new);
-        match self.atlas.get_or_init(atlas) {
-            // Shared with a scenario that has another robot.
-            Ok(shared) if shared.model() != model => atlas(),
-            result => result.clone(),
-        }
-    }
-
-    /// The walls of the simulated world: computed on first use, and then shared by all runs.
-    #[must_use]
-    pub fn building(&self) -> &Building {
-        self.building.get_or_init(|| Building::new(&self.map))
-    }
-
     /// The monitors of the properties, for a system with this topology: made on first use, and then shared by all runs
     /// on the same channels.
     ///

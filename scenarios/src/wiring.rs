@@ -10,7 +10,7 @@ use channels::{
 };
 use components::{
     BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
-    Operation, operations,
+    Operation, Processes, operations,
 };
 use diagnostics::{Problem, Spanned};
 use maps::Places;
@@ -41,9 +41,8 @@ pub(crate) struct Wired {
 pub(crate) struct Ids {
     pub(crate) tick_generator: ProcessId,
     pub(crate) tree: ProcessId,
-    pub(crate) battery_reader: ProcessId,
-    pub(crate) localization: ProcessId,
-    pub(crate) navigation: ProcessId,
+    /// The components of a robot, if there is one.
+    pub(crate) robot: Option<Processes>,
 }
 
 /// Wires tree, skills and components of a scenario.
@@ -55,7 +54,8 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
     let mut topology = Topology::default();
     let says = |name| scenario.machines_of(name).flat_map(|chart| chart.channel_messages()).collect();
     let messages = scenario.skills.keys().map(|name| (&**name, says(name))).collect();
-    let ids = declare(&scenario.tree, &messages, &operations(&scenario.places), &mut topology).map_err(refused)?;
+    let places = scenario.premises.as_ref().map(|premises| &premises.places);
+    let ids = declare(&scenario.tree, &messages, places, &mut topology).map_err(refused)?;
     let tree_processes = tree_processes(scenario, &mut topology, ids.tree).map_err(refused)?;
     let topology = Arc::new(topology);
 
@@ -98,16 +98,17 @@ fn misfit(error: WiringError) -> Problem {
 type Messages<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a str)>>;
 
 /// Records all problems of skills that do not fit the tree and the components; leaves whose machines could not be
-/// loaded are reported elsewhere. Returns the places that skills always drive to, each with one such skill.
+/// loaded are reported elsewhere. Without `places`, there is no robot. Returns the places that skills always drive to,
+/// each with one such skill.
 pub(crate) fn check_skills(
     tree: &Tree,
     skills: &BTreeMap<String, Skill>,
-    places: &Places,
+    places: Option<&Places>,
     complaints: &mut Complaints,
 ) -> BTreeMap<String, String> {
     let mut topology = Topology::default();
     let messages = skills.iter().map(|(name, skill)| (&**name, skill.machine.channel_messages())).collect();
-    if let Err(error) = declare(tree, &messages, &operations(places), &mut topology) {
+    if let Err(error) = declare(tree, &messages, places, &mut topology) {
         complaints.push(misfit(error));
         return BTreeMap::new();
     }
@@ -137,11 +138,12 @@ pub(crate) fn check_skills(
     driven_to
 }
 
-/// Declares all processes except the tree's nodes, and all channels except those between nodes.
+/// Declares all processes except the tree's nodes, and all channels except those between nodes. Without `places`, there
+/// is no robot, and so none of its components.
 fn declare(
     tree: &Tree,
     messages: &Messages<'_>,
-    operations: &[Operation],
+    places: Option<&Places>,
     topology: &mut Topology,
 ) -> Result<Ids, WiringError> {
     let tick_generator = topology.process(TICK_GENERATOR)?;
@@ -149,17 +151,22 @@ fn declare(
     for name in tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
         topology.process(name)?;
     }
-    let battery_reader = topology.process(BATTERY_READER)?;
-    let localization = topology.process(LOCALIZATION)?;
-    let navigation = topology.process(NAVIGATION)?;
+    let mut component = |name| topology.process(name);
+    let robot = places.map(|_| -> Result<Processes, WiringError> {
+        let (battery_reader, localization) = (component(BATTERY_READER)?, component(LOCALIZATION)?);
+        Ok(Processes { battery_reader, localization, navigation: component(NAVIGATION)? })
+    });
+    let robot = robot.transpose()?;
     // Only the skills of the paper's published system take turns in navigating.
     let take_turns = messages.values().flatten().any(|(to, _)| *to == BLACKBOARD);
     let blackboard = take_turns.then(|| topology.process(BLACKBOARD)).transpose()?;
     bt::declare_channels(tree, topology, bt, tick_generator)?;
-    for component in [battery_reader, localization, navigation].into_iter().chain(blackboard) {
-        declare_services(messages, operations, topology, component)?;
+    let operations = operations(places.unwrap_or(&Places::default()));
+    let of_robot = robot.iter().flat_map(|robot| [robot.battery_reader, robot.localization, robot.navigation]);
+    for component in of_robot.chain(blackboard) {
+        declare_services(messages, &operations, topology, component)?;
     }
-    Ok(Ids { tick_generator, tree: bt, battery_reader, localization, navigation })
+    Ok(Ids { tick_generator, tree: bt, robot })
 }
 
 /// Declares the channels between a component and the skills that ask it. They carry the skill's requests (with any
@@ -218,12 +225,13 @@ fn tree_processes(
 }
 
 fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<WiredProcess>, WiringError> {
-    let navigation = Navigation::new(topology, ids.navigation)?.with_stops(scenario.file.execution.stops);
-    let mut players: Vec<WiredProcess> = vec![
-        (ids.battery_reader, Box::new(BatteryReader::new(topology, ids.battery_reader)?)),
-        (ids.localization, Box::new(Localization::new(topology, ids.localization)?)),
-        (ids.navigation, Box::new(navigation)),
-    ];
+    let mut players: Vec<WiredProcess> = Vec::new();
+    if let Some(Processes { battery_reader, localization, navigation }) = ids.robot {
+        let driver = Navigation::new(topology, navigation)?.with_stops(scenario.file.execution.stops);
+        players.push((battery_reader, Box::new(BatteryReader::new(topology, battery_reader)?)));
+        players.push((localization, Box::new(Localization::new(topology, localization)?)));
+        players.push((navigation, Box::new(driver)));
+    }
     if let Some(blackboard) = topology.find_process(BLACKBOARD) {
         players.push((blackboard, Box::new(Blackboard::new(topology, blackboard)?)));
     }

@@ -117,8 +117,8 @@ impl<'d> Table<'d> {
         self.log.borrow_mut().push(problem);
     }
 
-    /// Records that a required key is missing, unless it turns out to be misspelt.
-    pub(super) fn report_missing(&self, key: String, problem: Problem) {
-        self.entries.missing.borrow_mut().push((key, problem));
+    /// Records the problem of a missing key, unless the key turns out to be misspelt.
+    pub fn report_missing(&self, key: impl Into<String>, problem: Problem) {
+        self.entries.missing.borrow_mut().push((key.into(), problem));
     }
 }

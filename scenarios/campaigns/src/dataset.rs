@@ -124,12 +124,12 @@ fn columns(layout: &Layout, rows: &[RunRecord]) -> Vec<(String, Cells)> {
     columns.fact("sim_time_s", |facts| Some(facts.sim_time_s));
     columns.count("ticks", |facts| facts.ticks);
     columns.fact("arrived_s", |facts| facts.arrived_s);
-    columns.fact("battery_minimum_pct", |facts| Some(facts.battery_minimum_pct));
-    columns.fact("battery_final_pct", |facts| Some(facts.battery_final_pct));
-    columns.fact("distance_m", |facts| Some(facts.distance_m));
-    columns.count("collisions", |facts| facts.collisions);
-    columns.fact("localization_rmse_m", |facts| Some(facts.localization_rmse_m));
-    columns.fact("localization_max_m", |facts| Some(facts.localization_max_m));
+    columns.fact("battery_minimum_pct", |facts| facts.battery_minimum_pct);
+    columns.fact("battery_final_pct", |facts| facts.battery_final_pct);
+    columns.fact("distance_m", |facts| facts.distance_m);
+    columns.integer("collisions", |row| Some(row.facts.as_ref()?.collisions? as i64));
+    columns.fact("localization_rmse_m", |facts| facts.localization_rmse_m);
+    columns.fact("localization_max_m", |facts| facts.localization_max_m);
     columns.count("faults", |facts| facts.faults);
     columns.fact("fault_onset_s", |facts| facts.fault_onset_s);
     columns.text("trace_hash", |row| Some(row.facts.as_ref()?.trace_hash.clone()));
@@ -267,12 +267,12 @@ mod tests {
             sim_time_s: 1.0 / 3.0,
             ticks: 7,
             arrived_s: None,
-            battery_minimum_pct: 20.5,
-            battery_final_pct: 21.5,
-            distance_m: 3.0,
-            collisions: 2,
-            localization_rmse_m: 0.01,
-            localization_max_m: 0.02,
+            battery_minimum_pct: Some(20.5),
+            battery_final_pct: Some(21.5),
+            distance_m: Some(3.0),
+            collisions: Some(2),
+            localization_rmse_m: Some(0.01),
+            localization_max_m: Some(0.02),
             faults: 1,
             fault_onset_s: Some(0.05),
             trace_hash: "ab".into(),

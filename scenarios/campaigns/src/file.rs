@@ -39,7 +39,7 @@ pub struct CampaignFile {
     /// When fewer runs are sufficient.
     pub goal: Option<Goal>,
     /// What is plotted against the parameters.
-    pub measures: Vec<Measure>,
+    pub measures: Vec<Spanned<Measure>>,
     /// The model with which the results are compared.
     pub model: Option<Model>,
 }
@@ -132,9 +132,10 @@ fn read(root: Table<'_>) -> Option<CampaignFile> {
     })
 }
 
-fn read_measures(names: &[Spanned<String>]) -> Result<Vec<Measure>, Problem> {
+fn read_measures(names: &[Spanned<String>]) -> Result<Vec<Spanned<Measure>>, Problem> {
     let measure = |name: &Spanned<String>| {
         let found = Measure::ALL.into_iter().find(|measure| measure.name() == name.value);
+        let found = found.map(|value| Spanned { value, span: name.span.clone() });
         found.ok_or_else(|| unknown("measure", name, Measure::ALL.map(Measure::name)))
     };
     names.iter().map(measure).collect()

@@ -168,7 +168,7 @@ impl Header {
             parameters: plan.file().parameters.iter().map(parameter).collect(),
             properties: plan.properties().to_vec(),
             expects: plan.base().file.expect.told() != Expected::default(),
-            measures: plan.file().measures.clone(),
+            measures: plan.file().measures.iter().map(|measure| measure.value).collect(),
             model: plan.file().model.as_ref().map(ModelLayout::from),
         };
         Self { format: FORMAT, version, plan: plan.identity(), runs: plan.runs(), shard, layout }

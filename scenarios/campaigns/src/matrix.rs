@@ -49,8 +49,8 @@ pub struct Row {
     pub as_expected: bool,
     /// The differences, in words.
     pub differences: Vec<String>,
-    /// Contacts begun between the robot and anything else.
-    pub collisions: u64,
+    /// Contacts begun between the robot and anything else; null without a robot.
+    pub collisions: Option<u64>,
     /// Whether the robot came to rest where the scenario sends it.
     pub arrived: bool,
 }
@@ -172,7 +172,7 @@ impl Row {
             notices: properties.iter().map(notice).collect(),
             as_expected: report.differences.is_empty(),
             differences: report.differences.clone(),
-            collisions: report.robot.collisions,
+            collisions: report.robot.as_ref().map(|robot| robot.collisions),
             arrived: stop.iter().any(|place| reached(&place.value)),
         }
     }

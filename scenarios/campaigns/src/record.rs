@@ -61,18 +61,18 @@ pub struct RunFacts {
     pub ticks: u64,
     /// When the robot first came to rest at one of the places where the scenario stops, in seconds.
     pub arrived_s: Option<f64>,
-    /// The lowest charge of the battery, in percent.
-    pub battery_minimum_pct: f64,
+    /// The lowest charge of the battery, in percent; none without a robot, like the following five.
+    pub battery_minimum_pct: Option<f64>,
     /// Its charge at the end, in percent.
-    pub battery_final_pct: f64,
+    pub battery_final_pct: Option<f64>,
     /// Distance driven, in metres.
-    pub distance_m: f64,
+    pub distance_m: Option<f64>,
     /// Contacts begun between the robot and anything else.
-    pub collisions: u64,
+    pub collisions: Option<u64>,
     /// Root mean square of the distance between the estimated and the true position, in metres.
-    pub localization_rmse_m: f64,
+    pub localization_rmse_m: Option<f64>,
     /// The greatest such distance, in metres.
-    pub localization_max_m: f64,
+    pub localization_max_m: Option<f64>,
     /// How many faults took effect.
     pub faults: u64,
     /// When the first did, in seconds.
@@ -89,11 +89,11 @@ impl RunFacts {
     pub fn measured(&self, measure: Measure) -> Option<f64> {
         match measure {
             Measure::ArrivedS => self.arrived_s,
-            Measure::BatteryMinimumPct => Some(self.battery_minimum_pct),
-            Measure::DistanceM => Some(self.distance_m),
-            Measure::Collisions => Some(self.collisions as f64),
-            Measure::LocalizationRmseM => Some(self.localization_rmse_m),
-            Measure::LocalizationMaxM => Some(self.localization_max_m),
+            Measure::BatteryMinimumPct => self.battery_minimum_pct,
+            Measure::DistanceM => self.distance_m,
+            Measure::Collisions => self.collisions.map(|collisions| collisions as f64),
+            Measure::LocalizationRmseM => self.localization_rmse_m,
+            Measure::LocalizationMaxM => self.localization_max_m,
         }
     }
 }
@@ -116,17 +116,19 @@ impl RunRecord {
     pub(super) fn of(run: PlannedRun, report: &Report, stops: &[&str]) -> Self {
         let onset = report.faults.first().map(|fault| fault.time_s);
         let stops = report.places.iter().filter(|place| stops.contains(&&*place.name));
+        let robot = report.robot.as_ref();
+        let localization = robot.and_then(|robot| robot.localization);
         let facts = RunFacts {
             ended: report.ended.to_owned(),
             sim_time_s: report.sim_time_s,
             ticks: report.ticks,
             arrived_s: stops.filter_map(|place| place.reached_at_s).min_by(f64::total_cmp),
-            battery_minimum_pct: report.battery.minimum,
-            battery_final_pct: report.battery.r#final,
-            distance_m: report.robot.distance_m,
-            collisions: report.robot.collisions,
-            localization_rmse_m: report.robot.localization.rmse_m,
-            localization_max_m: report.robot.localization.max_m,
+            battery_minimum_pct: report.battery.map(|battery| battery.minimum),
+            battery_final_pct: report.battery.map(|battery| battery.r#final),
+            distance_m: robot.map(|robot| robot.distance_m),
+            collisions: robot.map(|robot| robot.collisions),
+            localization_rmse_m: localization.map(|error| error.rmse_m),
+            localization_max_m: localization.map(|error| error.max_m),
             faults: report.faults.len() as u64,
             fault_onset_s: onset,
             trace_hash: report.trace_hash.clone(),

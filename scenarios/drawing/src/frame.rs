@@ -23,10 +23,10 @@ pub struct Frame {
     pub time: Duration,
     /// Number of the last tick generated.
     pub tick: u64,
-    /// The map and everything on it.
-    pub scene: Scene,
-    /// The battery's course.
-    pub battery: Battery,
+    /// The map and everything on it, if there is a map.
+    pub scene: Option<Scene>,
+    /// The battery's course, if there is a battery.
+    pub battery: Option<Battery>,
     /// The nodes of the behavior tree in document order, parents before their children.
     pub tree: Vec<TreeNode>,
     /// The monitors, most important first: where room is short, the last ones are drawn small or only counted.

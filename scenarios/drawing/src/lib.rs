@@ -1,7 +1,7 @@
 //! Pictures of a run: snapshots and animations that a person who has never seen the project understands.
 //!
-//! A [`Frame`] is plain data about one moment: the map with everything on it, the battery, the behavior tree, the
-//! monitors. There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that same picture into a PNG
+//! A [`Frame`] is plain data about one moment: the behavior tree, the monitors, and if there is a robot, its battery and
+//! the map with everything on it. There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that same picture into a PNG
 //! with fonts that are compiled in, so that the bytes are the same on every machine; a [`GifWriter`] does so frame by
 //! frame.
 //!
@@ -20,8 +20,8 @@
 //!     caption: "The robot sets off.".to_owned(),
 //!     time: Duration::from_millis(20),
 //!     tick: 0,
-//!     scene,
-//!     battery: Battery { level_pct: 83.0, ..Battery::default() },
+//!     scene: Some(scene),
+//!     battery: Some(Battery { level_pct: 83.0, ..Battery::default() }),
 //!     tree: Vec::new(),
 //!     monitors: Vec::new(),
 //! };

@@ -47,7 +47,8 @@ impl Page {
     }
 }
 
-/// Draws a frame: title and map at the left; battery, tree and monitors at the right.
+/// Draws a frame: title and map at the left; battery, tree and monitors at the right. Without a map, the tree takes its
+/// place.
 pub(super) fn draw(frame: &Frame, page: Page) -> String {
     let (width, height) = (f64::from(page.size_px().0), f64::from(page.size_px().1));
     let margin = page.margin();
@@ -58,30 +59,42 @@ pub(super) fn draw(frame: &Frame, page: Page) -> String {
     let mut canvas = Canvas::new();
     canvas.rounded(whole, 0.0, Paint::fill(theme::PAGE));
     header(&mut canvas, Area { height: HEADER, ..left }, frame);
-    let map = Area { y: left.y + HEADER, height: left.height - HEADER, ..left };
-    map_panel::draw_on(&mut canvas, map, &frame.scene, page == Page::Animation);
-    let [battery, tree, monitors] = column(frame, right);
-    battery_panel::draw(&mut canvas, battery, &frame.battery, frame.time);
+    let large = Area { y: left.y + HEADER, height: left.height - HEADER, ..left };
+    let mut rest = right;
+    if let Some(battery) = &frame.battery {
+        let height = (right.height * 0.15).clamp(116.0, 132.0);
+        battery_panel::draw(&mut canvas, Area { height, ..right }, battery, frame.time);
+        rest = below(right, height);
+    }
+    let tree = match &frame.scene {
+        Some(scene) => {
+            map_panel::draw_on(&mut canvas, large, scene, page == Page::Animation);
+            let tree = Area { height: tree_height(frame, rest), ..rest };
+            rest = below(rest, tree.height);
+            tree
+        }
+        None => large,
+    };
     tree_panel::draw(&mut canvas, tree, &frame.tree);
-    monitor_panel::draw(&mut canvas, monitors, &frame.monitors);
+    monitor_panel::draw(&mut canvas, rest, &frame.monitors);
     canvas.finish(width, height)
 }
 
-/// Divides the right column: the battery has a fixed share; tree and monitors get what they ask for, and if that is too
-/// much, the tree is squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
-fn column(frame: &Frame, area: Area) -> [Area; 3] {
-    let battery = (area.height * 0.15).clamp(116.0, 132.0);
-    let room = area.height - battery - 2.0 * GAP;
+/// What is left of a column below a panel of that height.
+fn below(column: Area, height: f64) -> Area {
+    Area { y: column.y + height + GAP, height: column.height - height - GAP, ..column }
+}
+
+/// Divides a column between tree and monitors: both get what they ask for, and if that is too much, the tree is squeezed
+/// first as far as it stays readable, then the monitors, but no further than to two fifths.
+fn tree_height(frame: &Frame, area: Area) -> f64 {
+    let room = area.height - GAP;
     let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);
     let monitors = monitor_panel::wanted_height(&frame.monitors, area.width);
     let around = panel::HEAD + tree_panel::SIGNS + panel::FOOT;
     let (pleasant, readable) = (pleasant + around, readable + around);
     let spare = (room - pleasant - monitors).max(0.0);
-    let tree =
-        (pleasant + spare * 0.4).min(room - monitors).max(readable.min(room * 0.68)).max(pleasant.min(room * 0.25));
-    let tree_area = Area { y: area.y + battery + GAP, height: tree, ..area };
-    let monitors_y = tree_area.bottom() + GAP;
-    [Area { height: battery, ..area }, tree_area, Area { y: monitors_y, height: area.bottom() - monitors_y, ..area }]
+    (pleasant + spare * 0.4).min(room - monitors).max(readable.min(room * 0.68)).max(pleasant.min(room * 0.25))
 }
 
 /// Scenario, seed, time, tick, and what is happening.

@@ -20,8 +20,8 @@ pub(super) fn frame() -> Frame {
             .into(),
         time: Duration::from_millis(67_020),
         tick: 67,
-        scene: scene(),
-        battery: battery(),
+        scene: Some(scene()),
+        battery: Some(battery()),
         tree: paper_tree(),
         monitors: vec![phi1(), phi2()],
     }
@@ -308,17 +308,22 @@ pub(super) fn empty_frame() -> Frame {
         caption: String::new(),
         time: Duration::ZERO,
         tick: 0,
-        scene: Scene {
+        scene: Some(Scene {
             estimate: Some(pose(0.0, 0.0, f64::INFINITY)),
             laser_hits: vec![Point::new(f64::NAN, 0.0)],
             trail: vec![Point::new(1e300, 0.0)],
             destination: Some(Place { label: "nowhere".into(), corners: Vec::new() }),
             ..Scene::new(Arc::new(MapPicture::new(&grid)), pose(f64::NAN, f64::NAN, f64::NAN), 0.3)
-        },
-        battery: Battery { level_pct: f64::NAN, ..Battery::default() },
+        }),
+        battery: Some(Battery { level_pct: f64::NAN, ..Battery::default() }),
         tree: tree(&[(Some(3), "Alone", NodeStatus::NotTicked)]),
         monitors: Vec::new(),
     }
+}
+
+/// A run of tree and skills alone, without a map.
+pub(super) fn mapless_frame() -> Frame {
+    Frame { scenario: "mapless".into(), scene: None, battery: None, ..frame() }
 }
 
 /// Charging, after an hour with several faults; localization has gone astray.
@@ -333,15 +338,17 @@ pub(super) fn charging_frame() -> Frame {
     frame.scenario = "charging".into();
     frame.caption = "Docked at the charging station.".into();
     frame.time = Duration::from_secs(3500);
-    frame.battery.history = (0..=3500).map(|time_s| (Duration::from_secs(time_s), level(time_s))).collect();
-    frame.battery.level_pct = level(3500);
-    frame.battery.charging = true;
-    frame.battery.faults = [(1180, "first"), (1200, "level set to 28 %"), (1230, "third"), (2900, "level set to 55 %")]
+    let battery = frame.battery.as_mut().expect("the sample has one");
+    battery.history = (0..=3500).map(|time_s| (Duration::from_secs(time_s), level(time_s))).collect();
+    battery.level_pct = level(3500);
+    battery.charging = true;
+    battery.faults = [(1180, "first"), (1200, "level set to 28 %"), (1230, "third"), (2900, "level set to 55 %")]
         .map(|(time_s, label)| (Duration::from_secs(time_s), label.to_owned()))
         .to_vec();
-    frame.scene.robot = pose(-7.5, 9.0, std::f64::consts::PI);
-    frame.scene.estimate = Some(pose(-6.9, 8.2, 2.6));
-    frame.scene.path.clear();
+    let scene = frame.scene.as_mut().expect("the sample has one");
+    scene.robot = pose(-7.5, 9.0, std::f64::consts::PI);
+    scene.estimate = Some(pose(-6.9, 8.2, 2.6));
+    scene.path.clear();
     frame.monitors[0].verdict = Verdict::Satisfied;
     frame.monitors[0].diagram.active = 0;
     frame.monitors[1].verdict = Verdict::Inconclusive;
@@ -360,13 +367,15 @@ pub(super) fn crowded_frame() -> Frame {
     for node in frame.tree.iter_mut().step_by(5) {
         node.label = long.into();
     }
-    frame.scene.bodies[1].label = long.into();
+    let scene = frame.scene.as_mut().expect("the sample has one");
+    scene.bodies[1].label = long.into();
     for fault in 0..4 {
         let position = Point::new(-6.9 + 0.05 * f64::from(fault), 4.2);
-        frame.scene.faults.push(FaultMark { position, label: format!("fault {fault}: {long}") });
+        scene.faults.push(FaultMark { position, label: format!("fault {fault}: {long}") });
     }
-    frame.battery.thresholds[0].label = long.into();
-    frame.battery.faults[0].1 = long.into();
+    let battery = frame.battery.as_mut().expect("the sample has one");
+    battery.thresholds[0].label = long.into();
+    battery.faults[0].1 = long.into();
     frame.monitors = vec![everything(), phi2()];
     frame.monitors[1].name = long.into();
     frame.monitors[1].description = long.into();

@@ -8,7 +8,9 @@ use resvg::usvg;
 
 use super::frame::Frame;
 use super::geometry::Area;
-use super::sample::{charging_frame, crowded_frame, empty_frame, everything, frame, large_tree, phi1, phi2};
+use super::sample::{
+    charging_frame, crowded_frame, empty_frame, everything, frame, large_tree, mapless_frame, phi1, phi2,
+};
 use super::{ANIMATION_SIZE_PX, GifWriter, Page, Renderer, svg, svg_on};
 
 fn samples() -> Vec<(&'static str, Frame)> {
@@ -21,8 +23,12 @@ fn samples() -> Vec<(&'static str, Frame)> {
     large.monitors = vec![phi1(); 9];
     let mut loops = frame();
     loops.monitors = vec![everything(), phi2()];
+    let mut crowded_tree = mapless_frame();
+    crowded_tree.tree = large_tree();
     vec![
         ("sample", frame()),
+        ("mapless", mapless_frame()),
+        ("mapless_large_tree", crowded_tree),
         ("loops", loops),
         ("empty", empty_frame()),
         ("charging", charging_frame()),
@@ -153,7 +159,7 @@ fn what_is_no_picture_is_refused() {
 fn an_animation_is_a_gif_with_all_of_its_frames() {
     let renderer = Renderer::new();
     let mut moved = frame();
-    moved.scene.robot = maps::pose(-7.2, 6.5, 1.8);
+    moved.scene.as_mut().unwrap().robot = maps::pose(-7.2, 6.5, 1.8);
     let write = || {
         let mut gif = GifWriter::new(Vec::new(), std::time::Duration::from_millis(100)).unwrap();
         for frame in [&frame(), &moved, &moved] {

@@ -9,8 +9,10 @@ const ROW: f64 = 36.0;
 const READABLE_ROW: f64 = 21.0;
 /// Height of a node, as a part of a row.
 const NODE_HEIGHT: f64 = 0.82;
-/// Longest label of a leaf that is not shortened although there is room, in pixels.
-const LONGEST_LEAF: f64 = 230.0;
+/// Longest label that is not shortened although there is room, in pixels.
+const LONGEST: f64 = 230.0;
+/// Longest label of an inner node where room is scarce, in pixels.
+const LONGEST_INNER: f64 = 110.0;
 
 /// Where everything of a tree stands, in pixels from the upper left corner.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,7 +134,8 @@ struct Columns {
 }
 
 impl Columns {
-    /// The widest columns and gaps that fit: first the gaps shrink, then the leaves' labels, then everything.
+    /// The widest columns and gaps that fit: first the labels of inner nodes shrink, then the gaps, then the leaves'
+    /// labels, then everything.
     fn fitting(tree: &[TreeNode], shape: &Shape, font: Font, row: f64, width: f64) -> Self {
         let depth = |i: usize| shape.depths[i];
         let count = (0..tree.len()).filter(|&i| !shape.leaf[i]).map(|i| depth(i) + 1).max().unwrap_or(0);
@@ -140,9 +143,12 @@ impl Columns {
         let mut leaves = 0.0_f64;
         for (i, node) in tree.iter().enumerate() {
             match shape.leaf[i] {
-                true => leaves = leaves.max(leaf_width(&node.label, font, row).min(LONGEST_LEAF)),
-                false => widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row).min(110.0)),
+                true => leaves = leaves.max(leaf_width(&node.label, font, row).min(LONGEST)),
+                false => widths[depth(i)] = widths[depth(i)].max(inner_width(&node.label, font, row).min(LONGEST)),
             }
+        }
+        if widths.iter().sum::<f64>() + leaves + 2.0 * row * count as f64 > width {
+            widths.iter_mut().for_each(|width| *width = width.min(LONGEST_INNER));
         }
         let inner: f64 = widths.iter().sum();
         // A gap narrower than half a row bends links too sharply to be told apart; wider than two rows, a tree falls

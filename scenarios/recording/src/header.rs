@@ -48,6 +48,33 @@ pub struct Header {
     pub monitors: Arc<[Monitor]>,
     /// The faults of the scenario, whether they take effect or not.
     pub faults: Vec<Arc<Fault>>,
+    /// Where the run takes place; none if tree, skills and components run without a map.
+    pub premises: Option<Premises>,
+    /// The robot's body; none if there is no robot.
+    pub robot: Option<RobotBody>,
+    /// When pictures are taken.
+    pub snapshots: Snapshots,
+    /// The expected results of the run.
+    pub expected: Expected,
+}
+
+impl Header {
+    /// The places on the map, by name; none without a map.
+    #[must_use]
+    pub fn places(&self) -> &[Place] {
+        self.premises.as_ref().map_or(&[], |premises| &premises.places)
+    }
+
+    /// The robot's laser scanners; none without a robot.
+    #[must_use]
+    pub fn lasers(&self) -> &[LaserSpec] {
+        self.robot.as_ref().map_or(&[], |robot| &robot.lasers)
+    }
+}
+
+/// Where a run takes place.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Premises {
     /// The map of the world.
     #[serde(with = "plain::grid")]
     pub map: Arc<OccupancyGrid>,
@@ -61,15 +88,16 @@ pub struct Header {
     pub station: Option<Pose>,
     /// The place to which the robot is sent, for pictures.
     pub destination: Option<String>,
-    /// The robot's radius, in metres.
-    pub robot_radius_m: f64,
-    /// The robot's laser scanners.
+}
+
+/// The body of a robot.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct RobotBody {
+    /// The radius of its footprint, in metres.
+    pub radius_m: f64,
+    /// The laser scanners.
     #[serde(with = "plain::lasers")]
     pub lasers: Vec<LaserSpec>,
-    /// When pictures are taken.
-    pub snapshots: Snapshots,
-    /// The expected results of the run.
-    pub expected: Expected,
 }
 
 /// Where a scenario comes from, so that it can be run again.

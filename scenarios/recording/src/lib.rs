@@ -9,7 +9,7 @@
 //! 1. A [`Header`]: the scenario and its settings, processes and channels, tree, monitors, faults, map, robot, and the
 //!    expected results.
 //! 2. A [`Step`] in which nothing has happened yet: the initial state.
-//! 3. A [`Step`] for each step of the simulation: the state of the robot; [what has happened](Happening); and, if the
+//! 3. A [`Step`] for each step of the run: what is known of the robot; [what has happened](Happening); and, if the
 //!    run is to be shown, its [`Details`]: events, and what has changed in tree, skills, components and monitors. A
 //!    [`Scene`] (scans, particles, path, other bodies) is present only where a picture may be taken, as decided by a
 //!    [`SceneClock`] and the happenings.
@@ -37,7 +37,6 @@
 //! use std::time::Duration;
 //! use recording::{ Record, Recording, Writer};
 //! # use std::sync::Arc;
-//! # use maps::{OccupancyGrid, pose};
 //! # use recording::{End, Ended, Expected, Header, Origin, RobotState, Snapshots, Step};
 //! # fn header() -> Header {
 //! #     Header {
@@ -45,16 +44,11 @@
 //! #         origin: Origin::default(), settings: vec![], seed: 1, tick: Duration::from_secs(1),
 //! #         dt: Duration::from_millis(20), unwatched: false, topology: Arc::default(), tree: vec![], skills: vec![],
 //! #         components: vec![], monitors: Arc::new([]), faults: vec![],
-//! #         map: Arc::new(OccupancyGrid::new(1, 1, 0.05, pose(0.0, 0.0, 0.0))), places: vec![],
-//! #         start: pose(0.0, 0.0, 0.0), station: None, destination: None, robot_radius_m: 0.3, lasers: vec![],
-//! #         snapshots: Snapshots::default(), expected: Expected::default(),
+//! #         premises: None, robot: None, snapshots: Snapshots::default(), expected: Expected::default(),
 //! #     }
 //! # }
 //! # fn step_at(time: Duration) -> Step {
-//! #     let here = pose(0.0, 0.0, 0.0);
-//! #     let robot = RobotState {
-//! #         pose: here, estimate: here, charge_pct: 80.0, charging: false, distance_m: 0.0, collisions: 0,
-//! #     };
+//! #     let robot = RobotState::default();
 //! #     Step { time, ticks: 0, overruns: 0, communications: 0, robot, happenings: vec![], details: None }
 //! # }
 //! # let folder = tempfile::tempdir()?;
@@ -107,10 +101,16 @@ pub use end::{End, Ended, MonitorEnd, SkillError};
 pub use event_log::{EventLogWriter, event_line, message_json};
 pub use file::{FORMAT, Record, Recording, RecordingError, Writer};
 pub use header::{
-    Argument, Expected, Fault, Header, Monitor, Node, Origin, Place, SettingGroup, SnapshotOccasion, Snapshots, TREE,
+    Argument, Expected, Fault, Header, Monitor, Node, Origin, Place, Premises, RobotBody, SettingGroup,
+    SnapshotOccasion, Snapshots, TREE,
 };
 pub use monitor::{Graph, Location, MonitorState, Transition};
 pub use scene_clock::SceneClock;
-pub use step::{Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step};
+pub use step::{
+    Battery, Body, BodyShape, Decision, Detail, Details, Happening, Navigation, RobotState, Scene, Step, Truth,
+};
 pub use trace_hash::TraceHash;
-pub use view::{FaultCourse, FaultRecord, GivenUp, Inconsistent, MonitorView, RunView, Tally, TreeError, UndoneFault};
+pub use view::{
+    BatteryTally, FaultCourse, FaultRecord, GivenUp, Inconsistent, LocalizationError, MonitorView, RunView, Tally,
+    TreeError, UndoneFault,
+};

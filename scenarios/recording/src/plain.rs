@@ -54,17 +54,17 @@ pub(crate) mod pose_if_any {
     }
 }
 
-pub(crate) mod point {
+pub(crate) mod point_if_any {
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     use super::*;
 
-    pub(crate) fn serialize<S: Serializer>(point: &Point, serializer: S) -> Result<S::Ok, S::Error> {
-        [point.x, point.y].serialize(serializer)
+    pub(crate) fn serialize<S: Serializer>(point: &Option<Point>, serializer: S) -> Result<S::Ok, S::Error> {
+        point.map(|point| [point.x, point.y]).serialize(serializer)
     }
 
-    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Point, D::Error> {
-        <[f64; 2]>::deserialize(deserializer).map(Point::from)
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Point>, D::Error> {
+        Option::<[f64; 2]>::deserialize(deserializer).map(|point| point.map(Point::from))
     }
 }
 

@@ -35,7 +35,7 @@ pub struct Step {
     pub overruns: u64,
     /// How many communications there have been.
     pub communications: u64,
-    /// The robot.
+    /// The robot, as far as it is known.
     pub robot: RobotState,
     /// What has happened, in order.
     pub happenings: Vec<Happening>,
@@ -43,23 +43,51 @@ pub struct Step {
     pub details: Option<Box<Details>>,
 }
 
-/// The robot at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// What is known of the robot at the end of a step; nothing if there is no robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RobotState {
-    /// Where it really is, in the `map` frame.
+    /// What only a simulation can know.
+    pub truth: Option<Truth>,
+    /// The pose estimated by localization, in the `map` frame.
+    #[serde(with = "plain::pose_if_any")]
+    pub estimate: Option<Pose>,
+    /// The battery.
+    pub battery: Option<Battery>,
+}
+
+impl RobotState {
+    /// Where the robot is, in the `map` frame: where it really is if that is known, or else where it believes to be.
+    #[must_use]
+    pub fn pose(&self) -> Option<Pose> {
+        self.truth.map(|truth| truth.pose).or(self.estimate)
+    }
+
+    /// Whether the battery is known to be charging.
+    #[must_use]
+    pub fn is_charging(&self) -> bool {
+        self.battery.is_some_and(|battery| battery.charging)
+    }
+}
+
+/// What is really the case.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// Where the robot is, in the `map` frame.
     #[serde(with = "plain::pose")]
     pub pose: Pose,
-    /// The pose estimated by localization, in the `map` frame.
-    #[serde(with = "plain::pose")]
-    pub estimate: Pose,
-    /// The battery's charge, in percent.
-    pub charge_pct: f64,
-    /// Whether the battery is charging.
-    pub charging: bool,
     /// How far it has driven, in metres.
     pub distance_m: f64,
     /// How many contacts with anything else have begun.
     pub collisions: u64,
+}
+
+/// The state of the battery.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Battery {
+    /// Its charge, in percent.
+    pub charge_pct: f64,
+    /// Whether it is charging.
+    pub charging: bool,
 }
 
 /// Something that has happened in a step.
@@ -73,9 +101,9 @@ pub enum Happening {
         time: Duration,
         /// The last tick that had been generated; none if none had.
         tick: Option<u64>,
-        /// Where the robot was, in the `map` frame.
-        #[serde(with = "plain::point")]
-        position: Point,
+        /// Where the robot was, in the `map` frame, if that is known.
+        #[serde(with = "plain::point_if_any")]
+        position: Option<Point>,
     },
     /// A fault ended.
     FaultEnded {

@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelId, Event, EventKind, Topology, Verdict};
-use maps::{Point, Pose};
+use maps::Point;
 use monitors::Outcome;
 
 use crate::{
-    Decision, Details, End, Fault, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation, RobotState, Scene,
-    Step,
+    Battery, Decision, Details, End, Fault, Happening, Header, Monitor, MonitorEnd, MonitorState, Navigation,
+    RobotState, Scene, Step, Truth,
 };
 
 /// A record that does not fit those before it: it refers to a fault, a node or a channel that does not exist.
@@ -33,7 +33,7 @@ pub struct RunView {
     locations: Vec<Option<String>>,
     monitors: Vec<MonitorState>,
     decisions: Vec<Option<Decision>>,
-    navigation: Navigation,
+    navigation: Option<Navigation>,
     scene: Scene,
     faults: Vec<FaultRecord>,
     undone: Vec<UndoneFault>,
@@ -61,7 +61,6 @@ impl RunView {
         });
         let channels = header.topology.channels().count();
         check(named.iter().all(|channel| channel.index() < channels))?;
-        let robot = start.robot;
         let mut view = Self {
             time: Duration::ZERO,
             ticks: 0,
@@ -73,18 +72,19 @@ impl RunView {
             locations: vec![None; header.topology.processes().count()],
             monitors: vec![MonitorState::default(); header.monitors.len()],
             decisions: vec![None; header.monitors.len()],
-            navigation: Navigation::default(),
+            navigation: None,
             scene: Scene::default(),
             faults: Vec::new(),
             undone: Vec::new(),
             tree_errors: Vec::new(),
             given_up: Vec::new(),
-            reached: vec![None; header.places.len()],
-            tally: Tally { initial_pct: robot.charge_pct, minimum_pct: robot.charge_pct, ..Tally::default() },
+            reached: vec![None; header.places().len()],
+            tally: Tally::default(),
             end: None,
-            robot,
+            robot: start.robot,
             header: Arc::new(header),
         };
+        view.tally.note_battery(&start.robot);
         view.take(start)?;
         Ok(view)
     }
@@ -159,7 +159,7 @@ impl RunView {
             self.set_monitor(monitor, state)?;
         }
         if let Some(navigation) = navigation {
-            self.navigation = navigation;
+            self.navigation = Some(navigation);
         }
         scene.map_or(Ok(()), |scene| self.set_scene(scene))
     }
@@ -172,7 +172,7 @@ impl RunView {
     }
 
     fn set_scene(&mut self, scene: Scene) -> Result<(), Inconsistent> {
-        check(scene.scans.iter().all(|scan| scan.laser < self.header.lasers.len()))?;
+        check(scene.scans.iter().all(|scan| scan.laser < self.header.lasers().len()))?;
         self.scene = scene;
         Ok(())
     }
@@ -234,22 +234,16 @@ impl RunView {
         self.communications
     }
 
-    /// The robot: its true and estimated pose, its battery, the distance driven.
+    /// What is known of the robot: its true and estimated pose, its battery, the distance driven.
     #[must_use]
     pub fn robot(&self) -> &RobotState {
         &self.robot
     }
 
-    /// Where the robot really is, in the `map` frame.
+    /// Where the robot [is](RobotState::pose), in the `map` frame.
     #[must_use]
-    pub fn pose(&self) -> Pose {
-        self.robot.pose
-    }
-
-    /// Where the robot really is, in the `map` frame.
-    #[must_use]
-    pub fn position(&self) -> Point {
-        self.robot.pose.translation.vector.into()
+    pub fn position(&self) -> Option<Point> {
+        self.robot.pose().map(|pose| pose.translation.vector.into())
     }
 
     /// The events of the last step, in order.
@@ -310,10 +304,10 @@ impl RunView {
         }
     }
 
-    /// What navigation is doing.
+    /// What navigation is doing, if that is known.
     #[must_use]
-    pub fn navigation(&self) -> &Navigation {
-        &self.navigation
+    pub fn navigation(&self) -> Option<&Navigation> {
+        self.navigation.as_ref()
     }
 
     /// What was visible in the last scene.
@@ -354,7 +348,7 @@ impl RunView {
 
     /// The places by name, with the time at which each was reached.
     pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
-        self.header.places.iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
+        self.header.places().iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
     }
 
     /// Aggregates over the steps so far.
@@ -426,8 +420,8 @@ pub struct FaultRecord {
     pub fault: Arc<Fault>,
     /// Its index in the scenario.
     pub index: usize,
-    /// Where the robot was, in the `map` frame.
-    pub position: Point,
+    /// Where the robot was, in the `map` frame, if that is known.
+    pub position: Option<Point>,
 }
 
 /// A fault that was due but could not be injected.
@@ -505,34 +499,67 @@ pub struct GivenUp {
 /// Aggregates over the steps of a run.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
-    /// The charge at the start, in percent.
-    pub initial_pct: f64,
-    /// The lowest charge so far, in percent.
-    pub minimum_pct: f64,
-    steps: u64,
+    battery: Option<BatteryTally>,
+    /// The number of steps in which both the true and the estimated pose are known.
+    localized: u64,
     squared_m2: f64,
     max_m: f64,
     squared_rad2: f64,
 }
 
+/// The charge of the battery over the steps of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct BatteryTally {
+    /// At the start, in percent.
+    pub initial_pct: f64,
+    /// The lowest so far, in percent.
+    pub minimum_pct: f64,
+}
+
+/// The error of localization over the steps of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalizationError {
+    /// Root mean square of the error in position, in metres.
+    pub rmse_m: f64,
+    /// Its maximum, in metres.
+    pub max_m: f64,
+    /// Root mean square of the error in heading, in radians.
+    pub rmse_rad: f64,
+}
+
 impl Tally {
     fn add(&mut self, robot: &RobotState) {
-        self.minimum_pct = self.minimum_pct.min(robot.charge_pct);
-        let (really, believed) = (&robot.pose, &robot.estimate);
-        let squared_m2 = (really.translation.vector - believed.translation.vector).norm_squared();
-        let turn_rad = maps::wrap_angle(maps::heading(really) - maps::heading(believed));
-        self.steps += 1;
+        self.note_battery(robot);
+        let (Some(Truth { pose, .. }), Some(estimate)) = (&robot.truth, &robot.estimate) else { return };
+        let squared_m2 = (pose.translation.vector - estimate.translation.vector).norm_squared();
+        let turn_rad = maps::wrap_angle(maps::heading(pose) - maps::heading(estimate));
+        self.localized += 1;
         self.squared_m2 += squared_m2;
         self.squared_rad2 += turn_rad * turn_rad;
         self.max_m = self.max_m.max(squared_m2.sqrt());
     }
 
-    /// Root mean square and maximum of the localization error in position, in metres, and root mean square of the error
-    /// in heading, in radians.
+    fn note_battery(&mut self, robot: &RobotState) {
+        let Some(Battery { charge_pct, .. }) = robot.battery else { return };
+        let battery = self.battery.get_or_insert(BatteryTally { initial_pct: charge_pct, minimum_pct: charge_pct });
+        battery.minimum_pct = battery.minimum_pct.min(charge_pct);
+    }
+
+    /// The battery's charge; none if it was never known.
     #[must_use]
-    pub fn localization_error(&self) -> (f64, f64, f64) {
-        let steps = self.steps.max(1) as f64;
-        ((self.squared_m2 / steps).sqrt(), self.max_m, (self.squared_rad2 / steps).sqrt())
+    pub fn battery(&self) -> Option<BatteryTally> {
+        self.battery
+    }
+
+    /// The error of localization; none if the true or the estimated pose was never known.
+    #[must_use]
+    pub fn localization_error(&self) -> Option<LocalizationError> {
+        let steps = self.localized as f64;
+        (self.localized > 0).then(|| LocalizationError {
+            rmse_m: (self.squared_m2 / steps).sqrt(),
+            max_m: self.max_m,
+            rmse_rad: (self.squared_rad2 / steps).sqrt(),
+        })
     }
 }
 

@@ -110,9 +110,10 @@ fn in_a_word(report: &Report) -> String {
 }
 
 fn head(view: &RunView, report: &Report) -> Markup {
+    let has_map = view.header().premises.is_some();
     let links = [
         ("verdicts", "Verdicts"),
-        ("way", "Map"),
+        ("way", if has_map { "Map" } else { "Tree" }),
         ("timeline", "Timeline"),
         ("violations", "Messages"),
         ("pictures", "Pictures"),
@@ -123,7 +124,7 @@ fn head(view: &RunView, report: &Report) -> Markup {
     let is_there = |id| (id != "violations" || violated) && (id != "pictures" || !report.snapshots.is_empty());
     html! {
         header.head {
-            p.over { "A run of a service robot under runtime monitors" }
+            p.over { (if has_map { "A run of a service robot under runtime monitors" } else { "A run of a behavior tree under runtime monitors" }) }
             h1 { (report.scenario) }
             p.about { (text(&words::sentence(&view.header().about))) }
             p.quiet {
@@ -134,15 +135,16 @@ fn head(view: &RunView, report: &Report) -> Markup {
     }
 }
 
-/// The section of the map.
+/// The section of the map and of what the tree was doing; without a map, of the latter alone.
 fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
     let activities = activities::activities(timeline);
     let scene = map::scene(view);
     let label = "Map with the way of the robot, coloured by which leaf of the behavior tree was running";
     let content = html! {
         div.panel.way {
-            figure {
-                (figure(label, |layout| map::draw(&scene, &activities, view, timeline, layout)))
+            @if let Some(scene) = &scene {
+              figure {
+                (figure(label, |layout| map::draw(scene, &activities, view, timeline, layout)))
                 figcaption {
                     "The robot’s way, coloured by the leaf of the behavior tree that was running; the numbers are those of the \
                      table and of the timeline."
@@ -150,9 +152,10 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
                     @if !timeline.episodes().is_empty() { " Red with ✗: where it was when a property was violated." }
                     @if !view.scene().bodies.is_empty() { " Violet: what is on no map, where it was in the end." }
                 }
+              }
             }
             div {
-                (facts::stages(&activities))
+                (facts::stages(&activities, scene.is_some()))
                 (facts::faults(report))
                 (facts::tree_errors(report))
                 (facts::skill_errors(report))
@@ -160,12 +163,15 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
             (facts::numbers(report))
         }
     };
-    section("way", "Where the robot went", content)
+    section("way", if scene.is_some() { "Where the robot went" } else { "What the tree did" }, content)
 }
 
 /// The section of the timeline.
 fn course(view: &RunView, timeline: &Timeline) -> Markup {
-    let label = "Timeline of battery, behavior tree, skills, components, monitors and faults on one time axis";
+    let label = match view.header().robot {
+        Some(_) => "Timeline of battery, behavior tree, skills, components, monitors and faults on one time axis",
+        None => "Timeline of behavior tree, skills, components, monitors and faults on one time axis",
+    };
     let content = html! {
         figure.panel {
             (figure(label, |layout| chart::draw(view, timeline, layout)))

@@ -7,7 +7,7 @@ use channels::{ChannelId, Relation, Shape, Topology, Verdict};
 use drawing::{self, Frame, MapPicture, Scene};
 use maps::Point;
 use monitors::{EventAtom, Formula, MessageCondition};
-use recording::{BodyShape, FaultCourse, Graph, Header, MonitorState, MonitorView, Node, RunView};
+use recording::{BodyShape, FaultCourse, Graph, Header, MonitorState, MonitorView, Node, Premises, RunView};
 
 /// The trail has a point this often, in metres.
 const TRAIL_STEP_M: f64 = 0.10;
@@ -19,40 +19,37 @@ const BATTERY_PERIOD: Duration = Duration::from_secs(1);
 /// Keeps what a picture needs of the past, and makes frames of the present.
 #[derive(Clone, Debug)]
 pub struct Camera {
-    map: Arc<MapPicture>,
+    /// None without a map.
+    map: Option<Arc<MapPicture>>,
     trail: Vec<Point>,
     battery: Vec<(Duration, f64)>,
-    /// Time and level in the step before.
-    level_before: (Duration, f64),
+    /// Time and level in the step before, if there is a battery.
+    level_before: Option<(Duration, f64)>,
 }
 
 impl Camera {
     /// The camera for a run.
     #[must_use]
     pub fn new(view: &RunView) -> Self {
-        let map = Arc::new(MapPicture::new(&view.header().map));
-        let level_before = (view.time(), view.robot().charge_pct);
-        let mut camera = Self { map, trail: Vec::new(), battery: Vec::new(), level_before };
+        let map = view.header().premises.as_ref().map(|premises| Arc::new(MapPicture::new(&premises.map)));
+        let mut camera = Self { map, trail: Vec::new(), battery: Vec::new(), level_before: None };
         camera.follow(view);
         camera
     }
 
     /// Keeps in mind where the run is now. Call it after every step.
     pub fn follow(&mut self, view: &RunView) {
-        let position = view.position();
-        if self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M) {
-            self.trail.push(position);
-        }
-        let now = (view.time(), view.robot().charge_pct);
-        let jumped = (now.1 - self.level_before.1).abs() > 1.0;
-        if jumped {
-            // A step, not a slope.
-            self.battery.push(self.level_before);
-        }
-        if jumped || self.battery.last().is_none_or(|last| now.0 >= last.0 + BATTERY_PERIOD) {
+        let is_new = |position: &Point| self.trail.last().is_none_or(|last| (last - position).norm() >= TRAIL_STEP_M);
+        let position = view.position().filter(is_new);
+        self.trail.extend(position);
+        let Some(now) = level(view) else { return };
+        let before = self.level_before.filter(|before| (now.1 - before.1).abs() > 1.0);
+        // A step, not a slope.
+        self.battery.extend(before);
+        if before.is_some() || self.battery.last().is_none_or(|last| now.0 >= last.0 + BATTERY_PERIOD) {
             self.battery.push(now);
         }
-        self.level_before = now;
+        self.level_before = Some(now);
     }
 
     /// The present moment of the run, with a sentence that says what is happening.
@@ -71,40 +68,46 @@ impl Camera {
         }
     }
 
-    fn scene(&self, view: &RunView) -> Scene {
-        let (header, seen, pose) = (view.header(), view.scene(), view.pose());
-        let mut trail = self.trail.clone();
-        trail.push(view.position());
-        Scene {
-            map: Arc::clone(&self.map),
+    /// What there is to see on the map; none without a map or a robot.
+    fn scene(&self, view: &RunView) -> Option<Scene> {
+        let (header, seen, pose) = (view.header(), view.scene(), view.robot().pose()?);
+        let (map, premises, robot) = (self.map.as_ref()?, header.premises.as_ref()?, header.robot.as_ref()?);
+        let trail = self.trail.iter().copied().chain(view.position());
+        Some(Scene {
+            map: Arc::clone(map),
             robot: pose,
-            robot_radius_m: header.robot_radius_m,
-            estimate: Some(view.robot().estimate),
+            robot_radius_m: robot.radius_m,
+            estimate: view.robot().estimate,
             path: seen.path.clone(),
-            laser_hits: seen.scans.iter().flat_map(|scan| scan.hits(&header.lasers[scan.laser], &pose)).collect(),
+            laser_hits: seen.scans.iter().flat_map(|scan| scan.hits(&robot.lasers[scan.laser], &pose)).collect(),
             particles: seen.particles.clone(),
-            trail,
-            start: Some(header.start),
-            station: station(header),
-            destination: header.places.iter().find(|place| is_destination(place, header)).map(place),
-            places: other_places(header),
+            trail: trail.collect(),
+            start: Some(premises.start),
+            station: station(premises),
+            destination: premises.places.iter().find(|place| is_destination(place, premises)).map(place),
+            places: other_places(premises),
             faults: view.fault_courses().iter().flat_map(fault_marks).collect(),
             bodies: seen.bodies.iter().map(body).collect(),
-        }
+        })
     }
 
-    fn battery(&self, view: &RunView) -> drawing::Battery {
-        let robot = view.robot();
+    fn battery(&self, view: &RunView) -> Option<drawing::Battery> {
+        let recording::Battery { charge_pct, charging } = view.robot().battery?;
         let mut history = self.battery.clone();
-        history.push((view.time(), robot.charge_pct));
-        drawing::Battery {
+        history.push((view.time(), charge_pct));
+        Some(drawing::Battery {
             history,
-            level_pct: robot.charge_pct,
-            charging: robot.charging,
+            level_pct: charge_pct,
+            charging,
             thresholds: thresholds(view.header()),
             faults: view.faults().iter().map(|record| (record.time, "fault".to_owned())).collect(),
-        }
+        })
     }
+}
+
+/// Time and level of the battery, if there is one.
+fn level(view: &RunView) -> Option<(Duration, f64)> {
+    view.robot().battery.map(|battery| (view.time(), battery.charge_pct))
 }
 
 /// The battery levels that the properties speak of, each with the names of those that do: what they compare the level that
@@ -216,8 +219,8 @@ fn place(place: &recording::Place) -> drawing::Place {
     drawing::Place { label: place.name.clone(), corners: place.corners.clone() }
 }
 
-fn is_destination(place: &recording::Place, header: &Header) -> bool {
-    header.destination.as_ref() == Some(&place.name)
+fn is_destination(place: &recording::Place, premises: &Premises) -> bool {
+    premises.destination.as_ref() == Some(&place.name)
 }
 
 /// Whether a place is that point.
@@ -227,28 +230,31 @@ fn is_at(place: &recording::Place, pose: &maps::Pose) -> bool {
 }
 
 /// The charging station, by the name of the place where it stands.
-fn station(header: &Header) -> Option<drawing::Station> {
-    let pose = header.station?;
-    let named = header.places.iter().find(|place| is_at(place, &pose));
+fn station(premises: &Premises) -> Option<drawing::Station> {
+    let pose = premises.station?;
+    let named = premises.places.iter().find(|place| is_at(place, &pose));
     let label = named.map_or_else(|| "charging station".to_owned(), |place| place.name.clone());
     Some(drawing::Station { pose, label })
 }
 
 /// The places that are neither start nor station nor destination.
-fn other_places(header: &Header) -> Vec<drawing::Place> {
+fn other_places(premises: &Premises) -> Vec<drawing::Place> {
     let is_marked = |known: &recording::Place| {
-        is_destination(known, header)
-            || is_at(known, &header.start)
-            || header.station.is_some_and(|station| is_at(known, &station))
+        is_destination(known, premises)
+            || is_at(known, &premises.start)
+            || premises.station.is_some_and(|station| is_at(known, &station))
     };
-    header.places.iter().filter(|known| !is_marked(known)).map(place).collect()
+    premises.places.iter().filter(|known| !is_marked(known)).map(place).collect()
 }
 
 /// A mark for each time that a fault took hold; the first says what it did.
 fn fault_marks(course: &FaultCourse<'_>) -> Vec<drawing::FaultMark> {
     let label = |index| if index == 0 { course.fault.words.clone() } else { String::new() };
     let records = course.records.iter().enumerate();
-    records.map(|(index, record)| drawing::FaultMark { position: record.position, label: label(index) }).collect()
+    let mark = |(index, record): (usize, &&recording::FaultRecord)| {
+        Some(drawing::FaultMark { position: record.position?, label: label(index) })
+    };
+    records.filter_map(mark).collect()
 }
 
 fn body(body: &recording::Body) -> drawing::Body {
@@ -363,8 +369,9 @@ mod tests {
     #[test]
     fn places_have_their_own_names() {
         let camera = |header: &Header| {
-            let names = other_places(header).into_iter().map(|place| place.label).collect::<Vec<_>>();
-            (station(header).map(|station| station.label), names)
+            let premises = header.premises.as_ref().unwrap();
+            let names = other_places(premises).into_iter().map(|place| place.label).collect::<Vec<_>>();
+            (station(premises).map(|station| station.label), names)
         };
         let station = Some("RechargingStation".to_owned());
         assert_eq!(camera(&header(&[])), (station.clone(), vec![]));

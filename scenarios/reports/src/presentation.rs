@@ -161,7 +161,7 @@ impl RunPictures {
             }
         }
         if let Some(animation) = &mut self.animation {
-            let is_frame = animation.clock.is_frame(view.time(), view.robot().charging);
+            let is_frame = animation.clock.is_frame(view.time(), view.robot().is_charging());
             if is_frame || view.end().is_some() {
                 animation.add(&self.renderer, &camera.frame(view, &view.doing()))?;
             }
@@ -192,7 +192,7 @@ impl RunPictures {
                     occasions.push(verdict_occasion(view.monitor(*monitor), decision));
                 }
                 Happening::Arrival { place } if wanted(SnapshotOccasion::Arrival) && !first => {
-                    let place = &header.places[*place].name;
+                    let place = &header.places()[*place].name;
                     occasions.push((format!("arrival-{place}"), format!("The robot has come to rest at {place}")));
                 }
                 _ => {}

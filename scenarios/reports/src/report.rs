@@ -43,10 +43,10 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// What went wrong in the skills' machines, each thing once, in the order of its first time.
     pub skill_errors: Vec<SkillErrorReport>,
-    /// The battery's charge.
-    pub battery: BatteryReport,
-    /// How the robot fared.
-    pub robot: RobotReport,
+    /// The battery's charge; null without a battery.
+    pub battery: Option<BatteryReport>,
+    /// How the robot fared; null without a robot.
+    pub robot: Option<RobotReport>,
     /// When each place was reached.
     pub places: Vec<PlaceReport>,
     /// The pictures that were made.
@@ -229,8 +229,8 @@ pub struct RobotReport {
     pub collisions: u64,
     /// The trips that navigation gave up, in order.
     pub given_up: Vec<GivenUpReport>,
-    /// How well localization knew where it was.
-    pub localization: LocalizationReport,
+    /// How well localization knew where it was; null if nothing localized it.
+    pub localization: Option<LocalizationReport>,
 }
 
 impl RobotReport {

@@ -5,8 +5,8 @@ use std::time::Duration;
 use channels::EventKind;
 use monitors::{Sighting, Vacuity};
 use recording::{
-    Decision, End, Ended, FaultRecord, GivenUp, MonitorView, RobotState, RunView, SkillError, TreeError, UndoneFault,
-    message_json,
+    BatteryTally, Decision, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, SkillError,
+    TreeError, Truth, UndoneFault, message_json,
 };
 use serde_json::json;
 
@@ -47,11 +47,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         undone_faults: view.undone_faults().iter().map(undone_fault).collect(),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
         skill_errors: end.skill_errors.iter().map(skill_error).collect(),
-        battery: BatteryReport {
-            initial: view.tally().initial_pct,
-            minimum: view.tally().minimum_pct,
-            r#final: view.robot().charge_pct,
-        },
+        battery: battery(view),
         robot: robot(view),
         places: view.visits().map(place).collect(),
         snapshots,
@@ -88,18 +84,17 @@ fn expectations(view: &RunView) -> Vec<ExpectationReport> {
         let difference = format!("{place} was not expected to be reached and was");
         note(format!("{place} is not reached"), reached.then_some(difference));
     }
-    if let Some(limit) = expect.max_collisions {
-        let collisions = view.robot().collisions;
+    if let Some((limit, Truth { collisions, .. })) = expect.max_collisions.zip(view.robot().truth) {
         let difference = format!("at most {limit} collisions were expected, and there were {collisions}");
         note(format!("there are at most {limit} collisions"), (collisions > limit).then_some(difference));
     }
-    if let Some(limit) = expect.min_battery_pct {
-        let minimum = view.tally().minimum_pct;
+    if let Some((limit, battery)) = expect.min_battery_pct.zip(view.tally().battery()) {
+        let minimum = battery.minimum_pct;
         let difference = format!("the battery was expected to stay at {limit} % or more and fell to {minimum:.2} %");
         note(format!("the battery stays at {limit} % or more"), (minimum < limit).then_some(difference));
     }
-    if let Some(limit) = expect.max_localization_m {
-        let (_, worst, _) = view.tally().localization_error();
+    if let Some((limit, error)) = expect.max_localization_m.zip(view.tally().localization_error()) {
+        let worst = error.max_m;
         let difference = format!("localization was expected to stay within {limit} m and was {worst:.3} m off");
         note(format!("localization stays within {limit} m"), (worst > limit).then_some(difference));
     }
@@ -198,16 +193,22 @@ fn tree_error(view: &RunView, error: &TreeError) -> TreeErrorReport {
     }
 }
 
-fn robot(view: &RunView) -> RobotReport {
-    let RobotState { pose, distance_m, collisions, .. } = *view.robot();
-    let (rmse_m, max_m, rmse_rad) = view.tally().localization_error();
-    RobotReport {
+fn battery(view: &RunView) -> Option<BatteryReport> {
+    let BatteryTally { initial_pct, minimum_pct } = view.tally().battery()?;
+    Some(BatteryReport { initial: initial_pct, minimum: minimum_pct, r#final: view.robot().battery?.charge_pct })
+}
+
+fn robot(view: &RunView) -> Option<RobotReport> {
+    let Truth { pose, distance_m, collisions } = view.robot().truth?;
+    let localization = view.tally().localization_error();
+    let report = |LocalizationError { rmse_m, max_m, rmse_rad }| LocalizationReport { rmse_m, max_m, rmse_rad };
+    Some(RobotReport {
         final_pose: [pose.translation.x, pose.translation.y, maps::heading(&pose)],
         distance_m,
         collisions,
         given_up: view.given_up().iter().map(given_up).collect(),
-        localization: LocalizationReport { rmse_m, max_m, rmse_rad },
-    }
+        localization: localization.map(report),
+    })
 }
 
 fn given_up(given_up: &GivenUp) -> GivenUpReport {

@@ -94,9 +94,13 @@ impl Timeline {
     fn look(&mut self, view: &RunView) {
         let (now, robot) = (view.time(), view.robot());
         self.end = now;
-        self.battery.note(now, robot.charge_pct);
-        self.charging.note(now, &robot.charging);
-        self.navigation.note(now, view.navigation());
+        if let Some(battery) = robot.battery {
+            self.battery.note(now, battery.charge_pct);
+            self.charging.note(now, &battery.charging);
+        }
+        if let Some(navigation) = view.navigation() {
+            self.navigation.note(now, navigation);
+        }
         self.trail.note(now, view.position());
     }
 
@@ -126,7 +130,7 @@ impl Timeline {
         self.end
     }
 
-    /// The battery's level, in percent.
+    /// The battery's level, in percent; without points if there is no battery.
     #[must_use]
     pub fn battery(&self) -> &Course {
         &self.battery
@@ -138,7 +142,7 @@ impl Timeline {
         &self.charging
     }
 
-    /// What navigation is doing.
+    /// What navigation is doing; nothing if there is none.
     #[must_use]
     pub fn navigation(&self) -> &Track<Navigation> {
         &self.navigation
@@ -243,7 +247,7 @@ mod tests {
         let doings: Vec<_> = stages.iter().map(|stage| stage.doing.as_str()).collect();
         assert_eq!(doings, ["GoToDestination", "GotoRechargingStation"]);
         let way_m: f64 = stages.iter().map(Stage::distance_m).sum();
-        assert!((way_m - view.robot().distance_m).abs() < 0.1, "{way_m} m");
+        assert!((way_m - view.robot().truth.unwrap().distance_m).abs() < 0.1, "{way_m} m");
     }
 
     #[test]

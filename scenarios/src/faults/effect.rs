@@ -103,6 +103,11 @@ pub(crate) enum MachineChange {
 }
 
 impl Effect {
+    /// Whether it acts on a robot or its surroundings.
+    pub(super) fn needs_robot(&self) -> bool {
+        matches!(self, Self::Charge(_) | Self::Kidnap(_) | Self::Belief(_) | Self::World(_) | Self::Map(_))
+    }
+
     /// The effect of a change in the simulated world that lasts as long as the fault is active.
     pub(super) fn world(wrong: impl Fn(&mut sim::Faults) + Send + Sync + 'static) -> Self {
         Self::World(Arc::new(wrong))

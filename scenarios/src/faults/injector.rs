@@ -6,8 +6,9 @@ mod machines;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelSystem, Event, ProcessId};
-use components::{Component, Software};
+use channels::{ChannelSystem, Event, ProcessId, Topology};
+use components::{Component, Processes, Software};
+use maps::Places;
 use nav::InitialPose;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -16,10 +17,12 @@ use sim::{SimError, Simulation};
 
 use self::damage::Damages;
 use self::machines::Machines;
+use super::effect::Which;
 use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};
 use crate::error::Complaints;
 use crate::scenario::Scenario;
 use crate::wiring::Ids;
+use crate::world::World;
 
 /// The faults of a run: their times and their effects.
 #[derive(Debug)]
@@ -41,8 +44,7 @@ struct Prepared {
 
 /// The parts of a run on which faults act.
 pub(crate) struct SystemUnderTest<'a> {
-    pub(crate) sim: &'a mut Simulation,
-    pub(crate) software: &'a mut Software,
+    pub(crate) world: &'a mut World,
     pub(crate) system: &'a mut ChannelSystem,
     /// The events of the previous step.
     pub(crate) events: &'a [Event],
@@ -60,20 +62,23 @@ pub(crate) enum Happening {
 }
 
 impl Injector {
-    /// The faults of a scenario, ready for a run of this simulation and this system. Their problems are recorded.
+    /// The faults of a scenario, ready for a run of this world and this system. Their problems are recorded.
     pub(crate) fn new(
         scenario: &Scenario,
-        sim: &Simulation,
+        world: &World,
         system: &ChannelSystem,
         ids: Ids,
         streams: &Streams,
         complaints: &mut Complaints,
     ) -> Self {
         let faults = &scenario.file.faults;
-        let timetable = Timetable::new(faults, system, &scenario.places, streams, complaints);
+        let no_places = Places::default();
+        let places = scenario.premises.as_ref().map_or(&no_places, |premises| &premises.places);
+        let timetable = Timetable::new(faults, system, places, streams, complaints);
         let prepare = |(index, fault): (usize, &Arc<Fault>)| {
             let effect = fault.effect();
-            check_place(&effect, sim, complaints);
+            check_place(&effect, world, complaints);
+            check_component(fault, &effect, system.topology(), complaints);
             let stream = format!("fault/{}", stream_name(faults, index));
             Prepared {
                 rng: streams.stream(&stream),
@@ -88,7 +93,7 @@ impl Injector {
 
     /// Begins and ends the faults that are due. Returns what happened.
     pub(crate) fn act(&mut self, run: &mut SystemUnderTest<'_>) -> Vec<Happening> {
-        let (now, pose) = (run.sim.time(), run.sim.truth().pose());
+        let (now, pose) = (run.world.time(), run.world.robot().map(|robot| robot.sim.truth().pose()));
         let changes = self.timetable.changes(&Observation { now, pose, system: run.system, events: run.events });
         let mut happenings = Vec::with_capacity(changes.len());
         for change in changes {
@@ -106,16 +111,16 @@ impl Injector {
     /// Applies the instantaneous effects at the beginning of a fault.
     fn begin(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
-        match effect {
-            Effect::Charge(charge_pct) => run.sim.set_battery_charge(*charge_pct),
-            Effect::Kidnap(to) => {
-                if let Err(error) = run.sim.kidnap(to.value) {
+        match (effect, run.world.robot_mut()) {
+            (Effect::Charge(charge_pct), Some(robot)) => robot.sim.set_battery_charge(*charge_pct),
+            (Effect::Kidnap(to), Some(robot)) => {
+                if let Err(error) = robot.sim.kidnap(to.value) {
                     return Happening::LeftUndone(index, error);
                 }
             }
-            Effect::Belief(pose) => run.software.believe(&InitialPose::at(*pose)),
-            Effect::Channels { .. } => damages.begin(run.system),
-            Effect::World(_) | Effect::Map(_) | Effect::Ticks(_) | Effect::Outage { .. } | Effect::Machine { .. } => {}
+            (Effect::Belief(pose), Some(robot)) => robot.software.believe(&InitialPose::at(*pose)),
+            (Effect::Channels { .. }, _) => damages.begin(run.system),
+            _ => {}
         }
         Happening::Begun(index)
     }
@@ -123,9 +128,11 @@ impl Injector {
     /// Applies the instantaneous effects at the end of a fault.
     fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
-        match effect {
-            Effect::Outage { component, crashed: true } => run.software.restart(*component, run.system),
-            Effect::Channels { .. } => damages.end(run.system),
+        match (effect, run.world.robot_mut()) {
+            (Effect::Outage { component, crashed: true }, Some(robot)) => {
+                robot.software.restart(*component, run.system);
+            }
+            (Effect::Channels { .. }, _) => damages.end(run.system),
             _ => {}
         }
         Happening::Ended(index)
@@ -133,10 +140,12 @@ impl Injector {
 
     /// Recomputes the lasting effects from the active faults.
     fn renew(&mut self, run: &mut SystemUnderTest<'_>) {
-        self.renew_world(run.sim);
-        self.renew_outages(run);
+        if let Some(robot) = run.world.robot_mut() {
+            self.renew_world(&mut robot.sim);
+            self.renew_outages(&mut robot.software, run.system);
+        }
         let holding: Vec<usize> = self.timetable.holding().collect();
-        self.machines.renew(&holding, run.system, run.sim.time());
+        self.machines.renew(&holding, run.system, run.world.time());
     }
 
     /// The effects on the simulated world.
@@ -153,14 +162,14 @@ impl Injector {
     }
 
     /// The frozen components, with their processes and drivers.
-    fn renew_outages(&self, run: &mut SystemUnderTest<'_>) {
-        for component in Component::ALL {
+    fn renew_outages(&self, software: &mut Software, system: &mut ChannelSystem) {
+        for (component, process) in self.ids.robot.into_iter().flat_map(of_robot) {
             let is_out = self
                 .effects()
                 .any(|effect| matches!(effect, Effect::Outage { component: out, .. } if *out == component));
-            if run.software.outages_mut().has(component) != is_out {
-                run.software.outages_mut().set(component, is_out);
-                run.system.suspend(component_id(self.ids, component), is_out);
+            if software.outages_mut().has(component) != is_out {
+                software.outages_mut().set(component, is_out);
+                system.suspend(process, is_out);
             }
         }
     }
@@ -193,18 +202,33 @@ impl Injector {
 }
 
 /// Reports an effect that puts the robot where it can never be: outside the map, or in a wall.
-fn check_place(effect: &Effect, sim: &Simulation, complaints: &mut Complaints) {
-    let Effect::Kidnap(to) = effect else { return };
-    if let Err(error) = sim.check_kidnapping(&to.value) {
+fn check_place(effect: &Effect, world: &World, complaints: &mut Complaints) {
+    let (Effect::Kidnap(to), Some(robot)) = (effect, world.robot()) else { return };
+    if let Err(error) = robot.sim.check_kidnapping(&to.value) {
         let help = "give x and y in metres, in the map frame; the whole body of the robot must be on free floor";
         complaints.push(to.span.problem(error.to_string()).with_label("no room for the robot").with_help(help));
     }
 }
 
-fn component_id(ids: Ids, component: Component) -> ProcessId {
-    match component {
-        Component::BatteryReader => ids.battery_reader,
-        Component::Localization => ids.localization,
-        Component::Navigation => ids.navigation,
+/// Reports a fault of a component that the system does not have.
+fn check_component(fault: &Fault, effect: &Effect, topology: &Topology, complaints: &mut Complaints) {
+    let (Effect::Outage { component, .. }
+    | Effect::Channels { channels: Which::From(component) | Which::To(component), .. }) = effect
+    else {
+        return;
+    };
+    if topology.find_process(component.name()).is_none() {
+        let problem = fault.arguments().span().problem(format!("there is no component {}", component.name()));
+        let help = "only a scenario with a map has the components of a robot";
+        complaints.push(problem.with_label("a fault of this component").with_help(help));
     }
+}
+
+/// The components of a robot, with their processes.
+fn of_robot(Processes { battery_reader, localization, navigation }: Processes) -> [(Component, ProcessId); 3] {
+    [
+        (Component::BatteryReader, battery_reader),
+        (Component::Localization, localization),
+        (Component::Navigation, navigation),
+    ]
 }

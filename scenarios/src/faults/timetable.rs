@@ -19,8 +19,8 @@ use crate::occurrences::occurrences;
 pub(crate) struct Observation<'a> {
     /// The time.
     pub(crate) now: Duration,
-    /// The robot's true pose.
-    pub(crate) pose: Pose,
+    /// The robot's true pose, if there is a robot.
+    pub(crate) pose: Option<Pose>,
     /// Tree, skills and components.
     pub(crate) system: &'a ChannelSystem,
     /// The events of the previous step.
@@ -183,7 +183,7 @@ impl Watch {
             }
             Self::Tick { number, passed } => becomes(passed, observed.system.ticks() > *number),
             Self::Near { place, within_m, was_near } => {
-                becomes(was_near, distance_m(place, &observed.pose) <= *within_m)
+                becomes(was_near, observed.pose.is_some_and(|pose| distance_m(place, &pose) <= *within_m))
             }
             Self::Message(waited_for) => observed.events.iter().any(|event| match &event.kind {
                 EventKind::Received { channel, message } => {

@@ -10,7 +10,7 @@ use maps::OccupancyGrid;
 use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
 
 use super::file_reader::FileReader;
-use super::{ScenarioFile, Skill};
+use super::{STEP, ScenarioFile, Skill};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
 use crate::names::unknown;
 
@@ -69,7 +69,7 @@ impl FileReader<'_> {
                 Some(Changing { index, fault, change })
             });
             let changing: Vec<Changing<'_>> = changing.collect();
-            machines.insert(skill, self.combined(&sound, &changing, file.sim.dt));
+            machines.insert(skill, self.combined(&sound, &changing));
         }
         machines
     }
@@ -95,11 +95,11 @@ impl FileReader<'_> {
     }
 
     /// The machine of every combination of faults that may be active together.
-    fn combined(&mut self, sound: &MachineFile, changing: &[Changing<'_>], dt: Duration) -> FaultyMachines {
+    fn combined(&mut self, sound: &MachineFile, changing: &[Changing<'_>]) -> FaultyMachines {
         let mut machines = FaultyMachines::new();
         let mut combinations: Vec<Vec<&Changing<'_>>> = Vec::new();
         for one in changing {
-            let overlaps = |other: &&Changing<'_>| other.fault.timing.may_overlap(&one.fault.timing, dt);
+            let overlaps = |other: &&Changing<'_>| other.fault.timing.may_overlap(&one.fault.timing, STEP);
             let others = combinations.iter().filter(|others| others.iter().all(overlaps));
             let with_one: Vec<_> =
                 std::iter::once(&Vec::new()).chain(others).map(|them| [them, &[one][..]].concat()).collect();

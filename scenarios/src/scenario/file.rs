@@ -5,20 +5,21 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use components::StopRule;
-use diagnostics::document::{Document, FromItem, Item, Table};
-use diagnostics::{FileProblems, Problem, Span, Spanned};
-use maps::{Pose, pose};
+use diagnostics::document::{Document, Table};
+use diagnostics::{FileProblems, Span, Spanned};
 use monitors::Outcome;
 use recording::{Expected, SnapshotOccasion, Snapshots};
-use sim::{DriftNoise, SimConfig};
 
 use super::find::{self, Found};
 use super::leaves::{LeafEntry, read_leaves};
+use super::premises::PremisesEntry;
 use super::ready_made::ReadyMade;
 use super::stop::Stop;
-use super::world::{WorldBody, read_world};
 use crate::faults::Fault;
 use crate::files::Files;
+
+/// Time between the steps of a run.
+pub const STEP: Duration = Duration::from_millis(20);
 
 /// A scenario file, read and checked as far as possible without the files that it names.
 #[derive(Clone, Debug)]
@@ -29,10 +30,8 @@ pub struct ScenarioFile {
     pub seed: u64,
     /// The folder in which the other files are looked up first, if it is not the scenario's own.
     pub folder: Option<Spanned<PathBuf>>,
-    /// The map's YAML file.
-    pub map: Spanned<PathBuf>,
-    /// The places file.
-    pub places: Spanned<PathBuf>,
+    /// The map and the robot on it; without one, tree, skills and components run alone.
+    pub premises: Option<PremisesEntry>,
     /// The behavior tree.
     pub tree: Spanned<PathBuf>,
     /// The folder with the machines of the tree's leaves: `<Leaf>.scxml`.
@@ -47,12 +46,6 @@ pub struct ScenarioFile {
     sources: Vec<String>,
     /// The ready-made monitors.
     pub monitors: Vec<ReadyMade>,
-    /// The places that the scenario needs.
-    pub sites: Sites,
-    /// The simulated robot and its world.
-    pub sim: SimConfig,
-    /// People, doors and boxes: the bodies in `sim.obstacles`, with their places in the file.
-    pub world: Vec<WorldBody>,
     /// How tree, skills and components are run.
     pub execution: Execution,
     /// The faults.
@@ -63,38 +56,6 @@ pub struct ScenarioFile {
     pub snapshots: Snapshots,
     /// The expected results of the run.
     pub expect: Expectations,
-}
-
-/// The names of the places that a scenario requires.
-#[derive(Clone, Debug)]
-pub struct Sites {
-    /// The start of the robot.
-    pub start: Spanned<Start>,
-    /// The charging station, a point, if there is one.
-    pub station: Option<Spanned<String>>,
-    /// The robot's destination, for pictures.
-    pub destination: Option<Spanned<String>>,
-}
-
-/// The start of a robot.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Start {
-    /// The point with this name.
-    Named(String),
-    /// This pose, in the `map` frame.
-    At(Pose),
-}
-
-impl FromItem<'_> for Start {
-    fn wanted() -> String {
-        "the name of a point, or [x, y, heading] in metres and degrees".into()
-    }
-
-    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
-        let named = item.as_text().map(|name| Self::Named(name.to_owned()));
-        let at = || item.get::<[f64; 3]>().ok().map(|[x, y, degrees]| Self::At(pose(x, y, degrees.to_radians())));
-        named.or_else(at).ok_or_else(|| vec![item.wrong(&Self::wanted())])
-    }
 }
 
 /// The form of the tree's process.
@@ -262,18 +223,18 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let about = root.text("about").or(String::new());
     let seed = root.get::<u64>("seed").or(1);
     let folder = root.text("folder").map(PathBuf::from).spanned().optional();
-    let (map, places, tree, skills) = (path("map"), path("places"), path("tree"), path("skills"));
+    let premises = PremisesEntry::read(root);
+    let (tree, skills) = (path("tree"), path("skills"));
     let properties = root.get::<Vec<Spanned<String>>>("properties").spanned().optional();
     let (properties, said) = properties.map_or_else(Default::default, |said| (said.value, Some(said.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: value.into(), span });
     let monitors = root.tables("monitors").each(ReadyMade::read).or(Vec::new());
     let leaves = root.table("leaves").optional().map_or_else(Vec::new, read_leaves);
-    let sites = root.table("sites").required().and_then(read_sites);
-    let mut sim = read_sim(root);
-    let world = read_world(root);
-    sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
     let execution = read_execution(root);
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
+    if matches!(premises, Some(None)) {
+        PremisesEntry::report_missing(root, &faults);
+    }
     let stop = root.table("stop").optional().map_or_else(Stop::default, Stop::read);
     let snapshots = root.table("snapshots").optional().map_or_else(Snapshots::default, read_snapshots);
     let expect = root.table("expect").optional().map_or_else(|| Some(Expectations::default()), read_expectations);
@@ -281,8 +242,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         about,
         seed,
         folder,
-        map: map?,
-        places: places?,
+        premises: premises?,
         tree: tree?,
         skills: skills?,
         leaves,
@@ -290,51 +250,12 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         properties_said: said,
         sources: Vec::new(),
         monitors,
-        sites: sites?,
-        sim,
-        world,
         execution: execution?,
         faults,
         stop,
         snapshots,
         expect: expect?,
     })
-}
-
-fn read_sites(table: Table<'_>) -> Option<Sites> {
-    let site = |key| table.text(key).spanned().optional();
-    let start = table.get("start").spanned().required();
-    let (station, destination) = (site("station"), site("destination"));
-    Some(Sites { start: start?, station, destination })
-}
-
-fn read_sim(root: Table<'_>) -> SimConfig {
-    let mut sim = SimConfig::default();
-    if let Some(battery) = root.table("battery").optional() {
-        let defaults = sim.battery;
-        let rate = |key, default| battery.number(key).within(0.0..=100.0).or(default);
-        sim.battery.initial_pct = rate("initial_pct", defaults.initial_pct);
-        sim.battery.drain_pct_per_s = rate("drain_pct_per_s", defaults.drain_pct_per_s);
-        sim.battery.standstill_drain_pct_per_s =
-            rate("standstill_drain_pct_per_s", defaults.standstill_drain_pct_per_s);
-        sim.battery.charge_pct_per_s = rate("charge_pct_per_s", defaults.charge_pct_per_s);
-    }
-    if let Some(noise) = root.table("noise").optional() {
-        sim.lasers.range_sigma_m = noise.number("laser_sigma_m").within(0.0..=1.0).or(0.0);
-        sim.odometry.noise = noise.table("odometry").optional().map_or(DriftNoise::NONE, read_drift);
-        sim.drive.noise = noise.table("motion").optional().map_or(DriftNoise::NONE, read_drift);
-    }
-    sim
-}
-
-fn read_drift(table: Table<'_>) -> DriftNoise {
-    let sigma = |key| table.number(key).within(0.0..=1.0).or(0.0);
-    DriftNoise {
-        angle_per_sqrt_rad: sigma("angle_per_sqrt_rad"),
-        angle_per_sqrt_m: sigma("angle_per_sqrt_m"),
-        distance_per_sqrt_m: sigma("distance_per_sqrt_m"),
-        distance_per_sqrt_rad: sigma("distance_per_sqrt_rad"),
-    }
 }
 
 fn read_execution(root: Table<'_>) -> Option<Execution> {
@@ -355,8 +276,7 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
         execution.stops = components.one_of("navigation", &rules).or(StopRule::OwnTrip);
     }
     let Some(table) = root.table("execution").optional() else { return Some(execution) };
-    execution.tick =
-        table.seconds("tick_s").check(|tick| *tick >= Duration::from_millis(20), "be at least 0.02").or(execution.tick);
+    execution.tick = table.seconds("tick_s").check(|tick| *tick >= STEP, "be at least 0.02").or(execution.tick);
     let leaf_timeout = table.seconds("leaf_timeout_s").check(|time| !time.is_zero(), "be above 0");
     execution.leaf_timeout = leaf_timeout.or(execution.leaf_timeout);
     execution.max_time = table.seconds("max_time_s").check(|time| !time.is_zero(), "be above 0").or(execution.max_time);
@@ -394,7 +314,7 @@ fn read_snapshots(table: Table<'_>) -> Snapshots {
         };
         names.into_iter().map(moment).collect::<Result<Vec<_>, _>>()
     });
-    let every = table.seconds("every_s").check(|every| *every >= Duration::from_millis(20), "be at least 0.02");
+    let every = table.seconds("every_s").check(|every| *every >= STEP, "be at least 0.02");
     Snapshots { at: at.or(Vec::new()), at_times: table.get("at_s").or(Vec::new()), every: every.optional() }
 }
 

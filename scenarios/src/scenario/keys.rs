@@ -14,8 +14,13 @@ const TRIGGERS: [&str; 5] = ["at_s", "at_tick", "near", "when", "in_state"];
 /// The JSON schema of a scenario file.
 #[must_use]
 pub fn schema() -> Value {
+    let with_map = ["places", "sites", "battery", "noise", "people", "doors", "boxes"].map(|key| (key, json!(["map"])));
+    let mut dependent: serde_json::Map<String, Value> =
+        with_map.into_iter().map(|(key, needed)| (key.to_owned(), needed)).collect();
+    dependent.insert("map".to_owned(), json!(["sites"]));
     let whole = json!({
-        "required": ["map", "places", "tree", "skills", "sites"],
+        "required": ["tree", "skills"],
+        "dependentRequired": dependent,
         "properties": { "sites": { "required": ["start"] } },
     });
     json_schema("A scenario of steward", json!({ "anyOf": [{ "required": ["base"] }, whole] }), &keys())
@@ -57,12 +62,13 @@ fn files() -> Vec<Key> {
             "The folder in which the scenario's other files are looked for first, instead of its own.",
             text(),
         ),
-        Key::new("map", "The map: a YAML file as ROS's `map_server` writes it. Needed without a `base`.", text()),
         Key::new(
-            "places",
-            "The places on the map: a TOML file, or a locations file of YARP (`.ini`). Needed without a `base`.",
+            "map",
+            "The map: a YAML file as ROS's `map_server` writes it. Without one there is no robot: tree, skills and \
+             components run alone.",
             text(),
         ),
+        Key::new("places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).", text()),
         Key::new("tree", "The behavior tree: an XML file of BehaviorTree.CPP. Needed without a `base`.", text()),
         Key::new(
             "skills",
@@ -83,8 +89,8 @@ fn files() -> Vec<Key> {
         ),
         Key::new("leaves.NAME.data", "What data of the machine hold at first.", table(json!({}))),
         Key::new("leaves.NAME.data.ID", "What `<data id=\"ID\">` holds at first.", scalar()),
-        Key::new("sites", "The places that the scenario needs. Needed without a `base`.", table(json!({}))),
-        Key::new("sites.start", "Where the robot starts. Needed without a `base`.", start),
+        Key::new("sites", "The places that the scenario needs. Needed with a map.", table(json!({}))),
+        Key::new("sites.start", "Where the robot starts. Needed with a map.", start),
         Key::new(
             "sites.station",
             "The point where the charging station stands. Without one, nothing is charged.",

@@ -12,7 +12,10 @@ use recording::Origin;
 use skills::Chart;
 
 use super::file_reader::FileReader;
-use super::{Found, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, leaves, places, world};
+use super::{
+    Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, leaves, places,
+    world,
+};
 use crate::error::{Complaints, Error};
 use crate::wiring;
 
@@ -56,6 +59,14 @@ impl Scenario {
     }
 }
 
+fn map_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
+    file.premises.as_ref().map(|premises| &premises.map)
+}
+
+fn places_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
+    file.premises.as_ref().and_then(|premises| premises.places.as_ref())
+}
+
 /// Loads the files that a scenario names and records their problems.
 struct Loader<'a> {
     found: &'a Found,
@@ -65,59 +76,35 @@ struct Loader<'a> {
     reader: FileReader<'a>,
 }
 
-impl Loader<'_> {
+impl<'a> Loader<'a> {
     fn load(&mut self, file: ScenarioFile) -> Option<Scenario> {
-        let map = self.map(&file);
-        let places = self.places(&file);
+        let floor = file.premises.as_ref().map(|entry| (self.map(&file, entry), self.places(&file, entry)));
         let tree = self.tree(&file);
         let skills = tree.as_ref().map(|tree| self.skills_of(&file, tree));
-        let checked = self.shares(&file, |file| &file.places) && self.shares_skills(&file);
-        let driven_to = match (&tree, &skills, &places, self.like) {
-            (.., Some(like)) if checked => like.driven_to.clone(),
-            (Some(tree), Some(skills), Some(places), _) => {
-                wiring::check_skills(tree, skills, places.places(), self.reader.complaints)
-            }
+        let places = floor.as_ref().map(|(_, places)| places.as_deref());
+        let driven_to = match (&tree, &skills) {
+            (Some(tree), Some(skills)) => self.check_skills(&file, tree, skills, places),
             _ => BTreeMap::new(),
         };
-        let poses =
-            places.as_ref().and_then(|places| places::check_places(&file, places.places(), self.reader.complaints));
-        let reach = map.as_ref().and_then(|map| self.reach(&file, map));
-        if let (Some(map), Some(places), Some(reach), Some((start, _))) = (&map, &places, &reach, &poses) {
-            places::check_reach(&file, &driven_to, places, map, reach, start, self.reader.complaints);
-        }
+        let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
         let machines = skills.as_ref().map(|skills| self.reader.faulty_machines(&file, skills));
-        let wrong_map = self.reader.wrong_map(&file);
         let properties = self.properties(&file);
         let watching = self.watching(&file);
-        if let Some(map) = &map {
-            world::check_world(&file.world, map, self.reader.complaints);
-        }
-        let same_map = wrong_map.is_none() && self.shares(&file, |file| &file.map);
-        let atlas = self.like.filter(|like| same_map && like.wrong_map.is_none()).map(|like| like.atlas.clone());
-        let same_world = self.shares(&file, |file| &file.map);
-        let building = self.like.filter(|_| same_world).map(|like| like.building.clone());
         let same_monitors = |like: &&Scenario| {
             like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty()
         };
         let monitoring = self.like.filter(same_monitors).map(|like| like.monitoring.clone());
-        let (start, station) = poses?;
         Some(Scenario {
             name: self.found.name.clone(),
-            map: map?,
-            places: places.as_ref()?.places().clone(),
-            driven_to,
-            written: places?,
-            reach: reach?,
+            premises: match premises {
+                Some(premises) => Some(premises?),
+                None => None,
+            },
             tree: tree?,
             skills: skills?,
             machines: machines?,
-            wrong_map: wrong_map.map(Arc::new),
             properties,
             watching,
-            start,
-            station,
-            atlas: atlas.unwrap_or_default(),
-            building: building.unwrap_or_default(),
             monitoring: monitoring.unwrap_or_default(),
             origin: Origin {
                 argument: self.found.argument.clone(),
@@ -128,42 +115,109 @@ impl Loader<'_> {
         })
     }
 
-    /// Whether the scenario to share with names the same file.
-    fn shares(&self, file: &ScenarioFile, path: impl Fn(&ScenarioFile) -> &Spanned<PathBuf>) -> bool {
-        let folder = |file: &ScenarioFile| file.folder.as_ref().map(|folder| folder.value.clone());
-        self.like.is_some_and(|like| path(&like.file).value == path(file).value && folder(&like.file) == folder(file))
+    /// Checks that skills and components fit together, unless the scenario to share with has the same ones. Returns the
+    /// places that skills always drive to, each with one such skill. `places` is `None` without a map, and its content
+    /// if the places could not be loaded.
+    fn check_skills(
+        &mut self,
+        file: &ScenarioFile,
+        tree: &Tree,
+        skills: &BTreeMap<String, Skill>,
+        places: Option<Option<&PlacesFile>>,
+    ) -> BTreeMap<String, String> {
+        let same = self.like.filter(|like| like.premises.is_some() == file.premises.is_some());
+        let same = same.filter(|_| self.shares(file, places_of) && self.shares_skills(file));
+        match (same, places) {
+            (Some(like), _) => like.premises.as_ref().map_or_else(BTreeMap::new, |premises| premises.driven_to.clone()),
+            (None, Some(None)) => BTreeMap::new(),
+            (None, Some(Some(places))) => {
+                wiring::check_skills(tree, skills, Some(places.places()), self.reader.complaints)
+            }
+            (None, None) => wiring::check_skills(tree, skills, None, self.reader.complaints),
+        }
     }
 
-    fn map(&mut self, file: &ScenarioFile) -> Option<Arc<OccupancyGrid>> {
-        if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.map)) {
+    /// The premises, from the map and the places of the file.
+    fn premises(
+        &mut self,
+        file: &ScenarioFile,
+        map: Option<Arc<OccupancyGrid>>,
+        places: Option<Arc<PlacesFile>>,
+        driven_to: BTreeMap<String, String>,
+    ) -> Option<Premises> {
+        let entry = file.premises.as_ref()?;
+        let poses = places
+            .as_ref()
+            .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
+        let reach = map.as_ref().and_then(|map| self.reach(file, entry, map));
+        let wrong_map = self.reader.wrong_map(file);
+        if let Some(map) = &map {
+            world::check_world(&entry.world, map, self.reader.complaints);
+        }
+        let like = self.shares_premises(file).filter(|_| self.shares(file, map_of));
+        let same_map = |like: &&Premises| wrong_map.is_none() && like.wrong_map.is_none();
+        let (start, station) = poses?;
+        let places = places?;
+        let premises = Premises {
+            entry: entry.clone(),
+            map: map?,
+            places: places.places().clone(),
+            driven_to,
+            written: places,
+            reach: reach?,
+            start,
+            station,
+            atlas: like.filter(same_map).map(|like| like.atlas.clone()).unwrap_or_default(),
+            building: like.map(|like| like.building.clone()).unwrap_or_default(),
+            wrong_map: wrong_map.map(Arc::new),
+        };
+        places::check_reach(file, &premises, self.reader.complaints);
+        Some(premises)
+    }
+
+    /// Whether the scenario to share with names the same file.
+    fn shares(&self, file: &ScenarioFile, path: fn(&ScenarioFile) -> Option<&Spanned<PathBuf>>) -> bool {
+        let folder = |file: &ScenarioFile| file.folder.as_ref().map(|folder| folder.value.clone());
+        let path = |file| path(file).map(|path| &path.value);
+        self.like.is_some_and(|like| path(&like.file) == path(file) && folder(&like.file) == folder(file))
+    }
+
+    /// The premises of the scenario to share with, if both have some.
+    fn shares_premises(&self, file: &ScenarioFile) -> Option<&'a Premises> {
+        self.like.and_then(|like| like.premises.as_ref()).filter(|_| file.premises.is_some())
+    }
+
+    fn map(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<OccupancyGrid>> {
+        if let Some(like) = self.shares_premises(file).filter(|_| self.shares(file, map_of)) {
             return Some(Arc::clone(&like.map));
         }
-        let map = maps::load_map(&file.map.value, &|path: &Path| self.reader.files.read(path));
-        self.reader.loaded(&file.map, "map", map).map(Arc::new)
+        let map = maps::load_map(&entry.map.value, &|path: &Path| self.reader.files.read(path));
+        self.reader.loaded(&entry.map, "map", map).map(Arc::new)
     }
 
-    fn places(&mut self, file: &ScenarioFile) -> Option<Arc<PlacesFile>> {
-        if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.places)) {
+    fn places(&mut self, file: &ScenarioFile, entry: &PremisesEntry) -> Option<Arc<PlacesFile>> {
+        if let Some(like) = self.shares_premises(file).filter(|_| self.shares(file, places_of)) {
             return Some(Arc::clone(&like.written));
         }
-        let places = PlacesFile::load(&file.places.value, &|path: &Path| self.reader.files.read(path));
-        self.reader.loaded(&file.places, "places", places).map(Arc::new)
+        let Some(path) = &entry.places else { return Some(Arc::default()) };
+        let places = PlacesFile::load(&path.value, &|path: &Path| self.reader.files.read(path));
+        self.reader.loaded(path, "places", places).map(Arc::new)
     }
 
     /// The part of the map that the robot can reach.
-    fn reach(&mut self, file: &ScenarioFile, map: &OccupancyGrid) -> Option<Arc<Reach>> {
-        let shared =
-            self.like.filter(|like| self.shares(file, |file| &file.map) && like.file.sim.model == file.sim.model);
+    fn reach(&mut self, file: &ScenarioFile, entry: &PremisesEntry, map: &OccupancyGrid) -> Option<Arc<Reach>> {
+        let same_model = |like: &&Premises| like.entry.sim.model == entry.sim.model;
+        let shared = self.shares_premises(file).filter(|_| self.shares(file, map_of)).filter(same_model);
         if let Some(like) = shared {
             return Some(Arc::clone(&like.reach));
         }
-        let reach = Reach::new(map, &file.sim.model);
-        let refused = |error: nav::Error| file.map.span.problem(error.to_string()).with_label("this map");
+        let reach = Reach::new(map, &entry.sim.model);
+        let refused = |error: nav::Error| entry.map.span.problem(error.to_string()).with_label("this map");
         reach.map_err(|error| self.reader.complaints.push(refused(error))).ok().map(Arc::new)
     }
 
     fn tree(&mut self, file: &ScenarioFile) -> Option<Arc<Tree>> {
-        if let Some(like) = self.like.filter(|_| self.shares(file, |file| &file.tree)) {
+        if let Some(like) = self.like.filter(|_| self.shares(file, |file| Some(&file.tree))) {
             return Some(Arc::clone(&like.tree));
         }
         let text = self.reader.text(&file.tree.span, "tree", &file.tree.value)?;
@@ -172,7 +226,7 @@ impl Loader<'_> {
 
     /// Whether the scenario to share with has the same skills.
     fn shares_skills(&self, file: &ScenarioFile) -> bool {
-        let same_files = self.shares(file, |file| &file.tree) && self.shares(file, |file| &file.skills);
+        let same_files = self.shares(file, |file| Some(&file.tree)) && self.shares(file, |file| Some(&file.skills));
         same_files && self.like.is_some_and(|like| leaves::same_entries(&like.file.leaves, &file.leaves))
     }
 

@@ -2,15 +2,14 @@
 //!
 //! Only the map counts: people, doors, boxes and faults may be in the way, which is often the point of a scenario.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use diagnostics::{Problem, Span, Spanned};
-use maps::{OccupancyGrid, Place, Places, PlacesFile, Point, Pose};
+use maps::{OccupancyGrid, Place, Places, Point, Pose};
 use nav::{Goal, PlanError, Reach};
 use sim::DockingConfig;
 
-use super::{Scenario, ScenarioFile, Start};
+use super::{Premises, PremisesEntry, Scenario, ScenarioFile, Sites, Start};
 use crate::error::Complaints;
 use crate::faults::Fault;
 use crate::names::unknown;
@@ -18,11 +17,12 @@ use crate::names::unknown;
 /// The poses of the start and, if there is one, the station. Every place that the scenario names must exist.
 pub(super) fn check_places(
     file: &ScenarioFile,
+    PremisesEntry { sites, .. }: &PremisesEntry,
     places: &Places,
     complaints: &mut Complaints,
 ) -> Option<(Pose, Option<Pose>)> {
     let expect = &file.expect;
-    let named = expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&file.sites.destination);
+    let named = expect.reached.iter().chain(&expect.not_reached).chain(&file.stop.at).chain(&sites.destination);
     for name in named {
         let _ = place(name, places, complaints);
     }
@@ -33,13 +33,13 @@ pub(super) fn check_places(
             complaints.push(problem.with_label("this place").with_help("no run can satisfy this"));
         }
     }
-    let start = match &file.sites.start {
+    let start = match &sites.start {
         Spanned { value: Start::Named(name), span } => {
             point(&Spanned { value: name.clone(), span: span.clone() }, places, complaints)
         }
         Spanned { value: Start::At(pose), .. } => Some(*pose),
     };
-    let Some(name) = &file.sites.station else {
+    let Some(name) = &sites.station else {
         check_station_faults(&file.faults, complaints);
         return Some((start?, None));
     };
@@ -77,30 +77,23 @@ fn point(name: &Spanned<String>, places: &Places, complaints: &mut Complaints) -
 }
 
 /// Checks that the robot can drive away from its start and to every place that it must reach.
-pub(super) fn check_reach(
-    file: &ScenarioFile,
-    driven_to: &BTreeMap<String, String>,
-    places: &PlacesFile,
-    map: &OccupancyGrid,
-    reach: &Reach,
-    start: &Pose,
-    complaints: &mut Complaints,
-) {
+pub(super) fn check_reach(file: &ScenarioFile, premises: &Premises, complaints: &mut Complaints) {
+    let Premises { entry: PremisesEntry { sites, .. }, map, written: places, reach, driven_to, start, .. } = premises;
     let start = Point::from(start.translation.vector);
     let mut seen: Vec<&str> = Vec::new();
     let skills = driven_to.iter().map(|(name, skill)| (name, format!("the skill {skill} drives there")));
-    for (name, why) in needed(file).chain(skills) {
+    for (name, why) in needed(file, sites).chain(skills) {
         let place = places.places().get(name).zip(places.span(name)).filter(|_| !seen.contains(&name.as_str()));
         let Some((place, span)) = place else { continue };
         seen.push(name);
         let goal = Goal::to(place);
         let Err(error) = reach.check(&start, &goal) else { continue };
         if matches!(error, PlanError::StartOutside | PlanError::StartInObstacle) {
-            let span = match &file.sites.start.value {
+            let span = match &sites.start.value {
                 Start::Named(name) => places.span(name),
                 Start::At(_) => None,
             };
-            let problem = span.unwrap_or(&file.sites.start.span).problem(bad_start(&start, error));
+            let problem = span.unwrap_or(&sites.start.span).problem(bad_start(&start, error));
             let help = format!("the whole body of the robot must be on free floor at the start; {}", extent(map));
             return complaints.push(problem.with_label("the start").with_help(help));
         }
@@ -111,9 +104,9 @@ pub(super) fn check_reach(
 }
 
 /// The places that the scenario itself requires the robot to reach, and why.
-fn needed(file: &ScenarioFile) -> impl Iterator<Item = (&String, String)> {
-    let station = file.sites.station.iter().map(|name| (name, "sites.station"));
-    let destination = file.sites.destination.iter().map(|name| (name, "sites.destination"));
+fn needed<'f>(file: &'f ScenarioFile, sites: &'f Sites) -> impl Iterator<Item = (&'f String, String)> {
+    let station = sites.station.iter().map(|name| (name, "sites.station"));
+    let destination = sites.destination.iter().map(|name| (name, "sites.destination"));
     let stops = file.stop.at.iter().map(|name| (name, "stop.at"));
     let reached = file.expect.reached.iter().map(|name| (name, "expect.reached"));
     let needed = station.chain(destination).chain(stops).chain(reached);
@@ -178,17 +171,20 @@ impl Scenario {
     /// Warnings about the places: unreachable ones, and a station whose tolerances are wider than those of docking.
     #[must_use]
     pub fn place_concerns(&self) -> Vec<Problem> {
-        let start = Point::from(self.start.translation.vector);
+        let Some(Premises { entry, map, places, written, reach, start, .. }) = &self.premises else {
+            return Vec::new();
+        };
+        let start = Point::from(start.translation.vector);
         let mut concerns = Vec::new();
-        for (name, place) in self.places.iter() {
-            let Some(span) = self.written.span(name) else { continue };
+        for (name, place) in places.iter() {
+            let Some(span) = written.span(name) else { continue };
             let goal = Goal::to(place);
-            if let Err(error) = self.reach.check(&start, &goal) {
-                let help = instead(&self.map, &self.reach, &start, &goal);
+            if let Err(error) = reach.check(&start, &goal) {
+                let help = instead(map, reach, &start, &goal);
                 concerns.push(unreachable(span, name, &goal, error, &start).with_help(help).as_warning());
             }
-            let is_station = self.file.sites.station.as_ref().is_some_and(|station| station.value == name);
-            concerns.extend(wide_tolerances(span, name, place, &self.file.sim.docking).filter(|_| is_station));
+            let is_station = entry.sites.station.as_ref().is_some_and(|station| station.value == name);
+            concerns.extend(wide_tolerances(span, name, place, &entry.sim.docking).filter(|_| is_station));
         }
         concerns
     }

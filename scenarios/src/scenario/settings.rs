@@ -11,7 +11,7 @@ use sim::{
     ObstacleMotion, OdometryConfig, Opening, Pauses, Shape, SimConfig, Walk,
 };
 
-use super::{Execution, Order, Policy, TreeForm};
+use super::{Execution, Order, Policy, STEP, TreeForm};
 
 fn group<const N: usize>(title: &str, rows: [(&str, String); N]) -> SettingGroup {
     SettingGroup { title: title.to_owned(), rows: rows.map(|(name, value)| (name.to_owned(), value)).to_vec() }
@@ -26,10 +26,17 @@ fn duration(time: Duration) -> String {
 }
 
 /// All parameters of robot, world and execution. Every field is named here, so that a new one cannot be forgotten.
-pub(crate) fn in_effect(sim: &SimConfig, execution: &Execution) -> Vec<SettingGroup> {
-    let SimConfig { model, dt, body, drive, odometry, lasers, battery, docking, obstacles } = sim;
-    let mut groups = vec![
-        self::execution(execution, *dt),
+pub(crate) fn in_effect(sim: Option<&SimConfig>, execution: &Execution) -> Vec<SettingGroup> {
+    let mut groups = vec![self::execution(execution, sim.is_some())];
+    groups.extend(sim.into_iter().flat_map(simulation));
+    groups.retain(|group| !group.rows.is_empty());
+    groups
+}
+
+fn simulation(sim: &SimConfig) -> Vec<SettingGroup> {
+    // Every step of the run is a step of the simulation.
+    let SimConfig { model, dt: _, body, drive, odometry, lasers, battery, docking, obstacles } = sim;
+    vec![
         self::battery(battery),
         self::docking(docking),
         robot(model),
@@ -41,12 +48,10 @@ pub(crate) fn in_effect(sim: &SimConfig, execution: &Execution) -> Vec<SettingGr
             title: "Other bodies".to_owned(),
             rows: obstacles.iter().map(|obstacle| (obstacle.name.clone(), obstacle_in_words(obstacle))).collect(),
         },
-    ];
-    groups.retain(|group| !group.rows.is_empty());
-    groups
+    ]
 }
 
-fn execution(execution: &Execution, dt: Duration) -> SettingGroup {
+fn execution(execution: &Execution, has_robot: bool) -> SettingGroup {
     let Execution { tick, policy, starved, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } =
         execution;
     let policy = match policy {
@@ -68,7 +73,7 @@ fn execution(execution: &Execution, dt: Duration) -> SettingGroup {
     let mut group = self::group(
         "Execution",
         [
-            ("step of the simulation", duration(dt)),
+            ("step of the simulation", duration(STEP)),
             ("time between ticks", duration(*tick)),
             ("scheduler", policy),
             ("behavior tree", tree.to_owned()),
@@ -79,6 +84,7 @@ fn execution(execution: &Execution, dt: Duration) -> SettingGroup {
             ("communications per run, at most", run_budget.to_string()),
         ],
     );
+    group.rows.retain(|(name, _)| has_robot || name != "a stop of navigation");
     let in_words = |order: &Order| format!("{} before {}", order.first.value, order.then.value);
     group.rows.extend(orders.iter().map(|order| ("received in this order".to_owned(), in_words(order))));
     group

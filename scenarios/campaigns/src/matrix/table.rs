@@ -62,13 +62,14 @@ pub(super) fn onset(row: &Row) -> String {
     row.onset.map_or("never".to_owned(), |onset| format!("{:.2} s", onset.time_s))
 }
 
-/// What happened to the robot, in a word or two.
+/// What happened to the robot, in a word or two; a dash if there is none.
 pub(super) fn robot(row: &Row) -> String {
     let arrived = if row.arrived { "arrived" } else { "no arrival" };
     match row.collisions {
-        0 => arrived.to_owned(),
-        1 => format!("{arrived}, 1 collision"),
-        count => format!("{arrived}, {count} collisions"),
+        None => "–".to_owned(),
+        Some(0) => arrived.to_owned(),
+        Some(1) => format!("{arrived}, 1 collision"),
+        Some(count) => format!("{arrived}, {count} collisions"),
     }
 }
 

@@ -126,19 +126,20 @@ impl Selection {
         let charge = |survey: &Survey, record: &RunRecord| {
             let facts = record.facts.as_ref()?;
             let violated = survey.targets.iter().any(|target| target.time_s(record).is_some());
-            (!violated).then_some(facts.battery_minimum_pct)
+            facts.battery_minimum_pct.filter(|_| !violated)
         };
         self.add(charge, |score| format!("the least charge without a violation, {score:.3} %"));
     }
 
     fn extremes(&mut self) {
         self.add(
-            |_, record| Some(-record.facts.as_ref()?.localization_max_m),
+            |_, record| Some(-record.facts.as_ref()?.localization_max_m?),
             |score| format!("localization farthest off, by {} m", short(-score)),
         );
         self.add(
             |_, record| {
-                record.facts.as_ref().filter(|facts| facts.collisions > 0).map(|facts| -(facts.collisions as f64))
+                let collisions = record.facts.as_ref()?.collisions.filter(|collisions| *collisions > 0);
+                collisions.map(|collisions| -(collisions as f64))
             },
             |score| format!("the most collisions, {}", short(-score)),
         );

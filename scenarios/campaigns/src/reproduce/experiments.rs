@@ -190,7 +190,8 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
                 says: "at 35 %, here the level at the start, φ1 is not violated",
                 source: "Figure 8 (a)",
                 differs: |run| {
-                    let (start_pct, violated) = (run.report.battery.initial, violated_at(run, "phi1"));
+                    let start_pct = run.report.battery.map_or(0.0, |battery| battery.initial);
+                    let violated = violated_at(run, "phi1");
                     (start_pct != 35.0 || violated.is_some_and(|at_s| at_s < 2.0))
                         .then(|| format!("the level is {start_pct:.1} % at the start, and φ1 is violated at once"))
                 },

@@ -2,7 +2,7 @@
 //! safety monitor took.
 
 use channels::{Event, EventKind, Message, Symbol, Topology, Value};
-use recording::{RobotState, RunView};
+use recording::{Battery, RunView};
 use scenarios::scenario::Figure;
 
 /// What was seen of a run while it went on.
@@ -51,7 +51,15 @@ pub(super) struct SafetyPath {
 impl Observed {
     /// Looks at a run after a step.
     pub(super) fn follow(&mut self, view: &RunView) {
-        let RobotState { charge_pct, charging, .. } = *view.robot();
+        self.see_battery(view.robot().battery);
+        view.events().iter().for_each(|event| self.see(event, view.topology()));
+        if view.end().is_some() {
+            self.ask_safety_monitor(view);
+        }
+    }
+
+    fn see_battery(&mut self, battery: Option<Battery>) {
+        let Some(Battery { charge_pct, charging }) = battery else { return };
         match (self.charging_since_pct, charging) {
             (None, true) => self.charging_since_pct = Some(charge_pct),
             // The level of the last step of charging: what comes after has gone into driving.
@@ -63,10 +71,6 @@ impl Observed {
             _ => {}
         }
         self.charge_pct = charge_pct;
-        view.events().iter().for_each(|event| self.see(event, view.topology()));
-        if view.end().is_some() {
-            self.ask_safety_monitor(view);
-        }
     }
 
     fn see(&mut self, event: &Event, topology: &Topology) {

@@ -219,7 +219,10 @@ fn panel(number: usize, still: &Still, settings: &[String]) -> Markup {
     let name = format!("panel-{number}");
     let (drawing, whole) = match shot.shows {
         Shows::Tree => (figure(shot.caption, |layout| picture::tree(&frame.tree, layout)), true),
-        Shows::Scene => (figure(shot.caption, |layout| picture::scene(&frame.scene, &name, layout)), false),
+        Shows::Scene => {
+            let drawing = |scene| figure(shot.caption, |layout| picture::scene(scene, &name, layout));
+            (frame.scene.as_ref().map(drawing).unwrap_or_default(), false)
+        }
         Shows::Monitor(property) => machine(frame, property, None, shot.caption),
         Shows::Passing(property, state) => machine(frame, property, Some(state), shot.caption),
     };
@@ -273,7 +276,10 @@ fn below(still: &Still) -> String {
     };
     match shot.shows {
         Shows::Tree => format!("{when}: what each node answered to the first tick."),
-        Shows::Scene => format!("{when}: the battery is at {:.1} %.", frame.battery.level_pct),
+        Shows::Scene => {
+            let level_pct = frame.battery.as_ref().map(|battery| battery.level_pct);
+            format!("{when}: the battery is at {:.1} %.", level_pct.unwrap_or_default())
+        }
         Shows::Monitor(property) => format!("{when}: {}.", stands(property).unwrap_or_default()),
         Shows::Passing(_, state) => format!(
             "{when}. The caption has the monitor wait in {state} for the reply to a request. In Figure 5 (a), in the published \

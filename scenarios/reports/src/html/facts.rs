@@ -18,27 +18,26 @@ const FIRST_STAGES: usize = 32;
 
 /// The most telling numbers of a run.
 pub(super) fn numbers(report: &Report) -> Markup {
-    let battery = &report.battery;
-    let robot = &report.robot;
-    let localization = &robot.localization;
     let percent = |level: f64| format!("{} %", words::decimals(level, 1));
     let time = |time_s: f64| words::time(Duration::from_secs_f64(time_s));
     let mut facts = vec![
         ("simulated time", time(report.sim_time_s)),
         ("ticks", overruns(report)),
         ("messages received", report.steps.to_string()),
-        (
-            "battery at the start, lowest, at the end",
-            [battery.initial, battery.minimum, battery.r#final].map(percent).join(", "),
-        ),
-        ("driven", format!("{} m", words::decimals(robot.distance_m, 1))),
-        ("collisions", robot.collisions.to_string()),
-        (
-            "localization error",
-            format!("{} (rmse), {} at worst", words::length(localization.rmse_m), words::length(localization.max_m)),
-        ),
-        ("ended because", report.ended_because.clone()),
     ];
+    if let Some(battery) = &report.battery {
+        let levels = [battery.initial, battery.minimum, battery.r#final].map(percent).join(", ");
+        facts.push(("battery at the start, lowest, at the end", levels));
+    }
+    if let Some(robot) = &report.robot {
+        facts.push(("driven", format!("{} m", words::decimals(robot.distance_m, 1))));
+        facts.push(("collisions", robot.collisions.to_string()));
+    }
+    if let Some(error) = report.robot.as_ref().and_then(|robot| robot.localization) {
+        let words = format!("{} (rmse), {} at worst", words::length(error.rmse_m), words::length(error.max_m));
+        facts.push(("localization error", words));
+    }
+    facts.push(("ended because", report.ended_because.clone()));
     let reached = report.places.iter().filter_map(|place| Some((place.reached_at_s?, &place.name)));
     let mut reached: Vec<(f64, &String)> = reached.filter(|(at_s, _)| *at_s > FROM_THE_START_S).collect();
     reached.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -47,7 +46,7 @@ pub(super) fn numbers(report: &Report) -> Markup {
     if !reached.is_empty() {
         facts.push(("reached", reached.join(", ")));
     }
-    if !robot.given_up.is_empty() {
+    if let Some(robot) = report.robot.as_ref().filter(|robot| !robot.given_up.is_empty()) {
         facts.push(("given up", robot.given_up_in_words().join("; ")));
     }
     html! {
@@ -96,8 +95,9 @@ pub(super) fn skill_errors(report: &Report) -> Markup {
     troubles(["first at", "skill", "what went wrong in its machine"], &lines.collect::<Vec<_>>())
 }
 
-/// What the tree was doing, stage by stage.
-pub(super) fn stages(activities: &[Activity]) -> Markup {
+/// What the tree was doing, stage by stage; with how far a robot drove if it `drives`.
+pub(super) fn stages(activities: &[Activity], drives: bool) -> Markup {
+    let columns = if drives { 3 } else { 2 };
     let line = |activity: &Activity| {
         let stage = &activity.stage;
         let ground = format!("background:{}", super::colors::variable(activity.color));
@@ -110,13 +110,15 @@ pub(super) fn stages(activities: &[Activity]) -> Markup {
         let distance = stage.distance_m();
         let driven = if distance < 0.05 { "–".to_owned() } else { format!("{} m", words::decimals(distance, 1)) };
         let from = words::roughly(stage.from.as_secs_f64());
-        row(badge, [from, words::roughly((stage.to - stage.from).as_secs_f64()), driven])
+        let cells = [from, words::roughly((stage.to - stage.from).as_secs_f64()), driven];
+        row(badge, cells.into_iter().take(columns))
     };
     let mut lines: Vec<Markup> = activities.iter().map(line).collect();
     if lines.len() > MOST_STAGES {
         let hidden = lines.len() - MOST_STAGES;
-        let note = row(format!("… {}", words::count(hidden, "more stage")), ["", "", ""]);
+        let note = row(format!("… {}", words::count(hidden, "more stage")), [""; 3].into_iter().take(columns));
         lines.splice(FIRST_STAGES..FIRST_STAGES + hidden, [note]);
     }
-    table("stages", ["running leaf", "from", "for", "driven"], &html! { @for line in lines { (line) } })
+    let head = ["running leaf", "from", "for", "driven"].into_iter().take(1 + columns);
+    table("stages", head, &html! { @for line in lines { (line) } })
 }

@@ -19,18 +19,18 @@ use crate::timeline::Timeline;
 /// More stages than this have no number on the map.
 const MOST_NUMBERS: usize = 24;
 
-/// What the map shows: the run's last moment without what the robot sensed and planned then.
-pub(super) fn scene(run: &RunView) -> Scene {
+/// What the map shows: the run's last moment without what the robot sensed and planned then. None without a map.
+pub(super) fn scene(run: &RunView) -> Option<Scene> {
     /// More faults than these are marked without words: the list beside the map has them.
     const MOST_WORDS: usize = 4;
-    let mut scene = Camera::new(run).frame(run, "").scene;
+    let mut scene = Camera::new(run).frame(run, "").scene?;
     let has_words = |fault: &&mut FaultMark| !fault.label.is_empty();
     scene.faults.iter_mut().filter(has_words).skip(MOST_WORDS).for_each(|fault| fault.label.clear());
     scene.laser_hits.clear();
     scene.particles.clear();
     scene.path.clear();
     scene.trail.clear();
-    scene
+    Some(scene)
 }
 
 /// Draws the map.

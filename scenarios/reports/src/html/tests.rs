@@ -50,7 +50,7 @@ fn look_at(what: &str, drawing: Drawing) {
 
 fn look_at_all(what: &str, view: &RunView, timeline: &Timeline) {
     let activities = activities::activities(timeline);
-    let scene = map::scene(view);
+    let scene = map::scene(view).unwrap();
     for layout in [Layout::Wide, Layout::Narrow] {
         look_at(&format!("{what}, timeline, {layout:?}"), chart::draw(view, timeline, layout));
         look_at(&format!("{what}, map, {layout:?}"), map::draw(&scene, &activities, view, timeline, layout));
@@ -84,7 +84,8 @@ fn many_faults_do_not_crowd_each_other_out() {
     let (view, timeline) = run("battery_fault", &[&faults], 45);
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
-    look_at("map", map::draw(&map::scene(&view), &activities::activities(&timeline), &view, &timeline, Layout::Narrow));
+    let scene = map::scene(&view).unwrap();
+    look_at("map", map::draw(&scene, &activities::activities(&timeline), &view, &timeline, Layout::Narrow));
 }
 
 #[test]
@@ -93,6 +94,6 @@ fn a_run_that_never_rests_is_still_a_small_drawing() {
     timeline.shake(Duration::from_secs(3600));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Wide));
     look_at("timeline", chart::draw(&view, &timeline, Layout::Narrow));
-    let table = super::facts::stages(&activities::activities(&timeline)).into_string();
+    let table = super::facts::stages(&activities::activities(&timeline), true).into_string();
     assert_eq!(table.matches("<tr>").count(), 42, "the head, 40 stages, and how many more there are");
 }

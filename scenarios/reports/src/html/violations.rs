@@ -180,7 +180,11 @@ fn activity_sentence(evidence: &Evidence<'_>, timeline: &Timeline) -> Option<Str
         }
     }
     let doing = if doing.is_empty() { return None } else { doing.join(", then ") };
-    Some(format!("In the meantime the tree was running {doing}, and navigation was {}.", statuses.join(", then ")))
+    let navigation = match statuses.as_slice() {
+        [] => String::new(),
+        statuses => format!(", and navigation was {}", statuses.join(", then ")),
+    };
+    Some(format!("In the meantime the tree was running {doing}{navigation}."))
 }
 
 /// What components told the leaf that the tree was running last, while an answer was owed.

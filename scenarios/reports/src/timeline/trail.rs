@@ -18,7 +18,8 @@ pub struct Stage {
     pub from: Duration,
     /// When it ended.
     pub to: Duration,
-    /// When the robot was where, in the `map` frame: its first and last position, and one every few centimetres between.
+    /// When the robot was where, in the `map` frame: its first and last position, and one every few centimetres between;
+    /// empty without a robot.
     pub points: Vec<(Duration, Point)>,
 }
 
@@ -38,15 +39,20 @@ pub struct Trail {
 }
 
 impl Trail {
-    /// Notes where the robot is now.
-    pub(super) fn note(&mut self, now: Duration, here: Point) {
-        self.here = Some((now, here));
+    /// Notes where the robot is now, if there is one.
+    pub(super) fn note(&mut self, now: Duration, here: Option<Point>) {
+        self.here = here.map(|here| (now, here));
         match self.stages.last_mut().map(|stage| &mut stage.points) {
-            None => self.stages.push(Stage { doing: String::new(), from: now, to: now, points: vec![(now, here)] }),
+            None => {
+                let points = self.here.into_iter().collect();
+                self.stages.push(Stage { doing: String::new(), from: now, to: now, points });
+            }
             Some(points) => {
-                if points.last().is_none_or(|(_, last)| (last - here).norm() >= STEP_M) {
-                    points.push((now, here));
-                }
+                let is_new = |(_, here): &(Duration, Point)| {
+                    points.last().is_none_or(|(_, last)| (last - here).norm() >= STEP_M)
+                };
+                let here = self.here.filter(is_new);
+                points.extend(here);
             }
         }
     }
@@ -113,7 +119,7 @@ mod tests {
                 101..200 => "Go",
                 _ => "Wait",
             };
-            trail.note(at(step * 20), Point::new(step.min(200) as f64 * 0.01, 0.0));
+            trail.note(at(step * 20), Some(Point::new(step.min(200) as f64 * 0.01, 0.0)));
             trail.set_doing(at(step * 20), doing);
         }
         let stages = trail.stages(at(10_000));

@@ -10,8 +10,11 @@ use super::sheet::Chart;
 use crate::timeline::Timeline;
 
 impl Chart {
-    /// The level as a line, with thresholds and the times of charging.
+    /// The level as a line, with thresholds and the times of charging; nothing without a battery.
     pub(super) fn battery(&mut self, timeline: &Timeline, thresholds: &[Threshold]) {
+        if timeline.battery().points().is_empty() {
+            return;
+        }
         self.heading("Battery, in percent");
         let height = if self.sizes.names_above { 92.0 } else { 120.0 };
         let plot = Area::new(self.plot.x, self.y + 4.0, self.plot.width, height);

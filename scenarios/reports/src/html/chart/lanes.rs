@@ -77,9 +77,10 @@ impl BarStyle {
 /// All lanes of a run but the battery's.
 pub(super) fn groups(timeline: &Timeline) -> Vec<Group> {
     let end = timeline.end();
-    let mut components = vec![bars("navigation's status", timeline.navigation(), end, |status| {
+    let navigation = bars("navigation's status", timeline.navigation(), end, |status| {
         (status.words(), BarStyle::of_name(&status.status.replace('_', " ")))
-    })];
+    });
+    let mut components: Vec<Bars> = Some(navigation).into_iter().filter(|lane| !lane.bars.is_empty()).collect();
     components.extend(timeline.components().iter().map(|lane| named(lane, end)));
     let leaves = timeline.leaves().iter().map(|lane| {
         bars(&lane.name, &lane.track, end, |status| {

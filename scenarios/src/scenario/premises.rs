@@ -1,0 +1,181 @@
+//! The premises of a scenario: the map on which its robot drives. A scenario without a map has neither; tree, skills and
+//! components run alone.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use diagnostics::document::{FromItem, Item, Table};
+use diagnostics::{Problem, Span, Spanned};
+use maps::{OccupancyGrid, Places, PlacesFile, Pose, pose};
+use nav::{Atlas, LocalizationParameters, Reach};
+use robot::RobotModel;
+use sim::{Building, SimConfig};
+
+use super::robot::read_sim;
+use super::world::{WorldBody, read_world};
+use crate::faults::Fault;
+
+/// The contents of a scenario file that are about its map and the robot on it.
+#[derive(Clone, Debug)]
+pub struct PremisesEntry {
+    /// The map's YAML file.
+    pub map: Spanned<PathBuf>,
+    /// The places file; without one, there are no places.
+    pub places: Option<Spanned<PathBuf>>,
+    /// The places that the scenario needs.
+    pub sites: Sites,
+    /// The simulated robot and its world.
+    pub sim: SimConfig,
+    /// People, doors and boxes: the bodies in `sim.obstacles`, with their places in the file.
+    pub world: Vec<WorldBody>,
+}
+
+/// The names of the places that a scenario requires.
+#[derive(Clone, Debug)]
+pub struct Sites {
+    /// The start of the robot.
+    pub start: Spanned<Start>,
+    /// The charging station, a point, if there is one.
+    pub station: Option<Spanned<String>>,
+    /// The robot's destination, for pictures.
+    pub destination: Option<Spanned<String>>,
+}
+
+/// The start of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Start {
+    /// The point with this name.
+    Named(String),
+    /// This pose, in the `map` frame.
+    At(Pose),
+}
+
+impl FromItem<'_> for Start {
+    fn wanted() -> String {
+        "the name of a point, or [x, y, heading] in metres and degrees".into()
+    }
+
+    fn from_item(item: &Item<'_>) -> Result<Self, Vec<Problem>> {
+        let named = item.as_text().map(|name| Self::Named(name.to_owned()));
+        let at = || item.get::<[f64; 3]>().ok().map(|[x, y, degrees]| Self::At(pose(x, y, degrees.to_radians())));
+        named.or_else(at).ok_or_else(|| vec![item.wrong(&Self::wanted())])
+    }
+}
+
+/// The keys of a file that are about its map and the robot on it.
+const ON_A_MAP: [&str; 8] = ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"];
+
+/// The keys of tables that ask something of a robot on a map.
+const OF_A_ROBOT: [(&str, &[&str]); 2] = [
+    ("stop", &["at"]),
+    ("expect", &["reached", "not_reached", "max_collisions", "min_battery_pct", "max_localization_m"]),
+];
+
+impl PremisesEntry {
+    /// Reads what a file says about its map, if it has one. `None` after recording problems.
+    #[expect(clippy::option_option, reason = "a file may have no map, and it may have a wrong one")]
+    pub(super) fn read(root: Table<'_>) -> Option<Option<Self>> {
+        let map = root.text("map").map(PathBuf::from).spanned();
+        if !root.has("map") {
+            ON_A_MAP.into_iter().for_each(|key| root.know(key));
+            return Some(None);
+        }
+        let map = map.optional();
+        let places = root.text("places").map(PathBuf::from).spanned().optional();
+        let sites = root.table("sites").required().and_then(read_sites);
+        let mut sim = read_sim(root);
+        let world = read_world(root);
+        sim.obstacles = world.iter().map(|body| body.value.clone()).collect();
+        Some(Some(Self { map: map?, places, sites: sites?, sim, world }))
+    }
+
+    /// Reports what a file without a map says about a map and the robot on it, each at its place.
+    pub(super) fn report_missing(root: Table<'_>, faults: &[Arc<Fault>]) {
+        let report = |span: &Span, what: &str| {
+            let problem = span.problem(format!("{what} needs a map, and this scenario has none"));
+            let help = "name the map, `map = \"FILE.yaml\"`, and where the robot starts, `sites.start`; without a map, \
+                        tree and skills run alone";
+            root.report_missing("map", problem.with_label("this needs a map").with_help(help));
+        };
+        for (key, span) in root.keys().filter(|(key, _)| ON_A_MAP.contains(key)) {
+            report(span, &format!("`{key}`"));
+        }
+        for (table, needy) in OF_A_ROBOT {
+            let keys = root.table(table).optional().into_iter().flat_map(|table| table.keys());
+            for (key, span) in keys.filter(|(key, _)| needy.contains(key)) {
+                report(span, &format!("`{table}.{key}`"));
+            }
+        }
+        let snapshots = root.table("snapshots").optional();
+        let moments = snapshots.and_then(|table| table.get::<Vec<Spanned<String>>>("at").optional());
+        for moment in moments.into_iter().flatten().filter(|moment| moment.value == "arrival") {
+            report(&moment.span, "a picture of an arrival");
+        }
+        for fault in faults {
+            if fault.needs_robot() {
+                report(fault.arguments().span(), &format!("a fault `{}`", fault.kind().name));
+            } else if let crate::faults::Trigger::Near { place, .. } = &fault.timing.trigger {
+                report(&place.span, "the trigger `near`");
+            }
+        }
+    }
+}
+
+fn read_sites(table: Table<'_>) -> Option<Sites> {
+    let site = |key| table.text(key).spanned().optional();
+    let start = table.get("start").spanned().required();
+    let (station, destination) = (site("station"), site("destination"));
+    Some(Sites { start: start?, station, destination })
+}
+
+/// The map on which a scenario's robot drives, with its places and what is computed from it.
+#[derive(Clone, Debug)]
+pub struct Premises {
+    /// The contents of the scenario's file.
+    pub entry: PremisesEntry,
+    /// The map.
+    pub map: Arc<OccupancyGrid>,
+    /// The places on the map.
+    pub places: Places,
+    /// The software's map, if a fault gives it another one than the world's.
+    pub wrong_map: Option<Arc<OccupancyGrid>>,
+    /// The start pose of the robot, in the `map` frame.
+    pub start: Pose,
+    /// The pose of a robot docked at the charging station, in the `map` frame, if there is a station.
+    pub station: Option<Pose>,
+    /// The places that skills always drive to, each with one such skill.
+    pub(super) driven_to: BTreeMap<String, String>,
+    /// The places file.
+    pub(super) written: Arc<PlacesFile>,
+    /// The part of the map that the robot can reach.
+    pub(super) reach: Arc<Reach>,
+    /// The data that localization and navigation compute from the map, once requested.
+    pub(super) atlas: OnceLock<Result<Arc<Atlas>, nav::Error>>,
+    /// The data that the simulation computes from the map, once requested.
+    pub(super) building: OnceLock<Building>,
+}
+
+impl Premises {
+    /// The data of the map for localization and navigation of the scenario's robot: computed on first use, and then
+    /// shared by all runs.
+    ///
+    /// # Errors
+    /// [`nav::Error`] if localization is impossible on the map.
+    pub fn atlas(&self) -> Result<Arc<Atlas>, nav::Error> {
+        let model: &RobotModel = &self.entry.sim.model;
+        let map = self.wrong_map.as_ref().unwrap_or(&self.map);
+        let atlas = || Atlas::new(Arc::clone(map), model, LocalizationParameters::default()).map(Arc::new);
+        match self.atlas.get_or_init(atlas) {
+            // Shared with a scenario that has another robot.
+            Ok(shared) if shared.model() != model => atlas(),
+            result => result.clone(),
+        }
+    }
+
+    /// The walls of the simulated world: computed on first use, and then shared by all runs.
+    #[must_use]
+    pub fn building(&self) -> &Building {
+        self.building.get_or_init(|| Building::new(&self.map))
+    }
+}

@@ -1,0 +1,130 @@
+//! Scenarios without a map: tree, skills and components run alone.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Value, json};
+use tempfile::tempdir;
+
+use crate::steward::{refusal, report, steward};
+
+/// `pick` with these further lines, under the name `own.toml` in the folder.
+fn own(folder: &Path, lines: &str) -> PathBuf {
+    let path = folder.join("own.toml");
+    std::fs::write(&path, format!("base = \"pick\"\n{lines}\n")).unwrap();
+    path
+}
+
+#[test]
+fn the_tree_tries_again_until_the_skill_succeeds() {
+    let out = tempdir().unwrap();
+    let run = |set: &[&str]| report("pick", out.path(), &[&["--no-snapshots"], set].concat());
+    let verdicts = |report: &Value| [0, 1].map(|monitor| report["monitors"][monitor]["verdict"].clone());
+    let held = run(&[]);
+    assert_eq!((&held["outcome"], &held["ended"]), (&json!("as_expected"), &json!("settled")));
+    assert_eq!(verdicts(&held), ["satisfied", "satisfied"]);
+    let slipped = run(&["--set", "leaves.PickUp.data.slips=3"]);
+    assert_eq!(verdicts(&slipped), ["satisfied", "violated"], "help is called after three tries, and the fourth holds");
+    assert!(slipped["sim_time_s"].as_f64() > held["sim_time_s"].as_f64());
+}
+
+#[test]
+fn what_nobody_could_know_is_left_out_of_every_output() {
+    let out = tempdir().unwrap();
+    let gif = out.path().join("run.gif");
+    let arguments = ["run", "pick", "--out", out.path().to_str().unwrap(), "--gif", gif.to_str().unwrap()];
+    let output = steward(&arguments);
+    let summary = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{summary}");
+    assert!(summary.contains("delivered  satisfied"), "{summary}");
+    let read = |name: &str| std::fs::read_to_string(out.path().join(name)).unwrap();
+    let report: Value = serde_json::from_str(&read("report.json")).unwrap();
+    assert_eq!(report["battery"], Value::Null);
+    assert_eq!(report["robot"], Value::Null);
+    assert_eq!(report["places"], json!([]));
+    assert!(report["snapshots"].as_array().unwrap().len() >= 3, "{report}");
+    let page = read("report.html");
+    for words in ["battery", "robot", "driven", "collision", "localiz", "reached", "navigation", "Navigation"] {
+        assert!(!summary.contains(words), "the summary mentions {words}: {summary}");
+        assert!(!page.contains(words), "the page mentions {words}");
+    }
+    assert!(std::fs::read(gif).unwrap().starts_with(b"GIF89a"));
+}
+
+#[test]
+fn a_map_is_missed_wherever_something_needs_it() {
+    let folder = tempdir().unwrap();
+    let needs = [
+        ("places = \"maps/house.places.toml\"", "`places`"),
+        ("sites = { start = \"start\" }", "`sites`"),
+        ("battery.initial_pct = 50", "`battery`"),
+        ("noise.laser_sigma_m = 0.1", "`noise`"),
+        ("people = [{ at = [1, 1] }]", "`people`"),
+        ("doors = [{ at = [1, 1, 0] }]", "`doors`"),
+        ("boxes = [{ at = [1, 1, 0] }]", "`boxes`"),
+        ("stop.at = \"Kitchen\"", "`stop.at`"),
+        ("expect.reached = [\"Kitchen\"]", "`expect.reached`"),
+        ("expect.not_reached = [\"Kitchen\"]", "`expect.not_reached`"),
+        ("expect.max_collisions = 0", "`expect.max_collisions`"),
+        ("expect.min_battery_pct = 10", "`expect.min_battery_pct`"),
+        ("expect.max_localization_m = 1", "`expect.max_localization_m`"),
+        ("snapshots.at = [\"arrival\"]", "a picture of an arrival"),
+        ("faults = [{ kind = \"battery_level\", at_s = 1, level_pct = 10 }]", "a fault `battery_level`"),
+        ("faults = [{ kind = \"kidnap\", at_s = 1, to = [0, 0, 0] }]", "a fault `kidnap`"),
+        ("faults = [{ kind = \"wrong_map\", at_s = 0, map = \"maps/house.yaml\" }]", "a fault `wrong_map`"),
+        ("faults = [{ kind = \"tick_late\", near = \"Kitchen\", delay_s = 0.1 }]", "the trigger `near`"),
+    ];
+    for (lines, what) in needs {
+        let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
+        assert!(said.contains(&format!("{what} needs a map, and this scenario has none")), "{lines}: {said}");
+        assert_eq!(said.matches("needs a map, and").count(), 1, "{lines}: {said}");
+        assert!(said.contains("own.toml:"), "{lines}: {said}");
+    }
+    let all: String = needs[..8].iter().map(|(lines, _)| format!("{lines}\n")).collect();
+    let said = refusal(&["check", own(folder.path(), &all).to_str().unwrap()]);
+    assert_eq!(said.matches("needs a map, and").count(), 8, "all of them at once: {said}");
+    let said = refusal(&["check", own(folder.path(), "mapp = \"maps/house.yaml\"\n[battery]").to_str().unwrap()]);
+    assert!(said.contains("did you mean `map`?") && !said.contains("needs a map, and"), "{said}");
+}
+
+#[test]
+fn the_components_of_a_robot_are_there_only_with_a_map() {
+    let folder = tempdir().unwrap();
+    let lines = "tree = \"trees/recharge.xml\"\nskills = \"skills\"\nproperties = []\nleaves = {}";
+    let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
+    for component in ["BatteryReader", "Localization", "Navigation"] {
+        assert!(said.contains(&format!("there is no process {component}")), "{said}");
+    }
+    let lines = "faults = [{ kind = \"component_frozen\", component = \"Navigation\", at_s = 1 }]";
+    let said = refusal(&["check", own(folder.path(), lines).to_str().unwrap()]);
+    assert!(said.contains("Navigation"), "{said}");
+}
+
+#[test]
+fn a_map_alone_gives_a_robot_without_places() {
+    let folder = tempdir().unwrap();
+    let path = own(folder.path(), "map = \"maps/house.yaml\"\nsites.start = [0, 0, 90]");
+    let report = report(path.to_str().unwrap(), &folder.path().join("out"), &["--no-snapshots"]);
+    assert_eq!((&report["outcome"], &report["places"]), (&json!("as_expected"), &json!([])));
+    assert_eq!(report["robot"]["distance_m"], json!(0.0));
+    let said = refusal(&["check", own(folder.path(), "map = \"maps/house.yaml\"").to_str().unwrap()]);
+    assert!(said.contains("`sites` is missing"), "{said}");
+}
+
+#[test]
+fn a_campaign_has_no_measures_of_a_robot_without_one() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("some.toml");
+    let text = "scenario = \"pick\"\nruns = 5\nsampling = \"sobol\"\n[[parameters]]\n\
+                key = \"leaves.PickUp.data.slips\"\nfrom = 0\nto = 4\n";
+    let run = |more: &str| {
+        std::fs::write(&file, format!("{more}{text}")).unwrap();
+        steward(&["campaign", file.to_str().unwrap(), "--out", folder.path().join("out").to_str().unwrap()])
+    };
+    let output = run("");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(said.contains("unaided"), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let output = run("measures = [\"distance_m\"]\n");
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("there is no robot to measure `distance_m` of"), "{said}");
+}
