@@ -187,8 +187,11 @@ fn in_words(summary: &Summary, folder: &Path) -> Text {
     let mut text = Text::default();
     // Writing to a string cannot fail.
     let _ = write_outcomes(&mut text, summary);
-    let _ = write_findings(&mut text, summary);
-    let _ = writeln!(text, "wrote      {}", folder.join("report.html").display());
+    let names = summary.properties.iter().map(|estimate| estimate.of.chars().count());
+    let widest = names.fold(8, usize::max).min(32);
+    for (name, words) in findings(summary, folder) {
+        let _ = writeln!(text, "  {name:<widest$}  {words}");
+    }
     text
 }
 
@@ -211,23 +214,25 @@ fn write_outcomes(text: &mut Text, summary: &Summary) -> fmt::Result {
     if outcomes.failed > 0 {
         text.write_str(", ")?;
         text.paint(BAD, &format!("{} failed", outcomes.failed), 0);
-        write!(text, " (which say nothing of a property)")?;
+        write!(text, " (which count for no property)")?;
     }
-    writeln!(text)?;
-    for Unmet { expected, runs } in summary.unmet.iter().take(MOST_REASONS) {
-        writeln!(text, "not met    in {runs} runs: {expected}")?;
-    }
-    match summary.unmet.len().saturating_sub(MOST_REASONS) {
-        0 => Ok(()),
-        more => writeln!(text, "           and {more} more, each in fewer runs"),
-    }
+    writeln!(text)
 }
 
-fn write_findings(text: &mut Text, summary: &Summary) -> fmt::Result {
-    let widest = summary.properties.iter().map(|estimate| estimate.of.chars().count()).fold(9, usize::max).min(32);
+/// Line by line, what each is about and what there is to say.
+fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
+    let mut lines = Vec::new();
+    let mut line = |name: &str, words: String| lines.push((name.to_owned(), words));
+    for Unmet { expected, runs } in summary.unmet.iter().take(MOST_REASONS) {
+        line("not met", format!("in {runs} run{}: {expected}", if *runs == 1 { "" } else { "s" }));
+    }
+    match summary.unmet.len().saturating_sub(MOST_REASONS) {
+        0 => {}
+        more => line("", format!("and {more} more, each in fewer runs")),
+    }
     for Estimate { of, count, rate, interval } in &summary.properties {
         let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
-        writeln!(text, "{of:<widest$}  violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})")?;
+        line(of, format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})"));
     }
     if let Some(goal) = &summary.goal {
         let said = match (goal.interval, goal.side) {
@@ -236,10 +241,10 @@ fn write_findings(text: &mut Text, summary: &Summary) -> fmt::Result {
             (None, None) => "undecided".to_owned(),
         };
         let reached = if goal.reached { "reached" } else { "not reached" };
-        writeln!(text, "goal       {reached} for {} after {} runs: {said}", goal.of, goal.count.runs())?;
+        line("goal", format!("{reached} for {} after {} runs: {said}", goal.of, goal.count.runs()));
     }
-    if let Some(frontier) = &summary.frontier {
-        writeln!(text, "frontier   {frontier}")?;
+    for (place, part) in summary.frontier.iter().flat_map(|frontier| frontier.split("; ")).enumerate() {
+        line(if place == 0 { "frontier" } else { "" }, part.to_owned());
     }
     let mut shown: Vec<&Named> = Vec::new();
     for run in summary.failures.iter().take(1).chain(&summary.instructive).chain(&summary.unexpected) {
@@ -248,12 +253,14 @@ fn write_findings(text: &mut Text, summary: &Summary) -> fmt::Result {
         }
     }
     for Named { k, why, .. } in &shown {
-        writeln!(text, "{:<9}  {}", format!("run {k}"), why.as_deref().unwrap_or_default())?;
+        line(&format!("run {k}"), why.clone().unwrap_or_default());
     }
-    shown.first().map_or(Ok(()), |run| writeln!(text, "repeat     {}", run.command))
+    shown.first().into_iter().for_each(|run| line("repeat", run.command.clone()));
+    line("wrote", folder.join("report.html").display().to_string());
+    lines
 }
 
-/// So many runs are named.
+/// At most this many runs are named.
 const SHOWN: usize = 3;
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bt::Tree;
 use campaigns::{Error, Plan};
 use clap::Args;
-use maps::{Cell, PlacesFile};
+use maps::Cell;
 use miette::Diagnostic;
 use scenarios::files::shipped_campaigns;
 use scenarios::live::Live;
@@ -18,6 +18,7 @@ use serde_json::json;
 use skills::{Chart, Strictness};
 
 use crate::monitor::System;
+use crate::named_files;
 use crate::output::{complain, print_json, say, warn};
 use crate::render::{Finding, findings};
 
@@ -31,7 +32,7 @@ pub(crate) struct CheckArgs {
     /// Scenarios, campaigns, maps, places, trees, skills and properties: files, or names (see `steward list`)
     #[arg(value_name = "NAME|FILE", required = true)]
     files: Vec<String>,
-    /// The scenario whose processes and channels property files speak of
+    /// The scenario whose processes and channels property files mention
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     scenario: String,
     /// Prints the findings as JSON
@@ -158,7 +159,7 @@ pub(crate) enum Toml {
 impl Toml {
     /// What a file seems to be by its keys; one that cannot be read is refused as a scenario.
     pub(crate) fn of_file(path: &Path) -> Self {
-        diagnostics::text_from_disk(path).map_or(Self::Scenario, |text| Self::of(&text))
+        named_files::text(path).map_or(Self::Scenario, |text| Self::of(&text))
     }
 
     fn of(text: &str) -> Self {
@@ -176,7 +177,7 @@ impl Toml {
 
 /// A tree, and what is to be said of it.
 pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
-    let tree = Tree::from_file(file).map_err(Error::bad_input)?;
+    let tree = named_files::tree(file)?;
     let summary = format!("{} nodes, {} of them leaves", tree.nodes().len(), tree.leaves().count());
     let concerns = tree.concerns().into_iter().map(|concerns| Box::new(concerns.clone()) as _).collect();
     Ok((tree, Checked { summary, concerns }))
@@ -184,7 +185,7 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
 
 /// A machine, and what is to be said of it.
 pub(crate) fn machine(file: &Path) -> Result<(Arc<Chart>, Checked), Error> {
-    let chart = Chart::open(file, Strictness::Strict).map_err(Error::bad_input)?;
+    let chart = named_files::machine(file, Strictness::Strict)?;
     let summary = format!("{} states, {} transitions", chart.states().count(), chart.transitions().count());
     let elsewhere = chart.sends_elsewhere(&HEARERS, ELSEWHERE);
     let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
@@ -202,7 +203,7 @@ fn counted_properties(count: usize) -> String {
 }
 
 fn map(file: &Path) -> Result<Checked, Error> {
-    let map = maps::load_map(file, &diagnostics::from_disk).map_err(Error::bad_input)?;
+    let map = named_files::map(file)?;
     let free = map.cells().iter().filter(|cell| **cell == Cell::Free).count();
     if free == 0 {
         let message = format!("{} has no free cell", file.display());
@@ -215,7 +216,7 @@ fn map(file: &Path) -> Result<Checked, Error> {
 }
 
 fn places(file: &Path) -> Result<Checked, Error> {
-    let places = PlacesFile::load(file, &diagnostics::from_disk).map_err(Error::bad_input)?;
+    let places = named_files::places(file)?;
     Ok(Checked { summary: counted(places.places().iter().count(), "place"), concerns: Vec::new() })
 }
 
@@ -237,7 +238,8 @@ fn of_scenario(name: &str) -> Result<Checked, Error> {
     Ok(checked)
 }
 
-/// Sets a scenario up as for a run: the world, the processes and channels, the monitors, the faults with their triggers.
+/// Sets a scenario up as for a run: the world, the processes and channels, the monitors, the faults with their
+/// triggers.
 fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     let live = Live::new(Arc::clone(scenario), scenario.file.seed, true)?;
     let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();

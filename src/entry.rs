@@ -2,9 +2,6 @@
 
 use scenarios::schema::Key;
 
-/// How wide a list is, in columns.
-pub(crate) const WIDTH: usize = 80;
-
 /// What a key means, what it takes, and what it is where the file does not say.
 pub(crate) fn meaning(key: &Key) -> String {
     let default = match key.default() {
@@ -15,14 +12,34 @@ pub(crate) fn meaning(key: &Key) -> String {
     format!("{} [{}{default}]", key.about, key.accepts())
 }
 
-/// A name with its meaning beside it, or below if the name is long.
-pub(crate) fn entry(name: &str, meaning: &str) -> String {
-    const INDENT: &str = "                    ";
-    let options = textwrap::Options::new(WIDTH).subsequent_indent(INDENT);
-    let name = format!("  {name}");
-    if name.chars().count() + 2 <= INDENT.len() {
-        let first = format!("{name:<20}");
-        return textwrap::fill(meaning, options.initial_indent(&first)) + "\n";
+/// A name longer than this stands on a line of its own.
+const LONGEST: usize = 28;
+
+/// Where the meanings of names begin, in columns.
+pub(crate) fn column<'n>(names: impl IntoIterator<Item = &'n str>) -> usize {
+    let widths = names.into_iter().map(|name| name.chars().count()).filter(|width| *width <= LONGEST);
+    widths.max().unwrap_or(0) + 4
+}
+
+/// A name with its meaning beside it, from that column on.
+pub(crate) fn entry(column: usize, name: &str, meaning: &str) -> String {
+    let width = column - 4;
+    if name.chars().count() <= width {
+        format!("  {name:<width$}  {meaning}\n")
+    } else {
+        format!("  {name}\n{:column$}{meaning}\n", "")
     }
-    format!("{name}\n{}\n", textwrap::fill(meaning, options.initial_indent(INDENT)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn meanings_begin_in_one_column() {
+        let names = ["at_s", "laser_blocked", "a_name_that_is_longer_than_all_the_others"];
+        let column = column(names);
+        let list: String = names.iter().map(|name| entry(column, name, "what it means")).collect();
+        assert!(list.lines().filter(|line| line.contains("what")).all(|line| line.find("what") == Some(17)), "{list}");
+    }
 }

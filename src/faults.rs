@@ -6,11 +6,12 @@ use campaigns::Error;
 use clap::Args;
 use scenarios::faults::{FaultKind, KINDS, Parameter, kind};
 use scenarios::scenario::keys::keys;
+use scenarios::schema::Key;
 use serde_json::json;
 
-use crate::entry::{entry, meaning};
+use crate::entry::{column, entry, meaning};
 use crate::names::FaultName;
-use crate::output::{print_json, say};
+use crate::output::{explain, print_json};
 
 /// Which faults to list, and how.
 #[derive(Debug, Args)]
@@ -31,7 +32,7 @@ pub(crate) fn faults(args: &FaultsArgs) -> Result<(), Error> {
         let list: Vec<_> = kinds.iter().map(|kind| as_json(kind)).collect();
         return print_json(&list);
     }
-    say(chosen.map_or_else(overview, details))
+    explain(chosen.map_or_else(overview, details))
 }
 
 fn find(name: &str) -> Result<&'static FaultKind, Error> {
@@ -44,6 +45,7 @@ fn find(name: &str) -> Result<&'static FaultKind, Error> {
 
 /// One line per kind, by place.
 pub(crate) fn overview() -> String {
+    let column = column(KINDS.iter().map(|kind| kind.name));
     let mut text = String::new();
     let mut place = None;
     for kind in KINDS {
@@ -53,7 +55,7 @@ pub(crate) fn overview() -> String {
             let _ = writeln!(text, "{gap}{}", kind.place.name());
             place = Some(kind.place);
         }
-        text += &entry(kind.name, kind.about);
+        text += &entry(column, kind.name, kind.about);
     }
     let _ = write!(
         text,
@@ -65,15 +67,16 @@ pub(crate) fn overview() -> String {
 
 /// All about a kind.
 fn details(kind: &FaultKind) -> String {
-    let mut text = format!("{}: {} ({})\n\n", kind.name, kind.about, kind.place.name());
-    let parameters = kind.parameters.iter().map(Parameter::key);
-    text.extend(parameters.map(|key| entry(&key.path, &meaning(&key))));
-    text.push('\n');
+    let parameters: Vec<Key> = kind.parameters.iter().map(Parameter::key).collect();
     let timing = keys().into_iter().filter(|key| key.split().0 == "faults[]" && key.split().1 != "kind");
-    let timing = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s"));
-    text.extend(timing.map(|key| entry(key.split().1, &meaning(&key))));
-    let _ = write!(text, "\nExample:\n\n[[faults]]\nkind = \"{}\"\n{}\n", kind.name, kind.example);
-    text
+    let timing: Vec<Key> = timing.filter(|key| !(kind.momentary && key.split().1 == "lasts_s")).collect();
+    let column = column(parameters.iter().chain(&timing).map(|key| key.split().1));
+    let list = |keys: &[Key]| keys.iter().map(|key| entry(column, key.split().1, &meaning(key))).collect::<String>();
+    let mut text = format!("{}: {} ({})\n", kind.name, kind.about, kind.place.name());
+    for keys in [parameters, timing].iter().filter(|keys| !keys.is_empty()) {
+        text += &format!("\n{}", list(keys));
+    }
+    text + &format!("\nExample:\n\n[[faults]]\nkind = \"{}\"\n{}\n", kind.name, kind.example)
 }
 
 fn as_json(kind: &FaultKind) -> serde_json::Value {

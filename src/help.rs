@@ -6,8 +6,8 @@ use monitors::{GRAMMAR, OPERATORS};
 use scenarios::scenario::keys as scenario;
 use scenarios::schema::Key;
 
-use crate::entry::{WIDTH, entry, meaning};
-use crate::output::print;
+use crate::entry::{column, entry, meaning};
+use crate::output::{explain, print};
 
 /// What there is help on besides commands.
 const TOPICS: [&str; 4] = ["scenario", "campaign", "faults", "scope"];
@@ -32,9 +32,9 @@ pub(crate) enum SchemaFile {
 pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
     let topic: Vec<&str> = args.topic.iter().map(String::as_str).collect();
     match topic.as_slice() {
-        ["scenario"] => return print(&format!("{SCENARIO}{}", listed(&scenario::keys()))),
-        ["faults"] => return print(&crate::faults::overview()),
-        ["scope"] => return print(&scope()),
+        ["scenario"] => return explain(format!("{SCENARIO}{}", listed(&scenario::keys()))),
+        ["faults"] => return explain(crate::faults::overview()),
+        ["scope"] => return explain(scope()),
         _ => {}
     }
     cli.build();
@@ -50,7 +50,7 @@ pub(crate) fn help(args: &HelpArgs, mut cli: Command) -> Result<(), Error> {
         (command, topics) = (found, &[]);
     }
     print(&command.render_long_help().to_string())?;
-    if topic == ["campaign"] { print(&format!("\n{CAMPAIGN}{}", listed(&campaigns::keys::keys()))) } else { Ok(()) }
+    if topic == ["campaign"] { explain(format!("\n{CAMPAIGN}{}", listed(&campaigns::keys::keys()))) } else { Ok(()) }
 }
 
 /// Prints the JSON schema of a kind of files.
@@ -63,19 +63,22 @@ pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
 }
 
 const SCENARIO: &str = "\
-A scenario is one TOML file. The files that it names are looked for beside it,
-then among those that come with the program. `steward init DIR` writes a
-scenario to start from, `steward check FILE` says what is wrong with one, and
+A scenario is one TOML file. The files that it names are looked up beside it, then among those that come with the \
+program. `steward init DIR` writes a scenario to start from, `steward check FILE` says what is wrong with one, and \
 `steward schema scenario` prints its JSON schema, for editors.
 ";
 
 const CAMPAIGN: &str = "\
-A campaign is one TOML file. `steward check FILE` says what is wrong with one,
-and `steward schema campaign` prints its JSON schema, for editors.
+A campaign is one TOML file. `steward check FILE` says what is wrong with one, and `steward schema campaign` prints \
+its JSON schema, for editors.
 ";
 
 /// All keys, table by table.
 fn listed(keys: &[Key]) -> String {
+    let beside = |key: &Key| {
+        let of_table = keys.iter().filter(|other| other.split().0 == key.split().0 && !other.is_table());
+        column(of_table.map(|other| other.split().1))
+    };
     let mut text = String::new();
     let mut table = "";
     for key in keys {
@@ -85,12 +88,12 @@ fn listed(keys: &[Key]) -> String {
                 Some(path) => format!("\n[[{}]]", path.replace("[]", "")),
                 None => format!("\n[{}]", key.path.replace("[]", "")),
             };
-            text += &format!("{heading}\n{}\n", textwrap::fill(&key.about, WIDTH));
+            text += &format!("{heading}\n{}\n", key.about);
         } else {
             if table != inside || text.is_empty() {
                 text.push('\n');
             }
-            text += &entry(name, &meaning(key));
+            text += &entry(beside(key), name, &meaning(key));
         }
         table = if key.is_table() { &key.path } else { inside };
     }
@@ -99,17 +102,19 @@ fn listed(keys: &[Key]) -> String {
 
 /// The language of properties.
 fn scope() -> String {
+    let column = column(OPERATORS.iter().map(|operator| operator.written));
     let operators = OPERATORS.iter().map(|operator| {
         let signs = if operator.signs.is_empty() {
             String::new()
         } else {
             format!(" Also {}.", operator.signs.replace(' ', ", "))
         };
-        entry(operator.written, &format!("{}{signs}", operator.about)) + &format!("{:20}{}\n", "", operator.example)
+        let about = entry(column, operator.written, &format!("{}{signs}", operator.about));
+        about + &format!("{:column$}{}\n", "", operator.example)
     });
     format!(
         "Properties are written in the SCOPE language, in files `NAME.scope`:\n\n{GRAMMAR}\n{}\n`steward monitor check \
-         FILE` says what is wrong with such a file, `steward\nmonitor explain FILE` says it in English.\n",
+         FILE` says what is wrong with such a file, `steward monitor explain FILE` says it in English.\n",
         operators.collect::<String>()
     )
 }

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use campaigns::Error;
 use clap::Args;
 use diagnostics::Staging;
-use scenarios::scenario::{Scenario, ScenarioFile, find};
+use scenarios::scenario::{Scenario, ScenarioFile, find, keys};
 
 use crate::names::ScenarioName;
 use crate::output::say;
@@ -26,6 +26,7 @@ pub(crate) struct InitArgs {
 /// What a file of a scenario is, by how its name ends.
 const KINDS: &[(&str, &str)] = &[
     (".places.toml", "the places on the map, in metres and degrees"),
+    (".schema.json", "what may stand in a scenario: editors that know `#:schema` complete and check keys with it"),
     (".toml", "a scenario that the first one is based on"),
     (".yaml", "the map: its picture, resolution and origin"),
     (".pgm", "the map's picture: dark is a wall"),
@@ -57,7 +58,11 @@ pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
         copies.write(path, bytes)?;
     }
     let name = Path::new(&found.path).file_name().unwrap_or_default();
-    copies.write(name, &found.text)?;
+    let directive = format!("#:schema {SCHEMA}\n");
+    let text = if found.text.starts_with("#:schema") { found.text } else { directive + &found.text };
+    copies.write(name, text)?;
+    copies.write(SCHEMA, format!("{:#}\n", keys::schema()))?;
+    paths.insert(SCHEMA.into());
     let name = name.to_string_lossy();
     if !paths.contains(Path::new(README)) {
         copies.write(README, readme(&name, &paths, loaded.premises.is_some()))?;
@@ -65,6 +70,9 @@ pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
     copies.publish(&[&*name])?;
     say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&*name).display()))
 }
+
+/// The schema of scenario files, which the scenario names in its first line.
+const SCHEMA: &str = "scenario.schema.json";
 
 /// The file that describes the folder.
 const README: &str = "README.md";

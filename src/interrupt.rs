@@ -8,8 +8,8 @@ use crate::output::note;
 /// The exit status of a command that was interrupted: what a shell calls such a program.
 pub(crate) const STATUS: u8 = 130;
 
-/// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT, SIGTERM or
-/// SIGHUP).
+/// Set once the program has been asked to end: by Ctrl-C, or by a scheduler that takes its machine away (SIGINT,
+/// SIGTERM or SIGHUP).
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
 /// Listens from now on. A second request ends the program at once.
@@ -25,7 +25,7 @@ pub(crate) fn listen() -> &'static AtomicBool {
     &INTERRUPTED
 }
 
-/// Breaks off once the program has been asked to end.
+/// Stops the work once the program has been asked to end.
 pub(crate) fn flow() -> ControlFlow<()> {
     if INTERRUPTED.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }

@@ -17,6 +17,7 @@ use trials::replay::fit::Fit;
 use trials::replay::starts::{Start, WITHIN_M, try_starts};
 use trials::replay::{Conditions, Course, Score, Stretch, replay};
 
+use crate::named_files;
 use crate::output::{print_json, say};
 
 /// The name of the results' file.
@@ -25,7 +26,7 @@ const TRAJECTORIES: &str = "trajectories.csv";
 /// A log and the map of where it was recorded.
 #[derive(Debug, Args)]
 pub(crate) struct LocalizeArgs {
-    /// The map, in ROS `map_server` format
+    /// The map: a file in ROS `map_server` format, or the name of a shipped one
     #[arg(long, value_name = "MAP.yaml")]
     map: PathBuf,
     /// The log, in CARMEN's format (.log or .log.gz)
@@ -67,7 +68,7 @@ fn share(text: &str) -> Result<f64, String> {
 
 /// Replays the log and prints how far off the estimates were.
 pub(crate) fn localize(args: &LocalizeArgs) -> Result<ExitCode, Error> {
-    let map = Arc::new(maps::load_map(&args.map, &diagnostics::from_disk).map_err(Error::bad_input)?);
+    let map = Arc::new(named_files::map(&args.map)?);
     let recording = Arc::new(open_log(&args.log)?);
     let fit = check_fit(args, &recording, &map)?;
     let atlas = Atlas::new(Arc::clone(&map), recording.model(), fit.parameters());
@@ -179,7 +180,7 @@ fn caption(args: &LocalizeArgs, score: &Score) -> String {
         (drift, noise) => format!("odometry with {:.0} % drift and {:.0} % noise", 100.0 * drift, 100.0 * noise),
     };
     let start = if args.global { "from nothing" } else { "from the first corrected pose" };
-    format!("Localized {start}, {odometry}: off by {:.3} m (median), {:.2} m at worst.", score.median_m, score.max_m)
+    format!("Localized {start}, {odometry}: off by {:.3} m (median), at most {:.2} m.", score.median_m, score.max_m)
 }
 
 fn csv(course: &Course) -> String {
@@ -227,9 +228,9 @@ fn in_words(args: &LocalizeArgs, fit: &Fit, course: &Course, score: &Score) -> S
     line("found", found);
     line(
         "position",
-        format!("median {:.4} m, rmse {:.4} m, at worst {:.3} m", score.median_m, score.rmse_m, score.max_m),
+        format!("median {:.4} m, RMSE {:.4} m, at most {:.3} m", score.median_m, score.rmse_m, score.max_m),
     );
-    line("heading", format!("median {:.4} rad, rmse {:.4} rad", score.median_rad, score.rmse_rad));
+    line("heading", format!("median {:.4} rad, RMSE {:.4} rad", score.median_rad, score.rmse_rad));
     let seconds = |stretch: &Stretch| format!("{:.1}–{:.1} s", stretch.from.as_secs_f64(), stretch.to.as_secs_f64());
     let lost: Vec<String> = score.lost.iter().map(seconds).collect();
     line("lost", if lost.is_empty() { "never".to_owned() } else { lost.join(", ") });

@@ -18,6 +18,7 @@ mod man;
 mod map;
 mod matrix;
 mod monitor;
+mod named_files;
 mod names;
 mod navigate;
 mod output;
@@ -132,8 +133,8 @@ enum Command {
 }
 
 fn main() -> ExitCode {
-    // Beyond the limit of a file's size (`ulimit -f`), writing fails like on a full disk; the signal would end the program
-    // without a word. A handler, whatever it does, keeps it from that.
+    // Beyond the limit of a file's size (`ulimit -f`), writing fails like on a full disk; the signal would end the
+    // program without a word. A handler, whatever it does, keeps it from that.
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::default());
     let matches = command().try_get_matches().unwrap_or_else(|error| hints::with_hints(error).exit());

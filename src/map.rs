@@ -17,8 +17,8 @@ pub(crate) struct MapArgs {
     /// The log, in CARMEN's format (.log or .log.gz)
     #[arg(long)]
     log: PathBuf,
-    /// Where the map goes: a YAML file, with the picture (PGM) beside it, or a folder [default: the log's name with .yaml,
-    /// here]
+    /// Where the map goes: a YAML file, with the picture (PGM) beside it, or a folder [default: the log's name with
+    /// .yaml, here]
     #[arg(long, value_name = "MAP.yaml|DIR")]
     out: Option<PathBuf>,
     /// Overwrites an existing map

@@ -1,6 +1,5 @@
 //! `steward monitor check|explain|export FILE`: property files and the monitors that they become.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -12,9 +11,11 @@ use clap::{Args, Subcommand, ValueEnum};
 use monitors::{Format, Method, Property, PropertyFile, ScopeMonitor, explain};
 use reports::file_name;
 use scenarios::Complaints;
+use scenarios::files::Kind;
 use scenarios::scenario::{Scenario, find};
 use scenarios::wiring;
 
+use crate::named_files;
 use crate::output::{print, say, warn};
 
 /// Property files: checks them, explains them, exports their monitors.
@@ -40,13 +41,13 @@ pub(crate) enum MonitorCommand {
     },
 }
 
-/// Property files and the system that they speak of.
+/// Property files and the system that they are about.
 #[derive(Debug, Args)]
 pub(crate) struct Source {
-    /// Property files, or names of those that come with the program
+    /// Property files, or names of shipped ones
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
-    /// The scenario whose processes and channels they speak of
+    /// The scenario whose processes and channels they mention
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     scenario: String,
 }
@@ -111,7 +112,7 @@ impl Source {
     }
 }
 
-/// What properties speak of: the processes and channels of a scenario, and how often it ticks.
+/// What properties are about: the processes and channels of a scenario, and how often it ticks.
 pub(crate) struct System {
     pub(crate) topology: Arc<Topology>,
     pub(crate) tick: Duration,
@@ -124,24 +125,11 @@ impl System {
         Ok(Self { topology: wiring::topology(&scenario)?, tick: scenario.file.execution.tick })
     }
 
-    /// Reads a property file, or one that comes with the program, by its name.
+    /// Reads a property file.
     pub(crate) fn load(&self, path: &Path) -> Result<PropertyFile, scenarios::Error> {
+        let (path, text) = named_files::read(Kind::Properties, path)?;
         let name = path.display().to_string();
-        let text = text(path).map_err(|error| {
-            let names: Vec<&str> = monitors::SHIPPED.iter().map(|(name, _)| *name).collect();
-            let help = format!("give the path of a .scope file, or one of {}", names.join(", "));
-            scenarios::Error::refused(format!("cannot read the properties {name}: {error}"), help)
-        })?;
         monitors::load(&name, &text, &self.topology, self.tick).map_err(scenarios::Error::bad_input)
-    }
-}
-
-fn text(path: &Path) -> io::Result<String> {
-    let shipped = monitors::SHIPPED.iter().find(|(name, _)| Path::new(name) == path);
-    match (diagnostics::text_from_disk(path), shipped) {
-        (Ok(text), _) => Ok(text),
-        (Err(_), Some((_, text))) => Ok((*text).to_owned()),
-        (Err(error), None) => Err(error),
     }
 }
 

@@ -10,9 +10,9 @@ use diagnostics::Staging;
 use drawing::Renderer;
 use reports::file_name;
 use scenarios::Complaints;
-use scenarios::files::Files;
 use trials::navigate::{About, Benchmark, Course, Scenes, Settings, Trip, picture, table};
 
+use crate::named_files;
 use crate::output::{print, say};
 use crate::progress::Bar;
 
@@ -22,8 +22,8 @@ const DATA: &str = "navigate.json";
 /// Which trips to drive.
 #[derive(Debug, Args)]
 pub(crate) struct NavigateArgs {
-    /// Maps (YAML files) to drive on
-    #[arg(long, value_name = "MAP.yaml", num_args = 1.., default_value = "maps/house.yaml")]
+    /// Maps to drive on: YAML files, or names of shipped ones
+    #[arg(long, value_name = "MAP.yaml", num_args = 1.., default_value = "house")]
     map: Vec<PathBuf>,
     /// How many trips there are on each map, between random places
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
@@ -129,14 +129,9 @@ fn names(maps: &[PathBuf]) -> Vec<String> {
 }
 
 fn course(path: &Path, name: &str) -> Result<Course, scenarios::Error> {
-    let files = Files::beside("");
-    let read = |path: &Path| files.read(path);
-    let map = maps::load_map(path, &read).map_err(scenarios::Error::bad_input)?;
-    Course::new(name, path, map).map_err(|error| {
-        scenarios::Error::refused(
-            format!("{}: {error}", path.display()),
-            "the robot is a disc of 0.3 m radius and drives on free cells",
-        )
+    Course::new(name, path, named_files::map(path)?).map_err(|error| {
+        let help = "the robot is a disc of 0.3 m radius and drives on free cells";
+        scenarios::Error::refused(format!("{}: {error}", path.display()), help)
     })
 }
 

@@ -1,7 +1,7 @@
 //! What goes to stdout and stderr.
 //!
-//! Colours are for terminals: `anstream` leaves them out elsewhere, and where NO_COLOR or CLICOLOR say so. Names and texts
-//! of files may hold anything; what would steer a terminal is made [visible] before it gets here.
+//! Colours are for terminals: `anstream` leaves them out elsewhere, and where NO_COLOR or CLICOLOR say so. Names and
+//! texts of files may hold anything; what would steer a terminal is made [visible] before it gets here.
 
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
@@ -24,7 +24,7 @@ pub(crate) const OPEN: Style = AnsiColor::Yellow.on_default().bold();
 /// What a line is about.
 pub(crate) const HEAD: Style = Style::new().bold();
 
-/// The longest line of a diagnostic's help, however wide the terminal is.
+/// The longest line of an explanation or of a diagnostic's help, however wide the terminal is.
 const LONGEST_HELP: usize = 100;
 
 /// A text for people. What is written to it is made [visible]; only [`paint`](Self::paint) adds colours.
@@ -68,16 +68,25 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<(), Error> {
     print(&(serde_json::to_string_pretty(value).expect("what is printed is always JSON") + "\n"))
 }
 
-/// Writes a text for people to stdout, in lines that fit the terminal.
+/// Writes results for people to stdout: in lines that fit the terminal, or whole where there is none.
 ///
 /// # Errors
 /// As [`print`].
 pub(crate) fn say(text: impl Into<Text>) -> Result<(), Error> {
-    let Text(text) = text.into();
-    let width = width_of(&io::stdout());
-    let text =
-        width.map_or_else(|| text.clone(), |width| text.split_inclusive('\n').map(|line| fit(line, width)).collect());
-    write_to(&mut anstream::stdout(), &text)
+    write_in_lines(text.into(), width_of(&io::stdout()))
+}
+
+/// Writes an explanation to stdout: in lines that fit the terminal, or 80 columns where there is none.
+///
+/// # Errors
+/// As [`print`].
+pub(crate) fn explain(text: impl Into<Text>) -> Result<(), Error> {
+    write_in_lines(text.into(), Some(width_of(&io::stdout()).map_or(80, |width| width.min(LONGEST_HELP))))
+}
+
+fn write_in_lines(Text(text): Text, width: Option<usize>) -> Result<(), Error> {
+    let broken = |width| text.split_inclusive('\n').map(|line| fit(line, width)).collect();
+    write_to(&mut anstream::stdout(), &width.map_or_else(|| text.clone(), broken))
 }
 
 fn write_to(stdout: &mut impl Write, text: &str) -> Result<(), Error> {

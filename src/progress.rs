@@ -93,8 +93,8 @@ impl Bar {
 /// How long what the bar of a campaign says of probabilities stays as it is.
 const ESTIMATES_STAY: Duration = Duration::from_millis(500);
 
-/// How a campaign is going: how many runs a second, how long it will take, and what is known by now. Only on a terminal,
-/// and only on stderr.
+/// How a campaign is going: how many runs a second, how long it will take, and what is known by now. Only on a
+/// terminal, and only on stderr.
 #[derive(Debug)]
 pub(crate) struct CampaignBar {
     bar: Option<ProgressBar>,

@@ -7,23 +7,25 @@ use std::time::Duration;
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
 use drawing::State;
+use scenarios::files::Kind;
 use skills::{Chart, Cues, HistoryKind, SkillError, StateId, StateKind, Status, Strictness, rehearse};
 
-use crate::check;
 use crate::output::print;
+use crate::{check, named_files};
 
 /// What can be done with a machine.
 #[derive(Debug, Subcommand)]
 pub(crate) enum SkillCommand {
-    /// Says everything that is wrong, or looks wrong, with machines, as strictly as a scenario does; `run` is more lenient
+    /// Says everything that is wrong, or looks wrong, with machines, as strictly as a scenario does; `run` is more
+    /// lenient
     Check {
-        /// Machines, SCXML files
+        /// Machines: SCXML files, or names of shipped ones
         #[arg(value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
     },
     /// Prints a machine's states and transitions
     Show {
-        /// The machine, an SCXML file
+        /// The machine: an SCXML file, or the name of a shipped one
         file: PathBuf,
         /// An outline, a graph for Graphviz, or a drawing
         #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -31,12 +33,12 @@ pub(crate) enum SkillCommand {
     },
     /// Lists the mistakes of one step that a machine may have, as the fault `skill_mutant` names them
     Mutants {
-        /// Machines, SCXML files [default: those of the shipped skills]
+        /// Machines: SCXML files, or names of shipped ones [default: those of the shipped tree]
         files: Vec<PathBuf>,
     },
     /// Runs a machine alone: prints its log, every configuration that it enters, and the last one
     Run {
-        /// The machine, an SCXML file
+        /// The machine: an SCXML file, or the name of a shipped one
         file: PathBuf,
         /// Events to give it, one JSON object per line: {"event": "BT.tick", "time_s": 1.5, "data": {}}
         #[arg(long, value_name = "FILE")]
@@ -71,7 +73,7 @@ pub(crate) fn skill(command: &SkillCommand) -> Result<ExitCode, Error> {
 }
 
 fn show(file: &Path, format: Format) -> Result<ExitCode, Error> {
-    let chart = Chart::open(file, Strictness::Standard).map_err(Error::bad_input)?;
+    let chart = named_files::machine(file, Strictness::Standard)?;
     match format {
         Format::Text => print(&chart.outline())?,
         Format::Dot => print(&chart.to_dot())?,
@@ -117,10 +119,8 @@ fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
         Ok::<(), Error>(())
     };
     for file in files {
-        let name = file.to_string_lossy();
-        let machine = diagnostics::text_from_disk(file)
-            .map_err(|error| Error::bad_input(SkillError::Read { reason: format!("cannot read {name}: {error}") }))?;
-        list(&name, &machine)?;
+        let (path, machine) = named_files::read(Kind::Skill, file)?;
+        list(&path.to_string_lossy(), &machine)?;
     }
     if files.is_empty() {
         for (name, machine) in skills::SHIPPED {
@@ -132,7 +132,7 @@ fn mutants(files: &[PathBuf]) -> Result<ExitCode, Error> {
 }
 
 fn run(file: &Path, events: Option<&Path>, until_s: f64, json: bool) -> Result<ExitCode, Error> {
-    let chart = Chart::open(file, Strictness::Standard).map_err(Error::bad_input)?;
+    let chart = named_files::machine(file, Strictness::Standard)?;
     let cues = match events {
         Some(events) => read_cues(events)?,
         None => Cues::default(),

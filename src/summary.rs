@@ -14,8 +14,8 @@ use reports::report::{BatteryReport, MonitorReport, OutcomeReport, Report, TreeE
 use crate::interrupt;
 use crate::output::{BAD, GOOD, HEAD, OPEN, Text, complain_of, say};
 
-/// Says how a run went, and gives the exit status that says so. A quiet program speaks only of a run that was not as
-/// expected or was interrupted, and that on stderr.
+/// Says how a run went, and gives the exit status that says so. A quiet program reports only a run that was not as
+/// expected or was interrupted, on stderr.
 pub(crate) fn tell(report: &Report, folder: &Path, quiet: bool) -> Result<ExitCode, Error> {
     let mut text = Text::default();
     // Writing to a string cannot fail.
@@ -83,7 +83,7 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
         fact("robot", format_args!("drove {:.1} m in {:.0} s, {collisions}", robot.distance_m, report.sim_time_s))?;
         if let Some(error) = robot.localization {
             let [rmse, worst] = [error.rmse_m, error.max_m].map(length);
-            fact("", format_args!("localized to {rmse} (root mean square), {worst} at worst"))?;
+            fact("", format_args!("localization error {rmse} (RMSE), at most {worst}"))?;
         }
         for trips in robot.given_up_in_words() {
             fact("gave up", format_args!("{trips}"))?;

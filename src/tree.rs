@@ -4,28 +4,28 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use bt::{Outcome, Rehearsal, RehearsedTick, Request, Tree};
+use bt::{Outcome, Rehearsal, RehearsedTick, Request, Status, Tree};
 use campaigns::Error;
 use clap::{Subcommand, ValueEnum};
 use reports::pictures;
 use serde_json::json;
 
-use crate::check;
 use crate::output::{print, print_json};
 use crate::tree_script::{MOST_TICKS, TreeScript};
+use crate::{check, named_files};
 
 /// What can be done with a tree.
 #[derive(Debug, Subcommand)]
 pub(crate) enum TreeCommand {
     /// Says everything that is wrong, or looks wrong, with trees
     Check {
-        /// Trees, BehaviorTree.CPP's XML
+        /// Trees: files in BehaviorTree.CPP's XML, or names of shipped ones
         #[arg(value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
     },
     /// Prints a tree's nodes
     Show {
-        /// The tree, BehaviorTree.CPP's XML
+        /// The tree: a file in BehaviorTree.CPP's XML, or the name of a shipped one
         file: PathBuf,
         /// An outline, a graph for Graphviz, a drawing, or format 4 of BehaviorTree.CPP's XML
         #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -36,7 +36,7 @@ pub(crate) enum TreeCommand {
     /// One line per node, one column per tick: S is success, F failure, R running, K skipped and H halted; · is a node
     /// that the tick did not reach.
     Run {
-        /// The tree, BehaviorTree.CPP's XML
+        /// The tree: a file in BehaviorTree.CPP's XML, or the name of a shipped one
         file: PathBuf,
         /// What each leaf answers at each of its ticks (TOML)
         #[arg(long, value_name = "FILE")]
@@ -63,13 +63,9 @@ pub(crate) enum Format {
 pub(crate) fn tree(command: &TreeCommand) -> Result<ExitCode, Error> {
     match command {
         TreeCommand::Check { files } => check::each(files, false, |file| check::tree(file).map(|(_, checked)| checked)),
-        TreeCommand::Show { file, format } => show(&open(file)?, *format),
+        TreeCommand::Show { file, format } => show(&named_files::tree(file)?, *format),
         TreeCommand::Run { file, leaves, ticks, json } => run(file, leaves, *ticks, *json),
     }
-}
-
-fn open(file: &Path) -> Result<Tree, Error> {
-    Tree::from_file(file).map_err(Error::bad_input)
 }
 
 fn show(tree: &Tree, format: Format) -> Result<ExitCode, Error> {
@@ -89,7 +85,7 @@ fn nodes(tree: &Tree) -> Vec<recording::Node> {
 
 /// Exit status 1 if something went wrong in a node: a script that could not be evaluated, a port without a value.
 fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<ExitCode, Error> {
-    let tree = Arc::new(open(file)?);
+    let tree = Arc::new(named_files::tree(file)?);
     let script = TreeScript::open(leaves, &tree)?;
     let (mut moments, mut boards) = (Vec::new(), Vec::new());
     rehearse(&tree, &script, ticks, |rehearsal, moment| {
@@ -101,10 +97,24 @@ fn run(file: &Path, leaves: &Path, ticks: Option<u64>, as_json: bool) -> Result<
     if as_json {
         print_json(&to_json(&tree, &moments, boards))?
     } else {
-        print(&bt::table(&tree, &moments))?
+        print(&format!("{}\n{}\n", bt::table(&tree, &moments), legend(&moments)))?
     }
     let failed = moments.iter().any(|moment| !moment.faults.is_empty());
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// What the signs of the table mean, those that are in it.
+fn legend(moments: &[RehearsedTick]) -> String {
+    let signs = [
+        (Some(Outcome::Answered(Status::Success)), "S success"),
+        (Some(Outcome::Answered(Status::Failure)), "F failure"),
+        (Some(Outcome::Answered(Status::Running)), "R running"),
+        (Some(Outcome::Answered(Status::Skipped)), "K skipped"),
+        (Some(Outcome::Halted), "H halted"),
+        (None, "· not reached"),
+    ];
+    let has = |outcome| moments.iter().flat_map(|moment| &moment.nodes).any(|node| node.outcome == outcome);
+    signs.into_iter().filter(|(outcome, _)| has(*outcome)).map(|(_, words)| words).collect::<Vec<_>>().join(", ")
 }
 
 /// Ticks the tree as the script says; `see` gets every tick and every halt.

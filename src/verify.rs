@@ -24,10 +24,10 @@ pub(crate) struct VerifyArgs {
     /// Event logs, as `--record FILE.jsonl` writes them; `-` reads one from standard input
     #[arg(value_name = "LOG", required = true)]
     logs: Vec<PathBuf>,
-    /// A property file, or the name of one that comes with the program; may be given more than once
+    /// A property file, or the name of a shipped one; may be given more than once
     #[arg(long = "property", value_name = "FILE", required = true)]
     properties: Vec<PathBuf>,
-    /// The scenario whose processes and channels they speak of [default: the log's own]
+    /// The scenario whose processes and channels they mention [default: the log's own]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
     /// Prints the verdicts as JSON instead of words; of several logs, an array

@@ -1,9 +1,12 @@
-//! The arrows of ARCHITECTURE.md: which crate may use which, and that files inside of crates use each other in no circles.
+//! The arrows of ARCHITECTURE.md: which crate may use which, and that files inside of crates use each other in no
+//! circles.
 
 mod circles;
 mod modules;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::PathBuf;
 
 use crate::workspace::{cargo, metadata};
 
@@ -87,7 +90,8 @@ fn crates_use_only_the_crates_below_them() {
     }
 }
 
-/// Whoever simulates a robot, or drives one, compiles no readers of YAML, TOML and pictures, and no rendering of errors.
+/// Whoever simulates a robot, or drives one, compiles no readers of YAML, TOML and pictures, and no rendering of
+/// errors.
 #[test]
 fn simulation_and_navigation_read_no_files() {
     let readers = ["steward-diagnostics", "png", "miette", "saphyr", "toml"];
@@ -98,6 +102,28 @@ fn simulation_and_navigation_read_no_files() {
         assert!(used.contains("nalgebra"), "{package}: {tree}");
         assert!(!readers.iter().any(|reader| used.contains(reader)), "{package}: {used:?}");
     }
+}
+
+/// rustfmt breaks long lines of code, but not those of comments.
+#[test]
+fn comments_fit_120_columns() {
+    let mut folders = vec![PathBuf::from(env!("CARGO_MANIFEST_DIR"))];
+    let (mut files, mut long) = (0, Vec::new());
+    while let Some(folder) = folders.pop() {
+        for path in fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("an entry").path()) {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            if path.is_dir() && name != "target" && !name.starts_with('.') {
+                folders.push(path);
+            } else if name.ends_with(".rs") {
+                files += 1;
+                let text = fs::read_to_string(&path).expect("a source is text");
+                let comments = text.lines().enumerate().filter(|(_, line)| line.trim_start().starts_with("//"));
+                let too_long = comments.filter(|(_, line)| line.chars().count() > 120);
+                long.extend(too_long.map(|(number, _)| format!("{}:{}", path.display(), number + 1)));
+            }
+        }
+    }
+    assert!(files > 500 && long.is_empty(), "of {files} files: {long:#?}");
 }
 
 /// What simulates or draws stays out of the crates that are to run on a real robot.
@@ -114,7 +140,8 @@ fn only_sim_simulates_and_only_drawing_draws() {
     }
 }
 
-/// `cargo run` and `cargo test` build the program's dependencies once: no test asks for more of one than the program does.
+/// `cargo run` and `cargo test` build the program's dependencies once: no test asks for more of one than the program
+/// does.
 #[test]
 fn tests_share_the_dependencies_of_the_program() {
     let features = |selection: &[&str]| {

@@ -114,8 +114,8 @@ fn begun(file: &Path, name: &str) -> Child {
         .unwrap()
 }
 
-/// Fifty times, at random moments of a campaign's life: while it is loaded, while it goes through what is there already,
-/// while it runs, while results are written. Whenever one comes to its end, another is begun.
+/// Fifty times, at random moments of a campaign's life: while it is loaded, while it goes through what is there
+/// already, while it runs, while results are written. Whenever one comes to its end, another is begun.
 #[test]
 fn a_killed_campaign_resumes_without_losing_repeating_or_changing_a_run() {
     let (_folder, file) = campaign(SOME);
@@ -195,7 +195,7 @@ fn an_interrupted_campaign_ends_cleanly_and_says_how_to_resume() {
     assert_eq!(bytes(&results(&file, "out", &[])), whole);
 }
 
-/// Wherever a journal breaks off, what comes of it is the same.
+/// A journal may end anywhere: the results are the same.
 #[test]
 fn a_journal_may_be_truncated_at_any_byte() {
     let (_folder, file) = campaign(&SOME.replace("runs = 24", "runs = 3"));
@@ -219,8 +219,8 @@ fn a_campaign_stops_at_its_goal_and_has_nothing_to_resume() {
     assert_eq!(bytes(&out), bytes(&results(&file, "out", &[])), "again, it is reached already");
 }
 
-/// Every second run is over at once, and is not as expected; the others take long, and are. Were results counted as they
-/// come, many threads would see the bad ones first and stop early.
+/// Every second run is over at once, and is not as expected; the others take long, and are. Were results counted as
+/// they come, many threads would see the bad ones first and stop early.
 #[test]
 fn stopping_on_many_threads_does_not_favour_short_runs() {
     let goal = "[goal]\ntest = \"expectation\"\nbound = 0.6\nindifference = 0.2\nerror = 0.01\n";

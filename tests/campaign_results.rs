@@ -103,14 +103,14 @@ fn a_campaign_says_what_was_not_met_and_which_runs_are_instructive() {
     let said = String::from_utf8(output.stdout).unwrap();
     insta::assert_snapshot!(said.replace(out.path().to_str().unwrap(), "OUT"), @r"
     20 runs: 18 as expected, 2 not
-    not met    in 2 runs: localization stays within 0.5 m
-    phi1       violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
-    phi2       violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
-    phi3       violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
-    run 17     localization farthest off, by 21.2 m
-    run 1      not met: localization stays within 0.5 m
-    repeat     steward campaign noise_short --runs 20 --only 17
-    wrote      OUT/report.html
+      not met   in 2 runs: localization stays within 0.5 m
+      phi1      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
+      phi2      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
+      phi3      violated in 0 of 20: 0.0000 (95 %: 0.0000 to 0.1684)
+      run 17    localization farthest off, by 21.2 m
+      run 1     not met: localization stays within 0.5 m
+      repeat    steward campaign noise_short --runs 20 --only 17
+      wrote     OUT/report.html
     ");
 }
 
@@ -218,7 +218,7 @@ fn incomparable_campaigns_are_refused() {
     let other = SOME.replace("battery.initial_pct", "execution.tick_s").replace("31", "1").replace("80", "2");
     let unwatched = SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi1.scope\\\"]\"");
     let foreign =
-        SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi2_variant.scope\\\"]\"");
+        SOME.replace("\"expect={}\"", "\"expect={}\", \"properties=[\\\"properties/phi2_or_there.scope\\\"]\"");
     let all = [("some", SOME), ("wider", &wider), ("other", &other), ("unwatched", &unwatched), ("foreign", &foreign)];
     let (folder, outs) = campaigns(&all.map(|(name, text)| (name, text, 0)));
     let path = |place: usize| outs[place].to_str().unwrap().to_owned();

@@ -47,7 +47,7 @@ fn the_shipped_files_have_no_errors() {
     for (folder, ending) in folders {
         all.extend(files_in(folder, ending).iter().map(|path| path.to_str().unwrap().to_owned()));
     }
-    // The authors' files, which this scenario and its properties speak of, do not come with the program.
+    // The authors' files, which this scenario and its properties mention, do not come with the program.
     all.retain(|name| Path::new(name).file_stem().is_none_or(|stem| stem != "published"));
     let (status, report) = checked(&all.iter().map(String::as_str).collect::<Vec<_>>());
     for file in report.as_array().unwrap() {

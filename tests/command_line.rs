@@ -336,6 +336,79 @@ fn a_scenario_in_a_file_can_be_copied_too() {
 }
 
 #[test]
+fn an_initialised_copy_names_its_schema() {
+    let folder = tempdir().unwrap();
+    let copy = folder.path().join("copy");
+    assert!(steward(&["init", copy.to_str().unwrap()]).status.success());
+    let text = std::fs::read_to_string(copy.join("battery_fault.toml")).unwrap();
+    assert!(text.starts_with("#:schema scenario.schema.json\n"), "{text}");
+    let schema = std::fs::read(copy.join("scenario.schema.json")).unwrap();
+    assert_eq!(schema, steward(&["schema", "scenario"]).stdout);
+}
+
+#[test]
+fn every_argument_finds_shipped_files() {
+    let folder = tempdir().unwrap();
+    let here = |arguments: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_steward"));
+        let output = command.args(arguments).current_dir(folder.path()).output().unwrap();
+        let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (output.status.code(), said.concat())
+    };
+    let commands: [&[&str]; 11] = [
+        &["tree", "show", "trees/recharge.xml"],
+        &["tree", "check", "recharge"],
+        &["skill", "show", "skills/BatteryLevel.scxml"],
+        &["skill", "mutants", "BatteryLevel"],
+        &["skill", "run", "skills/original/BatteryLevel.scxml"],
+        &["monitor", "check", "phi1", "properties/phi2.scope"],
+        &["check", "trees/recharge.xml", "maps/house.yaml", "maps/house.places.toml", "properties/phi1.scope"],
+        &["check", "scenarios/nominal.toml", "scenarios/campaigns/noise_short.toml", "skills/BatteryLevel.scxml"],
+        &["run", "scenarios/errand.toml", "--no-snapshots"],
+        &["init", "copy", "--scenario", "scenarios/errand.toml"],
+        &["campaign", "scenarios/campaigns/noise_short.toml", "--runs", "1"],
+    ];
+    for arguments in commands {
+        let (status, said) = here(arguments);
+        assert_eq!(status, Some(0), "{arguments:?}: {said}");
+    }
+    let refused: [(&[&str], &str); 4] = [
+        (&["tree", "show", "rechage"], "cannot read the tree rechage: there is no such file"),
+        (&["skill", "run", "BatteryLevl"], "did you mean `BatteryLevel`?"),
+        (&["monitor", "check", "phi9"], "did you mean `phi1`?"),
+        (&["check", "maps/hose.yaml"], "cannot read the map maps/hose.yaml: there is no such file"),
+    ];
+    for (arguments, words) in refused {
+        let (status, said) = here(arguments);
+        assert!(status == Some(2) && said.contains(words), "{arguments:?}: {said}");
+    }
+}
+
+#[test]
+fn an_assignment_names_files_in_the_current_folder() {
+    let folder = tempdir().unwrap();
+    let own = "property own := always (BatteryReader, BatteryLevel, level >= 0)";
+    std::fs::write(folder.path().join("own.scope"), own).unwrap();
+    std::fs::create_dir(folder.path().join("properties")).unwrap();
+    std::fs::write(folder.path().join("properties/phi1.scope"), own.replace("own", "changed")).unwrap();
+    let run = |property: &str| {
+        let set = format!("properties=[\"{property}\"]");
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_steward"));
+        let command = command.args(["run", "errand", "--no-snapshots", "--set", &set]).current_dir(folder.path());
+        let output = command.output().unwrap();
+        [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat()
+    };
+    for (property, name) in
+        [("own.scope", "own"), ("properties/phi1.scope", "changed"), ("properties/phi3.scope", "phi3")]
+    {
+        let said = run(property);
+        assert!(said.contains(&format!("  {name} ")) && said.contains("satisfied"), "{property}: {said}");
+    }
+    let said = run("none.scope");
+    assert!(said.contains("cannot read the property file ./none.scope: there is no such file"), "{said}");
+}
+
+#[test]
 fn an_event_log_has_one_message_per_line() {
     let out = tempdir().unwrap();
     let log = out.path().join("log.jsonl");

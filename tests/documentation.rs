@@ -1,9 +1,9 @@
 //! README and book: commands print what is shown, links lead somewhere, and the summary has every page.
 //!
-//! A page is typed from top to bottom in a folder of its own. A `console` block has commands (`$ …`) and what they print; a line
-//! that is `…` stands for any lines, a `…` within a line for any text. A block after "`name`:" is a file of that name. A page
-//! with `<!-- continues: PAGE -->` goes on in the folder of that page. Whatever is not run says so: `<!-- not run: reason -->`.
-//! `STEWARD_BLESS=1` writes into the pages what commands print.
+//! A page is typed from top to bottom in a folder of its own. A `console` block has commands (`$ …`) and what they
+//! print; a line that is `…` stands for any lines, a `…` within a line for any text. A block after "`name`:" is a file
+//! of that name. A page with `<!-- continues: PAGE -->` goes on in the folder of that page. Whatever is not run says
+//! so: `<!-- not run: reason -->`. `STEWARD_BLESS=1` writes into the pages what commands print.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -210,8 +210,8 @@ fn is(shown: &str, line: &str) -> bool {
     (0..=line.len()).filter(|&at| line.is_char_boundary(at)).any(|at| is(rest, &line[at..]))
 }
 
-/// What to show instead: as many lines before the first and after the last elision as before, and lines with an elision where
-/// they fit.
+/// What to show instead: as many lines before the first and after the last elision as before, and lines with an elision
+/// where they fit.
 fn corrected(shown: &[&str], lines: &[&str]) -> Vec<String> {
     let before = shown.iter().position(|&line| line == "…").unwrap_or(lines.len());
     let after = shown.iter().rev().position(|&line| line == "…").unwrap_or(0);

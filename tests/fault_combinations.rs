@@ -37,7 +37,8 @@ fn a_component_is_suspended_while_any_of_its_faults_is_active() {
     }
 }
 
-/// What BatteryLevel tells the tree in each tick, for a battery that stays at 25 %, where the skill is content with 30 %.
+/// What BatteryLevel tells the tree in each tick, for a battery that stays at 25 %, where the skill is content with 30
+/// %.
 fn verdicts(faults: &str) -> Vec<(u64, bool)> {
     let battery =
         [("initial_pct", 25), ("charge_pct_per_s", 0), ("drain_pct_per_s", 0), ("standstill_drain_pct_per_s", 0)];

@@ -1,4 +1,5 @@
-//! The monitors that are made from text: against those built by hand, on recorded runs, and against themselves as SCXML.
+//! The monitors that are made from text: against those built by hand, on recorded runs, and against themselves as
+//! SCXML.
 
 use std::fs::File;
 use std::io::{BufReader, Write as _};

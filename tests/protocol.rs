@@ -1,6 +1,6 @@
-//! The shipped protocol between tree, skills and components stands any single fault of any channel: whichever message is
-//! lost, duplicated or late, the system becomes quiet, the tree takes ticks again, and in the end all is as if nothing had
-//! been.
+//! The shipped protocol between tree, skills and components stands any single fault of any channel: whichever message
+//! is lost, duplicated or late, the system becomes quiet, the tree takes ticks again, and in the end all is as if
+//! nothing had been.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -108,8 +108,8 @@ impl Model {
         Self { tree, system, bt, generator, reader }
     }
 
-    /// This happens to the `nth` message that anybody outside of the tree sends or is sent; the count goes on in what is
-    /// returned.
+    /// This happens to the `nth` message that anybody outside of the tree sends or is sent; the count goes on in what
+    /// is returned.
     fn disturb_nth(&mut self, nth: u64, effect: &Effect) -> Arc<AtomicU64> {
         let sent = Arc::new(AtomicU64::new(0));
         let topology = Arc::clone(self.system.topology());

@@ -1,7 +1,7 @@
 //! The report as a page: in a browser, at the widths of a phone, a tablet and a desk.
 //!
-//! Chromium does the looking; where there is none, the tests say so and pass (CI installs it). Screenshots of every page
-//! stay in `target/tmp/report_page/`.
+//! Chromium does the looking; where there is none, the tests say so and pass (CI installs it). Screenshots of every
+//! page stay in `target/tmp/report_page/`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -57,7 +57,8 @@ addEventListener('load', () => {
 });
 </script>"#;
 
-/// A page around the page: a browser's window is never as narrow as a phone, but a frame is. Writes down what it is told.
+/// A page around the page: a browser's window is never as narrow as a phone, but a frame is. Writes down what it is
+/// told.
 fn frame(width: u32) -> String {
     format!(
         "<!DOCTYPE html><pre id=\"probe\"></pre><script>addEventListener('message', event => \
@@ -189,7 +190,8 @@ fn a_robot_that_is_driven_away_repeatedly_fits_too() {
     look_at("joypad", &out.path().join("report.html"), 4);
 }
 
-/// The page of that scenario's run, after it has been looked at: it has so many charts and says all of `words`, in their order.
+/// The page of that scenario's run, after it has been looked at: it has so many charts and says all of `words`, in
+/// their order.
 fn page_that_says(scenario: &str, charts: u64, words: &[&str]) {
     let out = tempdir().unwrap();
     report(scenario, out.path(), &["--no-snapshots"]);
@@ -255,7 +257,7 @@ fn the_page_is_one_file_and_the_same_every_time() {
     for elsewhere in ["src=\"http", "href=\"http", "url(http", "@import", "<script"] {
         assert!(!pages[0].contains(elsewhere), "the page has {elsewhere}");
     }
-    let command = "steward --scenario battery_fault --seed 7 --set battery.initial_pct=70</code>";
+    let command = "steward run battery_fault --seed 7 --set battery.initial_pct=70</code>";
     assert!(pages[0].contains(command), "the page says how to run it again");
     let sections = ["verdicts", "way", "timeline", "violations", "pictures", "parameters", "reproduce"];
     let places = sections.map(|id| pages[0].find(&format!("<section id=\"{id}\">")));

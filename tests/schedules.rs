@@ -1,9 +1,9 @@
 //! All schedules of the tick of the halt: whether a stop can cancel a trip that has just begun.
 //!
 //! The system is a real one without a robot: tree, skills and components are the real processes, and the driver of
-//! Navigation is a program graph, which may report at any moment that the robot has arrived or will not. From the start to
-//! the tick at which the level is below 30 % for the first time, and for a second after it, every transition that some
-//! scheduler could take is taken; and then for another second, with a level that is high again.
+//! Navigation is a program graph, which may report at any moment that the robot has arrived or will not. From the start
+//! to the tick at which the level is below 30 % for the first time, and for a second after it, every transition that
+//! some scheduler could take is taken; and then for another second, with a level that is high again.
 
 mod exploration;
 mod model;

@@ -92,7 +92,9 @@ fn the_status_of_every_node_is_printed_at_every_tick() {
     ];
     let letters = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
     let found: Vec<Vec<String>> = table.lines().map(letters).collect();
+    let (found, legend) = found.split_at(lines.len());
     assert_eq!(found, lines.map(letters), "{table}");
+    assert_eq!(legend.concat().join(" "), "S success, F failure, R running, H halted, · not reached");
 }
 
 #[test]

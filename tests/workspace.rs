@@ -1,5 +1,5 @@
-//! The workspace and its dependencies, as `cargo metadata` describes them. (The crate `cargo_metadata` asks for a feature of
-//! serde_json that the program does not have: everything above it would be built twice.)
+//! The workspace and its dependencies, as `cargo metadata` describes them. (The crate `cargo_metadata` asks for a
+//! feature of serde_json that the program does not have: everything above it would be built twice.)
 
 use std::path::PathBuf;
 use std::process::Command;

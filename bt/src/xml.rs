@@ -61,8 +61,8 @@ impl Loader {
     /// Opens a file and loads the main tree from it, with all files that it includes.
     ///
     /// # Errors
-    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself cannot
-    /// be read.
+    /// A [`TreeError`] with everything that is wrong with the files, each with its place; also if the file itself
+    /// cannot be read.
     pub fn load_file(&self, file: impl AsRef<Path>) -> Result<Tree, TreeError> {
         let file = file.as_ref();
         match text_from_disk(file) {

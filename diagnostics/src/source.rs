@@ -5,6 +5,9 @@ use std::sync::Arc;
 
 use miette::{MietteError, NamedSource, SourceCode, SourceSpan, SpanContents};
 
+/// The name of an assignment in diagnostics.
+pub(crate) const ASSIGNMENT: &str = "--set";
+
 /// A named text: usually a file, sometimes an argument of the command line. Cheap to clone.
 #[derive(Clone, Debug)]
 pub struct Source(Arc<NamedSource<String>>);
@@ -73,6 +76,12 @@ impl Span {
     #[must_use]
     pub fn range(&self) -> Range<usize> {
         self.range.clone()
+    }
+
+    /// Whether the text is an assignment of the command line (`--set`), and not a file.
+    #[must_use]
+    pub fn is_assignment(&self) -> bool {
+        self.source.name() == ASSIGNMENT
     }
 
     /// The characters in the range.

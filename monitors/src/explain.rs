@@ -36,8 +36,8 @@ impl Explainer<'_> {
                     format!("whenever {}, then {}", self.clause(antecedent), self.clause(consequence))
                 }
                 Formula::Event(event) => self.every_message(event),
-                Formula::Not(inside) if matches!(**inside, Formula::Event(_)) => {
-                    format!("it never happens that {}", self.clause(inside))
+                Formula::Not(inside) if let Formula::Event(event) = &**inside => {
+                    self.told("never tells", "anything", event)
                 }
                 body => format!("at all times, {}", self.clause(body)),
             },
@@ -65,15 +65,17 @@ impl Explainer<'_> {
         match formula {
             Formula::True => "nothing is required".to_owned(),
             Formula::False => "this is impossible".to_owned(),
-            Formula::Event(event) => self.event(event),
+            Formula::Event(event) => self.told("tells", "something", event),
             Formula::TimeUntil { event, relation, ticks } => {
-                format!("{}, {}", time(*relation, *ticks), self.event(event))
+                format!("{}, {}", time(*relation, *ticks), self.told("tells", "something", event))
             }
             Formula::Not(inside) => match &**inside {
                 Formula::TimeUntil { event, relation, ticks } => {
                     let time = time(*relation, *ticks);
-                    format!("it does not happen {} that {}", time.trim_start_matches("eventually, "), self.event(event))
+                    let time = time.trim_start_matches("eventually, ");
+                    format!("it does not happen {time} that {}", self.told("tells", "something", event))
                 }
+                Formula::Event(event) => self.told("does not tell", "anything", event),
                 inside => format!("it is not the case that {}", self.rest(inside)),
             },
             Formula::And(parts) => self.list(parts, " and ", |part| matches!(part, Formula::And(_))),
@@ -109,7 +111,7 @@ impl Explainer<'_> {
     fn inside(&self, formula: &Formula) -> String {
         let is_one = match formula {
             Formula::True | Formula::False | Formula::Event(_) | Formula::TimeUntil { .. } => true,
-            Formula::Not(inside) => matches!(**inside, Formula::TimeUntil { .. }),
+            Formula::Not(inside) => matches!(**inside, Formula::TimeUntil { .. } | Formula::Event(_)),
             Formula::And(parts) | Formula::Or(parts) => {
                 matches!(&parts[..], [part] if matches!(part, Formula::Event(_)))
             }
@@ -118,11 +120,12 @@ impl Explainer<'_> {
         if is_one { self.clause(formula) } else { format!("({})", self.clause(formula)) }
     }
 
-    fn event(&self, event: &EventAtom) -> String {
+    /// Who `tells` whom what; `whatever` if it may be any message.
+    fn told(&self, tells: &str, whatever: &str, event: &EventAtom) -> String {
         let (source, target) = self.topology.ends(event.channel);
         match &event.condition {
-            MessageCondition::True => format!("{source} tells {target} something"),
-            condition => format!("{source} tells {target} that {}", self.condition(condition, event.channel)),
+            MessageCondition::True => format!("{source} {tells} {target} {whatever}"),
+            condition => format!("{source} {tells} {target} that {}", self.condition(condition, event.channel)),
         }
     }
 
@@ -200,7 +203,7 @@ fn verb(relation: Relation) -> &'static str {
 fn negated_verb(relation: Relation) -> &'static str {
     match relation {
         Relation::Equal => "is not",
-        Relation::NotEqual => "is nothing other than",
+        Relation::NotEqual => "is exactly",
         Relation::Less => "is not less than",
         Relation::LessOrEqual => "is not at most",
         Relation::Greater => "is not more than",

@@ -23,75 +23,124 @@
 //!
 //! with the abbreviations `false`, `implies`, `eventually α` (`true until α`) and `always α` (`not eventually not α`).
 //! `not`, `next`, `always` and `eventually` bind tightest, then `until`, `and`, `or` and `implies`; `until` and
-//! `implies` group to the right. Operators can also be written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are `m[1]`, `m[2]`, …
-//! or the names that the channel's domain gives them, `m.level` or just `level`. A bound is a number of ticks or a
-//! duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis that opens right after `always`, `eventually`, `next` or `not` and is never closed is read as closed at the property's end, with a warning, because the paper prints φ2 this way.
+//! `implies` group to the right. Operators can also be written as signs: `¬ ! ∧ ∨ → -> ⇒ □ ◇ ○ ⊤ ⊥ ≤ ≥ ≠`. Fields are
+//! `m[1]`, `m[2]`, … or the names that the channel's domain gives them, `m.level` or just `level`. A bound is a number
+//! of ticks or a duration (`< 30 s`; ms, s, min, h). `//` begins a comment. A parenthesis that opens right after
+//! `always`, `eventually`, `next` or `not` and is never closed is read as closed at the property's end, with a warning,
+//! because the paper prints φ2 this way.
 //!
 //! # The semantics
 //!
-//! The paper defines SCOPE as TPTL on timed state sequences. It leaves open some questions that matter in a system of channels, where two channels never carry a message in the same step. This section settles them.
+//! The paper defines SCOPE as TPTL on timed state sequences. It leaves open some questions that matter in a system of
+//! channels, where two channels never carry a message in the same step. This section settles them.
 //!
-//! *States.* There is one state for each message received between processes, and one for each tick *generated*, whether or not a process takes it. τi is the number of the last tick generated at state i; the tick's own state already has it. A formula sees
-//! the ticks and the messages on the channels that it mentions; i = 0 is the first of those states. So a message on another channel before the first tick is not a state: the sequence has not begun.
+//! *States.* There is one state for each message received between processes, and one for each tick *generated*, whether
+//! or not a process takes it. τi is the number of the last tick generated at state i; the tick's own state already has
+//! it. A formula sees the ticks and the messages on the channels that it mentions; i = 0 is the first of those states.
+//! So a message on another channel before the first tick is not a state: the sequence has not begun.
 //!
 //! *Atoms.* An event (p, q, c) holds at i if the **last** message that q received from p, up to and including i,
-//! satisfies c. Before the first message it is false for any c. In c, a field that is missing or of another type makes `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers.
+//! satisfies c. Before the first message it is false for any c. In c, a field that is missing or of another type makes
+//! `=`, `<`, `<=`, `>` and `>=` false, and `m[k] != v` means `not (m[k] = v)`. Integers and reals compare as numbers.
 //!
 //! *Timed events.* `time_until (e) ⋈ θ` holds at i if a message that satisfies e **passes** at some j ≥ i with
-//! τj − τi ⋈ θ. It refers to any such message, not only to the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in TPTL. It is an atom for any bound: `time_until (e) < 0` is never true, but the part that contains it is checked as with any other bound.
+//! τj − τi ⋈ θ. It refers to any such message, not only to the first, and j = i counts: x. ◇ y. (e ∧ y − x ⋈ θ) in
+//! TPTL. It is an atom for any bound: `time_until (e) < 0` is never true, but the part that contains it is checked as
+//! with any other bound.
 //!
-//! *Clause form.* `not` is pushed to the atoms. The operand of `always` and the left of `until` become clauses (an `and` of `or`s), the operand of `eventually` and the right of `until` become products (an `or` of `and`s). A part that contains another part is dropped. A part's *own* atoms are its events outside any further temporal operator or `time_until`; its own channels are the channels of these events.
+//! *Clause form.* `not` is pushed to the atoms. The operand of `always` and the left of `until` become clauses (an
+//! `and` of `or`s), the operand of `eventually` and the right of `until` become products (an `or` of `and`s). A part
+//! that contains another part is dropped. A part's *own* atoms are its events outside any further temporal operator or
+//! `time_until`; its own channels are the channels of these events.
 //!
-//! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message; a part without own atoms is checked at every tick. Then, at state i:
+//! *When a part is checked.* A part is checked in the states in which one of its own channels carries a message; a part
+//! without own atoms is checked at every tick. Then, at state i:
 //!
 //! | formula | holds at i if |
 //! |---|---|
 //! | `next α` | α holds at the first j > i at which one of α's own channels carries a message |
 //! | `always α` | each clause of α holds at every j ≥ i at which it is checked |
 //! | `eventually α` | some product of α is checked and holds at some j ≥ i |
-//! | `α until β` | some product of β is checked and holds at a j ≥ i, and each clause of α holds wherever it is checked at i ≤ k < j |
+//! | `α until β` | a product of β is checked and holds at a j ≥ i; each clause of α, where it is checked at i ≤ k < j |
 //!
 //! For an α without own atoms, `next` looks at the first tick generated after i.
 //!
-//! A property holds on a sequence if it holds at 0. An event outside every temporal operator is refused: it would be checked in a state before any message.
+//! A property holds on a sequence if it holds at 0. An event outside every temporal operator is refused: it would be
+//! checked in a state before any message.
 //!
 //! *Laws.* The connectives are those of Boolean logic: De Morgan's laws, distribution, absorption, currying and the
 //! rest rewrite a formula under any operator without changing a verdict; `always` and `eventually` are each other's
-//! duals, and idempotent; `always (f and g)` is `always f and always g` unless a clause of one subsumes a clause of the other. (`always ((a or b) and a)` is `always a` by absorption. `always (a or b)` alone is also checked at a message on b's channel before the first message on a's, and can fail there.)
+//! duals, and idempotent; `always (f and g)` is `always f and always g` unless a clause of one subsumes a clause of the
+//! other. (`always ((a or b) and a)` is `always a` by absorption. `always (a or b)` alone is also checked at a message
+//! on b's channel before the first message on a's, and can fail there.)
 //!
-//! *The end of a run.* A finite sequence is judged as if nothing followed: a `next` without a next state, an `until` or `eventually` that was not reached and a `time_until` whose message has not passed are false, and their negations are true. [`holds`] implements this definition literally. It is slow and simple, and it is the oracle for everything else in this crate.
+//! *The end of a run.* A finite sequence is judged as if nothing followed: a `next` without a next state, an `until` or
+//! `eventually` that was not reached and a `time_until` whose message has not passed are false, and their negations are
+//! true. [`holds`] implements this definition literally. It is slow and simple, and it is the oracle for everything
+//! else in this crate.
 //!
-//! *Endless runs.* A run that has not ended is assumed to continue forever. An endless continuation is any infinite sequence
-//! of ticks and of messages on all channels, within their domains. Only ticks advance time: each tick raises τ by one (the first tick seen may leave it unchanged), messages do not. Nothing has to occur again, not even a tick. The visible part of an endless run may therefore be finite; this is called silence, and the formula is then judged as at the end of a run. [`holds_endlessly`] is the definition on sequences that repeat themselves.
+//! *Endless runs.* A run that has not ended is assumed to continue forever. An endless continuation is any infinite
+//! sequence of ticks and of messages on all channels, within their domains. Only ticks advance time: each tick raises τ
+//! by one (the first tick seen may leave it unchanged), messages do not. Nothing has to occur again, not even a tick.
+//! The visible part of an endless run may therefore be finite; this is called silence, and the formula is then judged
+//! as at the end of a run. [`holds_endlessly`] is the definition on sequences that repeat themselves.
 //!
-//! *Verdicts.* A monitor is three-valued, as in LTL3. After a prefix of a run the verdict is *false* if the formula is false on every endless continuation, *true* if it is true on all of them, and open otherwise. `always (Q implies time_until Q > 0)`, like every other recurrence, stays open while the run continues: Q may or may not occur again and again. At the end of the run the property is *violated* if the verdict is false, otherwise *satisfied* if it holds on the finished run, otherwise *inconclusive*: an obligation is still pending ([`ScopeMonitor::open_obligations`]).
+//! *Verdicts.* A monitor is three-valued, as in LTL3. After a prefix of a run the verdict is *false* if the formula is
+//! false on every endless continuation, *true* if it is true on all of them, and open otherwise. `always (Q implies
+//! time_until Q > 0)`, like every other recurrence, stays open while the run continues: Q may or may not occur again
+//! and again. At the end of the run the property is *violated* if the verdict is false, otherwise *satisfied* if it
+//! holds on the finished run, otherwise *inconclusive*: an obligation is still pending
+//! ([`ScopeMonitor::open_obligations`]).
 //!
-//! Verdicts rely on these assumptions about endless runs. After a message outside its channel's domain, or if ticks are missing in a log, a formula whose verdict is open is judged by what has happened; an earlier verdict stays.
+//! Verdicts rely on these assumptions about endless runs. After a message outside its channel's domain, or if ticks are
+//! missing in a log, a formula whose verdict is open is judged by what has happened; an earlier verdict stays.
 //!
 //! # The monitors
 //!
-//! Formulas that are `always` of clauses of the present, or of one clause with a deadline, become program graphs in the shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become automata whose letters are the classes of messages that the formula distinguishes, with at most
-//! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each state of an automaton, the possible outcomes of all endless words are computed in advance. A formula that is too large causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it consists of several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late when several obligations contradict each other.
+//! Formulas that are `always` of clauses of the present, or of one clause with a deadline, become program graphs in the
+//! shape of the paper's figure, with one number for the oldest open obligation ([`Method::Graph`]). Others become
+//! automata whose letters are the classes of messages that the formula distinguishes, with at most
+//! [`MAX_AUTOMATON_STATES`] states ([`Method::Automaton`]). Both give each verdict as early as possible: for each state
+//! of an automaton, the possible outcomes of all endless words are computed in advance. A formula that is too large
+//! causes a warning when it is loaded. It is monitored by progression ([`Method::Progression`]) or, if it consists of
+//! several clauses with deadlines, by their graphs side by side ([`Method::Graphs`]). These are never wrong, but late
+//! when several obligations contradict each other.
 //!
-//! An automaton is not minimised: its states are the possible sets of obligations, and the limit applies to their number. Without windows they have a unique form. In practice, two things exceed the limit: windows that do not begin now (`= 30` after each of many messages: two to the power of 30 states, minimised or not) and products of long deadlines. A formula whose automaton would fit the limit only after minimisation counts as too large.
+//! An automaton is not minimised: its states are the possible sets of obligations, and the limit applies to their
+//! number. Without windows they have a unique form. In practice, two things exceed the limit: windows that do not begin
+//! now (`= 30` after each of many messages: two to the power of 30 states, minimised or not) and products of long
+//! deadlines. A formula whose automaton would fit the limit only after minimisation counts as too large.
 //!
-//! The paper's response monitor starts its timer at θ and fails on the tick that finds it at 0, one tick later than `< θ` demands. The formula is the requirement, and the synthesised monitor follows it.
+//! The paper's response monitor starts its timer at θ and fails on the tick that finds it at 0, one tick later than `<
+//! θ` demands. The formula is the requirement, and the synthesised monitor follows it.
 //!
 //! # Why a property is violated
 //!
-//! A [`Witness`] names the clause, the messages that made its antecedent hold or that were forbidden, the deadline, and what was missing. If a verdict comes early because clauses contradict each other, it names a minimal set of such clauses. If clauses cannot be told apart (`until`, `next`, nested operators), it names the whole formula, the messages from which an obligation began, the last messages, and a deadline if one has passed. One message is remembered per channel and clause, so memory does not grow with the run. For overlapping obligations with windows that do not begin now, only the antecedent of the first is known.
+//! A [`Witness`] names the clause, the messages that made its antecedent hold or that were forbidden, the deadline, and
+//! what was missing. If a verdict comes early because clauses contradict each other, it names a minimal set of such
+//! clauses. If clauses cannot be told apart (`until`, `next`, nested operators), it names the whole formula, the
+//! messages from which an obligation began, the last messages, and a deadline if one has passed. One message is
+//! remembered per channel and clause, so memory does not grow with the run. For overlapping obligations with windows
+//! that do not begin now, only the antecedent of the first is known.
 //!
 //! # How this is tested
 //!
-//! - `cargo test -p steward-monitors`: on ten thousand random pairs of a formula and a sequence, the oracle, automaton, progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix. Wherever an automaton gives no verdict, it names an endless word for either outcome, and the oracle confirms both. Verdicts also agree with random endless words. Every printed formula reads back as the same formula. Further tests check the definition by examples, the laws of logic, the paper's monitors against the synthesised ones, and snapshots of all messages.
+//! - `cargo test -p steward-monitors`: on ten thousand random pairs of a formula and a sequence, the oracle, automaton,
+//!   progression, program graph and [`ScopeMonitor::run_symbols`] agree at every prefix. Wherever an automaton gives no
+//!   verdict, it names an endless word for either outcome, and the oracle confirms both. Verdicts also agree with
+//!   random endless words. Every printed formula reads back as the same formula. Further tests check the definition by
+//!   examples, the laws of logic, the paper's monitors against the synthesised ones, and snapshots of all messages.
 //! - `cargo run --release -p steward-monitors --example agree -- 1000000`: a million such pairs.
-//! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: checks the verdicts of a hundred thousand formulas on hundreds of random endless words each: none is too early, none is wrong; it counts the late ones.
+//! - `cargo run --release -p steward-monitors --example anticipation -- 100000`: checks the verdicts of a hundred
+//!   thousand formulas on hundreds of random endless words each: none is too early, none is wrong; it counts the late
+//!   ones.
 //! - `cargo run --release -p steward-monitors --example fuzz_parser -- 10000000`: ten million broken files.
 //! - `cargo run --release -p steward-monitors --example scxml_traces -- 300`: exported machines with runs and verdicts,
 //!   for an ECMAScript SCXML engine (`examples/scxml_traces.mjs` runs them in SCION).
 //! - `cargo run --release -p steward-monitors --example log_speed -- 10000000 log.jsonl`: a log of ten million events.
 //! - `tests/monitors.rs` of the workspace: exported machines in the SCXML engine of the skills, on random runs.
-//! - `FEWER_CASES=20 cargo mutants -p steward-monitors`: mutates semantics and synthesis in hundreds of places; MUTANTS.md lists the surviving mutants and why they survive.
+//! - `FEWER_CASES=20 cargo mutants -p steward-monitors`: mutates semantics and synthesis in hundreds of places;
+//!   MUTANTS.md lists the surviving mutants and why they survive.
 //! - `cargo bench -p steward-monitors`: φ1, φ2 and the classic timed patterns, on letters and on messages.
 
 /// The grammar of the SCOPE language, from the paper's Figure 3.

@@ -5,6 +5,6 @@
 pub const SHIPPED: [(&str, &str); 4] = [
     ("phi1", include_str!("../properties/phi1.scope")),
     ("phi2", include_str!("../properties/phi2.scope")),
-    ("phi2_or_there", include_str!("../properties/phi2_variant.scope")),
+    ("phi2_or_there", include_str!("../properties/phi2_or_there.scope")),
     ("phi3", include_str!("../properties/phi3.scope")),
 ];

@@ -260,7 +260,7 @@ fn verdicts_outlast_time_that_passes_without_ticks() {
     let fresh = property.scope_monitor().expect("a synthesised monitor");
     let received = |from, to, message| {
         let channel = topology.find_channel(from, to).expect("a channel of the robot");
-        fresh.symbol(&EventKind::Received { channel, message }).expect("phi2 speaks of it")
+        fresh.symbol(&EventKind::Received { channel, message }).expect("phi2 mentions it")
     };
     let running = received("Navigation", "GoToDestination", Message::symbols(["ok", "running"]));
     let low = Message::new([Value::symbol("ok"), Value::Real(25.0)]);

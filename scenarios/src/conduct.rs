@@ -12,9 +12,9 @@ use crate::Error;
 use crate::ending::Ending;
 use crate::live::Live;
 
-/// Runs a scenario to its end. `follow` is called at the start and after every step, and may stop the run: one more step
-/// then ends it as [interrupted](Ended::Interrupted). `follow` sees at least as much as `detail` demands. If there is a
-/// `record`, the run is written to it: as an event log if [`is_log`] says so, or else as a recording.
+/// Runs a scenario to its end. `follow` is called at the start and after every step, and may stop the run: one more
+/// step then ends it as [interrupted](Ended::Interrupted). `follow` sees at least as much as `detail` demands. If there
+/// is a `record`, the run is written to it: as an event log if [`is_log`] says so, or else as a recording.
 ///
 /// # Errors
 /// A file that could not be written; the reason why the run cannot continue; an error of `follow`.

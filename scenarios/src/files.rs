@@ -5,6 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
+use diagnostics::Span;
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
@@ -64,8 +65,10 @@ const CAMPAIGNS: &[(&str, &str)] = &[
 /// Where a scenario's files are looked up: first beside the scenario's own file, then among the shipped files.
 #[derive(Clone, Debug, Default)]
 pub struct Files {
-    /// The folder of the scenario's file; `None` for a shipped scenario.
-    beside: Option<PathBuf>,
+    /// The folder of the scenario's file; for a shipped scenario, that of the assignments that change it.
+    folder: PathBuf,
+    /// Whether the scenario is shipped. Of the files on disk, it has only those that an [assignment](named) names.
+    is_shipped: bool,
     /// The contents of files read from disk, if they are remembered.
     memory: Option<Arc<Mutex<Memory>>>,
 }
@@ -79,16 +82,22 @@ struct Memory {
 }
 
 impl Files {
-    /// Only the shipped files.
+    /// The shipped files, and those that assignments name, relative to the current folder.
     #[must_use]
     pub fn shipped() -> Self {
-        Self::default()
+        Self { is_shipped: true, ..Self::default() }
     }
 
     /// The files in `folder`, and the shipped files.
     #[must_use]
     pub fn beside(folder: impl Into<PathBuf>) -> Self {
-        Self { beside: Some(folder.into()), memory: None }
+        Self { folder: folder.into(), ..Self::default() }
+    }
+
+    /// The same files; but those that assignments name are relative to `folder` if the scenario is a shipped one.
+    #[must_use]
+    pub fn with_assignments_in(self, folder: &Path) -> Self {
+        if self.is_shipped { Self { folder: folder.to_owned(), ..self } } else { self }
     }
 
     /// The same files, but each is read from disk only once: later readers, including those of a clone, get the first
@@ -123,16 +132,15 @@ impl Files {
     /// only the shipped files, to the working directory.
     #[must_use]
     pub fn in_folder(&self, folder: &Path) -> Self {
-        let beside = self.beside.as_deref().unwrap_or(Path::new("")).join(folder);
-        Self { beside: Some(beside), ..self.clone() }
+        Self { folder: self.folder.join(folder), is_shipped: false, ..self.clone() }
     }
 
     /// The path of the file on disk, if it exists there.
     #[must_use]
     pub fn on_disk(&self, path: &Path) -> Option<PathBuf> {
-        let folder = self.beside.as_deref().unwrap_or(Path::new(""));
-        let found = folder.join(path);
-        ((self.beside.is_some() || path.is_absolute()) && found.exists()).then_some(found)
+        let found = self.folder.join(path);
+        let may_be = !self.is_shipped || path.is_absolute() || path.starts_with(HERE);
+        (may_be && found.exists()).then_some(found)
     }
 
     /// Reads a file.
@@ -168,8 +176,63 @@ impl Files {
 
 /// A shipped file.
 fn shipped(path: &Path) -> Option<&'static [u8]> {
-    let path = path.strip_prefix(".").unwrap_or(path);
-    SHIPPED.iter().find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| *bytes)
+    let path = path.strip_prefix(HERE).unwrap_or(path);
+    let campaigns = CAMPAIGNS.iter().map(|(name, text)| (*name, text.as_bytes()));
+    let mut files = SHIPPED.iter().map(|(name, bytes)| (name.as_str(), *bytes)).chain(campaigns);
+    files.find(|(name, _)| Path::new(name) == path).map(|(_, bytes)| bytes)
+}
+
+/// What the path of an assignment begins with.
+const HERE: &str = ".";
+
+/// The path that stands at `span`. That of an assignment is meant from where it is given, even if the scenario that it
+/// changes is a shipped one.
+pub(crate) fn named(path: impl AsRef<Path>, span: &Span) -> PathBuf {
+    if span.is_assignment() { Path::new(HERE).join(path) } else { path.as_ref().to_owned() }
+}
+
+/// A kind of file that people name on the command line: by its path, or a shipped one by its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Behavior trees: `recharge` is `trees/recharge.xml`.
+    Tree,
+    /// Machines: `BatteryLevel` is `skills/BatteryLevel.scxml`.
+    Skill,
+    /// Property files: `phi1` is `properties/phi1.scope`.
+    Properties,
+    /// Maps: `house` is `maps/house.yaml`.
+    Map,
+    /// Places: `house` is `maps/house.places.toml`.
+    Places,
+}
+
+impl Kind {
+    /// Where shipped files of the kind are, and how their names end.
+    fn place(self) -> (&'static str, &'static str) {
+        match self {
+            Self::Tree => ("trees/", ".xml"),
+            Self::Skill => ("skills/", ".scxml"),
+            Self::Properties => ("properties/", ".scope"),
+            Self::Map => ("maps/", ".yaml"),
+            Self::Places => ("maps/", ".places.toml"),
+        }
+    }
+
+    /// The path that an argument means, for [`Files::beside`] the current folder: the argument itself, if it is the
+    /// path of a file there or of a shipped one, or else that of the shipped file with this name.
+    #[must_use]
+    pub fn path(self, argument: &Path) -> PathBuf {
+        let (folder, ending) = self.place();
+        let named = PathBuf::from(format!("{folder}{}{ending}", argument.display()));
+        let is_path = argument.exists() && !argument.is_dir() || shipped(argument).is_some();
+        if !is_path && shipped(&named).is_some() { named } else { argument.to_owned() }
+    }
+
+    /// The names of the shipped files of the kind, in alphabetical order.
+    pub fn names(self) -> impl Iterator<Item = &'static str> {
+        let (folder, ending) = self.place();
+        shipped_paths().filter_map(move |path| path.strip_prefix(folder)?.strip_suffix(ending))
+    }
 }
 
 /// The paths of all shipped files, in alphabetical order.
@@ -214,5 +277,34 @@ mod tests {
             Files::shipped().read(Path::new("maps/house.yaml")).unwrap()
         );
         assert_eq!(files.fingerprint(), before, "what comes with the program is no file on disk");
+    }
+
+    #[test]
+    fn a_shipped_scenario_reads_only_files_on_disk_that_an_assignment_names() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("trees")).unwrap();
+        std::fs::write(folder.path().join("trees/recharge.xml"), "own").unwrap();
+        let files = Files::shipped().with_assignments_in(folder.path());
+        let at = |source: &str| diagnostics::Source::new(source, "trees/recharge.xml").span(0..18);
+        let read = |source: &str| files.read_text(&named("trees/recharge.xml", &at(source))).unwrap();
+        assert_eq!(read("--set"), "own");
+        assert_eq!(read("nominal.toml"), Files::shipped().read_text(Path::new("trees/recharge.xml")).unwrap());
+        let shipped = named("maps/house.yaml", &at("--set"));
+        assert!(files.read(&shipped).is_ok(), "an assignment may name a shipped file, too");
+    }
+
+    #[test]
+    fn a_shipped_file_is_found_by_path_and_by_name() {
+        for (kind, name, path) in [
+            (Kind::Tree, "recharge", "trees/recharge.xml"),
+            (Kind::Skill, "original/GoToDestination", "skills/original/GoToDestination.scxml"),
+            (Kind::Properties, "phi1", "properties/phi1.scope"),
+            (Kind::Map, "house", "maps/house.yaml"),
+            (Kind::Places, "house", "maps/house.places.toml"),
+        ] {
+            assert_eq!([name, path].map(|given| kind.path(Path::new(given))), [path, path].map(PathBuf::from));
+            assert!(kind.names().any(|known| known == name), "{name}");
+        }
+        assert_eq!(Kind::Tree.path(Path::new("phi1")), Path::new("phi1"), "which no tree has for a name");
     }
 }

@@ -50,8 +50,8 @@ pub(crate) struct Physics {
 }
 
 impl Physics {
-    /// A building seen from above: no gravity. Its walls are solid, as one body. All bodies have the same coefficient of
-    /// friction.
+    /// A building seen from above: no gravity. Its walls are solid, as one body. All bodies have the same coefficient
+    /// of friction.
     pub(crate) fn within(building: &Building, dt_s: f64, friction: f64) -> Self {
         // Recycled contacts would report distances that are up to 5 cm out of date.
         let integration_parameters =

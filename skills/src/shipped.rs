@@ -11,8 +11,8 @@ pub const SHIPPED: [(&str, &str); 7] = [
     ("GoToDestination", include_str!("../machines/GoToDestination.scxml")),
 ];
 
-/// The machines that follow the protocol of the paper's published system: the name of the leaf, and the text of its file
-/// `original/<name>.scxml`. The seventh leaf has no skill there.
+/// The machines that follow the protocol of the paper's published system: the name of the leaf, and the text of its
+/// file `original/<name>.scxml`. The seventh leaf has no skill there.
 pub const ORIGINAL: [(&str, &str); 6] = [
     ("BatteryLevel", include_str!("../machines/original/BatteryLevel.scxml")),
     ("BatteryNotCharging", include_str!("../machines/original/BatteryNotCharging.scxml")),

@@ -10,8 +10,8 @@ use scenarios::scenario::{Found, ScenarioFile, find};
 use crate::check::Toml;
 use crate::output::note;
 
-/// The scenarios that are asked for, each once, and of them those that the filters let pass; without names, all that come
-/// with the program.
+/// The scenarios that are asked for, each once, and of them those that the filters let pass; without names, all that
+/// come with the program.
 pub(super) fn select(names: &[String], filters: &[String]) -> Result<Vec<Found>, Error> {
     let mut found: Vec<Found> = match names {
         [] => shipped(|_| true)?,

@@ -95,8 +95,8 @@ impl Crate {
         arrows
     }
 
-    /// Where a path in a module leads: nowhere, if it begins with another crate or a local variable. Imports may lead to
-    /// each other in a ring, so those `under_way` are not followed again.
+    /// Where a path in a module leads: nowhere, if it begins with another crate or a local variable. Imports may lead
+    /// to each other in a ring, so those `under_way` are not followed again.
     fn resolve(&self, module: usize, path: &[String], under_way: &mut Vec<(usize, Names)>) -> BTreeSet<Place> {
         let query = (module, path.to_vec());
         if under_way.contains(&query) {

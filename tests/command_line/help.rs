@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
+use scenarios::faults::KINDS;
 use tempfile::tempdir;
 
 use crate::steward::steward;
@@ -43,6 +44,19 @@ fn the_help_of_every_command_fits_80_columns() {
     for (command, help) in all {
         fits(&help, 80);
         insta::assert_snapshot!(command, help);
+    }
+}
+
+#[test]
+fn explanations_fit_80_columns() {
+    for topic in ["scenario", "faults", "scope"] {
+        fits(&String::from_utf8(steward(&["help", topic]).stdout).unwrap(), 80);
+    }
+    fits(&said("80", &[], &["help", "campaign"]), 80);
+    for kind in KINDS {
+        let said = String::from_utf8(steward(&["faults", kind.name]).stdout).unwrap();
+        fits(&said, 80);
+        assert!(!said.contains("\n\n\n"), "{said}");
     }
 }
 

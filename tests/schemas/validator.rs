@@ -1,8 +1,8 @@
 //! What JSON Schema, draft 2020-12, says of a value: the keywords that the schemas use, and no others.
 //!
-//! A crate that knows all of the draft asks shared dependencies for more features than the program does, and they would be
-//! built twice. `STEWARD_SCHEMA_CASES=FILE` writes down every case with its answer; `tests/schemas/foreign.py` gives them to
-//! Python's `jsonschema`.
+//! A crate that knows all of the draft asks shared dependencies for more features than the program does, and they would
+//! be built twice. `STEWARD_SCHEMA_CASES=FILE` writes down every case with its answer; `tests/schemas/foreign.py` gives
+//! them to Python's `jsonschema`.
 
 use std::fs::OpenOptions;
 use std::io::Write;

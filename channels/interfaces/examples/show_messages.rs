@@ -1,5 +1,5 @@
-//! Prints the messages between a component and its clients. In the crate's folder: `cargo run --example show_messages --
-//! examples/arm.toml`.
+//! Prints the messages between a component and its clients. In the crate's folder: `cargo run --example show_messages
+//! -- examples/arm.toml`.
 
 use std::error::Error;
 use std::path::Path;

@@ -81,9 +81,9 @@ pub struct Topic {
 
 /// What a component does over time.
 ///
-/// `[<goal>, <NAME>, goal…]` is answered by `[<accepted>, <NAME>]` or `[<rejected>, <NAME>, reason]`. After an acceptance
-/// come any number of `[<feedback>, <NAME>, feedback…]` and then one of `[<succeeded>, <NAME>, result…]`, `[<aborted>,
-/// <NAME>, reason]` and `[<canceled>, <NAME>]`. `[<cancel>, <NAME>]` asks for the last one.
+/// `[<goal>, <NAME>, goal…]` is answered by `[<accepted>, <NAME>]` or `[<rejected>, <NAME>, reason]`. After an
+/// acceptance come any number of `[<feedback>, <NAME>, feedback…]` and then one of `[<succeeded>, <NAME>, result…]`,
+/// `[<aborted>, <NAME>, reason]` and `[<canceled>, <NAME>]`. `[<cancel>, <NAME>]` asks for the last one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Action {
     /// `m[2]` of each of its messages.
@@ -208,8 +208,8 @@ impl Action {
         ]
     }
 
-    /// What the component answers: accepted, rejected, feedback, succeeded, aborted, canceled, and an error for a cancel
-    /// without a goal.
+    /// What the component answers: accepted, rejected, feedback, succeeded, aborted, canceled, and an error for a
+    /// cancel without a goal.
     #[must_use]
     pub fn answers(&self) -> [Shape; 7] {
         let answer = |status, fields: &[Field]| shape([(STATUS, status), (ACTION, &self.name)], fields);

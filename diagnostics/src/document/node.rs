@@ -122,7 +122,21 @@ impl Entries {
             }
         }
         let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));
-        problems.extend(missing.map(|(_, problem)| problem));
+        problems.extend(together(missing.collect()));
+    }
+}
+
+/// The missing keys of a table as one problem.
+fn together(missing: Vec<(String, Problem)>) -> Option<Problem> {
+    let names: Vec<String> = missing.iter().map(|(key, _)| format!("`{key}`")).collect();
+    let help: Vec<&str> = missing.iter().filter_map(|(_, problem)| problem.help_text()).collect();
+    let help = help.join("\n");
+    let first = missing.first().map(|(_, problem)| problem.clone())?;
+    match names.split_last() {
+        Some((last, others @ [_, ..])) => {
+            Some(first.with_message(format!("{} and {last} are missing", others.join(", "))).with_help(help))
+        }
+        _ => Some(first),
     }
 }
 

@@ -2,14 +2,12 @@
 
 use super::node::{Entries, Entry, Kind, MAX_DEPTH, Node};
 use super::toml_text;
+use crate::source::ASSIGNMENT;
 use crate::{Problem, Source, Span};
-
-/// The name of an assignment in diagnostics.
-const NAME: &str = "--set";
 
 /// Applies one assignment to the document.
 pub(super) fn apply(root: &mut Node, assignment: &str) -> Result<(), Problem> {
-    let source = Source::new(NAME, assignment);
+    let source = Source::new(ASSIGNMENT, assignment);
     let Some((key, _)) = assignment.split_once('=') else {
         let problem = source.span(0..assignment.len()).problem("no `=` in the assignment");
         return Err(problem.with_label("expected `key=value`"));

@@ -102,6 +102,22 @@ radius_m = 3
 }
 
 #[test]
+fn missing_keys_of_a_table_are_one_problem() {
+    let read = |text: &str| {
+        let document = Document::parse_toml("a.toml", text).unwrap();
+        let read = document.read(|root| {
+            let (a, b, c) = (root.number("a").required(), root.text("b").required(), root.text("c").required());
+            Some((a?, b?, c?))
+        });
+        read.unwrap_err().plain()
+    };
+    let all = "a.toml:1:1: `a`, `b` and `c` are missing (add `a`: a number\nadd `b`: a text\nadd `c`: a text)\n";
+    assert_eq!(read(""), all);
+    assert_eq!(read("a = 1"), "a.toml:1:1: `b` and `c` are missing (add `b`: a text\nadd `c`: a text)\n");
+    assert_eq!(read("a = 1\nb = \"\""), "a.toml:1:1: `c` is missing (add `c`: a text)\n");
+}
+
+#[test]
 fn a_misspelt_key_is_not_also_missing() {
     let problems = load(&SCENARIO.replace("name", "nane"), &[]).unwrap_err().plain();
     assert_eq!(problems, "nominal.toml:1:1: unknown key `nane` (did you mean `name`?)\n");

@@ -56,7 +56,7 @@ fn a_robot_is_not_lost_during_a_search_caused_by_removed_walls() {
         let mut localization = Localization::new(&office(), &robot.model, parameters, &InitialPose::at(start), rng)
             .expect("the parameters make sense");
         let (worst_m, is_sought) = drive(&mut robot, &mut localization);
-        println!("seed {seed}: {worst_m:.2} m off at worst");
+        println!("seed {seed}: {worst_m:.2} m off at most");
         assert!(is_sought, "seed {seed}: what is tested is a search");
         assert!(worst_m < 0.5, "seed {seed}: {worst_m} m off");
     }

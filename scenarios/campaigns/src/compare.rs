@@ -1,8 +1,8 @@
 //! Comparing two campaigns: whether the new is better than the old.
 //!
 //! Both must vary the same parameters in the same way, so that what differs is what was changed between them: a tree, a
-//! machine, a fixed value of the scenario. Their numbers of runs may differ. Where both have a run of the same number with
-//! the same seed and parameters, these runs are compared with each other too, which shows smaller differences.
+//! machine, a fixed value of the scenario. Their numbers of runs may differ. Where both have a run of the same number
+//! with the same seed and parameters, these runs are compared with each other too, which shows smaller differences.
 
 use std::fmt;
 use std::path::{Path, PathBuf};

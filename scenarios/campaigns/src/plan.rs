@@ -76,9 +76,13 @@ impl Plan {
     pub fn load(path: &Path) -> Result<Self, Error> {
         let name = path.display().to_string();
         let is_name = path.extension().is_none() && path.components().count() == 1 && !path.is_file();
-        if is_name {
-            let text = shipped_campaigns().find(|(shipped, _)| *shipped == name).map(|(_, text)| text);
-            return Self::parse(&name, text.ok_or_else(|| no_campaign(&name))?);
+        let in_sources = name.strip_prefix("scenarios/campaigns/").and_then(|file| file.strip_suffix(".toml"));
+        let shipped = if is_name { Some(&*name) } else { in_sources.filter(|_| !path.exists()) };
+        let shipped = shipped.and_then(|wanted| shipped_campaigns().find(|(known, _)| *known == wanted));
+        match shipped {
+            Some((name, text)) => return Self::parse(name, text),
+            None if is_name => return Err(no_campaign(&name)),
+            None => {}
         }
         let text = diagnostics::text_from_disk(path).map_err(|error| {
             let message = format!("cannot read the campaign {name}: {error}");
@@ -311,10 +315,12 @@ fn dimensions(file: &CampaignFile) -> Vec<Dimension> {
 
 /// The scenario that a campaign names: relative to its file, or one that comes with the program.
 fn scenario(name: &str, file: &CampaignFile) -> Result<Found, Error> {
-    let beside = Path::new(name).parent().unwrap_or(Path::new("")).join(&file.scenario.value);
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let beside = folder.join(&file.scenario.value);
     let found =
         if beside.is_file() { find::find(&beside.display().to_string()) } else { find::find(&file.scenario.value) };
-    found.map_err(|error| {
+    let with_files = |found: Found| Found { files: found.files.with_assignments_in(folder), ..found };
+    found.map(with_files).map_err(|error| {
         let problem = file.scenario.span.problem(error.to_string()).with_label("this scenario");
         let help = "a scenario is looked up relative to the campaign's file, and then by its name (`steward list`)";
         Error::bad_input(problem.with_help(help))

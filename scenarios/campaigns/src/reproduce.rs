@@ -17,6 +17,7 @@ use drawing::ExecutionContext;
 use recording::Detail;
 use reports::Outputs;
 use scenarios::Complaints;
+use scenarios::files::Kind;
 use scenarios::live::Live;
 use scenarios::scenario::{Scenario, TreeForm, find};
 use serde::Serialize;
@@ -131,22 +132,19 @@ enum Done {
 
 impl Settings {
     /// The settings as `--set` takes them; every scenario gets the monitors of the paper's figure besides.
-    fn overrides(&self) -> Result<Vec<String>, Error> {
-        let path = |key: &str, path: &Option<PathBuf>| -> Result<Option<String>, Error> {
-            let Some(path) = path else { return Ok(None) };
-            // Scenarios look for their files beside themselves, a command line means the folder that it is given in.
-            let path = std::path::absolute(path).map_err(|error| {
-                Error::refused(format!("cannot find {}: {error}", path.display()), "give the path of a file")
-            })?;
-            Ok(Some(format!("{key}={:?}", path.display().to_string())))
+    fn overrides(&self) -> Vec<String> {
+        let path = |key: &str, kind: Kind, path: &Option<PathBuf>| {
+            let path = path.as_ref().map(|path| kind.path(path).display().to_string());
+            path.map(|path| format!("{key}={path:?}"))
         };
         let form = |form| match form {
             TreeForm::Whole => "execution.tree=whole".to_owned(),
             TreeForm::Nodes => "execution.tree=nodes".to_owned(),
         };
-        let (map, places) = (path("map", &self.map)?, path("places", &self.places)?);
+        let map = path("map", Kind::Map, &self.map);
+        let places = path("places", Kind::Places, &self.places);
         let start = self.start.map(|[x_m, y_m, heading_deg]| format!("sites.start=[{x_m:?},{y_m:?},{heading_deg:?}]"));
-        Ok(map.into_iter().chain(places).chain(start).chain(self.tree.map(form)).collect())
+        map.into_iter().chain(places).chain(start).chain(self.tree.map(form)).collect()
     }
 }
 
@@ -164,7 +162,7 @@ impl Reproduction {
     /// # Errors
     /// What is wrong with a scenario, or why a run cannot go on.
     pub fn run(settings: &Settings, progress: impl Fn(usize, usize) + Sync) -> Result<Self, Error> {
-        let changes = settings.overrides()?;
+        let changes = settings.overrides();
         let overrides: Vec<String> = changes.iter().cloned().chain([FIGURE_MONITORS.to_owned()]).collect();
         let mut complaints = Complaints::default();
         let load = |experiment: &Experiment| {
@@ -347,9 +345,9 @@ mod tests {
             let fault =
                 format!(r#"{{ kind = "skill_threshold", at_s = 0, skill = "BatteryLevel", value = "{threshold}" }}"#);
             let run = run("nominal", &[&format!("faults=[{fault}]"), "battery.charge_pct_per_s=2"]);
-            wrong("nominal", &run).iter().any(|claim| claim.starts_with("the robot breaks off"))
+            wrong("nominal", &run).iter().any(|claim| claim.starts_with("the robot sets out"))
         };
-        assert!(says("31"), "it breaks off too early");
-        assert!(says("29"), "it breaks off too late");
+        assert!(says("31"), "it sets out too early");
+        assert!(says("29"), "it sets out too late");
     }
 }

@@ -15,7 +15,7 @@ pub const ANIMATION_SIZE_PX: (u16, u16) = (960, 540);
 /// How long the last frame stays before the animation begins anew.
 const PAUSE: Duration = Duration::from_secs(2);
 
-/// Writes an animated GIF of 960 × 540 pixels that repeats for ever, frame by frame as they come.
+/// Writes an animated GIF of 960 × 540 pixels that repeats forever, frame by frame as they come.
 ///
 /// Every frame after the first holds only what has changed, in colours that are the same for all frames; so the file
 /// stays small and no frame waits for another. The bytes depend on the frames and the delay alone.
@@ -27,7 +27,12 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// # let scene = Scene::new(map, maps::pose(0.0, 0.0, 0.0), 0.3);
 /// # let mut frame = Frame {
 /// #     scenario: "nominal".to_owned(), seed: 1, caption: String::new(), time: std::time::Duration::ZERO, tick: 0,
+<<<<<<< HEAD
 /// #     scene: Some(scene), battery: Some(Battery::default()), tree: Vec::new(), monitors: Vec::new(),
+=======
+/// #     scene,
+/// #     battery: Battery::default(), tree: Vec::new(), monitors: Vec::new(),
+>>>>>>> 16968ad (Every file argument finds shipped files in one way; explanations fit 80 columns)
 /// # };
 /// use std::time::Duration;
 ///

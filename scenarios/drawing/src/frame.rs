@@ -183,7 +183,7 @@ pub struct Battery {
 pub struct Threshold {
     /// The level, in percent.
     pub level_pct: f64,
-    /// What it means, in a word or two: the properties that speak of it.
+    /// What it means, in a word or two: the properties that mention it.
     pub label: String,
     /// Whether a level below it is a violation (red) or only a turning point (amber).
     pub critical: bool,

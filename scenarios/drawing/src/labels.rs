@@ -59,8 +59,8 @@ impl LabelPlacer {
         self.within.encloses(area) && self.taken.iter().all(|taken| !taken.overlaps(area))
     }
 
-    /// The box for a text of that width and height at `site`. `cost` says how bad it would be to cover what is in a box (0
-    /// to 1).
+    /// The box for a text of that width and height at `site`. `cost` says how bad it would be to cover what is in a box
+    /// (0 to 1).
     pub fn place(&mut self, site: &Site, size: (f64, f64), cost: impl Fn(&Area) -> f64) -> Area {
         let best = self.best(site, size, cost);
         self.taken.push(best);

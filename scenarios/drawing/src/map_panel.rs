@@ -289,8 +289,8 @@ impl MapDrawing<'_> {
         self.labels.push(Label { site, lines, color, stands_still });
     }
 
-    /// Writes the labels of all that was drawn, none over another. In one of many pictures, those of what stands still come
-    /// first and look at nothing else, so that they stand where they stood in the picture before.
+    /// Writes the labels of all that was drawn, none over another. In one of many pictures, those of what stands still
+    /// come first and look at nothing else, so that they stand where they stood in the picture before.
     pub fn write_labels(&mut self) {
         let one_of_many = self.one_of_many;
         let is_still = |label: &Label| label.stands_still && one_of_many;

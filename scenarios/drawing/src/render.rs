@@ -47,8 +47,8 @@ impl Renderer {
         Self { options: font::options(), palette: Palette::new() }
     }
 
-    /// The picture as a PNG file in the picture's own size, in the fixed colours of all pictures: a third of the bytes that
-    /// all colours of soft edges would take.
+    /// The picture as a PNG file in the picture's own size, in the fixed colours of all pictures: a third of the bytes
+    /// that all colours of soft edges would take.
     ///
     /// # Errors
     /// If the text is not an SVG picture, or if it is too large to be rendered.

@@ -1,7 +1,8 @@
 //! Names of files.
 
-/// A name of the user's as the name of a file: as it is, if every system takes it and it cannot lead out of a folder. What
-/// else there is in it is left out, very long names are cut, and both are then told apart by a hash of the whole name.
+/// A name of the user's as the name of a file: as it is, if every system takes it and it cannot lead out of a folder.
+/// What else there is in it is left out, very long names are cut, and both are then told apart by a hash of the whole
+/// name.
 #[must_use]
 pub fn file_name(name: &str) -> String {
     /// Longer names are cut.

@@ -4,8 +4,8 @@
 //! every chart is drawn twice, for wide and for narrow surroundings. The same run gives the same bytes; how long the
 //! computer took is not on it.
 //!
-//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts; on the page each text is told
-//! how long to be, so that nothing overlaps with whatever fonts a reader has.
+//! Charts are drawn on the canvas of all pictures ([`drawing`]), which measures its texts; on the page each text is
+//! told how long to be, so that nothing overlaps with whatever fonts a reader has.
 
 mod activities;
 mod chart;

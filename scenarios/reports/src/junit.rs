@@ -2,8 +2,8 @@
 //!
 //! Each run is a suite with one test case per property and expectation. A property that the scenario expects something
 //! of passes if that is what came of it; any other one fails if it is violated, and counts as skipped if it was left
-//! open. So all cases pass exactly when the run was as expected and nothing else was violated. No times are in it: the same
-//! run gives the same bytes.
+//! open. So all cases pass exactly when the run was as expected and nothing else was violated. No times are in it: the
+//! same run gives the same bytes.
 
 use std::fmt;
 use std::path::Path;
@@ -15,7 +15,8 @@ use recording::Expected;
 use crate::Error;
 use crate::report::{ExpectationReport, MonitorReport, Report};
 
-/// Writes the results of runs to a file, with the folders on the way: a suite for each run, with what was expected of it.
+/// Writes the results of runs to a file, with the folders on the way: a suite for each run, with what was expected of
+/// it.
 ///
 /// # Errors
 /// [`Error::File`] if that is not possible.

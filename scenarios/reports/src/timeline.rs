@@ -1,9 +1,9 @@
 //! What a run was like over time: everything on one time axis.
 //!
 //! A [`Timeline`] looks at a run after each of its steps and writes down what has changed: the battery, the leaves of
-//! the tree, where skills, components and monitors stand, navigation's status, the way the robot took. It also keeps the
-//! latest events, so that for each violation there are the messages that led to it ([`Episode`]). Its memory is bounded
-//! by the number of changes, not of steps.
+//! the tree, where skills, components and monitors stand, navigation's status, the way the robot took. It also keeps
+//! the latest events, so that for each violation there are the messages that led to it ([`Episode`]). Its memory is
+//! bounded by the number of changes, not of steps.
 
 mod course;
 mod recent;

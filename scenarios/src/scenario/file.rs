@@ -1,6 +1,6 @@
 //! The scenario file, read and checked.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -16,7 +16,7 @@ use super::premises::PremisesEntry;
 use super::ready_made::ReadyMade;
 use super::stop::Stop;
 use crate::faults::Fault;
-use crate::files::Files;
+use crate::files::{Files, named};
 
 /// Time between the steps of a run.
 pub const STEP: Duration = Duration::from_millis(20);
@@ -194,7 +194,7 @@ impl ScenarioFile {
 /// The document with everything inherited from its base, recursively.
 fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf>) -> Result<Document, FileProblems> {
     let Some(Spanned { value, span }) = document.peek_text("base") else { return Ok(document) };
-    let path = base(value, files);
+    let path = base(&named(value, &span), files);
     if on_the_way.contains(&path) {
         let problem = span.problem(format!("{value} is its own base, directly or indirectly"));
         return Err(problem.with_label("this base").with_help("bases must not form a cycle").into());
@@ -211,15 +211,15 @@ fn with_base(mut document: Document, files: &Files, on_the_way: &mut Vec<PathBuf
 }
 
 /// The file of a base: one beside the scenario, or else the shipped one with this name.
-fn base(name: &str, files: &Files) -> PathBuf {
-    let path = PathBuf::from(name);
-    let named = || if files.on_disk(&path).is_none() { find::shipped(name) } else { None };
-    named().map_or(path.clone(), PathBuf::from)
+fn base(name: &Path, files: &Files) -> PathBuf {
+    let shipped = || find::shipped(name.strip_prefix(".").unwrap_or(name).to_str()?);
+    let shipped = if files.on_disk(name).is_none() { shipped() } else { None };
+    shipped.map_or_else(|| name.to_owned(), PathBuf::from)
 }
 
 fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let _ = root.text("base").optional();
-    let path = |key| root.text(key).map(PathBuf::from).spanned().required();
+    let path = |key| root.text(key).try_map(|path, span| Ok(named(path, span))).spanned().required();
     let about = root.text("about").or(String::new());
     let seed = root.get::<u64>("seed").or(1);
     let folder = root.text("folder").map(PathBuf::from).spanned().optional();
@@ -227,7 +227,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let (tree, skills) = (path("tree"), path("skills"));
     let properties = root.get::<Vec<Spanned<String>>>("properties").spanned().optional();
     let (properties, said) = properties.map_or_else(Default::default, |said| (said.value, Some(said.span)));
-    let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: value.into(), span });
+    let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
     let monitors = root.tables("monitors").each(ReadyMade::read).or(Vec::new());
     let leaves = root.table("leaves").optional().map_or_else(Vec::new, read_leaves);
     let execution = read_execution(root);

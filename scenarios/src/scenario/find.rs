@@ -28,7 +28,13 @@ pub struct Found {
 pub fn find(scenario: &str) -> Result<Found, Error> {
     let path = Path::new(scenario);
     let is_path = path.extension().is_some() || path.components().count() > 1 || path.is_file();
-    if is_path && shipped(scenario).is_none() { on_disk(path) } else { by_name(scenario) }
+    let name = name_of(scenario).filter(|_| !path.exists()).unwrap_or(scenario);
+    if is_path && shipped(name).is_none() { on_disk(path) } else { by_name(name) }
+}
+
+/// The name that a shipped scenario with this path has.
+fn name_of(path: &str) -> Option<&str> {
+    path.strip_prefix("scenarios/")?.strip_suffix(".toml")
 }
 
 /// The path of the shipped scenario with this name, if there is one.

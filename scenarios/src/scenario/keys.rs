@@ -418,7 +418,7 @@ fn ending() -> Vec<Key> {
         ),
         Key::new(
             "expect.max_localization_m",
-            "How far localization may be from the truth at worst, in metres.",
+            "The largest localization error that is expected, in metres.",
             number(0.0, 1e6),
         ),
     ]

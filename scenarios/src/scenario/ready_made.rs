@@ -11,6 +11,7 @@ use skills::Datum;
 
 use super::leaves::datum;
 use super::stop::Names;
+use crate::files::named;
 
 /// A ready-made monitor.
 #[derive(Clone, Debug)]
@@ -138,7 +139,7 @@ impl ReadyMade {
 
 impl WatchingMachine {
     fn read(table: Table<'_>) -> Option<Self> {
-        let machine = table.text("machine").map(PathBuf::from).spanned();
+        let machine = table.text("machine").try_map(|path, span| Ok(named(path, span))).spanned();
         let machine = machine.required_or("`machine` names an SCXML file, `figure` a monitor of the paper");
         let violated_in = table.get::<Names>("violated_in").required();
         let Names(pending_in) = table.get("pending_in").or(Names(Vec::new()));

@@ -13,7 +13,7 @@ use trials::replay::accuracy;
 
 fn main() {
     let atlas = accuracy::floor();
-    println!("seed  driven  odometry ends off   rmse             heading rmse  at worst  NEES  update");
+    println!("seed  driven  odometry ends off   RMSE             heading RMSE  at most   NEES  update");
     let mut all: Vec<accuracy::Accuracy> = Vec::new();
     for seed in 1..=10 {
         let mut took = Duration::ZERO;

@@ -1,4 +1,5 @@
-//! A furnished floor of 28 m × 22 m: a corridor between two rows of six rooms, with doorways, beds, tables and their legs.
+//! A furnished floor of 28 m × 22 m: a corridor between two rows of six rooms, with doorways, beds, tables and their
+//! legs.
 
 use maps::{Cell, CellIndex, OccupancyGrid, pose};
 

@@ -112,8 +112,8 @@ fn write_note(note: &Note, place: Option<(usize, usize)>, f: &mut fmt::Formatter
 }
 
 impl Line {
-    /// The line as a JSON object: `time_s` and one of `configuration` (with `active`), `log`, `error`, `unhandled`, `unheard`, `sent`,
-    /// `stuck`, `invoked` and `final` (with `active`, `status` and `result`).
+    /// The line as a JSON object: `time_s` and one of `configuration` (with `active`), `log`, `error`, `unhandled`,
+    /// `unheard`, `sent`, `stuck`, `invoked` and `final` (with `active`, `status` and `result`).
     #[must_use]
     pub fn to_json(&self) -> String {
         let mut members = vec![("time_s", Datum::from(self.at.as_secs_f64()))];

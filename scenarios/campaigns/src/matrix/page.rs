@@ -58,7 +58,7 @@ fn rows(matrix: &Matrix) -> Markup {
                 @if has(|notice| notice.verdict == Outcome::Violated && notice.ticks_after_onset.is_none()) {
                     "; early: it was violated before the fault took hold"
                 }
-                ". Every row is a scenario: " code { "steward --scenario NAME" } " runs it and writes its report."
+                ". Every row is a scenario: " code { "steward run NAME" } " runs it and writes its report."
             }
         }
     }

@@ -32,13 +32,14 @@ pub(super) struct ModelSurvey {
     /// The least quantity with which it happened, and the greatest with which it did not.
     pub(super) least_happened: Option<f64>,
     pub(super) greatest_not: Option<f64>,
-    /// The quantity above which it happens: the one that leaves the fewest runs on the wrong side; and how many these are.
+    /// The quantity above which it happens: the one that leaves the fewest runs on the wrong side; and how many these
+    /// are.
     pub(super) frontier: Option<(f64, u64)>,
     /// For each slice of the third parameter, each bin of the first and each of the second: how often it happened.
     pub(super) slices: Vec<Vec<Vec<Count>>>,
 }
 
-/// A parameter that the formula speaks of.
+/// A parameter in the formula.
 pub(super) struct Input {
     /// Its place among the parameters.
     pub(super) place: usize,
@@ -130,7 +131,8 @@ impl ModelSurvey {
         }
     }
 
-    /// After the second pass: where the frontier is. A value of the quantity from which on most runs are on the right side.
+    /// After the second pass: where the frontier is. A value of the quantity from which on most runs are on the right
+    /// side.
     pub(super) fn settle(&mut self) {
         let [held, happened] = &self.quantities;
         if held.total() == 0 || happened.total() == 0 {

@@ -179,8 +179,8 @@ impl Selection {
     }
 }
 
-/// The least share of runs that went like this one in any group around it: those in the same bins of two parameters, or of
-/// one if they are too few.
+/// The least share of runs that went like this one in any group around it: those in the same bins of two parameters, or
+/// of one if they are too few.
 fn probability(survey: &Survey, record: &RunRecord, target: usize, happened: bool) -> Option<f64> {
     let bins = survey.bins(record);
     let pairs = survey.pairs.iter().filter_map(|pair| {

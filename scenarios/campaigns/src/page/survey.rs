@@ -25,7 +25,8 @@ const MOST_PATTERNS: usize = 200;
 pub(in super::super) struct Survey {
     pub(super) runs: u64,
     pub(super) targets: Vec<Target>,
-    /// Which targets are drawn: those that happened in some runs and not in others, and not in just the runs of one before.
+    /// Which targets are drawn: those that happened in some runs and not in others, and not in just the runs of one
+    /// before.
     pub(super) drawn: Vec<usize>,
     pub(super) parameters: Vec<ParameterSurvey>,
     pub(super) pairs: Vec<Pair>,

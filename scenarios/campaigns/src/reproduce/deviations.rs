@@ -52,7 +52,7 @@ pub(super) const DEVIATIONS: [Deviation; 14] = [
     },
     Deviation {
         of: "Between skills and navigation",
-        published: "The two GoTo skills take turns by a lock on a blackboard, and a stop ends whatever trip there is.",
+        published: "The two GoTo skills take turns by a lock on a blackboard, and a stop ends any trip.",
         here: "No lock: a stop names its place, ends that place’s trip only, and is acknowledged. \
                The scenario late_halt runs the published protocol.",
     },

@@ -43,7 +43,7 @@ const STATION: &str = "RechargingStation";
 const DESTINATION: &str = "Destination";
 /// θ of φ2, in ticks: the paper names it, and the value is that of its published code.
 const THETA_TICKS: u64 = 10;
-/// Below this the robot breaks off, in percent.
+/// Below this the robot sets out for the station, in percent.
 const LOW_PCT: f64 = 30.0;
 /// At this level the published code calls the battery full, in percent.
 const FULL_PCT: f64 = 99.7;
@@ -56,7 +56,7 @@ pub(super) const EXPERIMENTS: [Experiment; 4] = [
         here: "Simulated here. The battery starts at 31.5 %, so that its level falls below 30 % on the way.",
         claims: &[
             Claim {
-                says: "the robot breaks off for the charging station when the level falls below 30 %, and not before",
+                says: "the robot sets out for the charging station when the level falls below 30 %, and not before",
                 source: "Section II",
                 differs: breaks_off_below_thirty,
             },
@@ -277,8 +277,8 @@ fn path(run: &ExperimentRun, wanted: impl Fn(u64) -> SafetyPath) -> Option<Strin
     })
 }
 
-/// That a property is violated so many ticks after the first level that is read once the battery's level has been set; ticks
-/// come once a second, the first just after the start.
+/// That a property is violated so many ticks after the first level that is read once the battery's level has been set;
+/// ticks come once a second, the first just after the start.
 fn at_tick_after_fault(run: &ExperimentRun, name: &str, ticks: u64) -> Option<String> {
     let Some(fault) = run.report.faults.iter().find(|fault| fault.kind == "battery_level") else {
         return Some("the battery's level was never set".to_owned());

@@ -1,5 +1,5 @@
-//! What the paper speaks of and no report has: what the robot knew when it set out, how it was charged, and which way the
-//! safety monitor took.
+//! What the paper mentions and no report has: what the robot knew when it set out, how it was charged, and which way
+//! the safety monitor took.
 
 use channels::{Event, EventKind, Message, Symbol, Topology, Value};
 use recording::{Battery, RunView};

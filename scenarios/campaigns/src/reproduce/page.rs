@@ -1,5 +1,5 @@
-//! The results as a page: what the paper says and how often it was so, then its figures, one by one; what is this project's
-//! own, where the system differs from the published one, and how to run everything again.
+//! The results as a page: what the paper says and how often it was so, then its figures, one by one; what is this
+//! project's own, where the system differs from the published one, and how to run everything again.
 
 use std::path::Path;
 
@@ -72,7 +72,7 @@ fn claims(experiments: &[ExperimentResult], seeds: u64) -> Markup {
                     h3 { (experiment.title) }
                     p.quiet { (experiment.here) }
                     (rows(&experiment.claims, seeds))
-                    p.note { code { "steward --scenario " (experiment.scenario) } }
+                    p.note { code { "steward run " (experiment.scenario) } }
                 }
             }
         }
@@ -238,7 +238,8 @@ fn panel(number: usize, still: &Still, settings: &[String]) -> Markup {
     }
 }
 
-/// The monitor of a property; in that state, if one is given, else where it stands. Also, whether it needs the page's width.
+/// The monitor of a property; in that state, if one is given, else where it stands. Also, whether it needs the page's
+/// width.
 fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (Markup, bool) {
     let Some(monitor) = frame.monitors.iter().find(|monitor| monitor.name == property) else {
         return (Markup::default(), false);
@@ -254,8 +255,7 @@ fn machine(frame: &Frame, property: &str, state: Option<&str>, label: &str) -> (
 fn command(still: &Still, settings: &[String]) -> String {
     let (shot, time_s) = (still.shot, still.frame.time.as_secs_f64());
     let quoted = |setting: &str| format!(" --set '{setting}'");
-    let mut command =
-        format!("steward --scenario {} --seed {SEED} --set 'snapshots.at_s=[{time_s:.2}]'", shot.scenario);
+    let mut command = format!("steward run {} --seed {SEED} --set 'snapshots.at_s=[{time_s:.2}]'", shot.scenario);
     if let Shows::Monitor(name) | Shows::Passing(name, _) = shot.shows
         && name.starts_with("figure_")
     {
@@ -293,7 +293,7 @@ fn ours(reproduction: &Reproduction) -> Markup {
     let content = html! {
         p {
             "The paper has none of this. φ3 (" code { "phi3" } ") is a property of this project: below 30 % the robot is at \
-             the station within 120 ticks. The scenarios " code { "never_arrives" } ", " code { "already_there" } ", "
+             the station in fewer than 120 ticks. The scenarios " code { "never_arrives" } ", " code { "already_there" } ", "
             code { "late_halt" } " and " code { "early_release" } " are this project’s as well, and no part of these runs."
         }
         div.pairs {
@@ -320,7 +320,7 @@ fn again(reproduction: &Reproduction) -> Markup {
         html! {
             details {
                 summary { (scenario) ": trace hashes of " (super::runs(runs.len() as u64)) }
-                p.note { code { "steward --scenario " (scenario) " --no-snapshots --json" (settings) " --seed SEED" } }
+                p.note { code { "steward run " (scenario) " --no-snapshots --json" (settings) " --seed SEED" } }
                 table {
                     thead { tr { th { "seed" } th { "trace hash" } } }
                     tbody { @for run in runs { tr { td { (run.seed) } td { code { (run.trace_hash) } } } } }

@@ -4,7 +4,8 @@ use std::fmt::Write;
 
 use super::{ClaimResult, Reproduction};
 
-/// What the paper says, where, and in how many runs it was so, with the runs in which it was not; then what this project adds.
+/// What the paper says, where, and in how many runs it was so, with the runs in which it was not; then what this
+/// project adds.
 pub fn table(reproduction: &Reproduction) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.

@@ -3,8 +3,8 @@
 /// The number of parameters for which there are direction numbers.
 pub const MAX_DIMENSIONS: usize = 16;
 
-/// For each dimension after the first: the primitive polynomial's degree and inner coefficients, and its initial numbers
-/// (S. Joe and F. Y. Kuo, Constructing Sobol sequences with better two-dimensional projections, SIAM Journal on
+/// For each dimension after the first: the primitive polynomial's degree and inner coefficients, and its initial
+/// numbers (S. Joe and F. Y. Kuo, Constructing Sobol sequences with better two-dimensional projections, SIAM Journal on
 /// Scientific Computing 30, 2008; the set `new-joe-kuo-6`).
 const INITIAL: [(u32, u32, &[u32]); MAX_DIMENSIONS - 1] = [
     (1, 0, &[1]),

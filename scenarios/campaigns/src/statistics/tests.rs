@@ -319,8 +319,8 @@ fn invalid_goals_are_refused() {
     assert_eq!(Sprt::new(0.1, 0.05, 0.5), Err(StatisticsError::ErrorRate(0.5)));
 }
 
-/// The lady who tastes tea: 3 of 4 and 1 of 4. Fisher's weights are 1, 16, 36, 16, 1, and at the upper end of the interval
-/// ω⁴/(1 + 16ω + 36ω² + 16ω³ + ω⁴) is 0.975. The other two are those of SciPy's `odds_ratio`.
+/// The lady who tastes tea: 3 of 4 and 1 of 4. Fisher's weights are 1, 16, 36, 16, 1, and at the upper end of the
+/// interval ω⁴/(1 + 16ω + 36ω² + 16ω³ + ω⁴) is 0.975. The other two are those of SciPy's `odds_ratio`.
 #[test]
 fn odds_intervals_agree_with_published_ones() {
     for ([a, b], [c, d], low, high) in [

@@ -1,7 +1,7 @@
 //! The colours of the page, by name: a light and a dark set.
 //!
-//! Charts are drawn in the colours of all pictures (`drawing::theme`); on the page each of them becomes a variable, which the
-//! style sheet sets for light and for dark surroundings.
+//! Charts are drawn in the colours of all pictures (`drawing::theme`); on the page each of them becomes a variable,
+//! which the style sheet sets for light and for dark surroundings.
 
 use drawing::theme::{self, Color};
 use maud::{Markup, PreEscaped};

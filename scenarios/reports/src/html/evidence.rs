@@ -24,7 +24,7 @@ pub(super) struct Evidence<'a> {
     pub(super) deadline_tick: Option<u64>,
     /// The answers, one of which should have come.
     pub(super) missing: Vec<Missing>,
-    /// The processes that the property speaks of, by name.
+    /// The processes that the property mentions, by name.
     pub(super) concerned: Vec<String>,
 }
 

@@ -24,6 +24,20 @@ pub(super) fn numbers(report: &Report) -> Markup {
         ("simulated time", time(report.sim_time_s)),
         ("ticks", overruns(report)),
         ("messages received", report.steps.to_string()),
+<<<<<<< HEAD
+=======
+        (
+            "battery at the start, lowest, at the end",
+            [battery.initial, battery.minimum, battery.r#final].map(percent).join(", "),
+        ),
+        ("driven", format!("{} m", words::decimals(robot.distance_m, 1))),
+        ("collisions", robot.collisions.to_string()),
+        (
+            "localization error",
+            format!("{} (RMSE), at most {}", words::length(localization.rmse_m), words::length(localization.max_m)),
+        ),
+        ("ended because", report.ended_because.clone()),
+>>>>>>> 16968ad (Every file argument finds shipped files in one way; explanations fit 80 columns)
     ];
     if let Some(battery) = &report.battery {
         let levels = [battery.initial, battery.minimum, battery.r#final].map(percent).join(", ");

@@ -18,8 +18,8 @@ pub struct Picture {
     pub png: Vec<u8>,
 }
 
-/// The section of the pictures, shown as far as they fit into that many bytes and all linked to their files; empty if there
-/// are none.
+/// The section of the pictures, shown as far as they fit into that many bytes and all linked to their files; empty if
+/// there are none.
 pub(super) fn section(pictures: &[Picture], room: usize) -> Markup {
     let mut bytes = 0;
     let fits = |picture: &&Picture| {

@@ -1,4 +1,5 @@
-//! What was said only once in a part of a run: where everybody repeats himself at every tick, that is what made the difference.
+//! What was said only once in a part of a run: where everybody repeats himself at every tick, that is what made the
+//! difference.
 
 use std::time::Duration;
 

@@ -55,7 +55,7 @@ pub(super) fn reproduction(view: &RunView, report: &Report) -> Markup {
 /// The command line that runs the scenario again.
 pub(super) fn command(view: &RunView, report: &Report) -> String {
     let origin = &view.header().origin;
-    let mut command = format!("steward --scenario {} --seed {}", quoted(&origin.argument), report.seed);
+    let mut command = format!("steward run {} --seed {}", quoted(&origin.argument), report.seed);
     for assignment in &origin.overrides {
         command += &format!(" --set {}", quoted(assignment));
     }

@@ -6,6 +6,7 @@ use skills::{Mutation, TransitionPlace};
 use crate::faults::effect::{Damage, Effect, MachineChange, Which};
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Parameter};
+use crate::files::named;
 
 const SKILL: Parameter = Parameter::required("skill", "the skill", ArgumentDomain::Text);
 const LEAF: Parameter = Parameter::required("leaf", "the leaf's skill", ArgumentDomain::Text);
@@ -60,7 +61,7 @@ pub(super) const MACHINE_REPLACED: FaultKind = FaultKind {
     example: "at_s = 0\nskill = \"AtDestination\"\nmachine = \"skills/AtRechargingStation.scxml\"",
     effect: |with| {
         let Spanned { value, span } = with.name("machine");
-        let change = MachineChange::Replaced(Spanned { value: value.into(), span });
+        let change = MachineChange::Replaced(Spanned { value: named(value, &span), span });
         Effect::Machine { skill: with.name("skill"), change }
     },
     words: |with| format!("{} runs the machine {}", with.text("skill"), with.text("machine")),

@@ -6,6 +6,7 @@ use diagnostics::Spanned;
 use crate::faults::effect::{Damage, Effect, Which};
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDomain, Arguments, Parameter};
+use crate::files::named;
 
 /// The affected component.
 const COMPONENT: Parameter = Parameter::required(
@@ -65,7 +66,7 @@ pub(super) const WRONG_MAP: FaultKind = FaultKind {
     example: "at_s = 0\nmap = \"maps/house_moved.yaml\"",
     effect: |with| {
         let Spanned { value, span } = with.name("map");
-        Effect::Map(Spanned { value: value.into(), span })
+        Effect::Map(Spanned { value: named(value, &span), span })
     },
     words: |with| format!("the software's map is {}", with.text("map")),
 };

@@ -1,5 +1,5 @@
-//! Without coverage, on stable Rust: `cargo run --release --bin run -- 10000000 [SEED]`, in the folder skills/fuzz; with
-//! `--features ecmascript` what goes to the engine is read and run as well.
+//! Without coverage, on stable Rust: `cargo run --release --bin run -- 10000000 [SEED]`, in the folder skills/fuzz;
+//! with `--features ecmascript` what goes to the engine is read and run as well.
 //!
 //! Every text is made from its number and the seed, so that one that fails can be made again.
 

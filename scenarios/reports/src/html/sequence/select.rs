@@ -178,7 +178,8 @@ impl Teller<'_> {
         }
     }
 
-    /// The ticks that are drawn in full: those of the causes, the last one, and one from before where the story is short.
+    /// The ticks that are drawn in full: those of the causes, the last one, and one from before where the story is
+    /// short.
     fn shown_ticks(&self, ticks: &[TickEvents<'_>]) -> BTreeSet<u64> {
         let last = self.evidence.episode.decided.tick;
         let mut shown = BTreeSet::from([last]);
