@@ -27,8 +27,8 @@ use crate::world::{SimulatedRobot, World};
 /// A running scenario.
 ///
 /// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
-/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. A run is described by its records: a
-/// [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. A run is described
+/// by its records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
 /// [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,

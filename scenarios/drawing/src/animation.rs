@@ -27,12 +27,7 @@ const PAUSE: Duration = Duration::from_secs(2);
 /// # let scene = Scene::new(map, maps::pose(0.0, 0.0, 0.0), 0.3);
 /// # let mut frame = Frame {
 /// #     scenario: "nominal".to_owned(), seed: 1, caption: String::new(), time: std::time::Duration::ZERO, tick: 0,
-<<<<<<< HEAD
 /// #     scene: Some(scene), battery: Some(Battery::default()), tree: Vec::new(), monitors: Vec::new(),
-=======
-/// #     scene,
-/// #     battery: Battery::default(), tree: Vec::new(), monitors: Vec::new(),
->>>>>>> 16968ad (Every file argument finds shipped files in one way; explanations fit 80 columns)
 /// # };
 /// use std::time::Duration;
 ///

@@ -1,9 +1,9 @@
 //! Pictures of a run: snapshots and animations that a person who has never seen the project understands.
 //!
-//! A [`Frame`] is plain data about one moment: the behavior tree, the monitors, and if there is a robot, its battery and
-//! the map with everything on it. There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that same picture into a PNG
-//! with fonts that are compiled in, so that the bytes are the same on every machine; a [`GifWriter`] does so frame by
-//! frame.
+//! A [`Frame`] is plain data about one moment: the behavior tree, the monitors, and if there is a robot, its battery
+//! and the map with everything on it. There is one drawing of it, an SVG picture ([`svg`]). A [`Renderer`] turns that
+//! same picture into a PNG with fonts that are compiled in, so that the bytes are the same on every machine; a
+//! [`GifWriter`] does so frame by frame.
 //!
 //! ```
 //! use std::sync::Arc;

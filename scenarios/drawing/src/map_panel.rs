@@ -335,6 +335,12 @@ fn particles(scene: &Scene) -> Vec<Point> {
     scene.particles.iter().copied().filter(|point| !is_covered(point)).collect()
 }
 
+/// Whether the robot does not cover all of its trail.
+fn has_moved(scene: &Scene) -> bool {
+    let robot = Point::from(scene.robot.translation.vector);
+    scene.trail.iter().any(|point| (point - robot).norm() > scene.robot_radius_m)
+}
+
 /// The spot so many pixels ahead of a pose that lies at `spot`.
 fn ahead(pose: &Pose, spot: Spot, pixels: f64) -> Spot {
     (spot.0 + pose.rotation.re * pixels, spot.1 - pose.rotation.im * pixels)
@@ -391,7 +397,7 @@ fn signs(scene: &Scene) -> Vec<Entry> {
             }),
         ),
         (
-            scene.trail.len() > 1,
+            has_moved(scene),
             ("driven", |canvas, (x, y)| {
                 canvas.line((x - 12.0, y), (x + 12.0, y), Paint::stroke(theme::MUTED, 2.6).dashed("0.1 6"));
             }),

@@ -85,8 +85,8 @@ fn below(column: Area, height: f64) -> Area {
     Area { y: column.y + height + GAP, height: column.height - height - GAP, ..column }
 }
 
-/// Divides a column between tree and monitors: both get what they ask for, and if that is too much, the tree is squeezed
-/// first as far as it stays readable, then the monitors, but no further than to two fifths.
+/// Divides a column between tree and monitors: both get what they ask for, and if that is too much, the tree is
+/// squeezed first as far as it stays readable, then the monitors, but no further than to two fifths.
 fn tree_height(frame: &Frame, area: Area) -> f64 {
     let room = area.height - GAP;
     let (pleasant, readable) = TreeLayout::wanted_height(&frame.tree);

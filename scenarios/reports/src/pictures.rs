@@ -105,18 +105,13 @@ impl Camera {
     }
 }
 
-<<<<<<< HEAD
 /// Time and level of the battery, if there is one.
 fn level(view: &RunView) -> Option<(Duration, f64)> {
     view.robot().battery.map(|battery| (view.time(), battery.charge_pct))
 }
 
-/// The battery levels that the properties speak of, each with the names of those that do: what they compare the level that
-/// a skill reads with. A level that a property requires is critical, one that it takes for a condition is not.
-=======
 /// The battery levels in the properties, each with the names of those that have it: what they compare the level
 /// that a skill reads with. A level that a property requires is critical, one that it takes for a condition is not.
->>>>>>> 16968ad (Every file argument finds shipped files in one way; explanations fit 80 columns)
 pub fn thresholds(header: &Header) -> Vec<drawing::Threshold> {
     let mut thresholds: Vec<drawing::Threshold> = Vec::new();
     for monitor in header.monitors.iter() {

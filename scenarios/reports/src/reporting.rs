@@ -85,8 +85,13 @@ fn expectations(view: &RunView) -> Vec<ExpectationReport> {
         note(format!("{place} is not reached"), reached.then_some(difference));
     }
     if let Some((limit, Truth { collisions, .. })) = expect.max_collisions.zip(view.robot().truth) {
-        let difference = format!("at most {limit} collisions were expected, and there were {collisions}");
-        note(format!("there are at most {limit} collisions"), (collisions > limit).then_some(difference));
+        let (expected, wanted) = match limit {
+            0 => ("there are no collisions".to_owned(), "no collisions were".to_owned()),
+            1 => ("there is at most 1 collision".to_owned(), "at most 1 collision was".to_owned()),
+            _ => (format!("there are at most {limit} collisions"), format!("at most {limit} collisions were")),
+        };
+        let difference = format!("{wanted} expected, and there were {collisions}");
+        note(expected, (collisions > limit).then_some(difference));
     }
     if let Some((limit, battery)) = expect.min_battery_pct.zip(view.tally().battery()) {
         let minimum = battery.minimum_pct;

@@ -1,5 +1,5 @@
-//! The premises of a scenario: the map on which its robot drives. A scenario without a map has neither; tree, skills and
-//! components run alone.
+//! The premises of a scenario: the map on which its robot drives. A scenario without a map has neither; tree, skills
+//! and components run alone.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -24,20 +24,6 @@ pub(super) fn numbers(report: &Report) -> Markup {
         ("simulated time", time(report.sim_time_s)),
         ("ticks", overruns(report)),
         ("messages received", report.steps.to_string()),
-<<<<<<< HEAD
-=======
-        (
-            "battery at the start, lowest, at the end",
-            [battery.initial, battery.minimum, battery.r#final].map(percent).join(", "),
-        ),
-        ("driven", format!("{} m", words::decimals(robot.distance_m, 1))),
-        ("collisions", robot.collisions.to_string()),
-        (
-            "localization error",
-            format!("{} (RMSE), at most {}", words::length(localization.rmse_m), words::length(localization.max_m)),
-        ),
-        ("ended because", report.ended_because.clone()),
->>>>>>> 16968ad (Every file argument finds shipped files in one way; explanations fit 80 columns)
     ];
     if let Some(battery) = &report.battery {
         let levels = [battery.initial, battery.minimum, battery.r#final].map(percent).join(", ");
@@ -48,7 +34,7 @@ pub(super) fn numbers(report: &Report) -> Markup {
         facts.push(("collisions", robot.collisions.to_string()));
     }
     if let Some(error) = report.robot.as_ref().and_then(|robot| robot.localization) {
-        let words = format!("{} (rmse), {} at worst", words::length(error.rmse_m), words::length(error.max_m));
+        let words = format!("{} (RMSE), at most {}", words::length(error.rmse_m), words::length(error.max_m));
         facts.push(("localization error", words));
     }
     facts.push(("ended because", report.ended_because.clone()));

@@ -18,13 +18,8 @@ pub struct Stage {
     pub from: Duration,
     /// When it ended.
     pub to: Duration,
-<<<<<<< HEAD
-    /// When the robot was where, in the `map` frame: its first and last position, and one every few centimetres between;
-    /// empty without a robot.
-=======
     /// When the robot was where, in the `map` frame: its first and last position, and one every few centimetres
-    /// between.
->>>>>>> 16968ad (Every file argument finds shipped files in one way; explanations fit 80 columns)
+    /// between; empty without a robot.
     pub points: Vec<(Duration, Point)>,
 }
 

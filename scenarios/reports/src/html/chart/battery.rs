@@ -47,6 +47,11 @@ impl Chart {
     }
 
     fn thresholds(&mut self, plot: Area, thresholds: &[Threshold]) {
+        let lines: Vec<f64> = thresholds.iter().map(|threshold| height_of(plot, threshold.level_pct)).collect();
+        // Where there is no room beside the plot, labels are inside, above their lines or below, and cross none.
+        let is_inside = self.sizes.names_above;
+        let offsets: &[f64] =
+            if is_inside { &[-0.6, 0.6, -1.6, 1.6] } else { &[0.0, -0.5, 0.5, -1.0, 1.0, -1.5, 1.5, -2.0, 2.0] };
         let mut taken: Vec<f64> = Vec::new();
         for threshold in thresholds {
             let y = height_of(plot, threshold.level_pct);
@@ -55,16 +60,15 @@ impl Chart {
             self.canvas.line((plot.x, y), (plot.right(), y), Paint::stroke(line, 1.3).dashed("5 4"));
             // Labels of thresholds that are close must not touch: each takes the nearest height that is free.
             let pitch = self.sizes.small.line_height();
-            let is_free = |y: &f64| taken.iter().all(|other| (other - y).abs() >= pitch);
-            let heights = [0.0, -0.5, 0.5, -1.0, 1.0, -1.5, 1.5, -2.0, 2.0].map(|part| y + part * pitch);
-            let Some(height) = heights.into_iter().find(is_free) else { continue };
+            let crosses_none = |y: &f64| !is_inside || lines.iter().all(|line| (line - y).abs() >= 0.5 * pitch);
+            let is_free = |y: &f64| taken.iter().all(|other| (other - y).abs() >= pitch) && crosses_none(y);
+            let Some(height) = offsets.iter().map(|part| y + part * pitch).find(is_free) else { continue };
             taken.push(height);
             let text = format!("{} % {}", words::decimals(threshold.level_pct, 1), threshold.label);
             let style = TextStyle::new(self.sizes.small, ink);
-            if self.sizes.names_above {
-                // There is no room beside the plot: inside, above the line.
+            if is_inside {
                 let text = self.sizes.small.fit(&text, plot.width * 0.5);
-                self.canvas.centered_text((plot.x + 4.0, height - 0.6 * pitch), &text, style.with_halo());
+                self.canvas.centered_text((plot.x + 4.0, height), &text, style.with_halo());
             } else {
                 let text = self.sizes.small.fit(&text, plot.x - 38.0);
                 self.canvas.centered_text((plot.x - 34.0, height), &text, style.anchored(Anchor::End));
