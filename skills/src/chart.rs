@@ -5,6 +5,7 @@ mod content;
 mod events;
 mod ids;
 mod relations;
+mod relocate;
 mod show;
 mod state;
 

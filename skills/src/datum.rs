@@ -154,6 +154,15 @@ impl Array {
         Ok(&mut self.items[index])
     }
 
+    /// Cuts the array off, or lets it grow with `undefined`.
+    pub(crate) fn set_length(&mut self, length: usize) -> Result<(), TooLarge> {
+        if length > Extent::MAX_WEIGHT as usize {
+            return Err(TooLarge);
+        }
+        self.items.resize(length, Datum::Undefined);
+        self.measure()
+    }
+
     pub(crate) fn measure(&mut self) -> Result<(), TooLarge> {
         self.extent = Extent::around(self.items.iter())?;
         Ok(())

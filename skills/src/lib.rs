@@ -104,6 +104,7 @@ mod load;
 mod machine;
 mod mutation;
 mod process;
+mod random;
 mod rehearsal;
 mod shipped;
 mod steps;

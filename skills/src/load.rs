@@ -21,6 +21,7 @@ pub(crate) use reach::can_be_done;
 pub(crate) use send::INTERNAL_TARGET;
 pub(crate) use xml::{Written, name_span, own_elements};
 
+use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -69,6 +70,30 @@ impl Chart {
         Self::load_from(file, text, strictness, None, false)
     }
 
+    /// Compiles a machine that was translated from another language. `text` is what its author wrote, and `plain` its
+    /// translation to SCXML, in which a transition may also have the attribute `chance` of the namespace
+    /// `urn:steward:chance`: the probability that it counts as enabled when its event and its condition allow it, drawn
+    /// from the sequence of [`Machine::set_seed`](crate::Machine::set_seed). `place` maps ranges of `plain` to `text`,
+    /// so that all messages point into what the author wrote.
+    ///
+    /// # Errors
+    /// [`SkillError::Load`] with everything that is wrong with the file.
+    pub fn load_translated(
+        file: &str,
+        text: &str,
+        plain: &str,
+        place: &dyn Fn(Range<usize>) -> Range<usize>,
+    ) -> Result<Arc<Self>, SkillError> {
+        let source = Source::new(file, text);
+        match Self::compile(file, plain, Strictness::Strict, None, false) {
+            Ok(mut chart) => {
+                chart.relocate(source, place);
+                Ok(Arc::new(chart))
+            }
+            Err(error) => Err(error.moved(source, place)),
+        }
+    }
+
     /// Reads and compiles a machine's file. Its attributes `src` and `srcexpr` name files in the same folder.
     ///
     /// # Errors
@@ -102,6 +127,16 @@ impl Chart {
         folder: Option<Arc<Path>>,
         looks_further: bool,
     ) -> Result<Arc<Self>, SkillError> {
+        Self::compile(file, text, strictness, folder, looks_further).map(Arc::new)
+    }
+
+    fn compile(
+        file: &str,
+        text: &str,
+        strictness: Strictness,
+        folder: Option<Arc<Path>>,
+        looks_further: bool,
+    ) -> Result<Self, SkillError> {
         let named = Source::new(file, text);
         let refuse = |mut problems: Vec<Problem>, forgivable: usize| {
             problems.sort_by_key(Problem::offset);
@@ -128,7 +163,7 @@ impl Chart {
         }
         problems.sort_by_key(Problem::offset);
         chart.warnings = problems;
-        Ok(Arc::new(chart))
+        Ok(chart)
     }
 }
 

@@ -252,7 +252,7 @@ impl Machine {
     }
 
     /// Stores a value in the datum of the whole machine with this id, if there is one.
-    pub(crate) fn put(&mut self, id: &str, value: Datum) {
+    pub fn put(&mut self, id: &str, value: Datum) {
         if let Some(id) = self.chart.find_parameter(id) {
             self.data.set(id, value);
         }

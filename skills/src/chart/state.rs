@@ -126,6 +126,9 @@ pub struct Transition {
     /// The attribute `event`, word by word.
     pub(crate) descriptors: Vec<Descriptor>,
     pub(crate) condition: Option<Condition>,
+    /// The probability that it counts as enabled when its event and its condition allow it; otherwise the next
+    /// transitions are considered.
+    pub(crate) chance: Option<f64>,
     pub(crate) internal: bool,
     pub(crate) domain: TransitionDomain,
     pub(crate) content: Block,

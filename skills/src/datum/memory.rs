@@ -168,6 +168,14 @@ fn put(target: &mut Datum, keys: &[Arc<str>], value: Datum) -> Result<(), Evalua
             put(object.member_mut(key), rest, value)?;
             object.measure()?;
         }
+        Datum::Array(array) if &**key == "length" && rest.is_empty() => {
+            let length = match value {
+                Datum::Number(number) if number >= 0.0 && number.fract() == 0.0 => Some(number as usize),
+                _ => None,
+            };
+            let unfit = || EvaluationError::NotAssignable("this length of an array".to_owned());
+            Arc::make_mut(array).set_length(length.ok_or_else(unfit)?)?;
+        }
         Datum::Array(array) => {
             let index =
                 key.parse().map_err(|_| EvaluationError::NotAssignable(format!("the item {key} of an array")))?;

@@ -9,27 +9,35 @@ use super::xml::{NAMESPACE, Written, is_scxml, name_span};
 
 /// The problem of a file in another dialect.
 pub(super) fn foreign(root: Node<'_, '_>) -> Option<Problem> {
-    if root.tag_name().name() != "scxml" {
-        return None;
+    match root.tag_name().name() {
+        "ascxml" => Some(roaml(name_span(root), "this is not <scxml>")),
+        "roaml" | "convince_mc_tc" => Some(model(root)),
+        "scxml" => extended(root).or_else(|| namespace(root)).or_else(|| data_model(root)),
+        _ => None,
     }
-    roaml(root).or_else(|| namespace(root)).or_else(|| data_model(root))
 }
 
-/// CONVINCE's dialect: elements for ROS and for the tree, in SCXML's own namespace or a similar one.
-fn roaml(root: Node<'_, '_>) -> Option<Problem> {
+/// A machine of RoAML.
+fn roaml(place: Range<usize>, label: impl Into<String>) -> Problem {
+    let problem = Problem::new("this is a machine of RoAML, AS2FM's dialect of SCXML, and runs only in its model");
+    problem.at(place, label).with_help("run the model: `steward run main.xml`, with the file whose root is <roaml>")
+}
+
+/// The main file of a RoAML model.
+fn model(root: Node<'_, '_>) -> Problem {
+    let problem = Problem::new("this is a whole RoAML model and not a machine").at(name_span(root), "a model");
+    problem.with_help("run it with `steward run FILE`")
+}
+
+/// An `<scxml>` with RoAML's elements for ROS and for the tree, in SCXML's own namespace or a similar one.
+fn extended(root: Node<'_, '_>) -> Option<Problem> {
     let is_own = |node: &Node<'_, '_>| {
         let name = node.tag_name();
         name.namespace() == root.tag_name().namespace()
             && (name.name().starts_with("ros_") || name.name().starts_with("bt_"))
     };
     let element = root.descendants().find(|node| node.is_element() && is_own(node))?;
-    let name = element.tag_name().name();
-    let problem = Problem::new("this is RoAML, CONVINCE's SCXML dialect for ROS systems, and cannot run here")
-        .at(name_span(element), format!("<{name}> is not an SCXML element"))
-        .with_help(
-            "translate it to plain SCXML first, as CONVINCE's AS2FM does, and answer the event `BT.tick` with \
-             <send type=\"channel\" target=\"BT\" event=\"success\"/>",
-        );
+    let problem = roaml(name_span(element), format!("<{}> is not an SCXML element", element.tag_name().name()));
     Some(match namespace_span(root).filter(|_| !is_scxml(&root)) {
         Some(span) => problem.at(span, "this is not the namespace of SCXML"),
         None => problem,

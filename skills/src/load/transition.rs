@@ -4,7 +4,7 @@ use diagnostics::{MAX_HINTS, Problem, nearest_or_all};
 use roxmltree::Node;
 
 use super::compile::Compiler;
-use super::xml::{Written, elements, elements_named, name_span};
+use super::xml::{CHANCE_NAMESPACE, Written, elements, elements_named, is_scxml, name_span};
 use crate::chart::{
     Block, Descriptor, Initial, State, StateId, StateKind, Transition, TransitionDomain, is_descriptor,
 };
@@ -25,11 +25,29 @@ impl Compiler<'_> {
             targets,
             descriptors: event.map_or_else(Vec::new, |event| self.descriptors(&event)),
             condition: Written::attribute(node, "cond").map(|written| self.condition(&written)),
+            chance: self.chance(node),
             internal,
             domain: TransitionDomain::None,
             content: self.block(node),
             span: name_span(node).into(),
         }
+    }
+
+    /// The attribute `chance`, which is an extension with a namespace of its own.
+    fn chance(&mut self, node: Node<'_, '_>) -> Option<f64> {
+        let attribute = node.attribute_node((CHANCE_NAMESPACE, "chance"))?;
+        let chance = attribute.value().parse().ok().filter(|chance| (0.0..=1.0).contains(chance));
+        if chance.is_none() {
+            let problem = Problem::new(format!("`{}` is not a probability", attribute.value()));
+            self.problems.push(problem.at(attribute.range_value(), "not a number from 0 to 1"));
+        }
+        // Each region would draw its own number.
+        let parallel = |node: &Node<'_, '_>| is_scxml(node) && node.tag_name().name() == "parallel";
+        if node.parent().is_some_and(|source| source.descendants().any(|node| parallel(&node))) {
+            let problem = Problem::new("a transition of a state with parallel regions cannot be left to chance");
+            self.problems.push(problem.at(attribute.range_qname(), "here").with_help("put it into one of the regions"));
+        }
+        chance
     }
 
     fn is_internal(&mut self, written: &Written<'_>) -> bool {

@@ -9,6 +9,9 @@ pub(crate) use diagnostics::xml::name_span;
 /// The namespace of SCXML.
 pub(super) const NAMESPACE: &str = "http://www.w3.org/2005/07/scxml";
 
+/// The namespace of the attribute `chance` of transitions, which is no part of SCXML.
+pub(super) const CHANCE_NAMESPACE: &str = "urn:steward:chance";
+
 /// Whether the node is an element of SCXML.
 pub(super) fn is_scxml(node: &Node<'_, '_>) -> bool {
     node.is_element() && node.tag_name().namespace() == Some(NAMESPACE)

@@ -2,6 +2,7 @@
 
 use super::macrostep::Macrostep;
 use crate::chart::{EventClass, StateId, StateKind, TransitionDomain, TransitionId};
+use crate::random;
 
 impl Macrostep<'_, '_> {
     /// Puts the transitions enabled by an event of this class, or without an event, into `scratch.enabled`, except
@@ -44,11 +45,13 @@ impl Macrostep<'_, '_> {
             Some(class) => transition.descriptors.iter().any(|descriptor| descriptor.matches.contains(class)),
             None => transition.descriptors.is_empty(),
         };
+        let chance = transition.chance;
         matches
             && transition.condition.as_ref().is_none_or(|condition| {
                 self.steps.begin();
                 self.holds(condition)
             })
+            && chance.is_none_or(|chance| random::next(&mut self.machine.random) < chance)
     }
 
     /// Of two transitions that would exit the same state, the one whose source is deeper is taken, or else the one

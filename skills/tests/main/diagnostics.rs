@@ -316,12 +316,16 @@ fn a_foreign_dialect_is_named_once() {
         )
     };
     let said = problems(&roaml("http://www.w3.org/2005/07/scxml"));
-    assert!(said.starts_with("«ros_service_server» this is RoAML"), "{said}");
+    assert!(said.starts_with("«ros_service_server» this is a machine of RoAML"), "{said}");
     assert_eq!(said.matches('«').count(), 1, "{said}");
 
     let said = problems(&roaml("..."));
-    assert!(said.contains("xmlns=\"...\"") && said.contains("this is RoAML"), "{said}");
+    assert!(said.contains("xmlns=\"...\"") && said.contains("this is a machine of RoAML"), "{said}");
     assert_eq!(said.matches('«').count(), 1, "{said}");
+
+    let said = problems("<ascxml name='Go'><state id='idle'><bt_tick/></state></ascxml>");
+    assert!(said.starts_with("«ascxml» this is a machine of RoAML"), "{said}");
+    assert!(problems("<roaml><parameters/></roaml>").starts_with("«roaml» this is a whole RoAML model"));
 
     let said = problems("<scxml version='1.0' xmlns='http://example.org/other'><state id='a'/></scxml>");
     assert!(

@@ -5,6 +5,7 @@
 mod appendix_d;
 mod bombs;
 mod broken_machines;
+mod chance;
 mod conversation;
 mod diagnostics;
 mod eighth_skill;

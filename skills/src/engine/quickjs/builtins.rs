@@ -10,6 +10,7 @@ use rquickjs::{Coerced, Ctx, Error, Function, Object, Value};
 
 use super::World;
 use crate::expression::Scope;
+use crate::random;
 
 /// The total work that the built-in functions of an evaluation may do, roughly in nanoseconds.
 const ALLOWANCE: f64 = 1e9;
@@ -115,14 +116,11 @@ fn active_states(scope: Scope<'_>) -> Vec<Arc<str>> {
     active.collect()
 }
 
-/// SplitMix64 (Steele, Lea and Flood, 2014): a number in [0, 1) of 53 bits.
-fn next_random(random: &Cell<u64>) -> f64 {
-    let state = random.get().wrapping_add(0x9E37_79B9_7F4A_7C15);
-    random.set(state);
-    let mut mixed = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    mixed ^= mixed >> 31;
-    (mixed >> 11) as f64 / (1_u64 << 53) as f64
+fn next_random(position: &Cell<u64>) -> f64 {
+    let mut next = position.get();
+    let number = random::next(&mut next);
+    position.set(next);
+    number
 }
 
 /// `Math.pow` differs slightly from C's (ECMA-262, Number::exponentiate).
