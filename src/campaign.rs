@@ -15,6 +15,7 @@ use reports::{Outputs, file_name};
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
+use crate::model;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
 use crate::progress::CampaignBar;
@@ -26,7 +27,7 @@ use crate::{interrupt, summary};
 pub(crate) struct CampaignArgs {
     #[command(subcommand)]
     command: Option<CampaignCommand>,
-    /// The campaign: a name (see `steward list`) or a file
+    /// The campaign: a name (see `steward list`) or a file; or a RoAML model
     #[arg(value_name = "NAME|FILE", required = true, value_parser = CampaignName, hide_possible_values = true)]
     file: Option<String>,
     /// How many runs, instead of as many as the file says
@@ -123,6 +124,16 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         None => {}
     }
     let file = Path::new(args.file.as_deref().unwrap_or_default());
+    if model::is_model(file) {
+        let shard = ("--shard", args.shard.is_some());
+        model::refuse(&[
+            shard,
+            ("--only", args.only.is_some()),
+            ("--out", args.out.is_some()),
+            ("--fresh", args.fresh),
+        ])?;
+        return model::campaign(file, args.runs, args.quiet);
+    }
     let plan = Plan::load(file)?;
     let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));

@@ -17,6 +17,7 @@ use scenarios::scenario::{Scenario, find};
 use serde_json::json;
 use skills::{Chart, Strictness};
 
+use crate::model;
 use crate::monitor::System;
 use crate::named_files;
 use crate::output::{complain, print_json, say, warn};
@@ -128,6 +129,7 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
     let path = Path::new(file);
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
+        Some("xml") if model::is_model(path) => of_model(path),
         Some("xml") => tree(path).map(|(_, checked)| checked),
         Some("scxml") => machine(path).map(|(_, checked)| checked),
         Some("scope") => properties(path, scenario),
@@ -146,6 +148,14 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
              in .scope",
         )),
     }
+}
+
+fn of_model(path: &Path) -> Result<Checked, Error> {
+    let model = roaml::Model::load(path).map_err(Error::bad_input)?;
+    let (machines, properties) = (model.machines().count(), model.properties.len());
+    let summary = format!("a RoAML model: {}, {}", counted(machines, "machine"), counted_properties(properties));
+    let concerns = model.warnings.iter().map(|warning| Box::new(warning.clone()) as _).collect();
+    Ok(Checked { summary, concerns })
 }
 
 /// What a TOML file is about.

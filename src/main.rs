@@ -17,6 +17,7 @@ mod localize;
 mod man;
 mod map;
 mod matrix;
+mod model;
 mod monitor;
 mod named_files;
 mod names;

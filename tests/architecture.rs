@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 19] = [
+const ROOMS: [(&str, &[&str]); 20] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("interfaces", &["channels", "diagnostics"]),
@@ -26,6 +26,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
     ("batch", &[]),
     ("drawing", &["maps"]),
     ("recording", &["channels", "maps", "robot", "monitors", "bt"]),
+    ("roaml", &["channels", "diagnostics", "robot", "bt", "skills"]),
     ("trials", &["batch", "maps", "robot", "sim", "nav", "drawing"]),
     (
         "scenarios",
@@ -58,6 +59,7 @@ const ROOMS: [(&str, &[&str]); 19] = [
             "nav",
             "bt",
             "skills",
+            "roaml",
             "monitors",
             "batch",
             "drawing",

@@ -1,0 +1,72 @@
+//! The machines of a model, by the names of their processes.
+
+use std::collections::BTreeMap;
+
+use bt::NodeId;
+
+use crate::machine::{Kind, Machine, TREE};
+
+/// The fields of an event, with their kinds.
+pub(crate) type Fields = Vec<(String, Kind)>;
+
+/// The event of the topic `clock`, a `builtin_interfaces/Time`.
+pub(crate) const CLOCK_EVENT: &str = "topic_clock_msg";
+
+/// The names of the processes that every model has.
+pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
+pub(crate) const CLOCK: &str = "Clock";
+pub(crate) const RECORDER: &str = "Recorder";
+/// The names that no machine may have.
+pub(crate) const RESERVED: [&str; 4] = [TREE, TICK_GENERATOR, CLOCK, RECORDER];
+
+/// A machine with its name.
+#[derive(Clone, Debug)]
+pub(crate) struct Instance {
+    pub(crate) name: String,
+    /// The leaf of the tree that it implements.
+    pub(crate) leaf: Option<NodeId>,
+    pub(crate) machine: Machine,
+}
+
+/// The fields of every event that the machines of a model send, with their kinds.
+pub(crate) fn events(machines: &[Instance]) -> BTreeMap<String, Fields> {
+    let mut events: BTreeMap<String, Fields> = BTreeMap::new();
+    let time = [("sec", Kind::Int), ("nanosec", Kind::Int)];
+    events.insert(CLOCK_EVENT.to_owned(), time.map(|(name, kind)| (name.to_owned(), kind)).to_vec());
+    for (event, sent) in parts(machines).into_iter().flat_map(|part| &part.machine.sends) {
+        let fields = events.entry(event.clone()).or_default();
+        for (name, kind) in &sent.fields {
+            match fields.iter_mut().find(|(known, _)| known == name) {
+                Some((_, known)) => *known = known.or(*kind),
+                None => fields.push((name.clone(), *kind)),
+            }
+        }
+    }
+    events
+}
+
+/// A machine that becomes a process: an instance of the model, or one of its threads.
+pub(crate) struct Part<'m> {
+    pub(crate) name: String,
+    pub(crate) machine: &'m Machine,
+    pub(crate) instance: &'m Instance,
+    /// The index of the instance's own process, and the thread's number.
+    pub(crate) thread: Option<(usize, usize)>,
+}
+
+/// The processes that run the machines, in order.
+pub(crate) fn parts(machines: &[Instance]) -> Vec<Part<'_>> {
+    let mut parts = Vec::new();
+    for instance in machines {
+        let own = parts.len();
+        let name = instance.name.clone();
+        parts.push(Part { name, machine: &instance.machine, instance, thread: None });
+        for thread in &instance.machine.threads {
+            for number in 0..thread.count {
+                let name = format!("{} thread {number}", instance.name);
+                parts.push(Part { name, machine: &thread.machine, instance, thread: Some((own, number)) });
+            }
+        }
+    }
+    parts
+}

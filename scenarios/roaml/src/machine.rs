@@ -1,0 +1,129 @@
+//! A machine of a model: an `.ascxml` file, as a node of ROS or as the plugin of a leaf of the tree.
+
+mod declarations;
+mod expression;
+mod kind;
+mod plain;
+mod port;
+mod translate;
+mod vocabulary;
+mod xml;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use diagnostics::{Problem, Source};
+use roxmltree::Node;
+use skills::{Chart, SkillError};
+
+pub(crate) use declarations::{Interface, PortDirection};
+pub(crate) use kind::Kind;
+pub(crate) use port::{TREE, input_datum, output_datum};
+pub(crate) use translate::Sent;
+pub(crate) use vocabulary::{Role, Way};
+pub(crate) use xml::{is, parse, value_span};
+
+use declarations::Declarations;
+use translate::Translator;
+
+/// A machine of a model: compiled, and what it exchanges with others.
+#[derive(Clone, Debug)]
+pub struct Machine {
+    pub(crate) chart: Arc<Chart>,
+    pub(crate) interfaces: Vec<Interface>,
+    /// The ports that it declares, with their kinds.
+    pub(crate) ports: BTreeMap<String, (PortDirection, Kind)>,
+    /// What it sends, by event.
+    pub(crate) sends: BTreeMap<String, Sent>,
+    /// The threads of its action servers.
+    pub(crate) threads: Vec<Thread>,
+}
+
+/// The machine that several threads of an action server run.
+#[derive(Clone, Debug)]
+pub(crate) struct Thread {
+    pub(crate) count: usize,
+    pub(crate) machine: Machine,
+}
+
+impl Machine {
+    /// The machine.
+    #[must_use]
+    pub fn chart(&self) -> &Arc<Chart> {
+        &self.chart
+    }
+
+    /// Reads a machine. `ports` are the constant values of a leaf's input ports, as the tree's file has them, and
+    /// `structures` the names of the model's own types.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the file, each at its place.
+    pub fn load(
+        file: &str,
+        text: &str,
+        ports: &BTreeMap<String, String>,
+        structures: &[String],
+    ) -> Result<Self, Vec<Problem>> {
+        let source = Source::new(file, text);
+        let of = |problems: Vec<Problem>| problems.into_iter().map(|problem| problem.of(&source)).collect();
+        let document = parse(text).map_err(|problem| of(vec![problem]))?;
+        let root = document.root_element();
+        if !["ascxml", "scxml"].contains(&root.tag_name().name()) {
+            let problem = Problem::new("this is not a machine of RoAML").at(diagnostics::xml::name_span(root), "here");
+            return Err(of(vec![problem.with_help("a machine begins with <ascxml name=\"…\" initial=\"…\">")]));
+        }
+        let mut problems = Vec::new();
+        let declarations = Declarations::of(root, ports, structures, &mut problems);
+        let whole = build(file, text, root, &declarations, &mut problems);
+        let mut threads = Vec::new();
+        for thread in root.children().filter(|node| is(node, "ros_action_thread")) {
+            let count = thread.attribute("n_threads").and_then(|count| count.parse().ok());
+            let count = count.filter(|count| (1..=64).contains(count)).unwrap_or_else(|| {
+                let problem = Problem::new("<ros_action_thread> needs `n_threads`, a number from 1 to 64");
+                problems.push(problem.at(diagnostics::xml::name_span(thread), "here"));
+                1
+            });
+            let machine = build(file, text, thread, &declarations, &mut problems);
+            threads.extend(machine.map(|machine| Thread { count, machine }));
+        }
+        match whole {
+            Some(machine) if !problems.iter().any(Problem::is_error) => Ok(Self { threads, ..machine }),
+            _ => {
+                problems.sort_by_key(Problem::offset);
+                Err(of(problems))
+            }
+        }
+    }
+}
+
+/// Translates and compiles one machine: the whole file's, or that of a thread.
+fn build(
+    file: &str,
+    text: &str,
+    root: Node<'_, '_>,
+    declarations: &Declarations,
+    problems: &mut Vec<Problem>,
+) -> Option<Machine> {
+    let known = problems.len();
+    let translated = Translator::new(text, declarations, problems).machine(root);
+    if problems.len() > known {
+        return None;
+    }
+    match Chart::load_translated(file, text, translated.plain.text(), &|range| translated.plain.place(range)) {
+        Ok(chart) => Some(Machine {
+            chart,
+            interfaces: declarations.interfaces.clone(),
+            ports: declarations.ports(),
+            sends: translated.sends,
+            threads: Vec::new(),
+        }),
+        Err(SkillError::Load { problems: more, .. }) => {
+            problems.extend(more.into_iter().filter(Problem::is_error));
+            None
+        }
+        Err(error) => {
+            problems.push(Problem::new(error.to_string()).at(diagnostics::xml::name_span(root), "this machine"));
+            None
+        }
+    }
+}

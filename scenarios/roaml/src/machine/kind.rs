@@ -1,0 +1,148 @@
+//! The kinds of values in messages.
+
+use channels::{FieldKind, Value};
+use skills::Datum;
+
+/// The kind of a field of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(crate) enum Kind {
+    /// `true` or `false`.
+    Bool,
+    /// A whole number.
+    Int,
+    /// A number.
+    Real,
+    /// A text.
+    Text,
+    /// Any value: an array, a structure, or one whose type is not known. Channels carry it as JSON.
+    Any,
+}
+
+/// The types of data, with their kinds.
+const TYPES: [(&str, Kind); 12] = [
+    ("bool", Kind::Bool),
+    ("float32", Kind::Real),
+    ("float64", Kind::Real),
+    ("int8", Kind::Int),
+    ("int16", Kind::Int),
+    ("int32", Kind::Int),
+    ("int64", Kind::Int),
+    ("string", Kind::Text),
+    ("uint8", Kind::Int),
+    ("uint16", Kind::Int),
+    ("uint32", Kind::Int),
+    ("uint64", Kind::Int),
+];
+
+impl Kind {
+    /// The kind of a type in a model: `int32`, `float64[3]`, or one of its own structures.
+    pub(crate) fn of_type(name: &str, structures: &[String]) -> Option<Self> {
+        let element = name.split('[').next().unwrap_or_default().trim();
+        let base = TYPES.iter().find(|(known, _)| *known == element).map(|(_, kind)| *kind);
+        let known = base.or_else(|| structures.iter().any(|known| known == element).then_some(Self::Any))?;
+        Some(if name.contains('[') { Self::Any } else { known })
+    }
+
+    /// The names of the basic types.
+    pub(crate) fn type_names() -> impl Iterator<Item = &'static str> {
+        TYPES.iter().map(|(name, _)| *name)
+    }
+
+    /// The kind of a field of a message, if the message is one of ROS's own.
+    pub(crate) fn of_ros(of: &str, field: &str) -> Option<Self> {
+        let name = of.strip_prefix("std_msgs/").filter(|_| field == "data")?;
+        Some(match name {
+            "Bool" => Self::Bool,
+            "String" => Self::Text,
+            "Float32" | "Float64" => Self::Real,
+            name if name.starts_with("Int") || name.starts_with("UInt") => Self::Int,
+            _ => return None,
+        })
+        .filter(|_| !name.ends_with("Array"))
+    }
+
+    /// The kind of values of either kind.
+    pub(crate) fn or(self, other: Self) -> Self {
+        match (self, other) {
+            (one, same) if one == same => one,
+            (Self::Int, Self::Real) | (Self::Real, Self::Int) => Self::Real,
+            _ => Self::Any,
+        }
+    }
+
+    /// What a channel carries.
+    pub(crate) fn field(self) -> FieldKind {
+        match self {
+            Self::Bool => FieldKind::Bool,
+            Self::Int => FieldKind::Int,
+            Self::Real => FieldKind::Real,
+            Self::Text | Self::Any => FieldKind::Text,
+        }
+    }
+
+    /// The value of a field, if the datum is of this kind.
+    pub(crate) fn value(self, datum: &Datum) -> Option<Value> {
+        match (self, datum) {
+            (Self::Bool, Datum::Bool(truth)) => Some(Value::Bool(*truth)),
+            (Self::Int, Datum::Number(number)) if number.fract() == 0.0 && number.abs() < 9.1e15 => {
+                Some(Value::Int(*number as i64))
+            }
+            (Self::Real, Datum::Number(number)) if !number.is_nan() => Some(Value::Real(*number)),
+            (Self::Text, Datum::Text(text)) => Some(Value::Text(std::sync::Arc::clone(text))),
+            (Self::Any, datum) => Some(Value::Text(datum.to_json().into())),
+            _ => None,
+        }
+    }
+
+    /// The value of a field that nobody has set, as in ROS.
+    pub(crate) fn default(self) -> Value {
+        match self {
+            Self::Bool => Value::Bool(false),
+            Self::Int => Value::Int(0),
+            Self::Real => Value::Real(0.0),
+            Self::Text => Value::Text("".into()),
+            Self::Any => Value::Text("null".into()),
+        }
+    }
+
+    /// The datum that a field holds.
+    pub(crate) fn datum(self, value: &Value) -> Datum {
+        match value {
+            Value::Bool(truth) => (*truth).into(),
+            Value::Int(number) => (*number as f64).into(),
+            Value::Real(number) => (*number).into(),
+            Value::Text(text) if self == Self::Any => serde_json::from_str(text).map(from_json).unwrap_or_default(),
+            Value::Text(text) => Datum::Text(std::sync::Arc::clone(text)),
+            Value::Symbol(_) => Datum::Undefined,
+        }
+    }
+
+    /// The datum that a text in a tree's file means.
+    pub(crate) fn parse(self, text: &str) -> Option<Datum> {
+        Some(match self {
+            Self::Bool => match text.trim() {
+                "true" | "1" => true.into(),
+                "false" | "0" => false.into(),
+                _ => return None,
+            },
+            Self::Int => (text.trim().parse::<i64>().ok()? as f64).into(),
+            Self::Real => text.trim().parse::<f64>().ok()?.into(),
+            Self::Text => Datum::text(text),
+            Self::Any => from_json(serde_json::from_str(text).ok()?),
+        })
+    }
+}
+
+fn from_json(json: serde_json::Value) -> Datum {
+    use serde_json::Value as Json;
+    match json {
+        Json::Null => Datum::Undefined,
+        Json::Bool(truth) => truth.into(),
+        Json::Number(number) => number.as_f64().map_or(Datum::Undefined, Datum::from),
+        Json::String(text) => Datum::text(&text),
+        Json::Array(items) => Datum::array(items.into_iter().map(from_json)).unwrap_or_default(),
+        Json::Object(members) => {
+            Datum::object(members.into_iter().map(|(name, value)| (name, from_json(value)))).unwrap_or_default()
+        }
+    }
+}

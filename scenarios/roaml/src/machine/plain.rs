@@ -1,0 +1,77 @@
+//! A text made of parts of another, with the place of each part.
+
+use std::ops::Range;
+
+/// The translation of a file: parts of it, and words in their place.
+#[derive(Debug, Default)]
+pub(crate) struct Plain {
+    text: String,
+    pieces: Vec<Piece>,
+}
+
+/// A piece of the translation, from `start` to the next piece.
+#[derive(Debug)]
+struct Piece {
+    start: usize,
+    /// What it stands for in the file.
+    from: Range<usize>,
+    /// Whether it is a copy, so that places inside it can be told apart.
+    copied: bool,
+}
+
+impl Plain {
+    /// Appends a part of the file as it is.
+    pub(crate) fn copy(&mut self, file: &str, from: Range<usize>) {
+        let copy = file.get(from.clone()).unwrap_or_default();
+        self.pieces.push(Piece { start: self.text.len(), from, copied: true });
+        self.text.push_str(copy);
+    }
+
+    /// Appends other words, which stand for this range of the file.
+    pub(crate) fn write(&mut self, words: &str, from: &Range<usize>) {
+        self.pieces.push(Piece { start: self.text.len(), from: from.clone(), copied: false });
+        self.text.push_str(words);
+    }
+
+    /// The translation.
+    pub(crate) fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The range of the file that a range of the translation stands for.
+    pub(crate) fn place(&self, range: Range<usize>) -> Range<usize> {
+        let from = self.from(range.start, false);
+        let to = if range.is_empty() { from } else { self.from(range.end - 1, true) };
+        from..to.max(from)
+    }
+
+    /// The place of a byte, or the one behind it.
+    fn from(&self, byte: usize, behind: bool) -> usize {
+        let after = self.pieces.partition_point(|piece| piece.start <= byte);
+        let Some(piece) = after.checked_sub(1).map(|index| &self.pieces[index]) else { return 0 };
+        match (piece.copied, behind) {
+            (true, _) => (piece.from.start + (byte - piece.start) + usize::from(behind)).min(piece.from.end),
+            (false, true) => piece.from.end,
+            (false, false) => piece.from.start,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_inside_copies_are_exact_and_others_are_those_of_the_replaced_words() {
+        let file = "if _msg.data then";
+        let mut plain = Plain::default();
+        plain.copy(file, 0..3);
+        plain.write("_event.data", &(3..7));
+        plain.copy(file, 7..17);
+        assert_eq!(plain.text(), "if _event.data.data then");
+        assert_eq!(&file[plain.place(3..14)], "_msg");
+        assert_eq!(&file[plain.place(3..19)], "_msg.data");
+        assert_eq!(&file[plain.place(20..24)], "then");
+        assert_eq!(&file[plain.place(0..2)], "if");
+    }
+}

@@ -1,0 +1,366 @@
+//! A model: the main file, and everything that it names.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+use bt::{Loader, Tree};
+use diagnostics::xml::name_span;
+use diagnostics::{FileProblems, Problem, Source, nearest_or_all, text_from_disk};
+use roxmltree::Node;
+
+use crate::instance::{Instance, RESERVED, events};
+use crate::machine::{Machine, is, parse, value_span};
+use crate::property::Property;
+
+/// The parameters of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameters {
+    /// When a run ends.
+    pub max_time: Duration,
+    /// Time between two ticks of the tree.
+    pub tick: Duration,
+    /// Whether ticks continue after the tree has succeeded or failed.
+    pub tick_if_not_running: bool,
+}
+
+/// A model: a tree, machines and properties, loaded and checked.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// The name of its folder, or else of its file.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Parameters,
+    /// The behavior tree, if it has one.
+    pub tree: Option<Arc<Tree>>,
+    /// The nodes of ROS, and then the leaves of the tree.
+    pub(crate) machines: Vec<Instance>,
+    /// The properties.
+    pub properties: Vec<Property>,
+    /// Warnings, to be rendered; of files that are accepted nevertheless.
+    pub warnings: Vec<Problem>,
+}
+
+/// Whether a text is the main file of a model.
+#[must_use]
+pub fn is_model(text: &str) -> bool {
+    parse(text).is_ok_and(|document| ROOTS.contains(&document.root_element().tag_name().name()))
+}
+
+/// The names of the root element; the second is AS2FM's older one.
+const ROOTS: [&str; 2] = ["roaml", "convince_mc_tc"];
+
+impl Model {
+    /// Loads a model from its main file.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the file and those that it names, each at its place.
+    pub fn load(path: &Path) -> Result<Self, FileProblems> {
+        let name = path.display().to_string();
+        let text = text_from_disk(path)
+            .map_err(|error| FileProblems::from(Problem::new(format!("cannot read the model {name}: {error}"))))?;
+        let source = Source::new(&name, text.as_str());
+        let folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
+        let mut reader = Reader { folder, source: source.clone(), problems: Vec::new() };
+        let model = match parse(&text) {
+            Ok(document) => reader.model(path, document.root_element()),
+            Err(problem) => {
+                reader.problems.push(problem.of(&source));
+                None
+            }
+        };
+        let (errors, warnings) = reader.problems.into_iter().partition(Problem::is_error);
+        FileProblems::none_of(errors)?;
+        Ok(Self { warnings, ..model.expect("what could not be loaded was complained about") })
+    }
+
+    /// The names of the processes that run a machine, in order: those of nodes, and then those of the tree's leaves.
+    pub fn machines(&self) -> impl Iterator<Item = (&str, &Machine)> {
+        self.machines.iter().map(|instance| (instance.name.as_str(), &instance.machine))
+    }
+
+    /// The events that properties are about.
+    pub(crate) fn recorded(&self) -> impl Iterator<Item = &str> {
+        self.properties.iter().flat_map(Property::events)
+    }
+}
+
+/// A file that the main file names.
+struct Named<'t> {
+    path: PathBuf,
+    text: String,
+    node: Node<'t, 't>,
+}
+
+struct Reader {
+    folder: PathBuf,
+    source: Source,
+    problems: Vec<Problem>,
+}
+
+impl Reader {
+    fn report(&mut self, problem: Problem) {
+        self.problems.push(problem.of(&self.source));
+    }
+
+    fn model(&mut self, path: &Path, root: Node<'_, '_>) -> Option<Model> {
+        if !ROOTS.contains(&root.tag_name().name()) {
+            let problem = Problem::new("this is not a RoAML model").at(name_span(root), "the first element");
+            self.report(problem.with_help("a model begins with <roaml>"));
+            return None;
+        }
+        let known = ["parameters", "mc_parameters", "behavior_tree", "node_models", "data_declarations", "properties"];
+        for child in root.children().filter(Node::is_element) {
+            let name = child.tag_name().name();
+            if !known.contains(&name) {
+                let problem = Problem::new(format!("<{}> has no part <{name}>", root.tag_name().name()));
+                self.report(problem.at(name_span(child), "unknown").with_help(nearest_or_all(
+                    name,
+                    "its parts",
+                    &known,
+                )));
+            }
+        }
+        let section = |names: &[&str]| root.children().find(|child| names.iter().any(|name| is(child, name)));
+        let parameters = match section(&["parameters", "mc_parameters"]) {
+            Some(section) => self.parameters(section),
+            None => {
+                let problem =
+                    Problem::new("the model has no parameters").at(name_span(root), "<parameters> is missing");
+                self.report(problem.with_help("<parameters> <max_time value=\"100\" unit=\"s\"/> </parameters>"));
+                None
+            }
+        };
+        let structures = section(&["data_declarations"]).map_or_else(Vec::new, |section| self.structures(section));
+        let mut machines = section(&["node_models"]).map_or_else(Vec::new, |section| self.nodes(section, &structures));
+        let tree = section(&["behavior_tree"]).and_then(|section| self.tree(section, &structures, &mut machines));
+        if section(&["behavior_tree"]).is_some() && tree.is_none() && self.problems.is_empty() {
+            self.report(Problem::new("the model's tree cannot be loaded").at(name_span(root), "in here"));
+        }
+        let mut seen: Vec<&str> = RESERVED.to_vec();
+        let mut repeated = Vec::new();
+        for instance in &machines {
+            if seen.contains(&instance.name.as_str()) {
+                repeated.push(format!("two processes are named `{}`", instance.name));
+            }
+            seen.push(&instance.name);
+        }
+        for message in repeated {
+            let problem = Problem::new(message).at(name_span(root), "in this model");
+            self.report(problem.with_help("machines and leaves need different names"));
+        }
+        let events = events(&machines);
+        let is_sound = !self.problems.iter().any(Problem::is_error);
+        let properties = section(&["properties"]).filter(|_| is_sound).map_or_else(Vec::new, |section| {
+            let files = self.inputs(section, &["jani"]);
+            let mut properties = Vec::new();
+            for Named { path, text, .. } in files {
+                let source = Source::new(&path.display().to_string(), text.as_str());
+                match Property::read(&text, &events) {
+                    Ok(more) => properties.extend(more),
+                    Err(problems) => self.problems.extend(problems.into_iter().map(|problem| problem.of(&source))),
+                }
+            }
+            properties
+        });
+        let stem = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy());
+        let parameters = parameters?;
+        let name = stem.into_owned();
+        Some(Model { name, parameters, tree, machines, properties, warnings: Vec::new() })
+    }
+
+    fn parameters(&mut self, section: Node<'_, '_>) -> Option<Parameters> {
+        let (mut max_time, mut tick, mut tick_if_not_running) = (None, Duration::from_secs(1), false);
+        for node in section.children().filter(Node::is_element) {
+            let name = node.tag_name().name();
+            let Some(value) = node.attribute("value") else {
+                self.report(
+                    Problem::new(format!("<{name}> needs the attribute `value`")).at(name_span(node), "missing"),
+                );
+                continue;
+            };
+            let wrong =
+                |what: &str| Problem::new(format!("`{value}` is not {what}")).at(value_span(node, "value"), "here");
+            match name {
+                "max_time" => {
+                    let unit = node.attribute("unit").unwrap_or("s");
+                    let units = [("s", 1_000_000_000), ("ms", 1_000_000), ("us", 1_000), ("ns", 1)];
+                    let unit_ns = units.into_iter().find(|(name, _)| *name == unit).map(|(_, ns)| ns);
+                    if unit_ns.is_none() {
+                        let problem = Problem::new(format!("unknown unit `{unit}`"));
+                        let names = units.map(|(name, _)| name);
+                        let problem = problem.at(value_span(node, "unit"), "unknown unit");
+                        self.report(problem.with_help(nearest_or_all(unit, "units", &names)));
+                    }
+                    match value.trim().parse::<u64>().ok().zip(unit_ns).and_then(|(value, ns)| value.checked_mul(ns)) {
+                        Some(ns) => max_time = Some(Duration::from_nanos(ns)),
+                        None if unit_ns.is_some() => self.report(wrong("a whole number of this unit")),
+                        None => {}
+                    }
+                }
+                "bt_tick_rate" => match value.trim().parse::<f64>().ok().filter(|rate| *rate > 0.0 && *rate <= 1e6) {
+                    Some(rate) => tick = Duration::from_nanos((1e9 / rate).round() as u64),
+                    None => self.report(wrong("a rate in Hz")),
+                },
+                "bt_tick_if_not_running" => match value.trim() {
+                    "true" | "True" | "1" => tick_if_not_running = true,
+                    "false" | "False" | "0" => tick_if_not_running = false,
+                    _ => self.report(wrong("`true` or `false`")),
+                },
+                // Arrays grow as they need to.
+                "max_array_size" => {}
+                _ => {
+                    let known = ["max_time", "max_array_size", "bt_tick_rate", "bt_tick_if_not_running"];
+                    let problem = Problem::new(format!("unknown parameter <{name}>")).at(name_span(node), "unknown");
+                    self.report(problem.with_help(nearest_or_all(name, "parameters", &known)));
+                }
+            }
+        }
+        if max_time.is_none() && self.problems.is_empty() {
+            let problem = Problem::new("the model does not say how long it may run").at(name_span(section), "in here");
+            self.report(problem.with_help("<max_time value=\"100\" unit=\"s\"/>"));
+        }
+        max_time.map(|max_time| Parameters { max_time, tick, tick_if_not_running })
+    }
+
+    /// The files of a section, as far as they can be read. `types` are those that it accepts.
+    fn inputs<'t>(&mut self, section: Node<'t, 't>, types: &[&str]) -> Vec<Named<'t>> {
+        let mut files = Vec::new();
+        for node in section.children().filter(Node::is_element) {
+            let name = node.tag_name().name();
+            if name != "input" {
+                let problem = Problem::new(format!("<{}> contains only <input>", section.tag_name().name()));
+                self.report(problem.at(name_span(node), format!("not <{name}>")));
+                continue;
+            }
+            let (Some(of), Some(src)) = (node.attribute("type"), node.attribute("src")) else {
+                let problem = Problem::new("<input> needs the attributes `type` and `src`");
+                self.report(problem.at(name_span(node), "one is missing"));
+                continue;
+            };
+            if !types.contains(&of) {
+                let problem = Problem::new(format!("`{of}` is not a type of input that is understood here"));
+                let problem = problem.at(value_span(node, "type"), "unknown type");
+                self.report(problem.with_help(nearest_or_all(of, "types", types)));
+                continue;
+            }
+            let path = self.folder.join(src);
+            match text_from_disk(&path) {
+                Ok(text) => files.push(Named { path, text, node }),
+                Err(error) => {
+                    let problem = Problem::new(format!("cannot read {}: {error}", path.display()));
+                    self.report(problem.at(value_span(node, "src"), "this file"));
+                }
+            }
+        }
+        files
+    }
+
+    /// The names of the model's own types.
+    fn structures(&mut self, section: Node<'_, '_>) -> Vec<String> {
+        let mut names = Vec::new();
+        for Named { path, text, node } in self.inputs(section, &["xml", "json"]) {
+            let found =
+                if node.attribute("type") == Some("xml") { xml_structures(&text) } else { json_structures(&text) };
+            match found {
+                Ok(found) => names.extend(found),
+                Err(problem) => {
+                    let source = Source::new(&path.display().to_string(), text.as_str());
+                    self.problems.push(problem.of(&source));
+                }
+            }
+        }
+        names
+    }
+
+    fn nodes(&mut self, section: Node<'_, '_>, structures: &[String]) -> Vec<Instance> {
+        let mut nodes = Vec::new();
+        for Named { path, text, .. } in self.inputs(section, &["node-ascxml", "ros-scxml"]) {
+            match Machine::load(&path.display().to_string(), &text, &BTreeMap::new(), structures) {
+                Ok(machine) => nodes.push(Instance { name: machine.chart.name().to_owned(), leaf: None, machine }),
+                Err(problems) => self.problems.extend(problems),
+            }
+        }
+        nodes
+    }
+
+    /// The tree; its leaves' machines are added to the others.
+    fn tree(
+        &mut self,
+        section: Node<'_, '_>,
+        structures: &[String],
+        machines: &mut Vec<Instance>,
+    ) -> Option<Arc<Tree>> {
+        let files = self.inputs(section, &["bt.cpp-xml", "bt-plugin-ascxml", "bt-plugin-ros-scxml"]);
+        let (trees, plugins): (Vec<_>, Vec<_>) =
+            files.into_iter().partition(|file| file.node.attribute("type") == Some("bt.cpp-xml"));
+        let [tree] = trees.as_slice() else {
+            if self.problems.is_empty() {
+                let problem = Problem::new(format!("a model has one tree, not {}", trees.len()));
+                self.report(
+                    problem.at(name_span(section), "in here").with_help("<input type=\"bt.cpp-xml\" src=\"…\"/>"),
+                );
+            }
+            return None;
+        };
+        let mut by_id: BTreeMap<String, &Named<'_>> = BTreeMap::new();
+        for plugin in &plugins {
+            let file = plugin.path.display().to_string();
+            match Machine::load(&file, &plugin.text, &BTreeMap::new(), structures) {
+                Ok(machine) => {
+                    by_id.insert(machine.chart.name().to_owned(), plugin);
+                }
+                Err(problems) => self.problems.extend(problems),
+            }
+        }
+        if !self.problems.is_empty() {
+            return None;
+        }
+        let loader = Loader::default().leaves(by_id.keys().map(String::as_str));
+        let tree = match loader.load(&tree.path, &tree.text) {
+            Ok(tree) => tree,
+            Err(error) => {
+                let source = Source::new(error.file(), tree.text.as_str());
+                self.problems.extend(error.problems().iter().map(|problem| problem.clone().of(&source)));
+                return None;
+            }
+        };
+        for leaf in tree.leaves() {
+            let Some(plugin) = by_id.get(leaf.type_id()) else {
+                let known: Vec<&str> = by_id.keys().map(String::as_str).collect();
+                let message = format!("no plugin implements the leaf `{}`", leaf.type_id());
+                let help = nearest_or_all(leaf.type_id(), "plugins", &known);
+                self.problems.push(tree.problem_at(leaf.id(), message, "this leaf", help));
+                continue;
+            };
+            let constants = tree.ports(leaf.id()).filter_map(|port| match port.source {
+                bt::Source::Constant(value) => Some((port.name.to_owned(), value.to_text().to_string())),
+                _ => None,
+            });
+            match Machine::load(&plugin.path.display().to_string(), &plugin.text, &constants.collect(), structures) {
+                Ok(machine) => {
+                    machines.push(Instance { name: leaf.process().to_owned(), leaf: Some(leaf.id()), machine });
+                }
+                Err(problems) => self.problems.extend(problems),
+            }
+        }
+        Some(Arc::new(tree))
+    }
+}
+
+/// The names of `<struct>`s.
+fn xml_structures(text: &str) -> Result<Vec<String>, Problem> {
+    let document = parse(text)?;
+    let structures = document.root_element().children().filter(|node| is(node, "struct"));
+    Ok(structures.filter_map(|node| node.attribute("id")).map(str::to_owned).collect())
+}
+
+/// The title of a JSON schema, and the names of its definitions.
+fn json_structures(text: &str) -> Result<Vec<String>, Problem> {
+    let schema: serde_json::Value = serde_json::from_str(text)
+        .map_err(|error| Problem::new(format!("this is not JSON: {error}")).at(0..0, "in this file"))?;
+    let title = schema.get("title").and_then(|title| title.as_str()).map(str::to_owned);
+    let definitions = schema.get("$defs").and_then(|defs| defs.as_object());
+    Ok(title.into_iter().chain(definitions.into_iter().flat_map(|defs| defs.keys().cloned())).collect())
+}

@@ -1,0 +1,77 @@
+//! AS2FM's own examples and tests, if `STEWARD_AS2FM` names a checkout of its repository.
+
+use std::path::PathBuf;
+
+use crate::{load, run, run_at_random, verdict};
+
+/// Its examples, with the probabilities that its tests and its tutorial give.
+const CERTAIN: [(&str, &str, bool); 18] = [
+    ("examples/quick_start_battery_monitor/main.xml", "battery_depleted", false),
+    ("examples/quick_start_battery_monitor/main.xml", "battery_below_20", false),
+    ("examples/quick_start_battery_monitor/main.xml", "battery_alarm_on", true),
+    ("examples/quick_start_battery_monitor/main.xml", "battery_charged", true),
+    ("examples/tutorial_fetch_and_carry/main.xml", "snack_at_table", true),
+    ("T/array_of_data_structs/main.xml", "success", true),
+    ("T/array_model_multi_dim/main.xml", "array_check", true),
+    ("T/blackboard_test/main.xml", "tree_success", true),
+    ("T/bt_test_models/main_test_ifthenelse_then.xml", "counter_then_10", true),
+    ("T/bt_test_models/main_test_ifthenelse_else.xml", "counter_else_10", true),
+    ("T/different_rate_senders/main.xml", "counter_check", true),
+    ("T/fibonacci_action_single_thread/main.xml", "client1_ok", true),
+    ("T/nested_data_ros/main.xml", "success", true),
+    ("T/ros_add_int_srv_example/main.xml", "happy_clients", true),
+    ("T/ros_example/main.xml", "battery_depleted", true),
+    ("T/ros_example/main.xml", "battery_over_depleted", false),
+    ("T/ros_example/main.xml", "alarm_on", true),
+    ("T/string_msg_comparison/main.xml", "success", true),
+];
+
+/// The checkout; without one, says why nothing is tested.
+fn checkout() -> Option<PathBuf> {
+    let folder = std::env::var_os("STEWARD_AS2FM").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("not run here: STEWARD_AS2FM does not name a checkout of AS2FM");
+    }
+    folder
+}
+
+#[test]
+fn what_is_certain_has_its_documented_verdict_in_every_run() {
+    let Some(folder) = checkout() else { return };
+    for (main, property, expected) in CERTAIN {
+        let model = load(&folder.join(main.replace("T/", "test/jani_generator/_test_data/"))).expect(main);
+        for seed in 0..5 {
+            let outcome = if seed == 0 { run(&model, seed) } else { run_at_random(&model, seed) };
+            assert_eq!(outcome.errors, [], "{main}, seed {seed}");
+            assert_eq!(verdict(&model, &outcome, property), expected, "{main}, {property}, seed {seed}");
+        }
+    }
+}
+
+#[test]
+fn navigation_by_one_id_and_name_is_two_processes() {
+    let Some(folder) = checkout() else { return };
+    let model = load(&folder.join("examples/tutorial_fetch_and_carry/main.xml")).expect("fetch and carry");
+    let names: Vec<&str> = model.machines().map(|(name, _)| name).collect();
+    assert_eq!(names.len(), 5, "{names:?}");
+    assert_eq!(names.iter().filter(|name| name.starts_with("navigate")).count(), 2, "{names:?}");
+}
+
+/// Fetch and carry: 0.7 · 0.6 · 0.7 in one attempt, and five attempts of which each needs what the others left.
+#[test]
+fn the_probabilistic_world_has_its_documented_probability() {
+    let Some(folder) = checkout() else { return };
+    let happened = |main: &str, runs: u64| {
+        let model = load(&folder.join("examples/tutorial_fetch_and_carry").join(main)).expect(main);
+        (0..runs).filter(|seed| verdict(&model, &run_at_random(&model, *seed), "snack_at_table")).count()
+    };
+    // The 99 % interval around k of 20 000 has a half width of 0.0083.
+    let runs = 20_000;
+    let rate = happened("main_probabilistic.xml", runs) as f64 / runs as f64;
+    eprintln!("{rate} of {runs}");
+    assert!((rate - 0.294).abs() < 2.576 * (0.294 * 0.706 / runs as f64).sqrt(), "{rate}");
+    let runs = 4000;
+    let rate = happened("main_probabilistic_extended_bt.xml", runs) as f64 / runs as f64;
+    eprintln!("{rate} of {runs} with five attempts");
+    assert!((rate - 0.954).abs() < 0.011, "{rate}");
+}
