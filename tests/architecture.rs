@@ -38,6 +38,7 @@ const ROOMS: [(&str, &[&str]); 20] = [
             "sim",
             "nav",
             "bt",
+            "interfaces",
             "skills",
             "components",
             "monitors",

@@ -136,7 +136,7 @@ fn phi2_blames_a_robot_that_is_already_there_and_its_variant_does_not() {
 #[test]
 fn the_undisturbed_run_has_the_same_course_with_the_published_protocol() {
     for variant in ["seed=1", "seed=2", "execution.policy=round-robin", "execution.tree=nodes"] {
-        let run = changed("nominal", &["skills=skills/original", "components.navigation=original", variant]);
+        let run = changed("nominal", &["skills=skills/original", "execution.stops=any-trip", variant]);
         assert_eq!(run["outcome"], "as_expected", "{variant}: {}", run["differences"]);
         assert_eq!(run["overruns"], 0, "{variant}");
     }
@@ -148,7 +148,7 @@ fn the_halt_of_a_trip_that_has_ended_loses_the_next_if_it_ends_every_trip() {
         let run = changed("late_halt", &[&format!("seed={seed}")]);
         assert_eq!(run["outcome"], "as_expected", "{}", run["differences"]);
     }
-    let own_trips = changed("late_halt", &["components.navigation=shipped"]);
+    let own_trips = changed("late_halt", &["execution.stops=own-trip"]);
     assert_eq!(monitor(&own_trips, "phi3")["verdict"], "satisfied");
     assert!(reached(&own_trips, "RechargingStation").is_some());
 }

@@ -73,17 +73,62 @@ impl fmt::Display for FieldKind {
     }
 }
 
+/// The part that a message plays between a client and the process that serves it.
+///
+/// The system itself knows one rule about roles: a [topic](Self::Topic)'s waiting message gives way to a newer one. All
+/// others are for the processes, which number requests and goals, and repeat the number in everything that belongs to
+/// them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Role {
+    /// A client asks for a [reply](Self::Reply).
+    Request,
+    /// The answer to a request, exactly one.
+    Reply,
+    /// A process publishes something, which nobody answers.
+    Topic,
+    /// A client asks for something that takes time.
+    Goal,
+    /// The client no longer wants its goal.
+    Cancel,
+    /// News about a goal that is still pursued; any number of them.
+    Feedback,
+    /// The end of a goal, exactly one.
+    Result,
+}
+
 /// One form that the messages of a channel may have: named fields with their kinds.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shape {
     fields: Vec<(String, FieldKind)>,
+    role: Role,
 }
 
 impl Shape {
-    /// The shape with these fields, in the order `m[1]`, `m[2]`, …
+    /// The shape with these fields, in the order `m[1]`, `m[2]`, …: that of requests.
     #[must_use]
     pub fn new(fields: impl IntoIterator<Item = (impl Into<String>, FieldKind)>) -> Self {
-        Self { fields: fields.into_iter().map(|(name, kind)| (name.into(), kind)).collect() }
+        Self { fields: fields.into_iter().map(|(name, kind)| (name.into(), kind)).collect(), role: Role::Request }
+    }
+
+    /// The shape of messages in another role.
+    #[must_use]
+    pub fn with_role(self, role: Role) -> Self {
+        Self { role, ..self }
+    }
+
+    /// The role of messages of this shape.
+    #[must_use]
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    /// The symbols that a message of this shape may begin with; empty if its first field is of another kind.
+    #[must_use]
+    pub fn heads(&self) -> &[Symbol] {
+        match self.fields.first() {
+            Some((_, FieldKind::Symbol(symbols))) => symbols,
+            _ => &[],
+        }
     }
 
     /// The fields' names and kinds, in the order `m[1]`, `m[2]`, …
@@ -121,6 +166,12 @@ impl Domain {
         Self { shapes: shapes.into_iter().collect() }
     }
 
+    /// The domain with the same messages, all in this role.
+    #[must_use]
+    pub fn in_role(self, role: Role) -> Self {
+        Self { shapes: self.shapes.into_iter().map(|shape| shape.with_role(role)).collect() }
+    }
+
     /// The shapes, in the order they were declared.
     #[must_use]
     pub fn shapes(&self) -> &[Shape] {
@@ -137,6 +188,13 @@ impl Domain {
     #[must_use]
     pub fn shape_of(&self, message: &Message) -> Option<&Shape> {
         self.shapes.iter().find(|shape| shape.contains(message))
+    }
+
+    /// Whether `newer` takes the place of `waiting` in a channel: both are messages of the same topic.
+    #[must_use]
+    pub fn gives_way(&self, waiting: &Message, newer: &Message) -> bool {
+        let is_topic = || self.shape_of(newer).is_some_and(|shape| shape.role == Role::Topic);
+        waiting.head() == newer.head() && is_topic()
     }
 }
 

@@ -76,7 +76,7 @@ mod value;
 
 pub use condition::{Assignment, Condition, Content, Evaluation, Relation, Term, VariableId};
 pub use disturbance::{Chance, Concern, Corruption, Disturbance, Effect};
-pub use domain::{Domain, FieldKind, Shape};
+pub use domain::{Domain, FieldKind, Role, Shape};
 pub use error::{RunError, WiringError};
 pub use event::{Event, EventKind};
 pub use graph::{GraphBuilder, GraphProcess, GraphTransition, Label, LocationId, ProgramGraph, Slot};

@@ -3,9 +3,10 @@
 use std::any::Any;
 use std::fmt::Debug;
 use std::hash::{Hash, Hasher};
+use std::sync::Arc;
 use std::time::Duration;
 
-use crate::{ChannelId, Envelope, Message};
+use crate::{ChannelId, Envelope, Message, Symbol};
 
 /// A transition of a process, numbered by the process itself. The number has no meaning elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -18,6 +19,8 @@ pub enum Pattern {
     Any,
     /// This message and no other: `?(q, p, <m>)`.
     Exactly(Message),
+    /// Any message that does not begin with one of these symbols.
+    Except(Arc<[Symbol]>),
 }
 
 impl Pattern {
@@ -27,6 +30,7 @@ impl Pattern {
         match self {
             Self::Any => true,
             Self::Exactly(expected) => expected == message,
+            Self::Except(heads) => !heads.iter().any(|head| Some(head.name()) == message.head()),
         }
     }
 }

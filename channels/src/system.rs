@@ -182,6 +182,12 @@ impl ChannelSystem {
         }
     }
 
+    /// Whether a process is suspended.
+    #[must_use]
+    pub fn is_suspended(&self, id: ProcessId) -> bool {
+        self.suspended[id.0]
+    }
+
     /// Sets the time of the run, releases the messages that were held until then, and fires the timers that are due,
     /// process by process.
     pub fn advance(&mut self, now: Duration) {
@@ -239,8 +245,8 @@ impl ChannelSystem {
             for offer in offers {
                 let kind = match &offer.action {
                     Action::Internal => Some(EnabledKind::Internal),
-                    Action::Send(channel, _) => match self.topology.get(*channel).capacity {
-                        Capacity::One if self.contents[channel.0].is_none() => Some(EnabledKind::Send(*channel)),
+                    Action::Send(channel, envelope) => match self.topology.get(*channel).capacity {
+                        Capacity::One if self.has_room(*channel, envelope) => Some(EnabledKind::Send(*channel)),
                         Capacity::One => None,
                         Capacity::Zero => {
                             self.push_handshakes(process, offer, enabled);
@@ -258,6 +264,16 @@ impl ChannelSystem {
             }
         }
         self.push_disturbances(enabled);
+    }
+
+    /// Whether a message can be sent: the channel is empty, or holds an older message of the same topic. A disturbance
+    /// keeps the older one, which is in transit.
+    fn has_room(&self, channel: ChannelId, envelope: &Envelope) -> bool {
+        let gives_way = |waiting: &Envelope| {
+            let domain = &self.topology.get(channel).domain;
+            domain.gives_way(&waiting.message, &envelope.message) && self.disturbances.let_pass(channel)
+        };
+        self.contents[channel.0].as_ref().is_none_or(gives_way)
     }
 
     /// Lists the handshakes that a send over a channel of capacity 0 can take part in.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Domain, Message, WiringError};
+use crate::{Domain, Message, Shape, WiringError};
 
 /// A process of a system, as an index into the [`Topology`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -33,7 +33,8 @@ impl ChannelId {
 pub enum Capacity {
     /// None: sender and receiver move together (handshaking).
     Zero,
-    /// One: sending fills the channel, receiving empties it (asynchronous message passing).
+    /// One: sending fills the channel, receiving empties it (asynchronous message passing). Only a
+    /// [topic](crate::Role::Topic)'s newer message can be sent while an older one waits, and takes its place.
     One,
 }
 
@@ -77,6 +78,8 @@ struct Declaration {
 pub struct Topology {
     processes: Vec<Declaration>,
     channels: Vec<Channel>,
+    /// What processes publish, whether or not anybody has subscribed to it.
+    topics: Vec<(ProcessId, Shape)>,
 }
 
 impl Topology {
@@ -126,6 +129,16 @@ impl Topology {
         }
         self.channels.push(Channel { source, target, capacity, domain });
         Ok(ChannelId(self.channels.len() - 1))
+    }
+
+    /// Declares a topic that the process publishes to every process with a channel from it that carries the topic.
+    pub fn publish(&mut self, process: ProcessId, topic: Shape) {
+        self.topics.push((process, topic));
+    }
+
+    /// The topics that a process publishes, in the order they were declared.
+    pub fn topics(&self, process: ProcessId) -> impl Iterator<Item = &Shape> {
+        self.topics.iter().filter(move |(publisher, _)| *publisher == process).map(|(_, topic)| topic)
     }
 
     /// The process with this name.

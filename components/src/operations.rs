@@ -1,6 +1,6 @@
 //! The messages of the components' channels: requests and answers.
 
-use channels::{FieldKind, Shape, Symbol};
+use channels::{FieldKind, Role, Shape, Symbol};
 use maps::Places;
 
 /// The name of the process that reads the battery.
@@ -32,8 +32,9 @@ pub fn operations(places: &Places) -> Vec<Operation> {
     let simple = |name| Shape::new([("request", FieldKind::symbols([name]))]);
     let at_place =
         |name| Shape::new([("request", FieldKind::symbols([name])), ("place", FieldKind::Symbol(places.clone()))]);
-    let ok = |field, kind| Shape::new([("status", FieldKind::symbols(["ok"])), (field, kind)]);
-    let error = || Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
+    let reply = |fields: [(&str, FieldKind); 2]| Shape::new(fields).with_role(Role::Reply);
+    let ok = |field, kind| reply([("status", FieldKind::symbols(["ok"])), (field, kind)]);
+    let error = || reply([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
     let on_board = |name| {
         [
             ("request", FieldKind::symbols([name])),

@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{ChannelSystem, Event, GraphMonitor, Monitor, Scheduler, Verdict};
-use components::{BATTERY_READER, LOCALIZATION, NAVIGATION};
 use maps::Place;
 use monitors::{ScopeMonitor, Warnings, scope_monitor};
 use recording::{
@@ -37,8 +36,6 @@ pub struct Live {
     system: ChannelSystem,
     scheduler: Box<dyn Scheduler>,
     ids: Ids,
-    /// The names of the components that the system has.
-    components: Vec<String>,
     /// The events of the last step.
     events: Vec<Event>,
     /// `None` in a run without monitors.
@@ -78,12 +75,10 @@ impl Live {
         let streams = Streams::new(seed);
         let mut wired = wire(&scenario, &streams)?;
         let world = World::new(scenario.premises.as_ref().zip(wired.ids.robot), &streams)?;
-        let topology = Arc::clone(wired.system.topology());
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let mut complaints = Complaints::default();
-        let injector = Injector::new(&scenario, &world, &wired.system, wired.ids, &streams, &mut complaints);
+        let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
-        let components = COMPONENTS.into_iter().filter(|name| topology.find_process(name).is_some());
         Ok(Self {
             decided: vec![false; wired.system.monitors().len()],
             skill_errors: SkillErrors::of(&wired.system),
@@ -95,7 +90,6 @@ impl Live {
             system: wired.system,
             scheduler: wired.scheduler,
             ids: wired.ids,
-            components: components.map(str::to_owned).collect(),
             events: Vec::new(),
             monitoring,
             injector,
@@ -249,7 +243,7 @@ impl Live {
             topology: Arc::clone(self.system.topology()),
             tree: tree.nodes().iter().map(recording::Node::from).collect(),
             skills: self.scenario.skills.keys().cloned().collect(),
-            components: self.components.clone(),
+            components: self.scenario.component_names().map(str::to_owned).collect(),
             monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.told()),
             faults: file.faults.iter().map(|fault| Arc::new(fault.told())).collect(),
             premises: premises.as_ref().map(premises_record),
@@ -302,9 +296,10 @@ impl Live {
         if self.events.is_empty() && !self.time().is_zero() {
             return details;
         }
-        let names = self.scenario.skills.keys().chain(&self.components);
-        self.told.locations.resize(names.clone().count(), None);
-        for (name, told) in names.zip(&mut self.told.locations) {
+        let skills = self.scenario.skills.keys().map(String::as_str);
+        let names: Vec<&str> = skills.chain(self.scenario.component_names()).collect();
+        self.told.locations.resize(names.len(), None);
+        for (name, told) in names.into_iter().zip(&mut self.told.locations) {
             let Some(process) = self.system.topology().find_process(name) else { continue };
             let Some(location) = self.system.location(process) else { continue };
             if told.as_ref() != Some(&location) {
@@ -348,9 +343,6 @@ impl Live {
         }
     }
 }
-
-/// The components in records, by name.
-const COMPONENTS: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
 
 fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
     let scope = scope_monitor(monitor);

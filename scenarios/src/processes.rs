@@ -6,6 +6,9 @@ use recording::TREE;
 /// The name of the process that generates ticks.
 pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
 
+/// The names of the components that a scenario with a map has unless it describes others with these names.
+pub(crate) const BUILTIN: [&str; 3] = [BATTERY_READER, LOCALIZATION, NAVIGATION];
+
 /// The names of the processes other than leaves.
 pub(crate) const RESERVED: [&str; 6] = [TICK_GENERATOR, TREE, BATTERY_READER, LOCALIZATION, NAVIGATION, BLACKBOARD];
 

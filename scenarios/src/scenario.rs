@@ -1,5 +1,7 @@
 //! Scenarios: one file per experiment, loaded with everything that it names.
 
+mod component;
+mod component_entry;
 mod faulty;
 mod file;
 mod file_reader;
@@ -24,6 +26,8 @@ use channels::Topology;
 use recording::Origin;
 use skills::Chart;
 
+pub use component::Component;
+pub use component_entry::ComponentEntry;
 pub use faulty::FaultyMachines;
 pub use file::{Execution, Expectations, Order, Policy, STEP, ScenarioFile, TreeForm};
 pub use find::Found;
@@ -36,6 +40,7 @@ pub use world::WorldBody;
 
 use crate::Error;
 use crate::monitoring::Monitoring;
+use crate::processes::BUILTIN;
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
 #[derive(Clone, Debug)]
@@ -52,7 +57,9 @@ pub struct Scenario {
     pub tree: Arc<Tree>,
     /// The skill of each leaf, by the name of the leaf's process.
     pub skills: BTreeMap<String, Skill>,
-    /// The machines that skills run while faults change them, by skill.
+    /// The components from files, by the name of their process.
+    pub components: BTreeMap<String, Component>,
+    /// The machines that skills and components run while faults change them, by the name of the process.
     pub machines: BTreeMap<String, FaultyMachines>,
     /// The property files: their names and texts.
     pub properties: Vec<(String, String)>,
@@ -79,10 +86,23 @@ impl Scenario {
         Ok(made)
     }
 
-    /// The machines that a skill may run: its own, and those with which faults replace it.
-    pub(crate) fn machines_of(&self, skill: &str) -> impl Iterator<Item = &Arc<Chart>> {
-        let sound = self.skills.get(skill).map(|skill| &skill.machine);
-        sound.into_iter().chain(self.machines.get(skill).into_iter().flat_map(FaultyMachines::values))
+    /// What runs SCXML machines: the skills, and then the components from files, by the name of the process.
+    pub fn machine_processes(&self) -> impl Iterator<Item = (&str, &Skill)> {
+        let components = self.components.iter().map(|(name, component)| (name.as_str(), &component.machine));
+        self.skills.iter().map(|(name, skill)| (name.as_str(), skill)).chain(components)
+    }
+
+    /// The machines that a process may run: its own, and those with which faults replace it.
+    pub(crate) fn machines_of<'a>(&'a self, name: &str, sound: &'a Skill) -> impl Iterator<Item = &'a Arc<Chart>> {
+        let faulty = self.machines.get(name).into_iter().flat_map(FaultyMachines::values);
+        std::iter::once(&sound.machine).chain(faulty)
+    }
+
+    /// The names of the components: the built-in ones, and then those from files.
+    pub fn component_names(&self) -> impl Iterator<Item = &str> {
+        let is_replaced = |name: &&str| self.components.contains_key(*name);
+        let of_robot = BUILTIN.into_iter().filter(|_| self.premises.is_some());
+        of_robot.filter(move |name| !is_replaced(name)).chain(self.components.keys().map(String::as_str))
     }
 
     /// The warnings about the tree and its skills, to be rendered; `None` if there are none.

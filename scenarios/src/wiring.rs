@@ -13,17 +13,18 @@ use components::{
     Operation, Processes, operations,
 };
 use diagnostics::{Problem, Spanned};
+use interfaces::Interface;
 use maps::Places;
 use recording::TREE;
 use robot::Streams;
-use skills::{Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
+use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
 use crate::Error;
 use crate::error::Complaints;
 use crate::names::unknown;
 use crate::occurrences::occurrences;
-use crate::processes::TICK_GENERATOR;
-use crate::scenario::{Order, Policy, Scenario, Skill, TreeForm};
+use crate::processes::{BUILTIN, TICK_GENERATOR};
+use crate::scenario::{Component, Order, Policy, Scenario, Skill, TreeForm};
 
 /// A process and its id in the topology.
 type WiredProcess = (ProcessId, Box<dyn Process>);
@@ -52,23 +53,24 @@ pub(crate) struct Ids {
 pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
     let mut complaints = Complaints::default();
     let mut topology = Topology::default();
-    let says = |name| scenario.machines_of(name).flat_map(|chart| chart.channel_messages()).collect();
-    let messages = scenario.skills.keys().map(|name| (&**name, says(name))).collect();
+    let clients =
+        scenario.machine_processes().map(|(name, skill)| Client::new(name, scenario.machines_of(name, skill)));
+    let parts = Parts { tree: &scenario.tree, skills: &scenario.skills, components: &scenario.components };
     let places = scenario.premises.as_ref().map(|premises| &premises.places);
-    let ids = declare(&scenario.tree, &messages, places, &mut topology).map_err(refused)?;
+    let ids = declare(&parts, &clients.collect::<Vec<_>>(), places, &mut topology).map_err(refused)?;
     let tree_processes = tree_processes(scenario, &mut topology, ids.tree).map_err(refused)?;
     let topology = Arc::new(topology);
 
     let mut processes = tree_processes;
     let ticks = topology.find_channel(TICK_GENERATOR, TREE).expect("the tree's channels have just been declared");
     processes.push((ids.tick_generator, Box::new(TickGenerator::new(ticks))));
-    for (name, skill) in &scenario.skills {
-        let id = topology.find_process(name).expect("every skill has just been declared");
+    for (name, skill) in scenario.machine_processes() {
+        let id = topology.find_process(name).expect("every machine's process has just been declared");
         let data = skill.data_of(&skill.machine);
         let skill = complaints.note(SkillProcess::new(name, &skill.machine, &topology, data));
         processes.extend(skill.map(|skill| (id, Box::new(skill) as Box<dyn Process>)));
     }
-    processes.extend(components(scenario, &topology, &ids).map_err(refused)?);
+    processes.extend(builtin_components(scenario, &topology, &ids).map_err(refused)?);
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
@@ -94,35 +96,79 @@ fn misfit(error: WiringError) -> Problem {
         .with_help("the tree, the skills and the components must agree on their channels and messages")
 }
 
-/// The messages of each skill over channels: the receiver, and the first symbol.
-type Messages<'a> = BTreeMap<&'a str, Vec<(&'a str, &'a str)>>;
+/// What is wired: the tree, the skills of its leaves, and the components from files.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Parts<'a> {
+    pub(crate) tree: &'a Tree,
+    pub(crate) skills: &'a BTreeMap<String, Skill>,
+    pub(crate) components: &'a BTreeMap<String, Component>,
+}
 
-/// Records all problems of skills that do not fit the tree and the components; leaves whose machines could not be
-/// loaded are reported elsewhere. Without `places`, there is no robot. Returns the places that skills always drive to,
-/// each with one such skill.
-pub(crate) fn check_skills(
-    tree: &Tree,
-    skills: &BTreeMap<String, Skill>,
+/// A process that may ask components and read their topics, with all machines that it may run.
+struct Client<'a> {
+    name: &'a str,
+    machines: Vec<&'a Arc<Chart>>,
+}
+
+impl<'a> Client<'a> {
+    fn new(name: &'a str, machines: impl Iterator<Item = &'a Arc<Chart>>) -> Self {
+        Self { name, machines: machines.collect() }
+    }
+
+    /// The first symbols of its messages to a process.
+    fn asks(&self, component: &str) -> Vec<&'a str> {
+        let messages = self.machines.iter().flat_map(|chart| chart.channel_messages());
+        messages.filter(|(to, _)| *to == component).map(|(_, head)| head).collect()
+    }
+
+    /// Whether it has a transition for a message of another process.
+    fn reads(&self, component: &str, head: &str) -> bool {
+        let event = format!("{component}.{head}");
+        self.machines.iter().any(|chart| chart.names(&event))
+    }
+}
+
+/// Records all problems of skills and components that do not fit together and to the tree; leaves whose machines could
+/// not be loaded are reported elsewhere. Without `places`, there is no robot. Returns the places that skills
+/// always drive to, each with one such skill.
+pub(crate) fn check_machines(
+    parts: &Parts<'_>,
     places: Option<&Places>,
     complaints: &mut Complaints,
 ) -> BTreeMap<String, String> {
     let mut topology = Topology::default();
-    let messages = skills.iter().map(|(name, skill)| (&**name, skill.machine.channel_messages())).collect();
-    if let Err(error) = declare(tree, &messages, places, &mut topology) {
+    let of_components = parts.components.iter().map(|(name, component)| (name, &component.machine));
+    let machines: Vec<(&String, &Skill)> = parts.skills.iter().chain(of_components).collect();
+    let clients: Vec<Client<'_>> =
+        machines.iter().map(|&(name, skill)| Client::new(name, std::iter::once(&skill.machine))).collect();
+    if let Err(error) = declare(parts, &clients, places, &mut topology) {
         complaints.push(misfit(error));
         return BTreeMap::new();
     }
-    let leaves = tree.leaves().filter(|leaf| skills.contains_key(leaf.process()));
+    for (name, Component { interface, .. }) in parts.components {
+        for client in &clients {
+            let asked = client.asks(name);
+            let used = interface.restricted_to(|operation| match operation {
+                interfaces::Operation::Service(service) => asked.contains(&service.name.as_str()),
+                _ => false,
+            });
+            if let Err(problem) = used.replies() {
+                complaints.push(problem);
+            }
+        }
+    }
+    let leaves = parts.tree.leaves().filter(|leaf| parts.skills.contains_key(leaf.process()));
     let leaves = leaves.map(|leaf| LeafOfSystem { name: leaf.process(), is_halted: leaf.kind() == bt::Kind::Action });
     let leaves: Vec<LeafOfSystem<'_>> = leaves.collect();
-    let data: Vec<Vec<(&str, Datum)>> = skills.values().map(|skill| skill.data_of(&skill.machine).collect()).collect();
-    let skills: Vec<SkillOfSystem<'_>> =
-        skills.iter().zip(&data).map(|((name, skill), data)| (&**name, &skill.machine, &data[..])).collect();
-    for error in check_system(&leaves, &skills, &topology) {
+    let data: Vec<Vec<(&str, Datum)>> =
+        machines.iter().map(|(_, skill)| skill.data_of(&skill.machine).collect()).collect();
+    let machines: Vec<SkillOfSystem<'_>> =
+        machines.iter().zip(&data).map(|((name, skill), data)| (name.as_str(), &skill.machine, &data[..])).collect();
+    for error in check_system(&leaves, &machines, &topology) {
         complaints.push(error);
     }
     let mut driven_to = BTreeMap::new();
-    for (name, machine, data) in skills {
+    for (name, machine, data) in machines {
         let Ok(skill) = SkillProcess::new(name, machine, &topology, data.iter().cloned()) else { continue };
         let navigation = topology.find_channel(name, NAVIGATION);
         for used in skill.uses() {
@@ -141,72 +187,138 @@ pub(crate) fn check_skills(
 /// Declares all processes except the tree's nodes, and all channels except those between nodes. Without `places`, there
 /// is no robot, and so none of its components.
 fn declare(
-    tree: &Tree,
-    messages: &Messages<'_>,
+    parts: &Parts<'_>,
+    clients: &[Client<'_>],
     places: Option<&Places>,
     topology: &mut Topology,
 ) -> Result<Ids, WiringError> {
     let tick_generator = topology.process(TICK_GENERATOR)?;
     let bt = topology.process(TREE)?;
-    for name in tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
+    for name in parts.tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
         topology.process(name)?;
     }
-    let mut component = |name| topology.process(name);
-    let robot = places.map(|_| -> Result<Processes, WiringError> {
-        let (battery_reader, localization) = (component(BATTERY_READER)?, component(LOCALIZATION)?);
-        Ok(Processes { battery_reader, localization, navigation: component(NAVIGATION)? })
-    });
-    let robot = robot.transpose()?;
     // Only the skills of the paper's published system take turns in navigating.
-    let take_turns = messages.values().flatten().any(|(to, _)| *to == BLACKBOARD);
-    let blackboard = take_turns.then(|| topology.process(BLACKBOARD)).transpose()?;
-    bt::declare_channels(tree, topology, bt, tick_generator)?;
+    let takes_turns = clients.iter().any(|client| !client.asks(BLACKBOARD).is_empty());
+    let of_robot = BUILTIN.into_iter().filter(|_| places.is_some());
+    let builtin = of_robot.chain(takes_turns.then_some(BLACKBOARD));
+    let builtin: Vec<&str> = builtin.filter(|name| !parts.components.contains_key(*name)).collect();
+    let components = builtin.iter().copied().chain(parts.components.keys().map(String::as_str));
+    let components: Vec<(&str, ProcessId)> =
+        components.map(|name| Ok((name, topology.process(name)?))).collect::<Result<_, WiringError>>()?;
+    bt::declare_channels(parts.tree, topology, bt, tick_generator)?;
     let operations = operations(places.unwrap_or(&Places::default()));
-    let of_robot = robot.iter().flat_map(|robot| [robot.battery_reader, robot.localization, robot.navigation]);
-    for component in of_robot.chain(blackboard) {
-        declare_services(messages, &operations, topology, component)?;
+    let mut lines = Lines::default();
+    for (name, component) in components {
+        let offers: Vec<Offer> = match parts.components.get(name) {
+            Some(Component { interface, .. }) => {
+                interface.topics.iter().for_each(|topic| topology.publish(component, topic.message()));
+                Offer::of_interface(interface)
+            }
+            None => operations.iter().filter(|operation| operation.component == name).map(Offer::from).collect(),
+        };
+        for client in clients.iter().filter(|client| client.name != name) {
+            let id = topology.find_process(client.name).expect("every machine's process has just been declared");
+            declare_offers(client, id, name, component, &offers, &mut lines);
+        }
     }
+    lines.declare(topology)?;
+    let id = |name| topology.find_process(name).expect("it has just been declared, or a component has its name");
+    let robot = places.map(|_| Processes {
+        battery_reader: id(BATTERY_READER),
+        localization: id(LOCALIZATION),
+        navigation: id(NAVIGATION),
+    });
     Ok(Ids { tick_generator, tree: bt, robot })
 }
 
-/// Declares the channels between a component and the skills that ask it. They carry the skill's requests (with any
-/// machine that a fault may give it) and the answers to these, and nothing else.
-fn declare_services(
-    messages: &Messages<'_>,
-    operations: &[Operation],
-    topology: &mut Topology,
-    component: ProcessId,
-) -> Result<(), WiringError> {
-    let component_name = topology.name(component).to_owned();
-    for (name, messages) in messages {
-        let messages = messages.iter().copied();
-        let asked: Vec<&str> = messages.filter(|(to, _)| *to == component_name).map(|(_, request)| request).collect();
-        if asked.is_empty() {
-            continue;
-        }
-        let offered = || operations.iter().filter(|operation| operation.component == component_name);
-        let used: Vec<&Operation> = offered().filter(|operation| asked.contains(&operation.name)).collect();
-        // Requests that the component does not understand are refused by the skill's own check, at their place in the
-        // file and with all known requests.
-        let is_offered = |request: &&str| offered().any(|operation| operation.name == *request);
-        let used = if asked.iter().all(is_offered) { used } else { offered().collect() };
-        let skill = topology.find_process(name).expect("every skill has just been declared");
-        let requests = Domain::new(used.iter().map(|operation| operation.request.clone()));
-        topology.channel(skill, component, Capacity::One, requests)?;
-        topology.channel(component, skill, Capacity::One, Domain::new(replies(&used)))?;
-    }
-    Ok(())
+/// Something that a component does for others: what they send, and what they receive.
+struct Offer {
+    requests: Vec<Shape>,
+    replies: Vec<Shape>,
 }
 
-/// The replies to these operations, each shape once.
-fn replies(operations: &[&Operation]) -> Vec<Shape> {
-    let mut shapes: Vec<Shape> = Vec::new();
-    for shape in operations.iter().flat_map(|operation| &operation.replies) {
-        if !shapes.contains(shape) {
-            shapes.push(shape.clone());
+impl From<&Operation> for Offer {
+    fn from(operation: &Operation) -> Self {
+        Self { requests: vec![operation.request.clone()], replies: operation.replies.clone() }
+    }
+}
+
+impl Offer {
+    fn of_interface(interface: &Interface) -> Vec<Self> {
+        let services = interface
+            .services
+            .iter()
+            .map(|service| Self { requests: vec![service.request()], replies: service.replies().to_vec() });
+        let actions = interface
+            .actions
+            .iter()
+            .map(|action| Self { requests: action.requests().to_vec(), replies: action.answers().to_vec() });
+        let topics = interface.topics.iter().map(|topic| Self { requests: Vec::new(), replies: vec![topic.message()] });
+        services.chain(actions).chain(topics).collect()
+    }
+
+    /// Whether one of these messages begins with the symbol.
+    fn has(shapes: &[Shape], head: &str) -> bool {
+        shapes.iter().flat_map(Shape::heads).any(|symbol| symbol.name() == head)
+    }
+}
+
+/// The channels to be declared, with the messages that they carry, in the order in which their first message is known.
+#[derive(Default)]
+struct Lines(Vec<((ProcessId, ProcessId), Vec<Shape>)>);
+
+impl Lines {
+    /// Adds messages to a channel, each shape once.
+    fn add<'s>(&mut self, from: ProcessId, to: ProcessId, shapes: impl Iterator<Item = &'s Shape>) {
+        let index = self.0.iter().position(|(ends, _)| *ends == (from, to)).unwrap_or_else(|| {
+            self.0.push(((from, to), Vec::new()));
+            self.0.len() - 1
+        });
+        let known = &mut self.0[index].1;
+        for shape in shapes {
+            if !known.contains(shape) {
+                known.push(shape.clone());
+            }
         }
     }
-    shapes
+
+    fn declare(self, topology: &mut Topology) -> Result<(), WiringError> {
+        for ((from, to), shapes) in self.0 {
+            topology.channel(from, to, Capacity::One, Domain::new(shapes))?;
+        }
+        Ok(())
+    }
+}
+
+/// The channels between a component and a client. They carry the client's requests (with any machine that a fault may
+/// give it), the answers to these and the topics that it reads, and nothing else.
+fn declare_offers(
+    client: &Client<'_>,
+    id: ProcessId,
+    name: &str,
+    component: ProcessId,
+    offers: &[Offer],
+    lines: &mut Lines,
+) {
+    let asked = client.asks(name);
+    // Requests that the component does not understand are refused by the machine's own check, at their place in the
+    // file and with all known requests.
+    let is_offered = |head: &&str| offers.iter().any(|offer| Offer::has(&offer.requests, head));
+    let asks_all = !asked.iter().all(is_offered);
+    let is_used = |offer: &&Offer| {
+        asked.iter().any(|head| asks_all && !offer.requests.is_empty() || Offer::has(&offer.requests, head))
+    };
+    let is_read = |offer: &&Offer| {
+        let heads = || offer.replies.iter().flat_map(Shape::heads);
+        offer.requests.is_empty() && heads().any(|head| client.reads(name, head.name()))
+    };
+    let used: Vec<&Offer> = offers.iter().filter(|offer| is_used(offer) || is_read(offer)).collect();
+    if !asked.is_empty() {
+        lines.add(id, component, used.iter().flat_map(|offer| &offer.requests));
+    }
+    if !used.is_empty() {
+        lines.add(component, id, used.iter().flat_map(|offer| &offer.replies));
+    }
 }
 
 fn tree_processes(
@@ -224,18 +336,25 @@ fn tree_processes(
     }
 }
 
-fn components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<WiredProcess>, WiringError> {
-    let mut players: Vec<WiredProcess> = Vec::new();
+fn builtin_components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<WiredProcess>, WiringError> {
+    let mut processes: Vec<WiredProcess> = Vec::new();
+    let is_builtin = |name| !scenario.components.contains_key(name);
     if let Some(Processes { battery_reader, localization, navigation }) = ids.robot {
-        let driver = Navigation::new(topology, navigation)?.with_stops(scenario.file.execution.stops);
-        players.push((battery_reader, Box::new(BatteryReader::new(topology, battery_reader)?)));
-        players.push((localization, Box::new(Localization::new(topology, localization)?)));
-        players.push((navigation, Box::new(driver)));
+        if is_builtin(BATTERY_READER) {
+            processes.push((battery_reader, Box::new(BatteryReader::new(topology, battery_reader)?)));
+        }
+        if is_builtin(LOCALIZATION) {
+            processes.push((localization, Box::new(Localization::new(topology, localization)?)));
+        }
+        if is_builtin(NAVIGATION) {
+            let driver = Navigation::new(topology, navigation)?.with_stops(scenario.file.execution.stops);
+            processes.push((navigation, Box::new(driver)));
+        }
     }
-    if let Some(blackboard) = topology.find_process(BLACKBOARD) {
-        players.push((blackboard, Box::new(Blackboard::new(topology, blackboard)?)));
+    if let Some(blackboard) = topology.find_process(BLACKBOARD).filter(|_| is_builtin(BLACKBOARD)) {
+        processes.push((blackboard, Box::new(Blackboard::new(topology, blackboard)?)));
     }
-    Ok(players)
+    Ok(processes)
 }
 
 /// The scheduler: the scenario's policy, within the orders that it demands.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Capacity, Domain, Envelope, FieldKind, Message, Offer, Process, RequestNumber, Shape, Topology, TransitionId,
+    Capacity, Domain, Envelope, FieldKind, Message, Offer, Process, RequestNumber, Role, Shape, Topology, TransitionId,
     Value, WiringError,
 };
 use divan::counter::ItemsCount;
@@ -72,9 +72,14 @@ fn topology() -> Result<Topology, WiringError> {
     let ok = Shape::new([("status", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
     let error = Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]);
     topology.channel(tree, skill, Capacity::One, head(FieldKind::symbols(["tick", "halt"])))?;
-    topology.channel(skill, tree, Capacity::One, head(FieldKind::symbols(["success", "failure", "halted"])))?;
+    topology.channel(
+        skill,
+        tree,
+        Capacity::One,
+        head(FieldKind::symbols(["success", "failure", "halted"])).in_role(Role::Reply),
+    )?;
     topology.channel(skill, reader, Capacity::One, head(FieldKind::symbols(["get_level"])))?;
-    topology.channel(reader, skill, Capacity::One, Domain::new([ok, error]))?;
+    topology.channel(reader, skill, Capacity::One, Domain::new([ok, error]).in_role(Role::Reply))?;
     Ok(topology)
 }
 

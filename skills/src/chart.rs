@@ -194,6 +194,12 @@ impl Chart {
         self.events.hears(event)
     }
 
+    /// Whether a transition names such an event, or one that it is a case of; `*` names none.
+    #[must_use]
+    pub fn names(&self, event: &str) -> bool {
+        self.events.names(event)
+    }
+
     /// Whether a transition may take such an event, here or in a machine to which everything is forwarded.
     pub(crate) fn may_hear(&self, event: &str) -> bool {
         self.hears(event) || self.invokes().any(|invoke| invoke.auto_forward)

@@ -42,7 +42,7 @@ pub enum SkillError {
         problems: Vec<Problem>,
     },
     /// The machine does not fit the processes and channels around it.
-    #[error("the skill {process} does not fit its system: {}", count(.problems))]
+    #[error("the machine of {process} does not fit its system: {}", count(.problems))]
     Wiring {
         /// The process that would run the machine.
         process: String,

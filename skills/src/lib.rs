@@ -54,10 +54,20 @@
 //!   text, a number an integer or a real; nothing else is converted. Literal parts are checked against the channels
 //!   when the process is created. Computed parts are checked when the message is sent; a message that its channel
 //!   cannot carry is `error.communication`.
-//! - A message from the process BT is a request. A message to BT answers the last request and repeats its number. One
-//!   request is answered once: an answer without a request is `error.communication`. A message to any other process is
-//!   a request with its own number. Only the answer to the last request counts: other answers, and repeated ones, are
-//!   received and dropped. Messages from processes that were not asked are always accepted.
+//! - Each message has a [role](channels::Role). A *request* has a number, which its *reply* repeats. A machine answers
+//!   one request once: an answer without a request is `error.communication`. Only the answer to the last request on a
+//!   channel counts: other answers, and repeated ones, are received and dropped.
+//! - What other machines ask becomes an event of its own name: the request `[<say>, "hello"]` is the event `say`,
+//!   whoever sent it, and `<send type="channel" targetexpr="_event.origin" event="ok"/>` answers it. A client's next
+//!   request is received when the last one has been answered. Requests of the tree are always received, and are the
+//!   events `BT.tick` and `BT.halt`.
+//! - An *action* takes time. The client sends the goal `pick.goal`, and may send `pick.cancel` while it is pursued. The
+//!   other machine receives these events, and sends any number of `pick.accepted` and `pick.feedback` and in the end
+//!   `pick.succeeded`, `pick.aborted`, `pick.canceled` or `pick.rejected`. The client receives them with the name of
+//!   the sender: `Arm.pick.feedback`. All messages of a goal carry its number. A cancel is answered by the end of its
+//!   goal, whatever it is; one that arrives after the end is dropped.
+//! - A *topic* is published by a `<send>` without a target, and is received by every process with a channel that
+//!   carries it. While a message waits, a newer one of the same topic takes its place.
 //! - The values that a leaf's ports read from the tree's blackboard come with each request: `_event.data.place` is the
 //!   value of the port `place`, if it has one yet. If the machine has a datum `place`, it gets this value before the
 //!   event is processed. The values that the ports write go with an answer: `<param name="found" expr="…"/>` in the
@@ -68,7 +78,7 @@
 //! - `delay` is simulated time.
 //!
 //! ```
-//! use channels::{Capacity, Domain, FieldKind, Process, Shape, Topology};
+//! use channels::{Capacity, Domain, FieldKind, Process, Role, Shape, Topology};
 //! use skills::{Chart, SkillProcess, shipped};
 //!
 //! let mut topology = Topology::default();
@@ -83,9 +93,9 @@
 //!     Shape::new([("status", FieldKind::symbols(["error"])), ("reason", FieldKind::Text)]),
 //! ]);
 //! topology.channel(tree, skill, Capacity::One, call)?;
-//! topology.channel(skill, tree, Capacity::One, result)?;
+//! topology.channel(skill, tree, Capacity::One, result.in_role(Role::Reply))?;
 //! topology.channel(skill, reader, Capacity::One, request)?;
-//! topology.channel(reader, skill, Capacity::One, reply)?;
+//! topology.channel(reader, skill, Capacity::One, reply.in_role(Role::Reply))?;
 //!
 //! let text = shipped("BatteryLevel").ok_or("not shipped")?;
 //! let chart = Chart::load("BatteryLevel.scxml", text)?;
@@ -115,7 +125,7 @@ pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Params, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutate_all, mutations};
-pub use process::{CLIENT, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system};
+pub use process::{CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};
 

@@ -1,5 +1,6 @@
 //! A machine as a process of a channel system.
 
+mod adapter;
 mod check;
 mod mishap;
 mod system;
@@ -10,19 +11,19 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Action, Envelope, Offer, Pattern, Process, RequestNumber, Topology, TransitionId, Use};
+use channels::{Envelope, Offer, Process, Topology, TransitionId, Use};
 use diagnostics::nearest_or_all;
 
-use crate::chart::{Attribute, CHANNEL_PROCESSOR, Chart};
-use crate::machine::{Event, Host, MAX_WAITING, Machine, Note, Outgoing, Undelivered};
+use crate::chart::{Attribute, Chart};
+use crate::machine::{Host, Machine, Note, Outgoing, Undelivered};
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
+pub use adapter::ChannelAdapter;
 use check::Constants;
 pub use mishap::Mishap;
 use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
 pub use wiring::CLIENT;
-use wiring::Wiring;
 
 /// The maximum number of notes kept until they are taken; older ones are dropped.
 const MAX_NOTES: usize = 1_000;
@@ -36,22 +37,21 @@ const MAX_NOTES: usize = 1_000;
 pub struct SkillProcess {
     machine: Machine,
     adapter: ChannelAdapter,
+    journal: Unobserved<Journal>,
 }
 
-/// The adapter between the machine and its channels.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-struct ChannelAdapter {
-    wiring: Arc<Wiring>,
-    /// Messages to be sent, by outgoing channel.
-    outboxes: Vec<VecDeque<Envelope>>,
-    /// The numbers of unanswered requests, by outgoing channel.
-    asked: Vec<Option<RequestNumber>>,
-    /// The client's pending request.
-    pending: Option<RequestNumber>,
-    last_request: u64,
-    notes: Unobserved<VecDeque<Note>>,
-    mishaps: Unobserved<Mishaps>,
-    chart: Unobserved<Arc<Chart>>,
+/// What a machine has noted. It is not part of the process's state.
+#[derive(Clone, Debug)]
+struct Journal {
+    notes: VecDeque<Note>,
+    mishaps: Mishaps,
+    chart: Arc<Chart>,
+}
+
+/// What a machine sends to and notes while it runs.
+struct Outside<'a> {
+    adapter: &'a mut ChannelAdapter,
+    journal: &'a mut Journal,
 }
 
 impl SkillProcess {
@@ -79,14 +79,24 @@ impl SkillProcess {
         };
         let mut machine = Machine::with_parameters(Arc::clone(chart), parameters)?;
         machine.set_session(name);
-        let wiring = Wiring::new(topology, process);
-        let problems = check::problems(&machine, &wiring, topology);
+        let adapter = ChannelAdapter::new(topology, process);
+        let problems = check::problems(&machine, &adapter.wiring, topology);
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }
-        let mut adapter = ChannelAdapter::new(Arc::new(wiring), 0, chart);
-        machine.start(Duration::ZERO, &mut adapter);
-        Ok(Self { machine, adapter })
+        Ok(Self::started(machine, adapter, Mishaps::default(), Duration::ZERO))
+    }
+
+    fn started(machine: Machine, adapter: ChannelAdapter, mishaps: Mishaps, now: Duration) -> Self {
+        let journal = Journal { notes: VecDeque::new(), mishaps, chart: Arc::clone(machine.chart()) };
+        let mut skill = Self { machine, adapter, journal: Unobserved(journal) };
+        let (machine, mut outside) = skill.parts();
+        machine.start(now, &mut outside);
+        skill
+    }
+
+    fn parts(&mut self) -> (&mut Machine, Outside<'_>) {
+        (&mut self.machine, Outside { adapter: &mut self.adapter, journal: &mut self.journal })
     }
 
     /// A new process with the same machine and parameters that replaces `predecessor`, a process of the same skill. It
@@ -94,12 +104,8 @@ impl SkillProcess {
     /// predecessor's requests are ignored.
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
-        let mut machine = self.machine.unstarted();
-        let mut adapter =
-            ChannelAdapter::new(Arc::clone(&self.adapter.wiring), predecessor.adapter.last_request, machine.chart());
-        adapter.mishaps = predecessor.adapter.mishaps.clone();
-        machine.start(now, &mut adapter);
-        Self { machine, adapter }
+        let adapter = predecessor.adapter.succeeding();
+        Self::started(self.machine.unstarted(), adapter, predecessor.journal.mishaps.clone(), now)
     }
 
     /// The machine: its active states, its data, its chart.
@@ -110,121 +116,47 @@ impl SkillProcess {
 
     /// Takes the log lines and errors since the last call, oldest first. They are not part of the process's state.
     pub fn take_notes(&mut self) -> Vec<Note> {
-        self.adapter.notes.drain(..).collect()
+        self.journal.notes.drain(..).collect()
     }
 
     /// The errors so far of its machine and of its predecessors. They are not part of the process's state.
     #[must_use]
     pub fn mishaps(&self) -> &[Mishap] {
-        self.adapter.mishaps.all()
-    }
-
-    fn receive(&mut self, index: usize, envelope: &Envelope, now: Duration) {
-        let wiring = Arc::clone(&self.adapter.wiring);
-        let incoming = &wiring.incoming[index];
-        if incoming.is_client {
-            self.adapter.pending = Some(envelope.request);
-        } else if let Some(asked_on) = incoming.asked_on {
-            if self.adapter.asked[asked_on] != Some(envelope.request) {
-                return;
-            }
-            self.adapter.asked[asked_on] = None;
-        }
-        let data = incoming.data(&envelope.message);
-        if incoming.is_client {
-            for port in wiring.inputs() {
-                if let Some(value) = data.member(port) {
-                    self.machine.put(port, value.clone());
-                }
-            }
-        }
-        let event = Event::external(incoming.event_name(&envelope.message))
-            .with_data(data)
-            .with_origin(Arc::clone(&incoming.peer), CHANNEL_PROCESSOR);
-        self.machine.handle(event, now, &mut self.adapter);
+        self.journal.mishaps.all()
     }
 }
 
-impl ChannelAdapter {
-    fn new(wiring: Arc<Wiring>, last_request: u64, chart: &Arc<Chart>) -> Self {
-        let channels = wiring.outgoing.len();
-        Self {
-            wiring,
-            outboxes: vec![VecDeque::new(); channels],
-            asked: vec![None; channels],
-            pending: None,
-            last_request,
-            notes: Unobserved::default(),
-            mishaps: Unobserved::default(),
-            chart: Unobserved(Arc::clone(chart)),
-        }
-    }
-
-    fn request_number(&mut self, out: usize, peer: &str) -> Result<RequestNumber, Undelivered> {
-        if self.wiring.outgoing[out].is_client {
-            return self.pending.take().ok_or_else(|| Undelivered(format!("{peer} does not wait for an answer")));
-        }
-        self.last_request += 1;
-        self.asked[out] = Some(RequestNumber(self.last_request));
-        Ok(RequestNumber(self.last_request))
-    }
-}
-
-impl Host for ChannelAdapter {
+impl Host for Outside<'_> {
     fn send(&mut self, outgoing: &Outgoing) -> Result<(), Undelivered> {
-        let peer = outgoing.target.as_deref().unwrap_or_default();
         let head = outgoing.event.as_deref().unwrap_or_default();
-        let out = self.wiring.outgoing_to(peer);
-        let out = out.ok_or_else(|| Undelivered(format!("there is no channel {} → {peer}", self.wiring.name)))?;
-        let message = self.wiring.outgoing[out]
-            .message(head, &outgoing.data)
-            .map_err(|problem| Undelivered(format!("<{head}> cannot be sent to {peer}: {problem}")))?;
-        if self.outboxes[out].len() >= MAX_WAITING {
-            return Err(Undelivered(format!("{MAX_WAITING} messages to {peer} are waiting already")));
-        }
-        let request = self.request_number(out, peer)?;
-        self.outboxes[out].push_back(Envelope { message, request });
-        Ok(())
+        self.adapter.send(outgoing.target.as_deref(), head, &outgoing.data)
     }
 
     fn note(&mut self, note: Note) {
-        let chart = Arc::clone(&self.chart);
-        self.mishaps.note(&note, &chart);
-        if self.notes.len() == MAX_NOTES {
-            self.notes.pop_front();
+        let Journal { notes, mishaps, chart } = self.journal;
+        mishaps.note(&note, chart);
+        if notes.len() == MAX_NOTES {
+            notes.pop_front();
         }
-        self.notes.push_back(note);
+        notes.push_back(note);
     }
 }
 
-/// Transitions are numbered by channel: incoming ones first, then outgoing ones.
 impl Process for SkillProcess {
     fn offers(&self, offers: &mut Vec<Offer>) {
-        let wiring = &self.adapter.wiring;
-        for (index, incoming) in wiring.incoming.iter().enumerate() {
-            let action = Action::Receive(incoming.channel, Pattern::Any);
-            offers.push(Offer { transition: TransitionId(index as u32), action });
-        }
-        for (index, (out, waiting)) in wiring.outgoing.iter().zip(&self.adapter.outboxes).enumerate() {
-            if let Some(envelope) = waiting.front() {
-                let transition = TransitionId((wiring.incoming.len() + index) as u32);
-                offers.push(Offer { transition, action: Action::Send(out.channel, envelope.clone()) });
-            }
-        }
+        self.adapter.offers(offers);
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
-        let index = transition.0 as usize;
-        match index.checked_sub(self.adapter.wiring.incoming.len()) {
-            Some(out) => {
-                self.adapter.outboxes[out].pop_front();
-            }
-            None => {
-                if let Some(envelope) = received {
-                    self.receive(index, &envelope, now);
-                }
+        let Some(event) = self.adapter.take(transition, received.as_ref()) else { return };
+        let ports = self.adapter.is_client(transition).then(|| Arc::clone(&self.adapter.wiring));
+        for port in ports.iter().flat_map(|wiring| wiring.inputs()) {
+            if let Some(value) = event.data.member(port) {
+                self.machine.put(port, value.clone());
             }
         }
+        let (machine, mut outside) = self.parts();
+        machine.handle(event, now, &mut outside);
     }
 
     fn next_timer(&self) -> Option<Duration> {
@@ -232,12 +164,13 @@ impl Process for SkillProcess {
     }
 
     fn fire_timers(&mut self, now: Duration) {
-        self.machine.fire_timers(now, &mut self.adapter);
+        let (machine, mut outside) = self.parts();
+        machine.fire_timers(now, &mut outside);
     }
 
     fn uses(&self) -> Vec<Use> {
         let wiring = &self.adapter.wiring;
-        let mut uses: Vec<Use> = wiring.incoming.iter().map(|incoming| Use::Receives(incoming.channel, None)).collect();
+        let mut uses: Vec<Use> = self.adapter.receives().collect();
         let constants = Constants::of(&self.machine, wiring);
         self.machine.chart().visit_sends(&mut |send| {
             if !check::goes_by_channel(send) {
@@ -250,8 +183,8 @@ impl Process for SkillProcess {
                     let message = literal(&send.event).and_then(|head| constants.message(&head, send, out));
                     Use::Sends(out.channel, message)
                 })),
-                // The target is computed: it may be any process.
-                None => uses.extend(wiring.outgoing.iter().map(|out| Use::Sends(out.channel, None))),
+                // The target is computed, or there is none: it may be any process.
+                None => uses.extend(self.adapter.sends()),
             }
         });
         uses

@@ -1,7 +1,8 @@
 //! The messages between a tree and its skills.
 
 use channels::{
-    Capacity, ChannelId, Domain, FieldKind, Message, ProcessId, Shape, TickGenerator, Topology, Use, Value, WiringError,
+    Capacity, ChannelId, Domain, FieldKind, Message, ProcessId, Role, Shape, TickGenerator, Topology, Use, Value,
+    WiringError,
 };
 
 use crate::ports::Traffic;
@@ -32,7 +33,8 @@ pub fn request_domain(tree: &Tree, leaf: NodeId) -> Domain {
 #[must_use]
 pub fn reply_domain(tree: &Tree, leaf: NodeId) -> Domain {
     let head = ("reply".to_owned(), FieldKind::symbols(["running", "success", "failure", "halted"]));
-    Domain::new([Shape::new(std::iter::once(head).chain(Traffic::of(tree, leaf).output_fields()))])
+    let shape = Shape::new(std::iter::once(head).chain(Traffic::of(tree, leaf).output_fields()));
+    Domain::new([shape.with_role(Role::Reply)])
 }
 
 /// Declares the channels of a tree, of capacity 1: from the tick generator, and to and from the

@@ -7,7 +7,7 @@ use diagnostics::document::{Document, Item, Table};
 use diagnostics::{Problem, ReadFile, Span, Spanned, read_text};
 
 use crate::flatten::{Flattening, Leaf};
-use crate::interface::{ACTION, Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, Topic};
+use crate::interface::{Action, Field, Interface, MAX_FIELDS, REQUEST, RESERVED, STATUS, Service, TOPIC, Topic};
 use crate::name::{is_field, is_symbol};
 use crate::packages::{Definition, Kind, Packages};
 use crate::{kind, ros};
@@ -57,17 +57,16 @@ type Part = (&'static str, &'static [&'static str]);
 
 impl Reader<'_> {
     fn interface(&self, root: Table<'_>) -> Option<Interface> {
-        let services = each(root, "services", true, |name, table| {
+        let services = each(root, "services", false, |name, table| {
             let [request, reply] = self.parts(table, Kind::Service, [("request", &[REQUEST]), ("reply", &[STATUS])])?;
             Some(Service { name, request, reply })
         });
         let topics = each(root, "topics", true, |name, table| {
-            let [fields] = self.parts(table, Kind::Message, [("fields", &[STATUS])])?;
+            let [fields] = self.parts(table, Kind::Message, [("fields", &[TOPIC])])?;
             Some(Topic { name, fields })
         });
         let actions = each(root, "actions", false, |name, table| {
-            let answer = &[STATUS, ACTION];
-            let parts = [("goal", &[REQUEST, ACTION][..]), ("feedback", answer), ("result", answer)];
+            let parts: [Part; 3] = [("goal", &[REQUEST]), ("feedback", &[STATUS]), ("result", &[STATUS])];
             let [goal, feedback, result] = self.parts(table, Kind::Action, parts)?;
             Some(Action { name, goal, feedback, result })
         });

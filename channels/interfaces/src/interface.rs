@@ -1,11 +1,11 @@
 //! Services, topics and actions, and the messages in which they are asked and answered.
 
-use channels::{FieldKind, Shape};
+use channels::{FieldKind, Role, Shape};
 use diagnostics::Problem;
 
-/// `m[1]` of a request to start an action.
+/// `m[1]` of a goal, after the name of its action and a dot.
 pub const GOAL: &str = "goal";
-/// `m[1]` of a request to cancel an action.
+/// `m[1]` of a cancel, likewise.
 pub const CANCEL: &str = "cancel";
 /// `m[1]` of the answer of a service that did what it was asked.
 pub const OK: &str = "ok";
@@ -24,15 +24,15 @@ pub const ABORTED: &str = "aborted";
 /// `m[1]` of the end of an action that was canceled.
 pub const CANCELED: &str = "canceled";
 
-/// No service and no topic has one of these names: messages begin with them that are something else.
-pub const RESERVED: [&str; 10] = [GOAL, CANCEL, OK, ERROR, ACCEPTED, REJECTED, FEEDBACK, SUCCEEDED, ABORTED, CANCELED];
+/// No topic has one of these names: replies of services begin with them.
+pub const RESERVED: [&str; 2] = [OK, ERROR];
 
 /// The name of `m[1]` in messages to a component.
 pub const REQUEST: &str = "request";
 /// The name of `m[1]` in messages from a component.
 pub const STATUS: &str = "status";
-/// The name of `m[2]` in the messages of an action.
-pub const ACTION: &str = "action";
+/// The name of `m[1]` in the messages of a topic.
+pub const TOPIC: &str = "topic";
 /// The name of the field that says why something failed.
 pub const REASON: &str = "reason";
 
@@ -81,12 +81,12 @@ pub struct Topic {
 
 /// What a component does over time.
 ///
-/// `[<goal>, <NAME>, goal…]` is answered by `[<accepted>, <NAME>]` or `[<rejected>, <NAME>, reason]`. After an
-/// acceptance come any number of `[<feedback>, <NAME>, feedback…]` and then one of `[<succeeded>, <NAME>, result…]`,
-/// `[<aborted>, <NAME>, reason]` and `[<canceled>, <NAME>]`. `[<cancel>, <NAME>]` asks for the last one.
+/// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. After an acceptance
+/// come any number of `[<NAME.feedback>, feedback…]` and then one of `[<NAME.succeeded>, result…]`, `[<NAME.aborted>,
+/// reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` asks for the last one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Action {
-    /// `m[2]` of each of its messages.
+    /// `m[1]` of each of its messages before the dot.
     pub name: String,
     /// The fields of a goal.
     pub goal: Vec<Field>,
@@ -172,13 +172,13 @@ impl Service {
     /// The request.
     #[must_use]
     pub fn request(&self) -> Shape {
-        shape([(REQUEST, &self.name)], &self.request)
+        shape(REQUEST, &self.name, &self.request, Role::Request)
     }
 
     /// The replies: done, or not.
     #[must_use]
     pub fn replies(&self) -> [Shape; 2] {
-        [shape([(STATUS, OK)], &self.reply), shape([(STATUS, ERROR)], &[reason()])]
+        [shape(STATUS, OK, &self.reply, Role::Reply), shape(STATUS, ERROR, &[reason()], Role::Reply)]
     }
 
     /// Whether a message can be a reply of both, with different names for its fields.
@@ -194,7 +194,7 @@ impl Topic {
     /// The message to a subscriber.
     #[must_use]
     pub fn message(&self) -> Shape {
-        shape([(STATUS, &self.name)], &self.fields)
+        shape(TOPIC, &self.name, &self.fields, Role::Topic)
     }
 }
 
@@ -202,32 +202,29 @@ impl Action {
     /// What the component is asked: a goal, and a cancel.
     #[must_use]
     pub fn requests(&self) -> [Shape; 2] {
-        [
-            shape([(REQUEST, GOAL), (ACTION, &self.name)], &self.goal),
-            shape([(REQUEST, CANCEL), (ACTION, &self.name)], &[]),
-        ]
+        let request = |part, fields: &[Field], role| shape(REQUEST, &format!("{}.{part}", self.name), fields, role);
+        [request(GOAL, &self.goal, Role::Goal), request(CANCEL, &[], Role::Cancel)]
     }
 
-    /// What the component answers: accepted, rejected, feedback, succeeded, aborted, canceled, and an error for a
-    /// cancel without a goal.
+    /// What the component answers: accepted, rejected, feedback, succeeded, aborted, canceled.
     #[must_use]
-    pub fn answers(&self) -> [Shape; 7] {
-        let answer = |status, fields: &[Field]| shape([(STATUS, status), (ACTION, &self.name)], fields);
+    pub fn answers(&self) -> [Shape; 6] {
+        let answer = |part, fields: &[Field], role| shape(STATUS, &format!("{}.{part}", self.name), fields, role);
         [
-            answer(ACCEPTED, &[]),
-            answer(REJECTED, &[reason()]),
-            answer(FEEDBACK, &self.feedback),
-            answer(SUCCEEDED, &self.result),
-            answer(ABORTED, &[reason()]),
-            answer(CANCELED, &[]),
-            shape([(STATUS, ERROR)], &[reason()]),
+            answer(ACCEPTED, &[], Role::Feedback),
+            answer(REJECTED, &[reason()], Role::Result),
+            answer(FEEDBACK, &self.feedback, Role::Feedback),
+            answer(SUCCEEDED, &self.result, Role::Result),
+            answer(ABORTED, &[reason()], Role::Result),
+            answer(CANCELED, &[], Role::Result),
         ]
     }
 }
 
-fn shape<const N: usize>(head: [(&str, &str); N], fields: &[Field]) -> Shape {
-    let head = head.map(|(name, symbol)| (name.to_owned(), FieldKind::symbols([symbol])));
-    Shape::new(head.into_iter().chain(fields.iter().map(|field| (field.name.clone(), field.kind.clone()))))
+fn shape(first: &str, head: &str, fields: &[Field], role: Role) -> Shape {
+    let head = (first.to_owned(), FieldKind::symbols([head]));
+    let fields = fields.iter().map(|field| (field.name.clone(), field.kind.clone()));
+    Shape::new(std::iter::once(head).chain(fields)).with_role(role)
 }
 
 fn reason() -> Field {

@@ -25,8 +25,8 @@
 //!     requests,
 //!     [
 //!         "[request: <say>, text: text, loud: bool | <none>]",
-//!         "[request: <goal>, action: <pick>, object: <cup> | <box>]",
-//!         "[request: <cancel>, action: <pick>]",
+//!         "[request: <pick.goal>, object: <cup> | <box>]",
+//!         "[request: <pick.cancel>]",
 //!     ]
 //! );
 //! # Ok::<(), diagnostics::Error>(())
@@ -41,7 +41,7 @@ mod packages;
 pub mod ros;
 
 pub use interface::{
-    ABORTED, ACCEPTED, ACTION, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK,
-    Operation, REASON, REJECTED, REQUEST, RESERVED, STATUS, SUCCEEDED, Service, Topic,
+    ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK, Operation,
+    REASON, REJECTED, REQUEST, RESERVED, STATUS, SUCCEEDED, Service, TOPIC, Topic,
 };
 pub use kind::KINDS;

@@ -227,7 +227,7 @@ impl<'a> Lexer<'a> {
         let length = inside.find(['>', '⟩', '\n'])?;
         let close = inside[length..].chars().next().filter(|close| *close != '\n')?.len_utf8();
         let name = inside[..length].trim();
-        let is_name = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_' || c == '-');
+        let is_name = !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-' | '.'));
         is_name.then(|| (name.to_owned(), open + length + close))
     }
 

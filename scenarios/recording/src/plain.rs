@@ -162,13 +162,13 @@ pub(crate) mod grid {
 pub(crate) mod topology {
     use std::sync::Arc;
 
-    use channels::{Capacity, Domain, ProcessId, Topology};
+    use channels::{Capacity, Domain, ProcessId, Shape, Topology};
     use serde::de::Error;
     use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
     /// Processes: a name, and the index of the parent process. Channels: the indices of sender and receiver, whether
-    /// they are synchronous, and the messages that may pass.
-    type Plain = (Vec<(String, usize)>, Vec<(usize, usize, bool, Domain)>);
+    /// they are synchronous, and the messages that may pass. Topics: the index of the publisher, and the messages.
+    type Plain = (Vec<(String, usize)>, Vec<(usize, usize, bool, Domain)>, Vec<(usize, Shape)>);
 
     pub(crate) fn serialize<S: Serializer>(topology: &Topology, serializer: S) -> Result<S::Ok, S::Error> {
         let process = |id: ProcessId| (topology.name(id).to_owned(), topology.whole(id).index());
@@ -177,12 +177,14 @@ pub(crate) mod topology {
             let handshake = channel.capacity == Capacity::Zero;
             (channel.source.index(), channel.target.index(), handshake, channel.domain.clone())
         });
-        let plain: Plain = (topology.processes().map(process).collect(), channels.collect());
+        let topics =
+            topology.processes().flat_map(|id| topology.topics(id).map(move |topic| (id.index(), topic.clone())));
+        let plain: Plain = (topology.processes().map(process).collect(), channels.collect(), topics.collect());
         plain.serialize(serializer)
     }
 
     pub(crate) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<Topology>, D::Error> {
-        let (processes, channels) = Plain::deserialize(deserializer)?;
+        let (processes, channels, topics) = Plain::deserialize(deserializer)?;
         let mut topology = Topology::default();
         let mut ids: Vec<ProcessId> = Vec::new();
         let unknown = || D::Error::custom("a process that does not exist");
@@ -194,10 +196,13 @@ pub(crate) mod topology {
             };
             ids.push(declared.map_err(D::Error::custom)?);
         }
+        let end = |place: usize| ids.get(place).copied().ok_or_else(unknown);
         for (source, target, handshake, domain) in channels {
-            let end = |place: usize| ids.get(place).copied().ok_or_else(unknown);
             let capacity = if handshake { Capacity::Zero } else { Capacity::One };
             topology.channel(end(source)?, end(target)?, capacity, domain).map_err(D::Error::custom)?;
+        }
+        for (publisher, topic) in topics {
+            topology.publish(end(publisher)?, topic);
         }
         Ok(Arc::new(topology))
     }
@@ -207,7 +212,7 @@ pub(crate) mod topology {
 mod tests {
     use std::sync::Arc;
 
-    use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+    use channels::{Capacity, Domain, FieldKind, Role, Shape, Topology};
     use serde::{Deserialize, Serialize};
 
     use super::*;
@@ -232,6 +237,7 @@ mod tests {
         let answers = Domain::new([Shape::new([("level", FieldKind::Optional(Box::new(FieldKind::Real)))])]);
         topology.channel(leaf, root, Capacity::Zero, answers.clone()).unwrap();
         topology.channel(tree, leaf, Capacity::One, answers).unwrap();
+        topology.publish(leaf, Shape::new([("topic", FieldKind::symbols(["news"]))]).with_role(Role::Topic));
         let cells = vec![Cell::Free, Cell::Occupied, Cell::Unknown, Cell::Free, Cell::Free, Cell::Occupied];
         // The bits are kept even if the rotation is not quite normalized.
         let pose = of_numbers([-0.0, 0.1 + 0.2, 1.0 + f64::EPSILON, 1e-300]);
@@ -260,7 +266,8 @@ mod tests {
         let read = grid::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "a cell is missing");
         let nobody: Vec<(usize, usize, bool, Domain)> = vec![(0, 1, false, Domain::new([]))];
-        let bytes = postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize)], nobody)).unwrap();
+        let topics: Vec<(usize, Shape)> = Vec::new();
+        let bytes = postcard::to_allocvec(&(vec![("BT".to_owned(), 0_usize)], nobody, topics)).unwrap();
         let read = topology::deserialize(&mut postcard::Deserializer::from_bytes(&bytes));
         assert!(read.is_err(), "there is one process");
     }

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use components::Component;
 use diagnostics::Spanned;
 use maps::Pose;
 use skills::Mutation;
@@ -26,7 +25,7 @@ pub(crate) enum Effect {
     /// A component does nothing. If it has crashed, it restarts when the fault ends.
     Outage {
         /// The component.
-        component: Component,
+        component: Spanned<String>,
         /// Whether it forgets everything.
         crashed: bool,
     },
@@ -58,9 +57,9 @@ pub(crate) enum Which {
     /// The channel from one process to another.
     Between(Spanned<String>, Spanned<String>),
     /// All from a component.
-    From(Component),
+    From(Spanned<String>),
     /// All to a component.
-    To(Component),
+    To(Spanned<String>),
 }
 
 /// The damage to a message.
@@ -106,6 +105,15 @@ impl Effect {
     /// Whether it acts on a robot or its surroundings.
     pub(super) fn needs_robot(&self) -> bool {
         matches!(self, Self::Charge(_) | Self::Kidnap(_) | Self::Belief(_) | Self::World(_) | Self::Map(_))
+    }
+
+    /// The component that the fault of a component names.
+    pub(crate) fn component(&self) -> Option<&Spanned<String>> {
+        match self {
+            Self::Outage { component, .. } => Some(component),
+            Self::Channels { channels: Which::From(component) | Which::To(component), .. } => Some(component),
+            _ => None,
+        }
     }
 
     /// The effect of a change in the simulated world that lasts as long as the fault is active.

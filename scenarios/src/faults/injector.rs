@@ -6,22 +6,21 @@ mod machines;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{ChannelSystem, Event, ProcessId, Topology};
-use components::{Component, Processes, Software};
+use channels::{ChannelSystem, Event, ProcessId};
+use components::Component;
 use maps::Places;
 use nav::InitialPose;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::{Streams, normal};
 use sim::{SimError, Simulation};
+use skills::SkillProcess;
 
 use self::damage::Damages;
 use self::machines::Machines;
-use super::effect::Which;
 use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};
 use crate::error::Complaints;
 use crate::scenario::Scenario;
-use crate::wiring::Ids;
 use crate::world::World;
 
 /// The faults of a run: their times and their effects.
@@ -30,7 +29,8 @@ pub(crate) struct Injector {
     timetable: Timetable,
     faults: Vec<Prepared>,
     machines: Machines,
-    ids: Ids,
+    /// The components, by name.
+    components: Vec<(String, ProcessId)>,
 }
 
 /// A fault that is ready to be applied.
@@ -67,7 +67,6 @@ impl Injector {
         scenario: &Scenario,
         world: &World,
         system: &ChannelSystem,
-        ids: Ids,
         streams: &Streams,
         complaints: &mut Complaints,
     ) -> Self {
@@ -78,7 +77,6 @@ impl Injector {
         let prepare = |(index, fault): (usize, &Arc<Fault>)| {
             let effect = fault.effect();
             check_place(&effect, world, complaints);
-            check_component(fault, &effect, system.topology(), complaints);
             let stream = format!("fault/{}", stream_name(faults, index));
             Prepared {
                 rng: streams.stream(&stream),
@@ -88,7 +86,8 @@ impl Injector {
         };
         let faults = faults.iter().enumerate().map(prepare).collect();
         let machines = Machines::prepare(scenario, system, complaints);
-        Self { timetable, faults, machines, ids }
+        let id = |name: &str| Some((name.to_owned(), system.topology().find_process(name)?));
+        Self { timetable, faults, machines, components: scenario.component_names().filter_map(id).collect() }
     }
 
     /// Begins and ends the faults that are due. Returns what happened.
@@ -128,11 +127,12 @@ impl Injector {
     /// Applies the instantaneous effects at the end of a fault.
     fn end(&mut self, index: usize, run: &mut SystemUnderTest<'_>) -> Happening {
         let Prepared { effect, damages, .. } = &mut self.faults[index];
-        match (effect, run.world.robot_mut()) {
-            (Effect::Outage { component, crashed: true }, Some(robot)) => {
-                robot.software.restart(*component, run.system);
+        match effect {
+            Effect::Outage { component, crashed: true } => {
+                let known = self.components.iter().find(|(name, _)| *name == component.value);
+                restart(known.expect("the scenario has this component").1, &component.value, run);
             }
-            (Effect::Channels { .. }, _) => damages.end(run.system),
+            Effect::Channels { .. } => damages.end(run.system),
             _ => {}
         }
         Happening::Ended(index)
@@ -142,8 +142,8 @@ impl Injector {
     fn renew(&mut self, run: &mut SystemUnderTest<'_>) {
         if let Some(robot) = run.world.robot_mut() {
             self.renew_world(&mut robot.sim);
-            self.renew_outages(&mut robot.software, run.system);
         }
+        self.renew_outages(run);
         let holding: Vec<usize> = self.timetable.holding().collect();
         self.machines.renew(&holding, run.system, run.world.time());
     }
@@ -162,14 +162,16 @@ impl Injector {
     }
 
     /// The frozen components, with their processes and drivers.
-    fn renew_outages(&self, software: &mut Software, system: &mut ChannelSystem) {
-        for (component, process) in self.ids.robot.into_iter().flat_map(of_robot) {
+    fn renew_outages(&self, run: &mut SystemUnderTest<'_>) {
+        for (name, id) in &self.components {
             let is_out = self
                 .effects()
-                .any(|effect| matches!(effect, Effect::Outage { component: out, .. } if *out == component));
-            if software.outages_mut().has(component) != is_out {
-                software.outages_mut().set(component, is_out);
-                system.suspend(process, is_out);
+                .any(|effect| matches!(effect, Effect::Outage { component, .. } if component.value == *name));
+            if let (Some(driver), Some(robot)) = (Component::named(name), run.world.robot_mut()) {
+                robot.software.outages_mut().set(driver, is_out);
+            }
+            if run.system.is_suspended(*id) != is_out {
+                run.system.suspend(*id, is_out);
             }
         }
     }
@@ -210,25 +212,12 @@ fn check_place(effect: &Effect, world: &World, complaints: &mut Complaints) {
     }
 }
 
-/// Reports a fault of a component that the system does not have.
-fn check_component(fault: &Fault, effect: &Effect, topology: &Topology, complaints: &mut Complaints) {
-    let (Effect::Outage { component, .. }
-    | Effect::Channels { channels: Which::From(component) | Which::To(component), .. }) = effect
-    else {
-        return;
-    };
-    if topology.find_process(component.name()).is_none() {
-        let problem = fault.arguments().span().problem(format!("there is no component {}", component.name()));
-        let help = "only a scenario with a map has the components of a robot";
-        complaints.push(problem.with_label("a fault of this component").with_help(help));
+/// Restarts a component that has crashed: a machine begins anew, a built-in component with its driver.
+fn restart(id: ProcessId, name: &str, run: &mut SystemUnderTest<'_>) {
+    if let Some(crashed) = run.system.process::<SkillProcess>(id) {
+        let successor = crashed.succeeding(crashed, run.world.time());
+        run.system.replace(id, Box::new(successor)).expect("it runs the machine that it had");
+    } else if let (Some(component), Some(robot)) = (Component::named(name), run.world.robot_mut()) {
+        robot.software.restart(component, run.system);
     }
-}
-
-/// The components of a robot, with their processes.
-fn of_robot(Processes { battery_reader, localization, navigation }: Processes) -> [(Component, ProcessId); 3] {
-    [
-        (Component::BatteryReader, battery_reader),
-        (Component::Localization, localization),
-        (Component::Navigation, navigation),
-    ]
 }

@@ -10,7 +10,7 @@ use maps::OccupancyGrid;
 use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
 
 use super::file_reader::FileReader;
-use super::{STEP, ScenarioFile, Skill};
+use super::{Component, STEP, ScenarioFile, Skill};
 use crate::faults::{Effect, Fault, MachineChange, Trigger};
 use crate::names::unknown;
 
@@ -49,19 +49,22 @@ impl FileReader<'_> {
         &mut self,
         file: &ScenarioFile,
         skills: &BTreeMap<String, Skill>,
+        components: &BTreeMap<String, Component>,
     ) -> BTreeMap<String, FaultyMachines> {
+        let machine = |name: &str| skills.get(name).or_else(|| Some(&components.get(name)?.machine));
         let mut faults: BTreeMap<String, Vec<(usize, &Fault, MachineChange)>> = BTreeMap::new();
         for (index, fault) in file.faults.iter().enumerate() {
             let Effect::Machine { skill, change } = fault.effect() else { continue };
-            if skills.contains_key(&skill.value) {
+            if machine(&skill.value).is_some() {
                 faults.entry(skill.value).or_default().push((index, fault, change));
             } else {
-                self.complaints.push(unknown("skill", &skill, skills.keys().map(String::as_str)));
+                let known = skills.keys().chain(components.keys()).map(String::as_str);
+                self.complaints.push(unknown("skill", &skill, known));
             }
         }
         let mut machines = BTreeMap::new();
         for (skill, faults) in faults {
-            let path = &skills[&skill].path;
+            let Some(Skill { path, .. }) = machine(&skill) else { continue };
             let Some(text) = self.text(&file.skills.span, "machine", path) else { continue };
             let sound = (path.display().to_string(), text);
             let changing = faults.into_iter().filter_map(|(index, fault, change)| {

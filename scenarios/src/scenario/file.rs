@@ -10,6 +10,7 @@ use diagnostics::{FileProblems, Span, Spanned};
 use monitors::Outcome;
 use recording::{Expected, SnapshotOccasion, Snapshots};
 
+use super::component_entry::{ComponentEntry, read_components};
 use super::find::{self, Found};
 use super::leaves::{LeafEntry, read_leaves};
 use super::premises::PremisesEntry;
@@ -38,6 +39,8 @@ pub struct ScenarioFile {
     pub skills: Spanned<PathBuf>,
     /// Leaves whose machines are in other files, or start with other data.
     pub leaves: Vec<LeafEntry>,
+    /// Components from files.
+    pub components: Vec<ComponentEntry>,
     /// The property files; all their properties are monitored.
     pub properties: Vec<Spanned<PathBuf>>,
     /// The place where the file, a base or the command line sets the property files.
@@ -230,6 +233,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
     let monitors = root.tables("monitors").each(ReadyMade::read).or(Vec::new());
     let leaves = root.table("leaves").optional().map_or_else(Vec::new, read_leaves);
+    let components = root.table("components").optional().map_or_else(Vec::new, read_components);
     let execution = read_execution(root);
     let faults = root.tables("faults").each(|table| Fault::read(table).map(Arc::new)).or(Vec::new());
     if matches!(premises, Some(None)) {
@@ -246,6 +250,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         tree: tree?,
         skills: skills?,
         leaves,
+        components,
         properties: properties.collect(),
         properties_said: said,
         sources: Vec::new(),
@@ -271,10 +276,6 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
         step_budget: 100_000,
         run_budget: 10_000_000,
     };
-    if let Some(components) = root.table("components").optional() {
-        let rules = [("shipped", StopRule::OwnTrip), ("original", StopRule::AnyTrip)];
-        execution.stops = components.one_of("navigation", &rules).or(StopRule::OwnTrip);
-    }
     let Some(table) = root.table("execution").optional() else { return Some(execution) };
     execution.tick = table.seconds("tick_s").check(|tick| *tick >= STEP, "be at least 0.02").or(execution.tick);
     let leaf_timeout = table.seconds("leaf_timeout_s").check(|time| !time.is_zero(), "be above 0");
@@ -285,6 +286,8 @@ fn read_execution(root: Table<'_>) -> Option<Execution> {
     execution.tree = table.one_of("tree", &[("whole", TreeForm::Whole), ("nodes", TreeForm::Nodes)]).or(execution.tree);
     let policies = [("random", Policy::Random), ("round-robin", Policy::RoundRobin)];
     execution.policy = table.one_of("policy", &policies).or(Policy::Random);
+    let rules = [("own-trip", StopRule::OwnTrip), ("any-trip", StopRule::AnyTrip)];
+    execution.stops = table.one_of("stops", &rules).or(StopRule::OwnTrip);
     execution.starved = table.text("starve").spanned().optional();
     execution.orders = table.tables("order").each(read_order).or(Vec::new());
     Some(execution)

@@ -130,12 +130,16 @@ fn robot() -> Vec<Key> {
 fn execution() -> Vec<Key> {
     let least_tick = json!({ "type": "number", "minimum": 0.02, "maximum": 1_000_000_000 });
     vec![
-        Key::new("components", "The components that skills ask.", table(json!({}))),
+        Key::new("components", "The components that skills ask, by the name of their process.", table(json!({}))),
+        Key::new("components.NAME", "A component: an SCXML machine that answers others.", table(json!({}))),
+        Key::new("components.NAME.machine", "The file of its machine.", text()).required(),
+        Key::new("components.NAME.data", "What data of the machine hold at first.", table(json!({}))),
+        Key::new("components.NAME.data.ID", "What `<data id=\"ID\">` holds at first.", scalar()),
         Key::new(
-            "components.navigation",
-            "What a stop ends: `shipped` the trip to its own place, `original` any trip, as in the paper's published \
-             system.",
-            or(one_of(&["shipped", "original"]), "shipped"),
+            "components.NAME.interface",
+            "The file with its interface: what it can be asked, publishes and does over time. Needed if others ask it \
+             or read its topics.",
+            text(),
         ),
         Key::new("execution", "How tree, skills and components run.", table(json!({}))),
         Key::new("execution.tick_s", "Time between ticks of the tree, in seconds.", or(least_tick, 1)),
@@ -148,6 +152,12 @@ fn execution() -> Vec<Key> {
             "execution.policy",
             "Who chooses among enabled transitions: chance (`random`), or each process in turn (`round-robin`).",
             or(one_of(&["random", "round-robin"]), "random"),
+        ),
+        Key::new(
+            "execution.stops",
+            "What a stop request to the built-in Navigation ends: the trip to its own place (`own-trip`), or any trip, \
+             as in the paper's published system (`any-trip`).",
+            or(one_of(&["own-trip", "any-trip"]), "own-trip"),
         ),
         Key::new("execution.starve", "This process moves only when no other can.", text()),
         Key::new("execution.order[]", "A message is received only after another.", table(json!({}))),

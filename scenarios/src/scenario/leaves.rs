@@ -4,6 +4,9 @@ use diagnostics::document::{Item, Table};
 use diagnostics::{Span, Spanned};
 use skills::Datum;
 
+/// Initial values of a machine's data, by datum id.
+pub(crate) type Data = Vec<(Spanned<String>, Datum)>;
+
 /// The settings of a leaf: an entry of the table `leaves`.
 #[derive(Clone, Debug)]
 pub struct LeafEntry {
@@ -12,7 +15,7 @@ pub struct LeafEntry {
     /// The file of its machine, in the folder of the skills.
     pub machine: Option<Spanned<String>>,
     /// The initial values of the machine's data.
-    pub data: Vec<(Spanned<String>, Datum)>,
+    pub data: Data,
 }
 
 /// Whether two scenarios have the same settings for all leaves.
@@ -37,7 +40,7 @@ pub(super) fn read_leaves(table: Table<'_>) -> Vec<LeafEntry> {
     table.keys().filter_map(entry).collect()
 }
 
-fn read_data(table: Table<'_>) -> Vec<(Spanned<String>, Datum)> {
+pub(super) fn read_data(table: Table<'_>) -> Data {
     let value = |(name, span): (&str, &Span)| {
         let item = table.get::<Item<'_>>(name).optional()?;
         let value = datum(&item);

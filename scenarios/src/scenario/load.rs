@@ -6,17 +6,19 @@ use std::sync::Arc;
 
 use bt::Tree;
 use diagnostics::Spanned;
-use maps::{OccupancyGrid, PlacesFile};
+use maps::{OccupancyGrid, Places, PlacesFile};
 use nav::Reach;
 use recording::Origin;
 use skills::Chart;
 
 use super::file_reader::FileReader;
 use super::{
-    Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine, leaves, places,
-    world,
+    Component, Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine,
+    component_entry, leaves, places, world,
 };
 use crate::error::{Complaints, Error};
+use crate::names::unknown;
+use crate::processes::BUILTIN;
 use crate::wiring;
 
 impl Scenario {
@@ -82,12 +84,17 @@ impl<'a> Loader<'a> {
         let tree = self.tree(&file);
         let skills = tree.as_ref().map(|tree| self.skills_of(&file, tree));
         let places = floor.as_ref().map(|(_, places)| places.as_deref());
-        let driven_to = match (&tree, &skills) {
-            (Some(tree), Some(skills)) => self.check_skills(&file, tree, skills, places),
+        let components = self.components_of(&file, places.flatten());
+        let driven_to = match (&tree, &skills, &components) {
+            (Some(tree), Some(skills), Some(components)) => {
+                self.check_machines(&file, &wiring::Parts { tree, skills, components }, places)
+            }
             _ => BTreeMap::new(),
         };
         let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
-        let machines = skills.as_ref().map(|skills| self.reader.faulty_machines(&file, skills));
+        let machines = skills.as_ref().zip(components.as_ref());
+        let machines = machines.map(|(skills, components)| self.reader.faulty_machines(&file, skills, components));
+        self.check_fault_components(&file);
         let properties = self.properties(&file);
         let watching = self.watching(&file);
         let same_monitors = |like: &&Scenario| {
@@ -102,6 +109,7 @@ impl<'a> Loader<'a> {
             },
             tree: tree?,
             skills: skills?,
+            components: components?,
             machines: machines?,
             properties,
             watching,
@@ -118,11 +126,10 @@ impl<'a> Loader<'a> {
     /// Checks that skills and components fit together, unless the scenario to share with has the same ones. Returns the
     /// places that skills always drive to, each with one such skill. `places` is `None` without a map, and its content
     /// if the places could not be loaded.
-    fn check_skills(
+    fn check_machines(
         &mut self,
         file: &ScenarioFile,
-        tree: &Tree,
-        skills: &BTreeMap<String, Skill>,
+        parts: &wiring::Parts<'_>,
         places: Option<Option<&PlacesFile>>,
     ) -> BTreeMap<String, String> {
         let same = self.like.filter(|like| like.premises.is_some() == file.premises.is_some());
@@ -130,10 +137,8 @@ impl<'a> Loader<'a> {
         match (same, places) {
             (Some(like), _) => like.premises.as_ref().map_or_else(BTreeMap::new, |premises| premises.driven_to.clone()),
             (None, Some(None)) => BTreeMap::new(),
-            (None, Some(Some(places))) => {
-                wiring::check_skills(tree, skills, Some(places.places()), self.reader.complaints)
-            }
-            (None, None) => wiring::check_skills(tree, skills, None, self.reader.complaints),
+            (None, Some(Some(places))) => wiring::check_machines(parts, Some(places.places()), self.reader.complaints),
+            (None, None) => wiring::check_machines(parts, None, self.reader.complaints),
         }
     }
 
@@ -227,13 +232,44 @@ impl<'a> Loader<'a> {
     /// Whether the scenario to share with has the same skills.
     fn shares_skills(&self, file: &ScenarioFile) -> bool {
         let same_files = self.shares(file, |file| Some(&file.tree)) && self.shares(file, |file| Some(&file.skills));
-        same_files && self.like.is_some_and(|like| leaves::same_entries(&like.file.leaves, &file.leaves))
+        same_files
+            && self.like.is_some_and(|like| {
+                leaves::same_entries(&like.file.leaves, &file.leaves)
+                    && component_entry::same_components(&like.file.components, &file.components)
+            })
     }
 
     fn skills_of(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
         match self.like.filter(|_| self.shares_skills(file)) {
             Some(like) => like.skills.clone(),
             None => self.reader.skills(file, tree),
+        }
+    }
+
+    /// Reports faults of unknown components.
+    fn check_fault_components(&mut self, file: &ScenarioFile) {
+        let own = || file.components.iter().map(|component| component.name.value.as_str());
+        let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own());
+        for fault in &file.faults {
+            let effect = fault.effect();
+            let Some(component) = effect.component() else { continue };
+            if !known().any(|name| name == component.value) {
+                self.reader.complaints.push(unknown("component", component, known()));
+            }
+        }
+    }
+
+    fn components_of(
+        &mut self,
+        file: &ScenarioFile,
+        places: Option<&PlacesFile>,
+    ) -> Option<BTreeMap<String, Component>> {
+        let is_same = |like: &&Scenario| {
+            self.shares(file, places_of) && component_entry::same_components(&like.file.components, &file.components)
+        };
+        match self.like.filter(is_same) {
+            Some(like) => Some(like.components.clone()),
+            None => self.reader.components(file, places.map_or(&Places::default(), PlacesFile::places)),
         }
     }
 

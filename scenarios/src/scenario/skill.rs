@@ -10,6 +10,7 @@ use diagnostics::{Problem, nearest};
 use skills::{Chart, Datum};
 
 use super::file_reader::{FileReader, unreadable};
+use super::leaves::Data;
 use super::{LeafEntry, ScenarioFile};
 use crate::names::unknown;
 use crate::processes::RESERVED;
@@ -22,7 +23,7 @@ pub struct Skill {
     /// The machine.
     pub machine: Arc<Chart>,
     /// By datum id: the values of the leaf's ports, or those that the scenario sets instead.
-    data: BTreeMap<String, Datum>,
+    pub(super) data: BTreeMap<String, Datum>,
 }
 
 impl Skill {
@@ -51,11 +52,12 @@ impl FileReader<'_> {
     /// The skill of each leaf, by the name of the leaf's process.
     pub(super) fn skills(&mut self, file: &ScenarioFile, tree: &Tree) -> BTreeMap<String, Skill> {
         self.check_leaf_names(file, tree);
+        let is_component = |name: &str| file.components.iter().any(|component| component.name.value == name);
         let mut machines: BTreeMap<PathBuf, Option<Arc<Chart>>> = BTreeMap::new();
         let mut skills = BTreeMap::new();
         let mut problems = Vec::new();
         for leaf in tree.leaves() {
-            if RESERVED.contains(&leaf.process()) {
+            if RESERVED.contains(&leaf.process()) || is_component(leaf.process()) {
                 let message =
                     format!("a leaf cannot be named `{}`: that is the name of another process", leaf.process());
                 problems.push(tree.problem_at(leaf.id(), message, "this leaf", "give the leaf another `name`"));
@@ -65,21 +67,28 @@ impl FileReader<'_> {
             let Some((path, machine)) = self.machine_of(file, tree, leaf, entry, &mut machines, &mut problems) else {
                 continue;
             };
-            let mut data = constant_ports(tree, leaf);
-            for (id, value) in entry.iter().flat_map(|entry| &entry.data) {
-                if machine.parameters().any(|known| known == id.value) {
-                    data.insert(id.value.clone(), value.clone());
-                } else {
-                    let what = format!("datum of {}", path.display());
-                    self.complaints.push(unknown(&what, id, machine.parameters()));
-                }
+            let mut skill = Skill { path, machine, data: constant_ports(tree, leaf) };
+            if let Some(entry) = entry {
+                self.set_data(&mut skill, &entry.data);
             }
-            skills.insert(leaf.process().to_owned(), Skill { path, machine, data });
+            skills.insert(leaf.process().to_owned(), skill);
         }
         if !problems.is_empty() {
             self.complaints.push(tree.error(&problems));
         }
         skills
+    }
+
+    /// Gives a machine initial values, and reports data that it does not have.
+    pub(super) fn set_data(&mut self, skill: &mut Skill, data: &Data) {
+        for (id, value) in data {
+            if skill.machine.parameters().any(|known| known == id.value) {
+                skill.data.insert(id.value.clone(), value.clone());
+            } else {
+                let what = format!("datum of {}", skill.path.display());
+                self.complaints.push(unknown(&what, id, skill.machine.parameters()));
+            }
+        }
     }
 
     /// The machine of a leaf and its file; a file that several leaves share is loaded once.

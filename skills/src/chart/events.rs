@@ -101,12 +101,17 @@ impl EventTree {
 
     /// Whether a registered descriptor matches events with this name.
     pub(crate) fn hears(&self, name: &str) -> bool {
-        let mut tokens = name.split('.');
-        let mut node = Some(&self.nodes[0]);
-        while let Some(here) = node.filter(|here| !here.is_heard) {
-            node = tokens.next().and_then(|token| here.children.get(token)).map(|child| &self.nodes[*child]);
-        }
-        node.is_some()
+        self.nodes[0].is_heard || self.names(name)
+    }
+
+    /// Whether a descriptor other than `*` matches the event.
+    pub(crate) fn names(&self, name: &str) -> bool {
+        let step = |here: &Node, token| here.children.get(token).map(|child| &self.nodes[*child]);
+        let nodes = name.split('.').scan(&self.nodes[0], |here, token| {
+            *here = step(here, token)?;
+            Some(*here)
+        });
+        nodes.into_iter().any(|node| node.is_heard)
     }
 
     /// Registers one of the descriptors of this tree and returns the classes that it matches.

@@ -46,12 +46,6 @@ impl Compiler<'_> {
         let has_content = elements_named(node, "content").next();
         match Written::attribute(node, "type") {
             Some(written) if written.value == CHANNEL_PROCESSOR => {
-                if !has("target") && !has("targetexpr") {
-                    let problem = Problem::new("the message has no target");
-                    self.problems.push(
-                        problem.at(name_span(node), "`target` is missing").with_help("use the name of a process"),
-                    );
-                }
                 if !has("event") && !has("eventexpr") {
                     let problem = Problem::new("the message has no name");
                     let help = "`event` is the message's first field: event=\"tick\" sends [<tick>]";

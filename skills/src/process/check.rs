@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use channels::{FieldKind, Message, Shape, Topology};
+use channels::{Domain, FieldKind, Message, Shape, Topology};
 use diagnostics::{Problem, did_you_mean, nearest_or_all};
 use miette::SourceSpan;
 
 use super::CLIENT;
-use super::wiring::{Incoming, Outgoing, Wiring};
+use super::wiring::{Incoming, Outgoing, Wiring, heads, shapes_of, takes};
 use crate::Datum;
 use crate::chart::{
     ActionKind, Attribute, CHANNEL_PROCESSOR, Chart, DataId, Descriptor, EventClass, Place, Send, SendId,
@@ -59,7 +59,7 @@ impl<'a> Constants<'a> {
     pub(super) fn message(&self, head: &str, send: &Send, out: &Outgoing) -> Option<Message> {
         let field = |(name, value, _): (&Arc<str>, &Expr, SourceSpan)| Some((Arc::clone(name), self.value(value)?));
         let fields: Vec<(Arc<str>, Datum)> = send.named().map(field).collect::<Option<_>>()?;
-        out.message(head, &Datum::object(fields).ok()?).ok()
+        out.message(head, &Datum::object(fields).ok()?).ok().map(|(message, _)| message)
     }
 }
 
@@ -98,20 +98,39 @@ struct Check<'a> {
 
 impl<'a> Check<'a> {
     fn send(&mut self, send: &'a Send) {
-        if goes_by_channel(send)
-            && let Some(target) = &send.target
-            && let Some(out) = self.target(target)
+        if !goes_by_channel(send) {
+            return;
+        }
+        let domain = match &send.target {
+            None => Some(&self.wiring.topics),
+            Some(target) => match target.literal() {
+                Some(peer) => self.target(peer, target.span).map(|out| &out.domain),
+                None => return self.computed(send),
+            },
+        };
+        if let Some(domain) = domain
             && let Some(event) = &send.event
-            && let Some(head) = self.head(event, out)
+            && let Some(head) = self.head(event, send.target.as_ref(), domain)
         {
-            self.fields(send, out, head);
-            self.values(send, out, head);
+            self.fields(send, domain, head);
+            self.values(send, domain, head);
         }
     }
 
-    /// The channel of a message; `None` if the target is computed, or has been reported to be missing.
-    fn target(&mut self, target: &'a Attribute) -> Option<&'a Outgoing> {
-        let peer = target.literal()?;
+    /// Reports a message with a computed target that no channel carries.
+    fn computed(&mut self, send: &Send) {
+        let Some(event) = &send.event else { return };
+        let Some(head) = event.literal() else { return };
+        if !self.wiring.outgoing.iter().any(|out| shapes_of(&out.domain, head).next().is_some()) {
+            let known: Vec<&str> = self.wiring.outgoing.iter().flat_map(|out| heads(&out.domain)).collect();
+            let problem = Problem::new(format!("no channel from {} carries <{head}>", self.wiring.name));
+            let help = nearest_or_all(head, "messages", &known);
+            self.problems.push(problem.at(event.span, "unknown message").with_help(help));
+        }
+    }
+
+    /// The channel of a message; `None` if it has been reported to be missing.
+    fn target(&mut self, peer: &'a str, span: SourceSpan) -> Option<&'a Outgoing> {
         if let Some(out) = self.wiring.outgoing_to(peer) {
             return Some(&self.wiring.outgoing[out]);
         }
@@ -129,7 +148,7 @@ impl<'a> Check<'a> {
             });
             Problem::new(format!("there is no process {peer}")).with_help(help)
         };
-        self.problems.push(problem.at(target.span, "cannot be reached"));
+        self.problems.push(problem.at(span, "cannot be reached"));
         None
     }
 
@@ -158,19 +177,23 @@ impl<'a> Check<'a> {
     }
 
     /// The first symbol of a message; `None` if it is computed, or has been reported to be invalid.
-    fn head<'e>(&mut self, event: &'e Attribute, out: &Outgoing) -> Option<&'e str> {
+    fn head<'e>(&mut self, event: &'e Attribute, target: Option<&Attribute>, domain: &Domain) -> Option<&'e str> {
         let head = event.literal()?;
-        if out.shapes_of(head).next().is_none() {
-            let problem = Problem::new(format!("the channel {} → {} carries no <{head}>", self.wiring.name, out.peer));
-            let help = nearest_or_all(head, "its messages", &out.heads());
-            self.problems.push(problem.at(event.span, "unknown message").with_help(help));
+        if shapes_of(domain, head).next().is_none() {
+            let name = &self.wiring.name;
+            let (message, what) = match target.and_then(Attribute::literal) {
+                Some(peer) => (format!("the channel {name} → {peer} carries no <{head}>"), "its messages"),
+                None => (format!("{name} does not publish <{head}>, and the message has no target"), "its topics"),
+            };
+            let help = nearest_or_all(head, what, &heads(domain));
+            self.problems.push(Problem::new(message).at(event.span, "unknown message").with_help(help));
             return None;
         }
         Some(head)
     }
 
     /// Reports parameters that are not fields, and fields without a parameter.
-    fn fields(&mut self, send: &Send, out: &Outgoing, head: &str) {
+    fn fields(&mut self, send: &Send, out: &Domain, head: &str) {
         let help = carried(out, head);
         let given: Vec<(&str, SourceSpan)> = send.named().map(|(name, _, span)| (&**name, span)).collect();
         for (name, span) in &given {
@@ -183,7 +206,7 @@ impl<'a> Check<'a> {
             !matches!(kind, FieldKind::Optional(_)) && !given.iter().any(|(given, _)| given == name)
         };
         let is_complete = |shape: &Shape| !shape.fields().iter().skip(1).any(|field| is_missing(&field));
-        if !out.shapes_of(head).any(is_complete)
+        if !shapes_of(out, head).any(is_complete)
             && let Some((field, _)) = fields(out, head).find(is_missing)
         {
             let problem = Problem::new(format!("<{head}> lacks the field `{field}`")).at(send.span, "incomplete");
@@ -192,12 +215,12 @@ impl<'a> Check<'a> {
     }
 
     /// Reports data that can never have the kind of their field.
-    fn values(&mut self, send: &Send, out: &Outgoing, head: &str) {
+    fn values(&mut self, send: &Send, out: &Domain, head: &str) {
         for (name, value, span) in
             send.named().filter(|(name, ..)| fields(out, head).any(|(field, _)| **field == ***name))
         {
             if let Some(value) = self.constants.value(value)
-                && !out.takes(head, name, &value)
+                && !takes(out, head, name, &value)
             {
                 let problem = Problem::new(format!("the field `{name}` of <{head}> cannot be {value}"));
                 self.problems.push(problem.at(span, "always this value").with_help(carried(out, head)));
@@ -239,12 +262,12 @@ impl<'a> Check<'a> {
 }
 
 /// The fields of messages that begin with `head`, except the first.
-fn fields<'a>(out: &'a Outgoing, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
-    out.shapes_of(head).flat_map(|shape| shape.fields().get(1..).unwrap_or_default())
+fn fields<'a>(out: &'a Domain, head: &'a str) -> impl Iterator<Item = &'a (String, FieldKind)> {
+    shapes_of(out, head).flat_map(|shape| shape.fields().get(1..).unwrap_or_default())
 }
 
-fn carried(out: &Outgoing, head: &str) -> String {
-    let shapes: Vec<String> = out.shapes_of(head).map(Shape::to_string).collect();
+fn carried(out: &Domain, head: &str) -> String {
+    let shapes: Vec<String> = shapes_of(out, head).map(Shape::to_string).collect();
     format!("the channel carries {}", shapes.join(" or "))
 }
 

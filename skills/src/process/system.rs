@@ -69,10 +69,12 @@ fn conversation(name: &str, chart: &Chart, leaf: Option<&LeafOfSystem<'_>>, topo
     }
     let halts_nobody = leaf.is_some_and(|leaf| !leaf.is_halted);
     for incoming in &super::wiring::Wiring::new(topology, skill).incoming {
-        let mut unheard: Vec<&str> = incoming.event_names().filter(|event| !chart.hears(event)).collect();
-        // Some answers of a component may be ignored, but no requests of the tree.
-        if !incoming.is_client && unheard.len() < incoming.event_names().count() {
-            unheard.clear();
+        let asked: Vec<&str> = incoming.asked().collect();
+        let (mut unheard, all): (Vec<&str>, usize) =
+            (incoming.event_names().filter(|event| !chart.hears(event)).collect(), incoming.event_names().count());
+        // Some answers of a component may be ignored, but no requests.
+        if unheard.len() < all {
+            unheard.retain(|event| asked.contains(event));
         }
         unheard.retain(|event| !(incoming.is_client && halts_nobody && event.ends_with(".halt")));
         let complain =

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use channels::{FieldKind, Message, Shape, Symbol, Value};
+use channels::{FieldKind, Message, Shape, Value};
 
 use crate::Datum;
 
@@ -20,14 +20,6 @@ pub(super) enum Unsendable {
     Unknown { field: String },
     #[error("the field {field} is {kind}, and {value} is not")]
     Kind { field: String, kind: String, value: String },
-}
-
-/// The symbols that a message of this shape may begin with.
-pub(super) fn heads(shape: &Shape) -> &[Symbol] {
-    match shape.fields().first() {
-        Some((_, FieldKind::Symbol(symbols))) => symbols,
-        _ => &[],
-    }
 }
 
 /// A message's fields as an object, with the names of its shape, or `m1`, `m2`, … if it has none. An optional field

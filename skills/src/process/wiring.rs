@@ -1,10 +1,10 @@
-//! The channels of a skill, and the messages it may send on them.
+//! The channels of a process, and the messages it may send on them.
 
 use std::collections::BTreeSet;
 use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
-use channels::{ChannelId, Domain, Message, ProcessId, Shape, Symbol, Topology};
+use channels::{ChannelId, Domain, Message, ProcessId, Role, Shape, Symbol, Topology};
 
 use super::translate::{self, Unsendable};
 use crate::Datum;
@@ -17,12 +17,13 @@ pub const CLIENT: &str = "BT";
 pub(super) struct Incoming {
     pub(super) channel: ChannelId,
     pub(super) peer: Arc<str>,
-    /// The channel for requests to the same process; `None` for the client, and for processes that cannot be asked.
-    pub(super) asked_on: Option<usize>,
+    /// The channel to the same process, if there is one.
+    pub(super) back: Option<usize>,
     pub(super) is_client: bool,
     domain: Domain,
-    /// The names of the events that messages become, by their first symbol; each once, however many shapes there are.
-    events: Vec<(Symbol, Arc<str>)>,
+    /// The names of the events that messages become, and their roles, by their first symbol; each once, however many
+    /// shapes there are.
+    pub(super) events: Vec<(Symbol, Arc<str>, Role)>,
 }
 
 /// The receiver at the other end of a channel.
@@ -30,16 +31,16 @@ pub(super) struct Incoming {
 pub(super) struct Outgoing {
     pub(super) channel: ChannelId,
     pub(super) peer: Arc<str>,
-    pub(super) is_client: bool,
     pub(super) domain: Domain,
 }
 
-/// A skill's channels, in the order of their declaration.
+/// A process's channels, in the order of their declaration, and the topics that it publishes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Wiring {
     pub(super) name: Arc<str>,
     pub(super) incoming: Vec<Incoming>,
     pub(super) outgoing: Vec<Outgoing>,
+    pub(super) topics: Domain,
 }
 
 impl Hash for Wiring {
@@ -57,18 +58,19 @@ impl Wiring {
         };
         let mut outgoing: Vec<Outgoing> = Vec::new();
         for channel in topology.channels().filter(|channel| topology.get(*channel).source == process) {
-            let (is_client, peer) = peer(topology.get(channel).target);
-            outgoing.push(Outgoing { channel, peer, is_client, domain: domain(channel) });
+            let (_, peer) = peer(topology.get(channel).target);
+            outgoing.push(Outgoing { channel, peer, domain: domain(channel) });
         }
         let mut incoming = Vec::new();
         for channel in topology.channels().filter(|channel| topology.get(*channel).target == process) {
             let (is_client, peer) = peer(topology.get(channel).source);
-            let asked_on = outgoing.iter().position(|out| out.peer == peer && !is_client);
+            let back = outgoing.iter().position(|out| out.peer == peer);
             let domain = domain(channel);
-            let events = event_names(&peer, &domain);
-            incoming.push(Incoming { channel, peer, asked_on, is_client, domain, events });
+            let events = events(&peer, back.is_some() && !is_client, &domain);
+            incoming.push(Incoming { channel, peer, back, is_client, domain, events });
         }
-        Self { name: topology.name(process).into(), incoming, outgoing }
+        let topics = Domain::new(topology.topics(process).cloned());
+        Self { name: topology.name(process).into(), incoming, outgoing, topics }
     }
 
     /// The names of the fields of the client's requests: the values that the ports of a leaf read.
@@ -83,20 +85,41 @@ impl Wiring {
     pub(super) fn outgoing_to(&self, peer: &str) -> Option<usize> {
         self.outgoing.iter().position(|out| &*out.peer == peer)
     }
+
+    /// The channels to those who have subscribed to a topic.
+    pub(super) fn subscribers(&self, topic: &str) -> impl Iterator<Item = usize> {
+        let carries = move |out: &Outgoing| shapes_of(&out.domain, topic).any(|shape| shape.role() == Role::Topic);
+        self.outgoing.iter().enumerate().filter(move |(_, out)| carries(out)).map(|(index, _)| index)
+    }
+
+    /// The message of a topic that this process publishes.
+    pub(super) fn published(&self, topic: &str, fields: &Datum) -> Result<Message, Unsendable> {
+        message(&self.topics, topic, fields).map(|(message, _)| message)
+    }
 }
 
 impl Incoming {
-    /// The name of the event that a message becomes: `Navigation.ok`, or `Navigation` if it does not begin with a
-    /// symbol.
-    pub(super) fn event_name(&self, message: &Message) -> Arc<str> {
-        let known = self.events.iter().find(|(head, _)| Some(head.name()) == message.head());
-        Arc::clone(known.map_or(&self.peer, |(_, name)| name))
+    /// The name of the event that a message becomes, and the message's role. What a client asks is known by its own
+    /// name, `say`, whoever the client is; everything else, and what the tree asks, by its sender's, too:
+    /// `Navigation.ok`, or `Navigation` if the message does not begin with a symbol.
+    pub(super) fn event(&self, message: &Message) -> (Arc<str>, Role) {
+        match self.events.iter().find(|(head, ..)| Some(head.name()) == message.head()) {
+            Some((_, name, role)) => (Arc::clone(name), *role),
+            None => (Arc::clone(&self.peer), Role::Topic),
+        }
     }
 
     /// The names of the events that messages on this channel become.
     pub(super) fn event_names(&self) -> impl Iterator<Item = &str> {
-        let begins_otherwise = self.domain.shapes().iter().any(|shape| translate::heads(shape).is_empty());
-        self.events.iter().map(|(_, name)| &**name).chain(begins_otherwise.then_some(&*self.peer))
+        let begins_otherwise = self.domain.shapes().iter().any(|shape| shape.heads().is_empty());
+        self.events.iter().map(|(_, name, _)| &**name).chain(begins_otherwise.then_some(&*self.peer))
+    }
+
+    /// The names of the events that this process is asked to handle.
+    pub(super) fn asked(&self) -> impl Iterator<Item = &str> {
+        let is_asked = |role| matches!(role, Role::Request | Role::Goal | Role::Cancel);
+        let names = self.events.iter().filter(move |(.., role)| is_asked(*role)).map(|(_, name, _)| &**name);
+        names.filter(|_| self.back.is_some())
     }
 
     /// The fields of a message by name.
@@ -105,40 +128,49 @@ impl Incoming {
     }
 }
 
-fn event_names(peer: &str, domain: &Domain) -> Vec<(Symbol, Arc<str>)> {
-    let heads = domain.shapes().iter().flat_map(translate::heads);
+fn events(peer: &str, may_ask: bool, domain: &Domain) -> Vec<(Symbol, Arc<str>, Role)> {
+    let heads = domain.shapes().iter().flat_map(|shape| shape.heads().iter().map(|head| (head, shape.role())));
     let mut seen = BTreeSet::new();
-    let new = heads.filter(|head| seen.insert(*head));
-    new.map(|head| (head.clone(), format!("{peer}.{}", head.name()).into())).collect()
+    let new = heads.filter(|(head, _)| seen.insert(*head));
+    let event = |(head, role): (&Symbol, Role)| {
+        let is_asked = may_ask && matches!(role, Role::Request | Role::Goal | Role::Cancel);
+        let name = if is_asked { head.name().into() } else { format!("{peer}.{}", head.name()).into() };
+        (head.clone(), name, role)
+    };
+    new.map(event).collect()
 }
 
 impl Outgoing {
-    /// The symbols that messages on this channel may begin with.
-    pub(super) fn heads(&self) -> Vec<&str> {
-        self.domain.shapes().iter().flat_map(translate::heads).map(Symbol::name).collect()
+    /// The message that begins with this symbol and has these fields by name, and its role.
+    pub(super) fn message(&self, head: &str, fields: &Datum) -> Result<(Message, Role), Unsendable> {
+        message(&self.domain, head, fields)
     }
+}
 
-    /// The shapes of messages that begin with this symbol.
-    pub(super) fn shapes_of<'a>(&'a self, head: &'a str) -> impl Iterator<Item = &'a Shape> {
-        let begins = move |shape: &&Shape| translate::heads(shape).iter().any(|symbol| symbol.name() == head);
-        self.domain.shapes().iter().filter(begins)
-    }
+/// The symbols that messages may begin with.
+pub(super) fn heads(domain: &Domain) -> Vec<&str> {
+    domain.shapes().iter().flat_map(Shape::heads).map(Symbol::name).collect()
+}
 
-    /// The message that begins with this symbol and has these fields by name.
-    pub(super) fn message(&self, head: &str, fields: &Datum) -> Result<Message, Unsendable> {
-        let mut problem = Unsendable::Head { head: head.to_owned() };
-        for shape in self.shapes_of(head) {
-            match translate::message(head, shape, fields) {
-                Ok(values) => return Ok(Message::new(values)),
-                Err(unfit) => problem = unfit,
-            }
+/// The shapes of messages that begin with this symbol.
+pub(super) fn shapes_of<'a>(domain: &'a Domain, head: &'a str) -> impl Iterator<Item = &'a Shape> {
+    let begins = move |shape: &&Shape| shape.heads().iter().any(|symbol| symbol.name() == head);
+    domain.shapes().iter().filter(begins)
+}
+
+/// Whether a message that begins with this symbol can have this value in the field with this name.
+pub(super) fn takes(domain: &Domain, head: &str, field: &str, value: &Datum) -> bool {
+    let mut kinds = shapes_of(domain, head).flat_map(Shape::fields).filter(|(name, _)| name == field);
+    kinds.any(|(_, kind)| translate::value(value, kind).is_some())
+}
+
+fn message(domain: &Domain, head: &str, fields: &Datum) -> Result<(Message, Role), Unsendable> {
+    let mut problem = Unsendable::Head { head: head.to_owned() };
+    for shape in shapes_of(domain, head) {
+        match translate::message(head, shape, fields) {
+            Ok(values) => return Ok((Message::new(values), shape.role())),
+            Err(unfit) => problem = unfit,
         }
-        Err(problem)
     }
-
-    /// Whether a message that begins with this symbol can have this value in the field with this name.
-    pub(super) fn takes(&self, head: &str, field: &str, value: &Datum) -> bool {
-        let mut kinds = self.shapes_of(head).flat_map(Shape::fields).filter(|(name, _)| name == field);
-        kinds.any(|(_, kind)| translate::value(value, kind).is_some())
-    }
+    Err(problem)
 }

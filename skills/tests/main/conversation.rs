@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Action, Capacity, Domain, Envelope, FieldKind, Message, Offer, Process, RequestNumber, Shape, Topology, Value,
+    Action, Capacity, Domain, Envelope, FieldKind, Message, Offer, Process, RequestNumber, Role, Shape, Topology, Value,
 };
 use skills::{Chart, Datum, SHIPPED, SkillError, SkillProcess, shipped};
 
@@ -15,7 +15,8 @@ fn symbols<const N: usize>(names: [&str; N]) -> FieldKind {
 
 fn replies(field: &str, kind: FieldKind) -> Domain {
     let ok = Shape::new([("status", symbols(["ok"])), (field, kind)]);
-    Domain::new([ok, Shape::new([("status", symbols(["error"])), ("reason", FieldKind::Text)])])
+    let error = Shape::new([("status", symbols(["error"])), ("reason", FieldKind::Text)]);
+    Domain::new([ok, error]).in_role(Role::Reply)
 }
 
 /// The processes and channels of the shipped system.
@@ -38,7 +39,8 @@ pub(crate) fn topology() -> Topology {
     for (leaf, _) in SHIPPED {
         let skill = topology.process(leaf).unwrap();
         let call = Domain::new([Shape::new([("call", symbols(["tick", "halt"]))])]);
-        let result = Domain::new([Shape::new([("result", symbols(["running", "success", "failure", "halted"]))])]);
+        let result = Shape::new([("result", symbols(["running", "success", "failure", "halted"]))]);
+        let result = Domain::new([result]).in_role(Role::Reply);
         topology.channel(tree, skill, Capacity::One, call).unwrap();
         topology.channel(skill, tree, Capacity::One, result).unwrap();
     }
@@ -58,7 +60,7 @@ pub(crate) fn topology_with_blackboard() -> Topology {
     let write = Shape::new([request, skill, key, ("value", FieldKind::Int)]);
     let board = Domain::new([Shape::new(entry(symbols(["lock", "unlock", "read_data"]))), write]);
     let ok = |field, kind| Shape::new([("status", symbols(["ok"])), (field, kind)]);
-    let answers = Domain::new([ok("done", FieldKind::Bool), ok("value", FieldKind::Int)]);
+    let answers = Domain::new([ok("done", FieldKind::Bool), ok("value", FieldKind::Int)]).in_role(Role::Reply);
     let mut topology = topology();
     let blackboard = topology.process("Blackboard").unwrap();
     for skill in ["GotoRechargingStation", "GoToDestination"] {

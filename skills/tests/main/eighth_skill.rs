@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+use channels::{Capacity, Domain, FieldKind, Role, Shape, Topology};
 use skills::{Chart, Cues, SkillProcess, rehearse};
 
 const ANNOUNCE_ARRIVAL: &str = include_str!("../../examples/AnnounceArrival.scxml");
@@ -13,9 +13,9 @@ fn the_example_fits_channels_to_the_tree_and_to_a_speaker() {
     let [tree, skill, speaker] = ["BT", "AnnounceArrival", "Speaker"].map(|name| topology.process(name).unwrap());
     let call = Domain::new([Shape::new([("call", FieldKind::symbols(["tick", "halt"]))])]);
     let results = FieldKind::symbols(["success", "failure", "halted"]);
-    let result = Domain::new([Shape::new([("result", results)])]);
+    let result = Domain::new([Shape::new([("result", results)])]).in_role(Role::Reply);
     let say = Shape::new([("request", FieldKind::symbols(["say"])), ("text", FieldKind::Text)]);
-    let reply = Domain::new([Shape::new([("status", FieldKind::symbols(["ok", "error"]))])]);
+    let reply = Domain::new([Shape::new([("status", FieldKind::symbols(["ok", "error"]))])]).in_role(Role::Reply);
     topology.channel(tree, skill, Capacity::One, call).unwrap();
     topology.channel(skill, tree, Capacity::One, result).unwrap();
     topology.channel(skill, speaker, Capacity::One, Domain::new([say])).unwrap();

@@ -1,7 +1,7 @@
 //! Very large files, or files made to be slow: each test would take minutes or hours if the work grew faster than the
 //! file.
 
-use channels::{Capacity, Domain, FieldKind, Shape, Symbol, Topology};
+use channels::{Capacity, Domain, FieldKind, Role, Shape, Symbol, Topology};
 use skills::{Chart, LeafOfSystem, SkillError, check_system};
 
 /// The problems and warnings of a machine with these elements, in short form.
@@ -43,7 +43,7 @@ fn events_and_transitions_are_matched_among_very_many() {
         Domain::new([Shape::new([("m", FieldKind::Symbol(symbols))])])
     };
     topology.channel(client, skill, Capacity::One, head(&["tick"])).unwrap();
-    topology.channel(skill, client, Capacity::One, head(&["success"])).unwrap();
+    topology.channel(skill, client, Capacity::One, head(&["success"]).in_role(Role::Reply)).unwrap();
     topology.channel(peer, skill, Capacity::One, head(&names.iter().map(String::as_str).collect::<Vec<_>>())).unwrap();
     let heard = many(50_000, |n| format!("<transition event=\"Peer.e{n}\"/>"));
     let answer = "<transition event=\"BT.tick\"><send type=\"channel\" target=\"BT\" event=\"success\"/></transition>";

@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a test that panics has failed, and says where")]
 
 mod appendix_d;
+mod between_machines;
 mod bombs;
 mod broken_machines;
 mod chance;

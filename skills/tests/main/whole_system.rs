@@ -1,6 +1,6 @@
 //! The wiring of a tree with all its skills.
 
-use channels::{Capacity, Domain, FieldKind, Shape, Topology};
+use channels::{Capacity, Domain, FieldKind, Role, Shape, Topology};
 use skills::{Chart, LeafOfSystem, SkillError, check_system};
 
 use crate::stage::file;
@@ -10,12 +10,12 @@ fn topology() -> Topology {
     let [tree, skill, reader] = ["BT", "Look", "Reader"].map(|name| topology.process(name).unwrap());
     let head = |symbols: [&str; 2]| Domain::new([Shape::new([("m", FieldKind::symbols(symbols))])]);
     topology.channel(tree, skill, Capacity::One, head(["tick", "halt"])).unwrap();
-    topology.channel(skill, tree, Capacity::One, head(["success", "halted"])).unwrap();
+    topology.channel(skill, tree, Capacity::One, head(["success", "halted"]).in_role(Role::Reply)).unwrap();
     topology.channel(skill, reader, Capacity::One, head(["get", "stop"])).unwrap();
     // Two shapes begin alike.
     let level = Shape::new([("m", FieldKind::symbols(["ok"])), ("level", FieldKind::Real)]);
     let answers = [Shape::new([("m", FieldKind::symbols(["ok", "error"]))]), level];
-    topology.channel(reader, skill, Capacity::One, Domain::new(answers)).unwrap();
+    topology.channel(reader, skill, Capacity::One, Domain::new(answers).in_role(Role::Reply)).unwrap();
     topology
 }
 

@@ -1,6 +1,5 @@
 //! Faults of localization, navigation and the other components.
 
-use components::Component;
 use diagnostics::Spanned;
 
 use crate::faults::effect::{Damage, Effect, Which};
@@ -9,18 +8,10 @@ use crate::faults::{ArgumentDomain, Arguments, Parameter};
 use crate::files::named;
 
 /// The affected component.
-const COMPONENT: Parameter = Parameter::required(
-    "component",
-    "which component",
-    ArgumentDomain::OneOf(&["BatteryReader", "Localization", "Navigation"]),
-);
+const COMPONENT: Parameter = Parameter::required("component", "which component", ArgumentDomain::Text);
 
-fn component(with: &Arguments) -> Component {
-    match with.text("component") {
-        "BatteryReader" => Component::BatteryReader,
-        "Localization" => Component::Localization,
-        _ => Component::Navigation,
-    }
+fn component(with: &Arguments) -> Spanned<String> {
+    with.name("component")
 }
 
 /// Affects every message, without a probability.

@@ -6,7 +6,6 @@ use channels::{
     Chance, ChannelId, ChannelSystem, Concern, Corruption, Disturbance, DisturbanceId, Effect as ChannelEffect,
     FieldKind, Message, Symbol, Topology, Value,
 };
-use components::Component;
 use diagnostics::Spanned;
 use robot::Streams;
 
@@ -96,8 +95,8 @@ fn find(which: &Which, topology: &Topology, complaints: &mut Complaints) -> Vec<
         topology.channels().filter(|channel| meant(ends(channel).0, ends(channel).1)).collect()
     };
     match which {
-        Which::From(component) => all(&|from, _| from == Component::name(*component)),
-        Which::To(component) => all(&|_, to| to == Component::name(*component)),
+        Which::From(component) => all(&|from, _| from == component.value),
+        Which::To(component) => all(&|_, to| to == component.value),
         Which::Between(from, to) => between(from, to, topology, complaints).into_iter().collect(),
     }
 }

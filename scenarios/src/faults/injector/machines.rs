@@ -32,10 +32,10 @@ impl Machines {
         for (name, machines) in &scenario.machines {
             let found = topology.find_process(name).and_then(|id| Some((id, system.process::<SkillProcess>(id)?)));
             let Some((id, sound)) = found else { continue };
+            let Some((_, skill)) = scenario.machine_processes().find(|(process, _)| process == name) else { continue };
             let mut faulty = BTreeMap::new();
             for (faults, chart) in machines {
-                let process =
-                    complaints.note(SkillProcess::new(name, chart, topology, scenario.skills[name].data_of(chart)));
+                let process = complaints.note(SkillProcess::new(name, chart, topology, skill.data_of(chart)));
                 faulty.extend(process.map(|process| (faults.clone(), process)));
             }
             skills.push(Skill { id, sound: sound.clone(), faulty, holding: Vec::new() });

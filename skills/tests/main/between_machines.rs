@@ -1,0 +1,257 @@
+//! Services, actions and topics between machines, whatever the schedule.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Capacity, ChannelSystem, Domain, Event, EventKind, FieldKind, Process, Random, Role, Scheduler, Shape, Topology,
+};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::SeedableRng;
+use skills::{Chart, SkillProcess};
+
+use crate::stage::file;
+
+fn shape(first: &str, head: &str, field: Option<(&str, FieldKind)>, role: Role) -> Shape {
+    let head = (first, FieldKind::symbols([head]));
+    Shape::new(std::iter::once(head).chain(field)).with_role(role)
+}
+
+/// What passes between a client and the arm.
+fn lines() -> (Domain, Domain) {
+    let text = || Some(("text", FieldKind::Text));
+    let number = || Some(("n", FieldKind::Int));
+    let requests = [
+        shape("request", "say", text(), Role::Request),
+        shape("request", "pick.goal", number(), Role::Goal),
+        shape("request", "pick.cancel", None, Role::Cancel),
+    ];
+    let answers = [
+        shape("status", "ok", text(), Role::Reply),
+        shape("status", "pick.accepted", None, Role::Feedback),
+        shape("status", "pick.feedback", number(), Role::Feedback),
+        shape("status", "pick.succeeded", number(), Role::Result),
+        shape("status", "pick.canceled", None, Role::Result),
+        height(),
+    ];
+    (Domain::new(requests), Domain::new(answers))
+}
+
+fn height() -> Shape {
+    shape("topic", "height", Some(("n", FieldKind::Int)), Role::Topic)
+}
+
+/// The events of a run of two clients and an arm, with the names of sender and receiver, under a random schedule.
+fn run([one, two, arm]: [&str; 3], seed: u64) -> (Vec<(String, Event)>, ChannelSystem) {
+    let mut topology = Topology::default();
+    let names = ["One", "Two", "Arm"];
+    let [a, b, server] = names.map(|name| topology.process(name).unwrap());
+    let (requests, answers) = lines();
+    for client in [a, b] {
+        topology.channel(client, server, Capacity::One, requests.clone()).unwrap();
+        topology.channel(server, client, Capacity::One, answers.clone()).unwrap();
+    }
+    topology.publish(server, height());
+    let machine = |(name, content): (&str, &str)| {
+        let chart = Chart::load(&format!("{name}.scxml"), &file("", content)).unwrap();
+        let process = SkillProcess::new(name, &chart, &topology, [])
+            .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+        (topology.find_process(name).unwrap(), Box::new(process) as Box<dyn Process>)
+    };
+    let processes: Vec<_> = names.into_iter().zip([one, two, arm]).map(machine).collect();
+    let topology = Arc::new(topology);
+    let mut system = ChannelSystem::new(Arc::clone(&topology), processes).unwrap();
+    let mut scheduler: Box<dyn Scheduler> = Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed)));
+    let mut events = Vec::new();
+    for step in 0..40 {
+        system.advance(Duration::from_millis(100 * step));
+        for event in system.run(scheduler.as_mut(), 10_000) {
+            let event = event.unwrap();
+            let EventKind::Received { channel, ref message } = event.kind else { continue };
+            let (from, to) = topology.ends(channel);
+            events.push((format!("{from} {} {to}", message.head().unwrap()), event));
+        }
+    }
+    (events, system)
+}
+
+/// The second field of the message.
+fn field(event: &Event) -> &channels::Value {
+    match &event.kind {
+        EventKind::Received { message, .. } => message.field(2).unwrap(),
+        EventKind::Tick => panic!("there is no tick"),
+    }
+}
+
+fn count(events: &[(String, Event)], what: &str) -> usize {
+    events.iter().filter(|(event, _)| event == what).count()
+}
+
+const SILENT: &str = "<state id='silent'/>";
+
+/// Asks three times at once, and then after each answer.
+const TALKER: &str = "<state id='asks'>
+    <onentry>
+        <send type='channel' target='Arm' event='say'><param name='text' expr=\"'a'\"/></send>
+        <send type='channel' target='Arm' event='say'><param name='text' expr=\"'b'\"/></send>
+        <send type='channel' target='Arm' event='say'><param name='text' expr=\"'c'\"/></send>
+    </onentry>
+    <transition event='Arm.ok' cond=\"_event.data.text == 'c'\" target='asks'/>
+</state>";
+
+/// Answers after a time, with what it was told; asks itself nothing.
+const LISTENER: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
+<state id='idle'>
+    <transition event='say' target='busy'>
+        <assign location='who' expr='_event.origin'/><assign location='text' expr='_event.data.text'/>
+    </transition>
+</state>
+<state id='busy'>
+    <onentry><send event='done' delay='250ms'/></onentry>
+    <transition event='done' target='idle'>
+        <send type='channel' targetexpr='who' event='ok'><param name='text' expr='text'/></send>
+    </transition>
+</state>";
+
+#[test]
+fn a_service_answers_each_request_of_a_client_before_it_takes_the_next() {
+    for seed in 0..50 {
+        let (events, _) = run([TALKER, SILENT, LISTENER], seed);
+        let words = |what: &str| -> Vec<String> {
+            let these = events.iter().filter(|(event, _)| event == what);
+            these.map(|(_, event)| field(event).to_string()).collect()
+        };
+        let (asked, answered) = (words("One say Arm"), words("Arm ok One"));
+        assert!(asked.len() >= 12, "seed {seed}: {asked:?}");
+        assert!(asked.len() - answered.len() <= 1, "seed {seed}");
+        assert!(asked.starts_with(&answered), "seed {seed}: {asked:?} {answered:?}");
+    }
+}
+
+/// Begins to pick, gives up after a time that is sometimes too late, and begins again.
+fn picker(patience_ms: u32) -> String {
+    format!(
+        "<datamodel><data id='n' expr='0'/></datamodel>
+        <state id='picks'>
+            <onentry>
+                <assign location='n' expr='n + 1'/>
+                <send type='channel' target='Arm' event='pick.goal'><param name='n' expr='n'/></send>
+                <send id='patience' event='patience' delay='{patience_ms}ms'/>
+            </onentry>
+            <onexit><cancel sendid='patience'/></onexit>
+            <transition event='patience'><send type='channel' target='Arm' event='pick.cancel'/></transition>
+            <transition event='Arm.pick.succeeded Arm.pick.canceled' target='picks'/>
+            <transition event='Arm.pick.accepted Arm.pick.feedback Arm.height'/>
+        </state>"
+    )
+}
+
+/// Pursues one goal at a time; the goals of others wait.
+const ARM: &str = "<datamodel><data id='who'/><data id='n'/></datamodel>
+<state id='idle'>
+    <transition event='pick.goal' target='picking'>
+        <assign location='who' expr='_event.origin'/><assign location='n' expr='_event.data.n'/>
+        <send type='channel' targetexpr='who' event='pick.accepted'/>
+    </transition>
+</state>
+<state id='picking'>
+    <onentry>
+        <send id='half' event='half' delay='200ms'/><send id='done' event='done' delay='400ms'/>
+    </onentry>
+    <onexit><cancel sendid='half'/><cancel sendid='done'/></onexit>
+    <transition event='half'>
+        <send type='channel' targetexpr='who' event='pick.feedback'><param name='n' expr='n'/></send>
+    </transition>
+    <transition event='done' target='idle'>
+        <send type='channel' targetexpr='who' event='pick.succeeded'><param name='n' expr='n'/></send>
+    </transition>
+    <transition event='pick.cancel' target='idle'>
+        <send type='channel' targetexpr='who' event='pick.canceled'/>
+    </transition>
+</state>";
+
+#[test]
+fn a_goal_ends_once_and_a_cancel_is_answered_once() {
+    for (patience, canceled) in [(100, true), (300, true), (400, false), (1_000, false)] {
+        for seed in 0..50 {
+            let (events, _) = run([&picker(patience), SILENT, ARM], seed);
+            let (goals, cancels) = (count(&events, "One pick.goal Arm"), count(&events, "One pick.cancel Arm"));
+            let (reached, given_up) =
+                (count(&events, "Arm pick.succeeded One"), count(&events, "Arm pick.canceled One"));
+            assert!(goals >= 9, "{patience} ms, seed {seed}: {goals} goals");
+            assert!(goals - reached - given_up <= 1, "{patience} ms, seed {seed}: a goal has not ended, or twice");
+            assert!(given_up <= cancels, "{patience} ms, seed {seed}");
+            if patience != 400 {
+                assert_eq!(given_up > 0, canceled, "{patience} ms, seed {seed}");
+                assert_eq!(reached > 0, !canceled, "{patience} ms, seed {seed}");
+            }
+            // Between a goal and its end there is nothing of another goal.
+            let mut open = false;
+            for (what, _) in events.iter().filter(|(what, _)| what.contains("pick.")) {
+                match what.as_str() {
+                    "One pick.goal Arm" => assert!(!std::mem::replace(&mut open, true), "{patience} ms, seed {seed}"),
+                    "Arm pick.succeeded One" | "Arm pick.canceled One" => open = false,
+                    _ => {}
+                }
+            }
+        }
+    }
+}
+
+/// Publishes three values at a time.
+const PUBLISHER: &str = "<datamodel><data id='n' expr='0'/></datamodel>
+<state id='publishes'>
+    <onentry>
+        <send type='channel' event='height'><param name='n' expr='n + 1'/></send>
+        <send type='channel' event='height'><param name='n' expr='n + 2'/></send>
+        <send type='channel' event='height'><param name='n' expr='n + 3'/></send>
+        <assign location='n' expr='n + 3'/>
+        <send event='again' delay='100ms'/>
+    </onentry>
+    <transition event='again' target='publishes'/>
+</state>";
+
+const READER: &str = "<state id='reads'><transition event='Arm.height'/></state>";
+
+#[test]
+fn the_newest_value_of_a_topic_reaches_every_subscriber() {
+    for seed in 0..50 {
+        let (events, _) = run([READER, READER, PUBLISHER], seed);
+        let mut last: BTreeMap<&str, i64> = BTreeMap::new();
+        let mut per_round: BTreeMap<(&str, Duration), i64> = BTreeMap::new();
+        for (what, event) in &events {
+            let value = match field(event) {
+                channels::Value::Int(value) => *value,
+                other => panic!("{other}"),
+            };
+            let previous = last.insert(what, value);
+            assert!(previous.is_none_or(|previous| previous < value), "seed {seed}: values come in order");
+            per_round.insert((what, event.time), value);
+        }
+        assert_eq!(last, BTreeMap::from([("Arm height One", 120), ("Arm height Two", 120)]), "seed {seed}");
+        assert!(per_round.values().all(|value| value % 3 == 0), "seed {seed}: the newest of each round arrives");
+    }
+}
+
+#[test]
+fn what_nobody_publishes_and_what_no_channel_carries_is_refused() {
+    let refused = |content: &str| {
+        let mut topology = Topology::default();
+        let [client, server] = ["One", "Arm"].map(|name| topology.process(name).unwrap());
+        let (requests, answers) = lines();
+        topology.channel(client, server, Capacity::One, requests).unwrap();
+        topology.channel(server, client, Capacity::One, answers).unwrap();
+        topology.publish(server, height());
+        let chart = Chart::load("Arm.scxml", &file("", content)).unwrap();
+        match SkillProcess::new("Arm", &chart, &topology, []) {
+            Err(skills::SkillError::Wiring { problems, .. }) => problems[0].to_string(),
+            other => panic!("{other:?}"),
+        }
+    };
+    let send = |attributes: &str| {
+        format!("<state id='s'><transition event='say'><send type='channel' {attributes}/></transition></state>")
+    };
+    assert_eq!(refused(&send("event='heigth'")), "Arm does not publish <heigth>, and the message has no target");
+    assert_eq!(refused(&send("targetexpr='_event.origin' event='okay'")), "no channel from Arm carries <okay>");
+}
