@@ -27,7 +27,7 @@ use crate::{interrupt, summary};
 pub(crate) struct CampaignArgs {
     #[command(subcommand)]
     command: Option<CampaignCommand>,
-    /// The campaign: a name (see `steward list`) or a file; or a RoAML model
+    /// A campaign's name (see `steward list`) or file, or a RoAML model
     #[arg(value_name = "NAME|FILE", required = true, value_parser = CampaignName, hide_possible_values = true)]
     file: Option<String>,
     /// How many runs, instead of as many as the file says
