@@ -26,6 +26,7 @@ mod recordings;
 mod reference;
 mod report_page;
 mod reproduce;
+mod robot_settings;
 mod schedules;
 mod schemas;
 mod skill_command;

@@ -80,6 +80,9 @@ properties = []
 data = { ID = 1 }
 [sites]
 start = "start"
+[[robot.lasers]]
+name = "front"
+[robot.docking]
 [battery]
 [noise]
 odometry = {}
@@ -198,7 +201,7 @@ fn probes(key: &Key) -> Vec<Value> {
 }
 
 /// What only a reader knows: a file that is not there, a rule that binds two keys, a language inside of a text.
-const ONLY_THE_READER: [&str; 14] = [
+const ONLY_THE_READER: [&str; 16] = [
     "base",
     "doors[].closed_s",
     "faults[].in_state",
@@ -213,6 +216,8 @@ const ONLY_THE_READER: [&str; 14] = [
     "parameters[].normal.min",
     "parameters[].to",
     "repeats",
+    "robot.lasers[]",
+    "robot.lasers[].at",
 ];
 
 #[test]

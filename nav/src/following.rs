@@ -286,8 +286,18 @@ impl Follower {
 
     /// The braking distance, in metres.
     fn braking_m(&self, speed_mps: f64) -> f64 {
-        speed_mps * speed_mps / (2.0 * self.parameters.braking_share * self.model.max_linear_acceleration_mps2)
+        braking_m(&self.model, &self.parameters, speed_mps)
     }
+}
+
+/// The greatest distance that a follower looks ahead on its arc, in metres.
+pub(crate) fn farthest_look_m(model: &RobotModel, parameters: &FollowingParameters) -> f64 {
+    CLOSING_M.max(braking_m(model, parameters, model.max_linear_mps) + LOOK_BEYOND_M)
+}
+
+/// The braking distance, in metres.
+fn braking_m(model: &RobotModel, parameters: &FollowingParameters, speed_mps: f64) -> f64 {
+    speed_mps * speed_mps / (2.0 * parameters.braking_share * model.max_linear_acceleration_mps2)
 }
 
 /// The direction of a point seen from a pose, in radians.

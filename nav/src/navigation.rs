@@ -28,7 +28,7 @@ use robot::{LaserScan, Odometry, RobotModel, VelocityCommand};
 
 use crate::beams::Beams;
 use crate::error::check;
-use crate::following::{Surroundings, VelocitySmoother};
+use crate::following::{Surroundings, VelocitySmoother, farthest_look_m};
 use crate::{Atlas, Costmap, Error, PoseEstimate};
 use now::Now;
 use trip::Trip;
@@ -94,11 +94,11 @@ impl Navigator {
 
     fn with(costmap: Costmap, model: &RobotModel, parameters: NavigationParameters) -> Self {
         Self {
+            surroundings: Surroundings::new(model, farthest_look_m(model, &parameters.following)),
             costmap,
             parameters,
             model: model.clone(),
             lasers: model.lasers.iter().map(Beams::new).collect(),
-            surroundings: Surroundings::new(model),
             smoother: VelocitySmoother::new(model),
             status: NavigationStatus::Idle,
             reason: None,
@@ -130,7 +130,8 @@ impl Navigator {
     pub fn restart(&mut self) {
         self.stop();
         self.costmap.forget_marks();
-        self.surroundings = Surroundings::new(&self.model);
+        let horizon_m = farthest_look_m(&self.model, &self.parameters.following);
+        self.surroundings = Surroundings::new(&self.model, horizon_m);
         self.smoother = VelocitySmoother::new(&self.model);
         (self.last_update, self.scanned_at) = (None, None);
     }

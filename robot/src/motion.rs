@@ -9,7 +9,7 @@ use crate::LaserSpec;
 /// What the software knows about a differential-drive robot's hardware.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RobotModel {
-    /// Radius of the round body, in metres.
+    /// Radius of the body, in metres: its footprint is a disc.
     pub radius_m: f64,
     /// Largest forward (and backward) speed, in m/s.
     pub max_linear_mps: f64,
@@ -27,6 +27,15 @@ impl Default for RobotModel {
     /// The robot of the paper's experiments: a disc of radius 0.30 m, at most 0.45 m/s, a laser at the front
     /// (x = +0.245 m) and one at the back, each 360 beams over 270° at 10 Hz, 0.1 to 10 m.
     fn default() -> Self {
+        Self::with_radius(0.30)
+    }
+}
+
+impl RobotModel {
+    /// The default robot in another size; its lasers stay as far from the edge, in proportion.
+    #[must_use]
+    pub fn with_radius(radius_m: f64) -> Self {
+        let scale = radius_m / 0.30;
         let laser = |name: &str, mount| LaserSpec {
             name: name.to_owned(),
             mount,
@@ -38,12 +47,15 @@ impl Default for RobotModel {
             range_max_m: 10.0,
         };
         Self {
-            radius_m: 0.30,
+            radius_m,
             max_linear_mps: 0.45,
             max_angular_radps: 1.0,
             max_linear_acceleration_mps2: 0.5,
             max_angular_acceleration_radps2: 2.0,
-            lasers: vec![laser("front", pose(0.245, 0.0, 0.0)), laser("back", pose(-0.245, 0.0, std::f64::consts::PI))],
+            lasers: vec![
+                laser("front", pose(0.245 * scale, 0.0, 0.0)),
+                laser("back", pose(-0.245 * scale, 0.0, std::f64::consts::PI)),
+            ],
         }
     }
 }

@@ -23,6 +23,7 @@ mod trigger;
 
 use std::sync::Arc;
 
+use diagnostics::Spanned;
 use diagnostics::document::Table;
 
 pub use argument::{ArgumentDefault, ArgumentDomain, ArgumentValue, Arguments, Parameter};
@@ -87,6 +88,12 @@ impl Fault {
     /// Whether it acts on a robot or its surroundings.
     pub(crate) fn needs_robot(&self) -> bool {
         self.effect().needs_robot()
+    }
+
+    /// The laser that it affects, if it affects a single one.
+    pub(crate) fn laser(&self) -> Option<Spanned<String>> {
+        let has_laser = self.kind.parameters.iter().any(|parameter| parameter.name == "laser");
+        has_laser.then(|| self.arguments.name("laser")).filter(|laser| laser.value != "all")
     }
 
     pub(crate) fn effect(&self) -> Effect {

@@ -87,7 +87,7 @@ impl Default for BodyConfig {
 /// The two driven wheels. The limits of the whole body are in [`RobotModel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DriveConfig {
-    /// Distance between the wheels, in metres. Default 0.40.
+    /// Distance between the wheels, in metres. Default 0.40: two thirds of the default model's diameter.
     pub wheel_separation_m: f64,
     /// Largest speed of a wheel's rim, in m/s. Default 0.65: just enough for the default model's largest forward speed
     /// and turning rate at once.
@@ -98,7 +98,18 @@ pub struct DriveConfig {
 
 impl Default for DriveConfig {
     fn default() -> Self {
-        Self { wheel_separation_m: 0.40, max_wheel_mps: 0.65, noise: DriftNoise::NONE }
+        Self::of(&RobotModel::default())
+    }
+}
+
+impl DriveConfig {
+    /// Wheels for a robot: in proportion to its size, and just strong enough for its largest forward speed and turning
+    /// rate at once.
+    #[must_use]
+    pub fn of(model: &RobotModel) -> Self {
+        let wheel_separation_m = 0.40 * (model.radius_m / 0.30);
+        let max_wheel_mps = model.max_linear_mps + 0.5 * wheel_separation_m * model.max_angular_radps;
+        Self { wheel_separation_m, max_wheel_mps, noise: DriftNoise::NONE }
     }
 }
 

@@ -11,7 +11,7 @@ use robot::{LaserScan, LaserSpec, RobotModel};
 
 use crate::beams::Beams;
 
-/// Hits farther from the laser than this are ignored, in metres: braking from full speed takes 0.2 m.
+/// Hits farther from the laser than this are ignored, in metres, unless the robot needs longer to brake.
 const FARTHEST_M: f64 = 1.3;
 
 /// Objects too near to be measured are assumed at this distance, as a share of the shortest range: a laser is mounted
@@ -37,6 +37,8 @@ const AROUND_RAD: [f64; 3] = [-0.5, 0.0, 0.5];
 #[derive(Clone, Debug)]
 pub(crate) struct Surroundings {
     radius_m: f64,
+    /// Hits farther from the laser than this are ignored.
+    farthest_m: f64,
     views: Vec<View>,
 }
 
@@ -62,7 +64,8 @@ pub(crate) struct FreeWay {
 }
 
 impl Surroundings {
-    pub(crate) fn new(model: &RobotModel) -> Self {
+    /// `horizon_m` is the greatest distance that [`free_way`](Self::free_way) is asked for, in metres.
+    pub(crate) fn new(model: &RobotModel, horizon_m: f64) -> Self {
         let sees = |laser: &LaserSpec, direction_rad: f64| {
             AROUND_RAD.map(|around_rad| {
                 let turn = UnitComplex::new(direction_rad + around_rad);
@@ -76,7 +79,9 @@ impl Surroundings {
             ahead: sees(laser, 0.0),
             behind: sees(laser, std::f64::consts::PI),
         };
-        Self { radius_m: model.radius_m, views: model.lasers.iter().map(view).collect() }
+        // From a laser behind the robot's centre to what the body would touch in the end.
+        let farthest_m = FARTHEST_M.max(horizon_m + 2.0 * model.radius_m + BEFORE_BODY_M);
+        Self { radius_m: model.radius_m, farthest_m, views: model.lasers.iter().map(view).collect() }
     }
 
     /// Processes the scan of a laser on a robot at `robot` in the `map` frame, which replaces the laser's last scan.
@@ -85,7 +90,7 @@ impl Surroundings {
         let view = &mut self.views[scan.laser];
         view.hits.clear();
         let nearest_m = TOO_NEAR_SHARE * beams.spec.range_min_m;
-        let ends = beams.ends(scan, beams.eye(&Pose::identity()), nearest_m, FARTHEST_M, 0.0);
+        let ends = beams.ends(scan, beams.eye(&Pose::identity()), nearest_m, self.farthest_m, 0.0);
         view.hits.extend(ends.map(|end| robot * outside_of_the_body(end, radius_m)));
         view.fresh = Some(scan.time);
     }
@@ -217,7 +222,7 @@ mod tests {
     use super::*;
 
     fn with_hits(hits: &[(f64, f64)]) -> Surroundings {
-        let mut surroundings = Surroundings::new(&RobotModel::default());
+        let mut surroundings = Surroundings::new(&RobotModel::default(), 0.5);
         surroundings.views[1].hits = hits.iter().map(|(x, y)| Point::new(*x, *y)).collect();
         surroundings
     }
@@ -276,7 +281,7 @@ mod tests {
 
     #[test]
     fn objects_too_near_to_be_measured_are_at_the_edge_of_the_body() {
-        let mut surroundings = Surroundings::new(&RobotModel::default());
+        let mut surroundings = Surroundings::new(&RobotModel::default(), 0.5);
         let mut near = scan(0, 1, f32::INFINITY);
         near.ranges_m[10] = f32::NEG_INFINITY;
         take_in(&mut surroundings, &near);
@@ -287,7 +292,7 @@ mod tests {
     #[test]
     fn a_silent_laser_leaves_the_robot_blind_where_no_other_looks() {
         let (second, patience) = (Duration::from_secs, Duration::from_secs(1));
-        let mut surroundings = Surroundings::new(&RobotModel::default());
+        let mut surroundings = Surroundings::new(&RobotModel::default(), 0.5);
         assert_eq!(surroundings.blind_ahead_for(second(3), second(1)), Some(second(2)), "never heard");
         for time in 1..=5 {
             take_in(&mut surroundings, &scan(1, time, 0.5));
@@ -304,7 +309,7 @@ mod tests {
 
     #[test]
     fn a_scan_from_the_future_does_not_stay_fresh_forever() {
-        let mut surroundings = Surroundings::new(&RobotModel::default());
+        let mut surroundings = Surroundings::new(&RobotModel::default(), 0.5);
         take_in(&mut surroundings, &scan(0, 1000, 0.5));
         surroundings.update(Duration::from_secs(1), Duration::from_secs(1));
         assert_eq!(surroundings.blind_ahead_for(Duration::from_secs(4), Duration::ZERO), Some(Duration::from_secs(3)));
@@ -314,7 +319,7 @@ mod tests {
     fn a_robot_without_a_forward_laser_is_never_blinded() {
         let mut model = RobotModel::default();
         model.lasers.remove(0);
-        let surroundings = Surroundings::new(&model);
+        let surroundings = Surroundings::new(&model, 0.5);
         assert_eq!(surroundings.blind_ahead_for(Duration::from_secs(9), Duration::ZERO), None);
         assert!(surroundings.sees_ahead(Duration::from_secs(9), Duration::from_secs(1)));
     }

@@ -34,7 +34,7 @@ pub struct NavigationParameters {
     pub blockages: u32,
     /// How long a laser may be silent while driving before the robot counts as blind where only that laser looks: it
     /// cannot continue without a laser that looks ahead, nor back up without one that looks behind. Default 1 s: ten
-    /// scans.
+    /// scans of the default robot; at least three scans of the slowest laser.
     pub scan_patience: Duration,
     /// The path is replanned if the robot is farther from it than this, in metres. Default 0.5: it was pushed or driven
     /// away.
@@ -63,7 +63,14 @@ impl NavigationParameters {
     /// The defaults for a robot.
     #[must_use]
     pub fn of(model: &RobotModel) -> Self {
-        Self { costmap: CostmapParameters::of(model), following: FollowingParameters::of(model), ..Self::default() }
+        let defaults = Self::default();
+        let slowest = model.lasers.iter().map(|laser| laser.period).max().unwrap_or_default();
+        Self {
+            costmap: CostmapParameters::of(model),
+            following: FollowingParameters::of(model),
+            scan_patience: defaults.scan_patience.max(3 * slowest),
+            ..defaults
+        }
     }
 
     /// Checks the values.

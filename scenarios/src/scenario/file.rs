@@ -15,12 +15,10 @@ use super::find::{self, Found};
 use super::leaves::{LeafEntry, read_leaves};
 use super::premises::PremisesEntry;
 use super::ready_made::ReadyMade;
+use super::robot::STEP;
 use super::stop::Stop;
 use crate::faults::Fault;
 use crate::files::{Files, named};
-
-/// Time between the steps of a run.
-pub const STEP: Duration = Duration::from_millis(20);
 
 /// A scenario file, read and checked as far as possible without the files that it names.
 #[derive(Clone, Debug)]

@@ -14,7 +14,8 @@ const TRIGGERS: [&str; 5] = ["at_s", "at_tick", "near", "when", "in_state"];
 /// The JSON schema of a scenario file.
 #[must_use]
 pub fn schema() -> Value {
-    let with_map = ["places", "sites", "battery", "noise", "people", "doors", "boxes"].map(|key| (key, json!(["map"])));
+    let with_map =
+        ["places", "sites", "robot", "battery", "noise", "people", "doors", "boxes"].map(|key| (key, json!(["map"])));
     let mut dependent: serde_json::Map<String, Value> =
         with_map.into_iter().map(|(key, needed)| (key.to_owned(), needed)).collect();
     dependent.insert("map".to_owned(), json!(["sites"]));
@@ -103,7 +104,52 @@ fn files() -> Vec<Key> {
 fn robot() -> Vec<Key> {
     let rate = |default| or(number(0.0, 100.0), default);
     let sigma = || or(number(0.0, 1.0), 0);
+    let docking = |name: &str, about, takes| Key::new(&format!("robot.docking.{name}"), about, takes);
+    let laser = |name: &str, about, takes| Key::new(&format!("robot.lasers[].{name}"), about, takes);
     let mut keys = vec![
+        Key::new("robot", "The robot: a round body on two driven wheels.", table(json!({}))),
+        Key::new(
+            "robot.radius_m",
+            "Radius of the body, in metres. The footprint is a disc; other shapes are not supported.",
+            or(number(0.05, 2.0), 0.3),
+        ),
+        Key::new("robot.max_linear_mps", "Largest forward speed, in metres per second.", or(number(0.05, 3.0), 0.45)),
+        Key::new("robot.max_angular_radps", "Largest turning rate, in radians per second.", or(number(0.1, 4.0), 1)),
+        Key::new(
+            "robot.max_linear_acceleration_mps2",
+            "Largest acceleration, in metres per second squared.",
+            or(number(0.05, 10.0), 0.5),
+        ),
+        Key::new(
+            "robot.max_angular_acceleration_radps2",
+            "Largest angular acceleration, in radians per second squared.",
+            or(number(0.1, 50.0), 2),
+        ),
+        Key::new(
+            "robot.lasers[]",
+            "A laser scanner. If none is given, there are two, `front` and `back`, with the defaults below.",
+            table(json!({})),
+        ),
+        laser("name", "The laser's name, for faults and reports.", name()).required(),
+        laser(
+            "at",
+            "Where it is on the robot: x ahead and y to the left of the centre, and the direction in which the middle \
+             of its field of view looks.",
+            or(pose(), json!([0, 0, 0])),
+        ),
+        laser("field_of_view_deg", "The angle that it sees, in degrees.", or(number(1.0, 360.0), 270)),
+        laser("beams", "How many beams it has.", or(with(whole(2), json!({ "maximum": 5000 })), 360)),
+        laser("range_m", "The longest distance that it measures, in metres.", or(number(0.5, 100.0), 10)),
+        laser("min_range_m", "The shortest distance that it measures, in metres.", or(number(0.0, 0.4), 0.1)),
+        laser("rate_hz", "Scans per second.", or(number(1.0, 50.0), 10)),
+        Key::new("robot.docking", "When the robot is docked at its station, and charges.", table(json!({}))),
+        docking("distance_m", "Largest distance from the station, in metres.", or(number(0.01, 10.0), 0.5)),
+        docking(
+            "angle_deg",
+            "Largest difference of heading from the station's, in degrees.",
+            or(number(0.1, 180.0), 10),
+        ),
+        docking("rest_s", "How long the robot must be at rest, in seconds.", or(seconds(), 1)),
         Key::new("battery", "The battery.", table(json!({}))),
         Key::new("battery.initial_pct", "Charge at the start, in percent.", rate(json!(100))),
         Key::new("battery.drain_pct_per_s", "What driving costs, in percent per second.", rate(json!(0.05))),

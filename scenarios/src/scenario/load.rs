@@ -14,7 +14,7 @@ use skills::Chart;
 use super::file_reader::FileReader;
 use super::{
     Component, Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine,
-    component_entry, leaves, places, world,
+    component_entry, leaves, places, robot, world,
 };
 use crate::error::{Complaints, Error};
 use crate::names::unknown;
@@ -155,6 +155,7 @@ impl<'a> Loader<'a> {
             .as_ref()
             .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
         let reach = map.as_ref().and_then(|map| self.reach(file, entry, map));
+        robot::check_lasers(&file.faults, &entry.sim.model, self.reader.complaints);
         let wrong_map = self.reader.wrong_map(file);
         if let Some(map) = &map {
             world::check_world(&entry.world, map, self.reader.complaints);

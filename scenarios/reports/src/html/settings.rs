@@ -17,7 +17,11 @@ pub(super) fn section(view: &RunView) -> Markup {
                 table.parameters { tbody { @for given in given::of(&view.header().origin) { (given.row()) } } }
             }
             details {
-                summary { "Everything else: robot, world and execution in effect" }
+                summary {
+                    "Everything else: "
+                    @if view.header().robot.is_some() { "robot, world and " }
+                    "execution in effect"
+                }
                 div.groups {
                     @for group in &view.header().settings {
                         div {

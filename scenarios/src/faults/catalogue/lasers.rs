@@ -5,11 +5,11 @@ use sim::{LaserFault, LaserTrouble};
 use crate::faults::kind::{FaultKind, Place};
 use crate::faults::{ArgumentDefault, ArgumentDomain, Arguments, Effect, Parameter};
 
-/// The affected laser: the one with this name, or all.
+/// The affected laser: the one with this name on the robot, or all.
 const LASER: Parameter = Parameter {
     name: "laser",
-    about: "which laser",
-    domain: ArgumentDomain::OneOf(&["all", "front", "back"]),
+    about: "which laser of the robot, by its name, or `all`",
+    domain: ArgumentDomain::Text,
     default: ArgumentDefault::Text("all"),
 };
 
@@ -22,7 +22,7 @@ fn trouble(with: &Arguments, trouble: LaserTrouble) -> Effect {
 /// The lasers that a fault affects, as the subject of a sentence.
 fn who(with: &Arguments) -> String {
     match with.text("laser") {
-        "all" => "both lasers".to_owned(),
+        "all" => "all lasers".to_owned(),
         name => format!("the {name} laser"),
     }
 }
