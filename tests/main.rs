@@ -8,6 +8,7 @@ mod campaign;
 mod campaign_results;
 mod check_command;
 mod command_line;
+mod components;
 mod determinism;
 mod documentation;
 mod experiments;

@@ -141,6 +141,10 @@ pub(crate) fn check_machines(
     let machines: Vec<(&String, &Skill)> = parts.skills.iter().chain(of_components).collect();
     let clients: Vec<Client<'_>> =
         machines.iter().map(|&(name, skill)| Client::new(name, std::iter::once(&skill.machine))).collect();
+    // A leaf with the name of a component is reported elsewhere.
+    if parts.tree.leaves().any(|leaf| parts.components.contains_key(leaf.process())) {
+        return BTreeMap::new();
+    }
     if let Err(error) = declare(parts, &clients, places, &mut topology) {
         complaints.push(misfit(error));
         return BTreeMap::new();

@@ -1,0 +1,132 @@
+//! Components from files: a speaker, and a skill that asks it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
+  <BehaviorTree ID="Tour">
+    <SequenceWithMemory><GoToDestination/><AnnounceArrival/><WaitForUser/></SequenceWithMemory>
+  </BehaviorTree>
+  <TreeNodesModel><Action ID="GoToDestination"/><Action ID="AnnounceArrival"/><Action ID="WaitForUser"/></TreeNodesModel>
+</root>"#;
+
+const SCENARIO: &str = r#"base = "nominal"
+tree = "tour.xml"
+properties = ["announced.scope"]
+battery.initial_pct = 90
+execution.max_time_s = 90
+stop.at = []
+
+[components.Speaker]
+machine = "Speaker.scxml"
+interface = "speaker.toml"
+data.letters_per_s = 32
+
+[expect]
+announced = "satisfied"
+reached = ["Destination"]
+"#;
+
+const PROPERTY: &str = "property announced := always (
+    (GoToDestination, BT, m[1] = <success>) implies time_until (Speaker, AnnounceArrival, m[1] = <ok>) <= 3)";
+
+/// A folder with the example files, and a scenario that adds these lines to the sound one.
+fn folder(more: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("skills/examples");
+    fs::create_dir(folder.path().join("skills")).unwrap();
+    for (from, to) in [
+        ("AnnounceArrival.scxml", "skills/AnnounceArrival.scxml"),
+        ("Speaker.scxml", "Speaker.scxml"),
+        ("speaker.toml", "speaker.toml"),
+    ] {
+        fs::copy(examples.join(from), folder.path().join(to)).unwrap();
+    }
+    for (name, text) in [("tour.xml", TREE), ("tour.toml", SCENARIO), ("announced.scope", PROPERTY)] {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    fs::write(folder.path().join("variant.toml"), format!("base = \"tour.toml\"\n{more}")).unwrap();
+    folder
+}
+
+fn steward(folder: &TempDir, arguments: &[&str]) -> Output {
+    let run = Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().unwrap();
+    assert!(run.status.code().is_some(), "{arguments:?}");
+    run
+}
+
+/// The report of a run that must end as expected.
+fn report(folder: &TempDir, scenario: &str, arguments: &[&str]) -> Value {
+    let out = steward(folder, &[&["run", scenario, "--no-snapshots", "--out", "out"], arguments].concat());
+    let said = String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
+    assert_eq!(out.status.code(), Some(0), "{arguments:?}: {said}");
+    serde_json::from_str(&fs::read_to_string(folder.path().join("out/report.json")).unwrap()).unwrap()
+}
+
+/// The problems that are found in the variant, with their places.
+fn problems(more: &str) -> String {
+    let folder = folder(more);
+    let checked = steward(&folder, &["check", "variant.toml"]);
+    assert_eq!(checked.status.code(), Some(2), "{more}");
+    String::from_utf8(checked.stderr).unwrap() + &String::from_utf8(checked.stdout).unwrap()
+}
+
+#[test]
+fn a_speaker_runs_by_adding_files_under_every_policy() {
+    let folder = folder("");
+    for policy in ["policy=random", "policy=round-robin", "starve=Speaker", "starve=AnnounceArrival", "tree=nodes"] {
+        for seed in ["1", "2"] {
+            report(&folder, "tour.toml", &["--set", &format!("execution.{policy}"), "--seed", seed]);
+        }
+    }
+}
+
+#[test]
+fn faults_of_components_channels_and_skills_hit_a_speaker() {
+    let arrives = "when = \"(GoToDestination, BT, m[1] = <success>)\"";
+    let speaks = "when = \"(AnnounceArrival, Speaker, m[1] = <say>)\"";
+    let outcome = |fault: &str, expected: &str| {
+        let folder = folder(&format!("[[faults]]\n{fault}\n[expect]\nannounced = \"{expected}\"\n"));
+        report(&folder, "variant.toml", &[])
+    };
+    outcome(&format!("kind = \"component_frozen\"\ncomponent = \"Speaker\"\n{arrives}"), "violated");
+    outcome(&format!("kind = \"component_crash\"\ncomponent = \"Speaker\"\n{speaks}\nlasts_s = 5"), "violated");
+    // It has forgotten nothing that matters if it crashes before it is asked.
+    outcome("kind = \"component_crash\"\ncomponent = \"Speaker\"\nat_s = 10\nlasts_s = 5", "satisfied");
+    outcome("kind = \"component_no_reply\"\ncomponent = \"Speaker\"\nat_s = 0", "violated");
+    outcome("kind = \"component_slow\"\ncomponent = \"Speaker\"\nat_s = 0\ndelay_s = 0.5", "satisfied");
+    let lost = "kind = \"message_lost\"\nat_s = 0\nfrom = \"Speaker\"\nto = \"AnnounceArrival\"";
+    outcome(lost, "violated");
+    outcome("kind = \"skill_state_stuck\"\nskill = \"Speaker\"\nstate = \"speaking\"\nat_s = 0", "violated");
+}
+
+#[test]
+fn each_mistake_has_one_message() {
+    for (more, message) in [
+        ("[components.Buzzer]\ninterface = \"speaker.toml\"", "machine"),
+        ("[components.Speaker]\nmachine = \"Speeker.scxml\"", "cannot read the machine Speeker.scxml"),
+        ("[components.Speaker]\ninterface = \"none.toml\"", "cannot read the interface none.toml"),
+        ("[components.Speaker]\nvolume = 3", "`volume`"),
+        ("[components.Speaker.data]\nvolume = 3", "unknown datum of Speaker.scxml `volume`"),
+        ("[components.BT]\nmachine = \"Speaker.scxml\"", "a component cannot be named `BT`"),
+        (
+            "[components.WaitForUser]\nmachine = \"Speaker.scxml\"\ninterface = \"speaker.toml\"",
+            "a leaf cannot be named `WaitForUser`",
+        ),
+        ("[[faults]]\nkind = \"component_crash\"\nat_s = 1\ncomponent = \"Speeker\"", "unknown component `Speeker`"),
+    ] {
+        let said = problems(more);
+        assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
+        assert!(said.contains(message), "{more}: {said}");
+    }
+    // What others ask must be in the interface.
+    let folder = folder("");
+    fs::write(folder.path().join("speaker.toml"), "[services.shout]\nrequest = { text = \"text\" }\n").unwrap();
+    let said = String::from_utf8(steward(&folder, &["check", "tour.toml"]).stderr).unwrap();
+    assert!(said.contains("the channel AnnounceArrival → Speaker carries no <say>"), "{said}");
+    assert!(said.contains("Speaker does not publish <spoken>"), "{said}");
+}
