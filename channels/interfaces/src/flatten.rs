@@ -126,7 +126,7 @@ impl Walk<'_, '_, '_, '_> {
         rest: &[Step],
         is_optional: bool,
     ) -> Going {
-        let is_optional = is_optional || matches!(field.kind.count, Count::UpTo(_) | Count::Any);
+        let is_optional = is_optional || field.is_optional || matches!(field.kind.count, Count::UpTo(_) | Count::Any);
         let base = &field.kind.base;
         match (field.kind.count, item) {
             (Count::One, None) => self.item(definition, base, path, rest, is_optional),

@@ -225,7 +225,7 @@ fn builtin(name: &TypeName) -> Option<Arc<Definition>> {
     }
     let field = |name: &str, base| {
         let kind = ros::Type { base, count: Count::One };
-        ros::Field { name: name.to_owned(), kind, default: None }
+        ros::Field { name: name.to_owned(), kind, default: None, is_optional: false, is_key: false }
     };
     let fields = vec![field("sec", Base::Int32), field("nanosec", Base::Uint32)];
     let path = Path::new("builtin_interfaces/msg").join(format!("{}.msg", name.name));

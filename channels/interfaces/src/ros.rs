@@ -1,7 +1,7 @@
 //! ROS 2 interface definitions: what `.msg`, `.srv` and `.action` files say.
 //!
 //! The whole grammar of rosidl is read, and printed again by `Display`: comments, constants, default values, bounded
-//! texts and arrays, types of the same or of another package. A name is checked as ROS checks it, a value against its
+//! texts and arrays, types of the same or of another package, the annotations `@optional` and `@key`. A name is checked as ROS checks it, a value against its
 //! type. What ROS itself would misunderstand without a word, such as a text that a `#` cuts off, is an error here.
 //!
 //! ```
@@ -22,6 +22,7 @@
 mod definition;
 mod line;
 mod literal;
+mod mark;
 mod print;
 mod stretch;
 mod types;
@@ -67,6 +68,10 @@ pub struct Field {
     pub kind: Type,
     /// What it holds at first, if the definition says so.
     pub default: Option<Literal>,
+    /// `@optional`: it may be missing.
+    pub is_optional: bool,
+    /// `@key`: it says which of several things a message is about.
+    pub is_key: bool,
 }
 
 /// A constant of a message.

@@ -50,6 +50,16 @@ fn comments_spaces_and_line_ends_mean_nothing() {
 }
 
 #[test]
+fn annotations_stand_before_their_field() {
+    let read = message("@optional int8 a\n@key\n# which\n@optional\nstring b x @key\nint8 c\n");
+    let marks: Vec<(bool, bool)> = read.fields.iter().map(|field| (field.is_optional, field.is_key)).collect();
+    assert_eq!(marks, [(true, false), (true, true), (false, false)]);
+    assert_eq!(read.fields[1].default, Some(text("x @key")));
+    assert_eq!(message(&read.to_string()), read);
+    insta::assert_snapshot!(problems("@kay int8 a\n@key @key int8 b\n@key\nint8 A=1\n@optional\n"));
+}
+
+#[test]
 fn values_are_read_as_ros_reads_them() {
     let integers =
         "int32 a -200\nuint64 b 18446744073709551615\nint64 c -9223372036854775808\nbyte d 0xff\nint8 e 0b1_0\n";
@@ -57,6 +67,7 @@ fn values_are_read_as_ros_reads_them() {
     assert_eq!(defaults(integers), expected);
     assert_eq!(defaults("bool a True\nbool b 0\n"), [true, false].map(Literal::Bool));
     assert_eq!(defaults("float32 a 1\nfloat64 b -1.5e3\nfloat64 c .5\n"), [1.0, -1500.0, 0.5].map(Literal::Real));
+    assert_eq!(defaults("float32 a 1_000.2_5\nfloat64 b 1_0e1_0\n"), [1000.25, 1e11].map(Literal::Real));
     assert_eq!(defaults("float64 a inf\n"), [Literal::Real(f64::INFINITY)]);
     let texts =
         "string a two words\nstring b \"it's\"\nstring c 'a\\'b'\nstring d \"\"\nstring e \"a = b\"\nwstring f ü\n";
@@ -142,6 +153,9 @@ int8] bracket
 int32<=5 bounded
 int8 hex 0x
 int8 under 1__0
+string[] gone [a,]
+Pose[] poses []
+float32 grouped _1
 ";
     insta::assert_snapshot!(problems(text));
 }

@@ -6,8 +6,9 @@ use std::ops::Range;
 use diagnostics::{FileProblems, Problem, Source, Span};
 
 use super::line::{self, Element};
+use super::mark::Marks;
 use super::print::SEPARATOR;
-use super::{Action, Message, Service};
+use super::{Action, Field, Message, Service};
 
 impl Message {
     /// Reads a `.msg` file. `name` is what diagnostics call it.
@@ -70,6 +71,7 @@ fn parse<const N: usize>(name: &str, text: &str, parts: [&str; N]) -> Result<[Me
             )),
         );
     }
+    problems.extend(read.iter().filter_map(|part| part.marks.without_field()));
     FileProblems::none_of(problems)?;
     Ok(read.map(|part| part.message))
 }
@@ -102,13 +104,23 @@ struct Part {
     message: Message,
     /// Where each name stands.
     names: BTreeMap<String, Span>,
+    /// What is said of the next field.
+    marks: Marks,
 }
 
 impl Part {
     fn read(&mut self, line: &Span, problems: &mut Vec<Problem>) {
-        let element = match line::parse(line) {
-            Ok(element) => element,
-            Err(problem) => return problems.push(problem),
+        let read = self.marks.take(line).and_then(|line| {
+            let is_mark = line.text().is_empty();
+            (!is_mark).then(|| line::parse(&line)).transpose()
+        });
+        let element = match read {
+            Ok(Some(element)) => element,
+            Ok(None) => return,
+            Err(problem) => {
+                self.marks = Marks::default();
+                return problems.push(problem);
+            }
         };
         let (name, place) = (element.name().to_owned(), element.place().clone());
         if let Some(first) = self.names.get(&name) {
@@ -116,9 +128,16 @@ impl Part {
             return problems.push(problem.at(first.range(), "first here"));
         }
         self.names.insert(name, place);
+        let marks = std::mem::take(&mut self.marks);
         match element {
-            Element::Constant(constant, _) => self.message.constants.push(constant),
-            Element::Field(field, _) => self.message.fields.push(field),
+            Element::Constant(constant, _) => {
+                problems.extend(marks.without_field());
+                self.message.constants.push(constant);
+            }
+            Element::Field(field, _) => {
+                let Marks { is_optional, is_key, .. } = marks;
+                self.message.fields.push(Field { is_optional, is_key, ..field });
+            }
         }
     }
 }

@@ -48,7 +48,7 @@ pub(super) fn parse(line: &Span) -> Result<Element, Problem> {
 }
 
 fn field(kind: &Span, name: &Span, default: &Span) -> Result<Field, Problem> {
-    let is_kind = read_type(kind)?;
+    let typed = read_type(kind)?;
     if !is_field_name(name.text()) {
         let problem = name.problem(format!("`{}` cannot be the name of a field", name.text())).with_label("this name");
         return Err(problem.with_help(
@@ -56,8 +56,8 @@ fn field(kind: &Span, name: &Span, default: &Span) -> Result<Field, Problem> {
              with an underscore",
         ));
     }
-    let default = (!default.text().is_empty()).then(|| literal::of_type(default, &is_kind)).transpose()?;
-    Ok(Field { name: name.text().to_owned(), kind: is_kind, default })
+    let default = (!default.text().is_empty()).then(|| literal::of_type(default, &typed)).transpose()?;
+    Ok(Field { name: name.text().to_owned(), kind: typed, default, is_optional: false, is_key: false })
 }
 
 fn constant(kind: &Span, name: &Span, value: &Span) -> Result<Constant, Problem> {

@@ -15,6 +15,9 @@ pub(super) fn of_type(value: &Span, kind: &Type) -> Result<Literal, Problem> {
         let problem = value.problem(format!("`{text}` is not an array")).with_label("this value");
         return Err(problem.with_help("the items of an array stand between `[` and `]`, with commas between them"));
     }
+    if let Base::Message(_) = kind.base {
+        return Err(no_message(value));
+    }
     let inside = part(value, 1, text.len() - 1);
     let items = items(&inside)?.iter().map(|item| of_base(item, &kind.base)).collect::<Result<Vec<_>, _>>()?;
     let (fits, must) = match kind.count {
@@ -46,7 +49,11 @@ fn items(inside: &Span) -> Result<Vec<Span>, Problem> {
             None => begins,
         };
         let comma = text[ends..].find(',').map(|length| ends + length);
-        items.push(trimmed(&part(inside, start, comma.unwrap_or(text.len()))));
+        let item = part(inside, start, comma.unwrap_or(text.len()));
+        if trimmed(&item).text().is_empty() {
+            return Err(item.problem("an item is missing").with_label("here").with_help("an empty text is `\"\"`"));
+        }
+        items.push(trimmed(&item));
         match comma {
             Some(comma) => start = comma + 1,
             None => return Ok(items),
@@ -82,9 +89,9 @@ pub(super) fn of_base(value: &Span, base: &Base) -> Result<Literal, Problem> {
             "false" | "0" => Ok(Literal::Bool(false)),
             _ => wrong("true or false".to_owned()),
         },
-        Base::Float32 | Base::Float64 => match text.parse() {
-            Ok(number) => Ok(Literal::Real(number)),
-            Err(_) => wrong("a number".to_owned()),
+        Base::Float32 | Base::Float64 => match ungrouped(text, 10).and_then(|digits| digits.parse().ok()) {
+            Some(number) => Ok(Literal::Real(number)),
+            None => wrong("a number".to_owned()),
         },
         Base::String(bound) | Base::WString(bound) => {
             let text = unquoted(value)?;
@@ -93,10 +100,7 @@ pub(super) fn of_base(value: &Span, base: &Base) -> Result<Literal, Problem> {
                 _ => Ok(Literal::Text(text)),
             }
         }
-        Base::Message(_) => {
-            let problem = value.problem("a field that holds a message has no default value").with_label("this value");
-            Err(problem.with_help("leave it out; a comment begins with `#`"))
-        }
+        Base::Message(_) => Err(no_message(value)),
         _ => wrong("a value of this type".to_owned()),
     }
 }
@@ -110,9 +114,24 @@ fn integer(text: &str) -> Option<i128> {
     let prefixes = [("0x", 16), ("0X", 16), ("0o", 8), ("0O", 8), ("0b", 2), ("0B", 2)];
     let prefixed = prefixes.iter().find_map(|(prefix, base)| Some((digits.strip_prefix(prefix)?, *base)));
     let (digits, base) = prefixed.unwrap_or((digits, 10));
-    let is_sound = digits.split('_').all(|group| !group.is_empty() && group.chars().all(|digit| digit.is_digit(base)));
-    let number = is_sound.then(|| i128::from_str_radix(&digits.replace('_', ""), base).ok())??;
+    let is_sound = digits.starts_with(|digit: char| digit.is_digit(base));
+    let number = is_sound.then(|| i128::from_str_radix(&ungrouped(digits, base)?, base).ok())??;
     Some(sign * number)
+}
+
+/// A number without the underscores in it, if each has digits around it.
+fn ungrouped(text: &str, base: u32) -> Option<String> {
+    let begins = |part: &str| part.starts_with(|letter: char| letter.is_digit(base));
+    let ends = |part: &str| part.ends_with(|letter: char| letter.is_digit(base));
+    let mut parts = text.split('_');
+    let first = parts.next()?;
+    let is_sound = parts.clone().all(begins) && text.rsplit('_').skip(1).all(ends);
+    is_sound.then(|| parts.fold(first.to_owned(), |text, part| text + part))
+}
+
+fn no_message(value: &Span) -> Problem {
+    let problem = value.problem("a field that holds messages has no default value").with_label("this value");
+    problem.with_help("leave it out; a comment begins with `#`")
 }
 
 /// A text without the quotes around it, if it has some.

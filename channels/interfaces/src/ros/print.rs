@@ -34,6 +34,8 @@ impl fmt::Display for Constant {
 
 impl fmt::Display for Field {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(if self.is_optional { "@optional " } else { "" })?;
+        f.write_str(if self.is_key { "@key " } else { "" })?;
         write!(f, "{} {}", self.kind, self.name)?;
         self.default.as_ref().map_or(Ok(()), |default| write!(f, " {default}"))
     }
@@ -77,8 +79,8 @@ impl fmt::Display for TypeName {
     }
 }
 
-/// As a definition writes it. ROS has no way to write a text with a `#`, a tab or the end of a line in it, or, in an
-/// array, one that ends with a backslash.
+/// As a definition writes it. ROS has no way to write a text with a `#`, a tab or the end of a line in it; in an array,
+/// one that ends with a backslash; and rosidl refuses a default value with `=` in it.
 impl fmt::Display for Literal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

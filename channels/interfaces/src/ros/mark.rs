@@ -1,0 +1,47 @@
+//! Annotations: what stands before a field, on its line or on lines of its own.
+
+use diagnostics::{Problem, Span, did_you_mean};
+
+use super::stretch::{split, trimmed};
+
+/// What is said of the next field.
+#[derive(Debug, Default)]
+pub(super) struct Marks {
+    pub(super) is_optional: bool,
+    pub(super) is_key: bool,
+    /// Where the last one stands.
+    pub(super) place: Option<Span>,
+}
+
+impl Marks {
+    /// Takes the annotations with which a line begins; what follows them is left.
+    pub(super) fn take(&mut self, line: &Span) -> Result<Span, Problem> {
+        let mut rest = line.clone();
+        while rest.text().starts_with('@') {
+            let (mark, behind) = split(&rest, char::is_whitespace);
+            let flag = match mark.text() {
+                "@optional" => &mut self.is_optional,
+                "@key" => &mut self.is_key,
+                unknown => {
+                    let problem = mark.problem(format!("unknown annotation `{unknown}`")).with_label("here");
+                    let known = ["@optional", "@key"];
+                    let help =
+                        did_you_mean(unknown, known).unwrap_or_else(|| "`@optional` and `@key` are known".to_owned());
+                    return Err(problem.with_help(help));
+                }
+            };
+            if std::mem::replace(flag, true) {
+                return Err(mark.problem(format!("`{}` is said twice", mark.text())).with_label("again"));
+            }
+            self.place = Some(mark);
+            rest = trimmed(&behind);
+        }
+        Ok(rest)
+    }
+
+    /// The problem that no field follows, if there are annotations.
+    pub(super) fn without_field(&self) -> Option<Problem> {
+        let place = self.place.as_ref()?;
+        Some(place.problem(format!("no field follows `{}`", place.text())).with_label("this annotation"))
+    }
+}

@@ -1,0 +1,222 @@
+//! Random definitions and interface files.
+
+use std::io;
+use std::path::Path;
+
+use channels::Symbol;
+use interfaces::Interface;
+use interfaces::ros::{Action, Base, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
+use proptest::collection::{btree_map, vec};
+use proptest::option;
+use proptest::prelude::*;
+use proptest::strategy::Union;
+
+/// Letters of which definitions consist, and some that they must survive.
+const LETTERS: &str = "[ -~\\n\\t\\r#=@\"'\\\\\\[\\]<>ü€\u{0}]{0,200}";
+
+fn simple() -> impl Strategy<Value = Base> {
+    let names = "bool byte char int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64 string wstring";
+    let base =
+        |name: &str| Message::parse("a type", &format!("{name} x")).expect("a field").fields[0].kind.base.clone();
+    let bases: Vec<Base> = names.split(' ').map(base).collect();
+    prop::sample::select(bases)
+}
+
+fn base() -> impl Strategy<Value = Base> {
+    let bound = 1_usize..9;
+    let name = (option::of("[a-z](_?[a-z0-9]){0,3}"), "[A-Z][A-Za-z0-9]{0,5}");
+    prop_oneof![
+        4 => simple(),
+        1 => bound.clone().prop_map(|bound| Base::String(Some(bound))),
+        1 => bound.prop_map(|bound| Base::WString(Some(bound))),
+        2 => name.prop_map(|(package, name)| Base::Message(TypeName::new(package.as_deref(), &name))),
+    ]
+}
+
+fn count() -> impl Strategy<Value = Count> {
+    prop_oneof![
+        Just(Count::One),
+        (1_usize..4).prop_map(Count::Exactly),
+        (1_usize..4).prop_map(Count::UpTo),
+        Just(Count::Any),
+    ]
+}
+
+/// A value of one item of this type. Texts have what ROS can write.
+fn value(base: &Base) -> BoxedStrategy<Literal> {
+    if let Some((least, greatest)) = base.range() {
+        return (least..=greatest).prop_map(Literal::Int).boxed();
+    }
+    let letters = "[ !-\"$-~ü€\\\\'\"]";
+    let text = |most: usize| {
+        let text = proptest::string::string_regex(&format!("{letters}{{0,{most}}}")).expect("an expression");
+        text.prop_map(|text| Literal::Text(text.trim_end_matches('\\').to_owned())).boxed()
+    };
+    match base {
+        Base::Bool => any::<bool>().prop_map(Literal::Bool).boxed(),
+        Base::Float32 | Base::Float64 => {
+            let finite = any::<f64>().prop_filter("NaN differs from itself", |number| !number.is_nan());
+            finite.prop_map(Literal::Real).boxed()
+        }
+        Base::String(bound) | Base::WString(bound) => text(bound.unwrap_or(12)),
+        _ => unreachable!("messages have no values"),
+    }
+}
+
+fn default(kind: &Type) -> BoxedStrategy<Option<Literal>> {
+    if matches!(kind.base, Base::Message(_)) {
+        return Just(None).boxed();
+    }
+    let sizes = match kind.count {
+        Count::One => return option::of(value(&kind.base)).boxed(),
+        Count::Exactly(count) => count..=count,
+        Count::UpTo(count) => 0..=count,
+        Count::Any => 0..=4,
+    };
+    option::of(vec(value(&kind.base), sizes).prop_map(Literal::Array)).boxed()
+}
+
+fn field() -> impl Strategy<Value = Field> {
+    let kind = (base(), count()).prop_map(|(base, count)| Type { base, count });
+    let with_default = kind.prop_flat_map(|kind| (default(&kind), Just(kind)));
+    (with_default, any::<bool>(), any::<bool>()).prop_map(|((default, kind), is_optional, is_key)| Field {
+        name: String::new(),
+        kind,
+        default,
+        is_optional,
+        is_key,
+    })
+}
+
+fn constant() -> impl Strategy<Value = Constant> {
+    let valued = simple().prop_flat_map(|base| (value(&base), Just(base)));
+    valued.prop_map(|(value, base)| Constant { name: String::new(), base, value })
+}
+
+fn message() -> impl Strategy<Value = Message> {
+    let constants = btree_map("[A-Z](_?[A-Z0-9]){0,4}", constant(), 0..4);
+    let fields = btree_map("[a-z](_?[a-z0-9]){0,4}", field(), 0..5);
+    (constants, fields).prop_map(|(constants, fields)| Message {
+        constants: constants.into_iter().map(|(name, constant)| Constant { name, ..constant }).collect(),
+        fields: fields.into_iter().map(|(name, field)| Field { name, ..field }).collect(),
+    })
+}
+
+/// Lines that are almost a definition: words of definitions in any order.
+fn almost() -> impl Strategy<Value = String> {
+    let words = [
+        "int8",
+        "string",
+        "string<=3",
+        "[3]",
+        "[<=2]",
+        "[]",
+        "[",
+        "]",
+        "a",
+        "b_c",
+        "A",
+        "=",
+        "3",
+        "-1",
+        "0x1F",
+        "\"",
+        "'",
+        "'x'",
+        "[1, 2]",
+        ",",
+        "#",
+        "---",
+        "\n",
+        " ",
+        "\t",
+        "geometry_msgs/Pose",
+        "Pose",
+        "/",
+        "@key",
+        "@optional",
+        "@",
+        "ü",
+        "1e5",
+        "true",
+        "\\",
+        "\r\n",
+    ];
+    let word = Union::new(words.map(Just));
+    vec(word, 0..60).prop_map(|words| words.concat())
+}
+
+proptest! {
+    #[test]
+    fn what_is_printed_is_read_again(request in message(), response in message(), feedback in message()) {
+        let action = Action { goal: request.clone(), result: response.clone(), feedback };
+        prop_assert_eq!(&Action::parse("printed", &action.to_string()).unwrap(), &action);
+        prop_assert_eq!(&Message::parse("printed", &request.to_string()).unwrap(), &request);
+        let service = Service { request, response };
+        prop_assert_eq!(&Service::parse("printed", &service.to_string()).unwrap(), &service);
+    }
+
+    #[test]
+    fn comments_and_spaces_change_nothing(message in message(), comment in "[ -~]{0,20}") {
+        let spread = message.to_string().replace('\n', &format!("\t # {comment}\r\n\n"));
+        prop_assert_eq!(Message::parse("spread", &spread).unwrap(), message);
+    }
+
+    #[test]
+    fn any_text_is_read_or_refused(text in prop_oneof![LETTERS.prop_map(|text| text), almost()]) {
+        let read = Message::parse("a text", &text);
+        let again = read.as_ref().map(|message| Message::parse("printed", &message.to_string()).unwrap());
+        // Debug text, since NaN differs from itself.
+        prop_assert_eq!(again.ok().map(|message| format!("{message:?}")), read.ok().map(|message| format!("{message:?}")));
+        let _ = Service::parse("a text", &text);
+        let _ = Action::parse("a text", &text);
+    }
+
+    #[test]
+    fn any_definition_makes_fields_or_problems(
+        message in message(),
+        paths in vec("[a-z](_?[a-z0-9]){0,2}(\\[[0-9]\\])?(\\.[a-z]){0,1}", 0..3),
+        all in any::<bool>(),
+    ) {
+        let fields = if all { String::new() } else { format!("fields = {paths:?}\n") };
+        let file = format!("[topics.t]\nros = 'a/msg/T.msg'\n{fields}");
+        let read = |path: &Path| match path.to_str() {
+            Some("i.toml") => Ok(file.clone().into_bytes()),
+            Some("a/msg/T.msg") => Ok(message.to_string().into_bytes()),
+            Some(other) if other.starts_with("a/msg/") => Ok(b"int8 inner".to_vec()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        };
+        if let Ok(interface) = Interface::load(Path::new("i.toml"), &[], &read) {
+            let count = interface.topics[0].fields.len();
+            prop_assert!(!all || count >= message.fields.iter().filter(|field| field.kind.count != Count::Any).count());
+        }
+    }
+
+    #[test]
+    fn any_interface_file_is_read_or_refused(lines in vec(line(), 0..12)) {
+        let text = lines.concat();
+        let read = |path: &Path| match path.to_str() {
+            Some("i.toml") => Ok(text.clone().into_bytes()),
+            _ => Err(io::ErrorKind::NotFound.into()),
+        };
+        if let Ok(interface) = Interface::load(Path::new("i.toml"), &[Symbol::new("Dock")], &read) {
+            let heads = interface.requests().len();
+            prop_assert_eq!(heads, interface.services.len() + 2 * interface.actions.len());
+            if let Ok(replies) = interface.replies() {
+                // Whatever the component says has one reading.
+                for (index, shape) in replies.iter().enumerate() {
+                    prop_assert!(!replies[..index].contains(shape));
+                }
+            }
+        }
+    }
+}
+
+/// A line of an interface file, or of one with mistakes.
+fn line() -> impl Strategy<Value = String> {
+    let header = "\\[(services|topics|actions)\\.[a-d]\\]\\n";
+    let part = "(request|reply|fields|goal|feedback|result|ros) = ";
+    let kind = "(\"(int|real\\?|text|place|bool|boole)\"|\\[\"x\", \"y\"\\]|\\[\\]|3)";
+    let fields = format!("{part}\\{{ (a = {kind}, )?(status = {kind}, )?b = {kind} \\}}\\n");
+    prop_oneof![header, proptest::string::string_regex(&fields).expect("an expression")]
+}
