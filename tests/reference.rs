@@ -5,6 +5,8 @@ use std::path::Path;
 use std::process::Command;
 
 use bt::{Kind, builtin_ports};
+use channels::Symbol;
+use interfaces::{Interface, KEYS, KINDS as KINDS_OF_FIELDS};
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::faults::{KINDS, Parameter};
 use scenarios::schema::Key;
@@ -72,6 +74,35 @@ fn help_of(path: &[&str]) -> String {
 #[test]
 fn scenario() {
     compare_part("scenario", "keys", &keys(&scenarios::scenario::keys::keys()));
+}
+
+#[test]
+fn interfaces() {
+    let rows = KEYS.iter().map(|key| [code(key.path), key.about.to_owned(), key.takes.to_owned()]);
+    compare_part("interfaces", "keys", &table(["key", "meaning", "takes"], rows));
+    let rows = KINDS_OF_FIELDS.iter().map(|(kind, about)| [code(kind), format!("{about}.")]);
+    compare_part("interfaces", "kinds", &table(["kind", "a field holds"], rows));
+}
+
+#[test]
+fn examples_of_interface_files_are_interfaces() {
+    let page = read("docs/src/reference/interfaces.md");
+    let mut files: BTreeMap<&Path, &str> = BTreeMap::new();
+    let parts: Vec<&str> = page.split("\n```").collect();
+    for pair in parts.windows(2) {
+        let name = pair[0].trim_end().lines().last().and_then(|line| line.strip_prefix('`')?.strip_suffix("`:"));
+        if let (Some(name), Some((_, text))) = (name, pair[1].split_once('\n')) {
+            files.insert(Path::new(name), text);
+        }
+    }
+    let read = |path: &Path| {
+        let text = files.get(path).ok_or(std::io::ErrorKind::NotFound)?;
+        Ok(text.as_bytes().to_vec())
+    };
+    let interfaces = files.keys().filter(|path| path.extension().is_some_and(|ending| ending == "toml"));
+    let loaded = interfaces.map(|path| Interface::load(path, &[Symbol::new("Dock")], &read).map(|_| ()));
+    let loaded: Vec<_> = loaded.collect();
+    assert!(loaded.len() == 2 && loaded.iter().all(Result::is_ok), "{loaded:?}");
 }
 
 #[test]

@@ -48,6 +48,8 @@ struct Walk<'w, 'f, 'r, 'd> {
     leaves: Vec<Leaf>,
     visits: usize,
     problems: Vec<Problem>,
+    /// The arrays of any length: their paths and types.
+    endless: Vec<(String, String)>,
     /// The types around the one that is visited.
     around: Vec<PathBuf>,
 }
@@ -80,8 +82,11 @@ impl Flattening<'_, '_, '_> {
         steps: &[Step],
     ) -> Option<Vec<Leaf>> {
         let around = vec![definition.path.clone()];
-        let mut walk = Walk { of: self, about, leaves: Vec::new(), visits: 0, problems: Vec::new(), around };
+        let mut walk =
+            Walk { of: self, about, leaves: Vec::new(), visits: 0, problems: Vec::new(), endless: Vec::new(), around };
         let went = walk.message(definition, part, "", steps, false);
+        let endless = walk.endless();
+        walk.problems.extend(endless);
         let Walk { leaves, problems, .. } = walk;
         if went.is_some() && problems.is_empty() {
             return Some(leaves);
@@ -141,7 +146,7 @@ impl Walk<'_, '_, '_, '_> {
             }
             (_, Some(item)) => self.item(definition, base, &format!("{path}[{item}]"), rest, is_optional),
             (Count::Any, None) => {
-                self.problems.push(self.endless(path, &field.kind));
+                self.endless.push((path.to_owned(), field.kind.to_string()));
                 Some(())
             }
             (Count::Exactly(count) | Count::UpTo(count), None) => (0..count)
@@ -200,9 +205,16 @@ impl Walk<'_, '_, '_, '_> {
         self.about.span.problem(message).with_label("here")
     }
 
-    fn endless(&self, path: &str, kind: &ros::Type) -> Problem {
-        let message = format!("`{path}` is {kind}, an array of any length, and a message has as many fields each time");
-        self.problem(message).with_help(self.select(&format!("{path}[0]")))
+    /// What to say of arrays of any length, if there are some.
+    fn endless(&self) -> Option<Problem> {
+        let (first, _) = self.endless.first()?;
+        let names: Vec<String> = self.endless.iter().map(|(path, kind)| format!("`{path}` ({kind})")).collect();
+        let (names, are) = match names.split_last()? {
+            (name, []) => (name.clone(), "is an array"),
+            (last, others) => (format!("{} and {last}", others.join(", ")), "are arrays"),
+        };
+        let message = format!("{names} {are} of any length, and a message has as many fields each time");
+        Some(self.problem(message).with_help(self.select(&format!("{first}[0]"))))
     }
 
     fn too_many(&self) -> Problem {
@@ -212,8 +224,9 @@ impl Walk<'_, '_, '_, '_> {
 
     /// How to name the fields that are wanted.
     fn select(&self, another: &str) -> String {
-        let first = self.leaves.first().map_or_else(String::new, |leaf| format!("\"{}\", ", leaf.path));
-        format!("name the fields that you want: `{} = [{first}\"{another}\"]`", self.of.key)
+        let plain = self.leaves.iter().find(|leaf| !leaf.path.contains(['.', '[']));
+        let example = plain.or(self.leaves.first()).map_or_else(String::new, |leaf| format!("\"{}\", ", leaf.path));
+        format!("name the fields that you want, such as `{} = [{example}\"{another}\"]`", self.of.key)
     }
 }
 

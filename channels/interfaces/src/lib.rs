@@ -31,10 +31,14 @@
 //! );
 //! # Ok::<(), diagnostics::Error>(())
 //! ```
+//!
+//! The keys of such a file are [`KEYS`]; [`Interface::load`] says what it accepts. The module [`ros`] reads definitions
+//! of ROS 2, and is of use alone.
 
 mod file;
 mod flatten;
 mod interface;
+mod keys;
 mod kind;
 mod name;
 mod packages;
@@ -44,4 +48,5 @@ pub use interface::{
     ABORTED, ACCEPTED, Action, CANCEL, CANCELED, ERROR, FEEDBACK, Field, GOAL, Interface, MAX_FIELDS, OK, Operation,
     REASON, REJECTED, REQUEST, RESERVED, STATUS, SUCCEEDED, Service, TOPIC, Topic,
 };
+pub use keys::{KEYS, Key};
 pub use kind::KINDS;

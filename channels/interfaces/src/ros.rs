@@ -19,6 +19,7 @@
 //!
 //! An array of an element type, as CDR needs to know it, is a [`Type`] with its [`Count`].
 
+mod bundle;
 mod definition;
 mod line;
 mod literal;
@@ -27,6 +28,7 @@ mod print;
 mod stretch;
 mod types;
 
+pub use bundle::Bundle;
 pub use types::{Base, Count, Type, TypeName};
 
 /// A message: what a `.msg` file defines, and each part of the others.

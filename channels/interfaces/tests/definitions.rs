@@ -1,6 +1,6 @@
 //! Definitions of ROS: what they mean, and what is said of their mistakes.
 
-use interfaces::ros::{Action, Base, Count, Literal, Message, Service, Type, TypeName};
+use interfaces::ros::{Action, Base, Bundle, Count, Literal, Message, Service, Type, TypeName};
 
 fn message(text: &str) -> Message {
     Message::parse("Test.msg", text).unwrap_or_else(|problems| panic!("{}", problems.plain()))
@@ -158,4 +158,21 @@ Pose[] poses []
 float32 grouped _1
 ";
     insta::assert_snapshot!(problems(text));
+}
+
+#[test]
+fn a_bundle_has_all_types_of_a_message() {
+    let rule = "=".repeat(80);
+    let text =
+        format!("A a\n\n{rule}\nMSG: p/A\nq/B b\n{rule}\n# next\nMSG: q/msg/B\n{rule}\nMSG: q/C\n@key\nint8 x\n");
+    let bundle = Bundle::parse("p/msg/Test", &text).unwrap();
+    assert_eq!(bundle.message, message("A a"));
+    let types: Vec<(String, Message)> =
+        bundle.types.iter().map(|(name, message)| (name.to_string(), message.clone())).collect();
+    assert_eq!(types[0], ("p/A".to_owned(), message("q/B b")));
+    assert_eq!(types[1], ("q/B".to_owned(), Message::default()));
+    assert_eq!(types[2], ("q/C".to_owned(), message("@key int8 x")));
+    assert_eq!(Bundle::parse("printed", &bundle.to_string()).unwrap(), bundle);
+    let text = "A a\n===\nIDL: p/A\nint x\n===\nint8 x\n===\nMSG: B\n===\nMSG: q/B\n@key\n===\nMSG: q/B\n";
+    insta::assert_snapshot!(Bundle::parse("p/msg/Test", text).unwrap_err().plain());
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use channels::{FieldKind, Symbol};
 use diagnostics::Error;
-use interfaces::{Field, Interface, Operation};
+use interfaces::{Field, Interface, KEYS, Operation};
 
 /// Loads `robot/arm.toml` from these files.
 fn load<const N: usize>(files: [(&str, &str); N]) -> Result<Interface, Error> {
@@ -115,6 +115,18 @@ fn replies_with_other_names_are_told_apart_by_their_kinds() {
 }
 
 #[test]
+fn the_components_of_the_program_are_interfaces_too() {
+    let at_place = |name: &str| {
+        let state = r#"["running", "success", "failure", "stopped", "idle"]"#;
+        format!("[services.{name}]\nrequest = {{ place = 'place' }}\nreply = {{ state = {state} }}\n")
+    };
+    let navigation = alone(&["start_navigation", "get_status", "stop_navigation"].map(at_place).concat()).unwrap();
+    let battery =
+        "services.get_level.reply = { level = 'real' }\nservices.get_charging.reply = { charging = 'bool' }\n";
+    insta::assert_snapshot!(shapes(&navigation) + &shapes(&alone(battery).unwrap()));
+}
+
+#[test]
 fn all_mistakes_of_a_file_are_reported_at_once() {
     let text = r#"
         [services.goal]
@@ -130,6 +142,24 @@ fn all_mistakes_of_a_file_are_reported_at_once() {
         [action.pick]
     "#;
     insta::assert_snapshot!(problems([("robot/arm.toml", text)]));
+}
+
+#[test]
+fn the_list_of_keys_is_that_of_the_reader() {
+    let known = |table: &str, text: &str| {
+        let problem = problems([("robot/arm.toml", text)]);
+        let keys = problem.split("known here: ").nth(1).expect("a list of keys").trim_end_matches([')', '\n']);
+        keys.split(", ").map(|key| format!("{table}{}", key.trim_matches('`'))).collect::<Vec<_>>()
+    };
+    let mut read = known("", "zzzzzzzz = 1");
+    read.retain(|key| key == "packages");
+    for table in ["services", "topics", "actions"] {
+        read.extend(known(&format!("{table}.NAME."), &format!("[{table}.t]\nzzzzzzzz = 1\n")));
+    }
+    let mut listed: Vec<&str> = KEYS.iter().map(|key| key.path).collect();
+    read.sort();
+    listed.sort_unstable();
+    assert_eq!(read, listed);
 }
 
 #[test]

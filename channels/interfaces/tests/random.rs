@@ -5,7 +5,7 @@ use std::path::Path;
 
 use channels::Symbol;
 use interfaces::Interface;
-use interfaces::ros::{Action, Base, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
+use interfaces::ros::{Action, Base, Bundle, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
 use proptest::collection::{btree_map, vec};
 use proptest::option;
 use proptest::prelude::*;
@@ -157,6 +157,13 @@ proptest! {
     }
 
     #[test]
+    fn a_printed_bundle_is_read_again(message in message(), types in btree_map("[A-Z][a-z]{0,3}", message(), 0..4)) {
+        let types = types.into_iter().map(|(name, message)| (TypeName::new(Some("some_msgs"), &name), message)).collect();
+        let bundle = Bundle { message, types };
+        prop_assert_eq!(Bundle::parse("printed", &bundle.to_string()).unwrap(), bundle);
+    }
+
+    #[test]
     fn comments_and_spaces_change_nothing(message in message(), comment in "[ -~]{0,20}") {
         let spread = message.to_string().replace('\n', &format!("\t # {comment}\r\n\n"));
         prop_assert_eq!(Message::parse("spread", &spread).unwrap(), message);
@@ -170,6 +177,7 @@ proptest! {
         prop_assert_eq!(again.ok().map(|message| format!("{message:?}")), read.ok().map(|message| format!("{message:?}")));
         let _ = Service::parse("a text", &text);
         let _ = Action::parse("a text", &text);
+        let _ = Bundle::parse("a text", &text.replace("---", "===\nMSG: a/B"));
     }
 
     #[test]

@@ -71,9 +71,9 @@ fn parse<const N: usize>(name: &str, text: &str, parts: [&str; N]) -> Result<[Me
             )),
         );
     }
-    problems.extend(read.iter().filter_map(|part| part.marks.without_field()));
+    let messages = read.map(|part| part.end(&mut problems));
     FileProblems::none_of(problems)?;
-    Ok(read.map(|part| part.message))
+    Ok(messages)
 }
 
 fn superfluous<const N: usize>(separator: &Span, parts: [&str; N]) -> Problem {
@@ -85,7 +85,7 @@ fn superfluous<const N: usize>(separator: &Span, parts: [&str; N]) -> Problem {
 }
 
 /// The lines that say something, without comments and the spaces around them, each with its place.
-fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
+pub(super) fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
     let mut next = 0;
     let lines = text.split('\n').map(move |line| {
         let start = next;
@@ -100,7 +100,7 @@ fn lines(text: &str) -> impl Iterator<Item = (Range<usize>, &str)> {
 
 /// A part of a definition, while it is read.
 #[derive(Debug, Default)]
-struct Part {
+pub(super) struct Part {
     message: Message,
     /// Where each name stands.
     names: BTreeMap<String, Span>,
@@ -109,7 +109,7 @@ struct Part {
 }
 
 impl Part {
-    fn read(&mut self, line: &Span, problems: &mut Vec<Problem>) {
+    pub(super) fn read(&mut self, line: &Span, problems: &mut Vec<Problem>) {
         let read = self.marks.take(line).and_then(|line| {
             let is_mark = line.text().is_empty();
             (!is_mark).then(|| line::parse(&line)).transpose()
@@ -139,5 +139,10 @@ impl Part {
                 self.message.fields.push(Field { is_optional, is_key, ..field });
             }
         }
+    }
+    /// The message, when there are no more lines.
+    pub(super) fn end(self, problems: &mut Vec<Problem>) -> Message {
+        problems.extend(self.marks.without_field());
+        self.message
     }
 }

@@ -121,13 +121,18 @@ fn read_base(kind: &Span) -> Result<Base, Problem> {
         "duration" => return Ok(Base::Message(TypeName::new(Some("builtin_interfaces"), "Duration"))),
         _ => {}
     }
+    message_name(text).map(Base::Message).ok_or_else(|| no_type(kind))
+}
+
+/// The name of a message type: `Pose`, `geometry_msgs/Pose` or `geometry_msgs/msg/Pose`.
+pub(super) fn message_name(text: &str) -> Option<TypeName> {
     let name = match *text.split('/').collect::<Vec<_>>() {
         [name] => TypeName::new(None, name),
         [package, name] | [package, "msg", name] => TypeName::new(Some(package), name),
-        _ => return Err(no_type(kind)),
+        _ => return None,
     };
     let is_sound = name.package.as_deref().is_none_or(is_field_name) && is_type_name(&name.name);
-    if is_sound { Ok(Base::Message(name)) } else { Err(no_type(kind)) }
+    is_sound.then_some(name)
 }
 
 fn no_type(kind: &Span) -> Problem {

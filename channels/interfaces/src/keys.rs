@@ -1,0 +1,36 @@
+//! The keys of an interface file.
+
+/// A key of an interface file.
+#[derive(Clone, Copy, Debug)]
+pub struct Key {
+    /// Where it stands: `services.NAME.reply`; `NAME` is chosen by the file.
+    pub path: &'static str,
+    /// What it means.
+    pub about: &'static str,
+    /// What it takes.
+    pub takes: &'static str,
+}
+
+const FIELDS: &str = "a table: the name of each field with its kind; with `ros`, a selection";
+
+const fn key(path: &'static str, about: &'static str, takes: &'static str) -> Key {
+    Key { path, about, takes }
+}
+
+/// All keys of an interface file.
+pub const KEYS: [Key; 10] = [
+    key(
+        "packages",
+        "Folders that have packages of ROS, such as `/opt/ros/jazzy/share`. They are searched last.",
+        "an array of texts, relative to this file",
+    ),
+    key("services.NAME.request", "The fields of the request.", FIELDS),
+    key("services.NAME.reply", "The fields of the reply, if the service did what it was asked.", FIELDS),
+    key("services.NAME.ros", "The definition that has the fields.", "a `.srv` file, relative to this file"),
+    key("topics.NAME.fields", "The fields of the message.", FIELDS),
+    key("topics.NAME.ros", "The definition that has the fields.", "a `.msg` file, relative to this file"),
+    key("actions.NAME.goal", "The fields of a goal.", FIELDS),
+    key("actions.NAME.feedback", "The fields of feedback.", FIELDS),
+    key("actions.NAME.result", "The fields of the result, if the goal was reached.", FIELDS),
+    key("actions.NAME.ros", "The definition that has the fields.", "an `.action` file, relative to this file"),
+];

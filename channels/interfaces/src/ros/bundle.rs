@@ -1,0 +1,80 @@
+//! Definitions with everything that they use, as recordings have them.
+
+use std::collections::BTreeMap;
+
+use diagnostics::{FileProblems, Problem, Source, Span};
+
+use super::definition::{Part, lines};
+use super::line::message_name;
+use super::{Message, TypeName};
+
+/// A message and all types in it, in one text: the schema `ros2msg` of MCAP, and what rosbag2 records.
+///
+/// Behind the message, each type has a line of `=`, a line with its name, and its definition:
+///
+/// ```
+/// use interfaces::ros::{Bundle, TypeName};
+///
+/// let rule = "=".repeat(80);
+/// let text = format!("Point[4] corners\n{rule}\nMSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\n");
+/// let bundle = Bundle::parse("geometry_msgs/msg/Quad", &text)?;
+/// let corner = bundle.types.get(&TypeName::new(Some("geometry_msgs"), "Point")).expect("it is in the text");
+/// assert_eq!(corner.fields[1].name, "y");
+/// # Ok::<(), diagnostics::FileProblems>(())
+/// ```
+#[derive(Clone, Debug, PartialEq, Default)]
+pub struct Bundle {
+    /// The message.
+    pub message: Message,
+    /// The others, by name and package. A definition of a package may name another one of the same package
+    /// [without it](TypeName::within).
+    pub types: BTreeMap<TypeName, Message>,
+}
+
+impl Bundle {
+    /// Reads a message with all types in it. `name` is what diagnostics call the text.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it. A type that is used and missing is not.
+    pub fn parse(name: &str, text: &str) -> Result<Self, FileProblems> {
+        let source = Source::new(name, text);
+        let (mut problems, mut first, mut types) = (Vec::new(), Part::default(), Vec::<(TypeName, Part)>::new());
+        let mut is_title = false;
+        for (range, line) in lines(text) {
+            let span = source.span(range);
+            if std::mem::replace(&mut is_title, is_rule(line)) {
+                match title(&span) {
+                    Ok(name) if types.iter().any(|(earlier, _)| *earlier == name) => {
+                        problems.push(span.problem(format!("{name} is defined twice")).with_label("again"));
+                    }
+                    Ok(name) => types.push((name, Part::default())),
+                    Err(problem) => problems.push(problem),
+                }
+            } else if !is_title {
+                types.last_mut().map_or(&mut first, |(_, part)| part).read(&span, &mut problems);
+            }
+        }
+        let message = first.end(&mut problems);
+        let types = types.into_iter().map(|(name, part)| (name, part.end(&mut problems))).collect();
+        FileProblems::none_of(problems)?;
+        Ok(Self { message, types })
+    }
+}
+
+/// Whether a line separates definitions.
+fn is_rule(line: &str) -> bool {
+    line.len() >= 3 && line.bytes().all(|byte| byte == b'=')
+}
+
+/// The type that is defined in the lines behind this one.
+fn title(line: &Span) -> Result<TypeName, Problem> {
+    let name = line.text().strip_prefix("MSG:").and_then(|name| message_name(name.trim()));
+    name.filter(|name| name.package.is_some()).ok_or_else(|| {
+        let problem = line.problem("this is not the name of a message").with_label("behind a line of `=`");
+        problem.with_help(if line.text().starts_with("IDL:") {
+            "definitions in IDL are not read"
+        } else {
+            "for example `MSG: geometry_msgs/Pose`"
+        })
+    })
+}
