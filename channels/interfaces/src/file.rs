@@ -16,15 +16,15 @@ impl Interface {
     /// Loads the interface file at `path` through `read`, with these places for fields of the kind `place`. The
     /// definitions of ROS that it names are read in the same way, relative to its folder.
     ///
-    /// - Fields keep the order of the file: `m[2]`, `m[3]`, … A kind is one of [`KINDS`](crate::KINDS), with `?` behind it
-    ///   if the field may be missing, or a list of symbols, with `"?"` at its end if the field may be missing.
+    /// - Fields keep the order of the file: `m[2]`, `m[3]`, … A kind is one of [`KINDS`](crate::KINDS), with `?` behind
+    ///   it if the field may be missing, or a list of symbols, with `"?"` at its end if the field may be missing.
     /// - With `ros = "my_msgs/srv/SetMode.srv"`, fields are those of the definition. What is nested becomes flat:
     ///   `pose.position.x` is the field `pose_position_x`, the items of `float64[3] point` are `point_0` to `point_2`.
     ///   Items of an array with a bound may be missing. An array without one is refused.
     /// - `fields = ["pose.position", "ranges[0]"]` selects, `fields = { nearest = "ranges[0]" }` also renames. So do
     ///   `request`, `reply`, `goal`, `feedback` and `result`.
-    /// - A type `geometry_msgs/Pose` is looked for as `geometry_msgs/msg/Pose.msg` beside the package that uses it, in each
-    ///   folder above, up to that of the file, and in `packages`.
+    /// - A type `geometry_msgs/Pose` is looked for as `geometry_msgs/msg/Pose.msg` beside the package that uses it, in
+    ///   each folder above, up to that of the file, and in `packages`.
     /// - No message has more than [`MAX_FIELDS`] fields.
     ///
     /// # Errors

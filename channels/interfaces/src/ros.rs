@@ -1,8 +1,9 @@
 //! ROS 2 interface definitions: what `.msg`, `.srv` and `.action` files say.
 //!
 //! The whole grammar of rosidl is read, and printed again by `Display`: comments, constants, default values, bounded
-//! texts and arrays, types of the same or of another package, the annotations `@optional` and `@key`. A name is checked as ROS checks it, a value against its
-//! type. What ROS itself would misunderstand without a word, such as a text that a `#` cuts off, is an error here.
+//! texts and arrays, types of the same or of another package, the annotations `@optional` and `@key`. A name is
+//! checked as ROS checks it, a value against its type. What ROS itself would misunderstand without a word, such as a
+//! text that a `#` cuts off, is an error here.
 //!
 //! ```
 //! use interfaces::ros::{Base, Count, Message, TypeName};

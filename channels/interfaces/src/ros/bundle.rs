@@ -1,6 +1,7 @@
 //! Definitions with everything that they use, as recordings have them.
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use diagnostics::{FileProblems, Problem, Source, Span};
 
@@ -58,6 +59,14 @@ impl Bundle {
         let types = types.into_iter().map(|(name, part)| (name, part.end(&mut problems))).collect();
         FileProblems::none_of(problems)?;
         Ok(Self { message, types })
+    }
+}
+
+impl fmt::Display for Bundle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let rule = "=".repeat(80);
+        self.message.fmt(f)?;
+        self.types.iter().try_for_each(|(name, message)| write!(f, "{rule}\nMSG: {name}\n{message}"))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::{Action, Base, Bundle, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
+use super::{Action, Base, Constant, Count, Field, Literal, Message, Service, Type, TypeName};
 
 /// What separates the parts of services and actions.
 pub(super) const SEPARATOR: &str = "---";
@@ -23,14 +23,6 @@ impl fmt::Display for Service {
 impl fmt::Display for Action {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}{SEPARATOR}\n{}{SEPARATOR}\n{}", self.goal, self.result, self.feedback)
-    }
-}
-
-impl fmt::Display for Bundle {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let rule = "=".repeat(80);
-        self.message.fmt(f)?;
-        self.types.iter().try_for_each(|(name, message)| write!(f, "{rule}\nMSG: {name}\n{message}"))
     }
 }
 
