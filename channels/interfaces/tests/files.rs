@@ -86,7 +86,7 @@ fn a_client_sees_only_what_it_uses() {
     → [request: <current>]
     ← [status: <ok>, amperes: real]
     ← [status: <error>, reason: text]
-    ← [status: <full>]
+    ← [topic: <full>]
     ");
     let problem = interface.replies().unwrap_err();
     assert_eq!(
@@ -138,7 +138,7 @@ fn all_mistakes_of_a_file_are_reported_at_once() {
         [topics.ok]
         fields = { none = ["none", "?"], where = "Place" }
         [actions.ok]
-        goal = { action = "text" }
+        goal = { request = "text" }
         [action.pick]
     "#;
     insta::assert_snapshot!(problems([("robot/arm.toml", text)]));
@@ -293,7 +293,7 @@ fn what_cannot_be_flat_is_refused_with_a_way_out() {
         ("robot/x/msg/Headed.msg", "Header header\nstd_msgs/Header other\nmy_msgs/Thing thing\n"),
         ("robot/x/msg/Twice.msg", "A a\nint8 a_b\n"),
         ("robot/x/msg/A.msg", "int8 b"),
-        ("robot/x/msg/Status.msg", "int8 status"),
+        ("robot/x/msg/Status.msg", "int8 topic"),
         ("robot/x/srv/Broken.srv", "int x\nfloat64 y 1,5\n"),
         ("robot/x/srv/Sound.srv", "---\nint8 x\n"),
     ]);
