@@ -134,6 +134,11 @@ enum Command {
 }
 
 fn main() -> ExitCode {
+    // The program starts itself again to keep the programs that components run.
+    #[cfg(unix)]
+    if let Some(status) = programs::keep() {
+        return status;
+    }
     // Beyond the limit of a file's size (`ulimit -f`), writing fails like on a full disk; the signal would end the
     // program without a word. A handler, whatever it does, keeps it from that.
     #[cfg(unix)]

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 20] = [
+const ROOMS: [(&str, &[&str]); 21] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("interfaces", &["channels", "diagnostics"]),
@@ -22,6 +22,7 @@ const ROOMS: [(&str, &[&str]); 20] = [
     ("bt", &["channels", "diagnostics"]),
     ("skills", &["channels", "diagnostics"]),
     ("components", &["channels", "nav", "robot", "maps"]),
+    ("programs", &["channels", "diagnostics", "skills"]),
     ("monitors", &["channels", "diagnostics"]),
     ("batch", &[]),
     ("drawing", &["maps"]),
@@ -41,6 +42,7 @@ const ROOMS: [(&str, &[&str]); 20] = [
             "interfaces",
             "skills",
             "components",
+            "programs",
             "monitors",
             "recording",
         ],
@@ -61,6 +63,7 @@ const ROOMS: [(&str, &[&str]); 20] = [
             "bt",
             "skills",
             "roaml",
+            "programs",
             "monitors",
             "batch",
             "drawing",

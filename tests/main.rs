@@ -20,6 +20,7 @@ mod monitors;
 mod navigation;
 mod notices;
 mod outputs;
+mod programs;
 mod protocol;
 mod published;
 mod ready_made_monitors;

@@ -20,7 +20,7 @@ use crate::scenario::{Premises, STEP, Scenario, settings};
 use crate::skill_errors::SkillErrors;
 use crate::tick_clock::TickClock;
 use crate::tree_errors::TreeErrors;
-use crate::wiring::{Ids, wire};
+use crate::wiring::{Ids, start_programs, wire};
 use crate::world::{SimulatedRobot, World};
 
 /// A running scenario.
@@ -79,6 +79,7 @@ impl Live {
         let mut complaints = Complaints::default();
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
+        start_programs(&scenario, &mut wired.system)?;
         Ok(Self {
             decided: vec![false; wired.system.monitors().len()],
             skill_errors: SkillErrors::of(&wired.system),

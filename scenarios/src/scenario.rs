@@ -26,8 +26,8 @@ use channels::Topology;
 use recording::Origin;
 use skills::Chart;
 
-pub use component::Component;
-pub use component_entry::ComponentEntry;
+pub use component::{Component, Runs};
+pub use component_entry::{ComponentEntry, RunsEntry};
 pub use faulty::FaultyMachines;
 pub use file::{Execution, Expectations, Order, Policy, ScenarioFile, TreeForm};
 pub use find::Found;
@@ -89,7 +89,8 @@ impl Scenario {
 
     /// What runs SCXML machines: the skills, and then the components from files, by the name of the process.
     pub fn machine_processes(&self) -> impl Iterator<Item = (&str, &Skill)> {
-        let components = self.components.iter().map(|(name, component)| (name.as_str(), &component.machine));
+        let components =
+            self.components.iter().filter_map(|(name, component)| Some((name.as_str(), component.machine()?)));
         self.skills.iter().map(|(name, skill)| (name.as_str(), skill)).chain(components)
     }
 

@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
+use std::time::Duration;
 
 use bt::{Tree, TreeProcess};
 use channels::{
@@ -15,6 +16,7 @@ use components::{
 use diagnostics::{Problem, Spanned};
 use interfaces::Interface;
 use maps::Places;
+use programs::ProgramProcess;
 use recording::TREE;
 use robot::Streams;
 use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
@@ -24,7 +26,7 @@ use crate::error::Complaints;
 use crate::names::unknown;
 use crate::occurrences::occurrences;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
-use crate::scenario::{Component, Order, Policy, Scenario, Skill, TreeForm};
+use crate::scenario::{Component, ComponentEntry, Order, Policy, Runs, RunsEntry, Scenario, Skill, TreeForm};
 
 /// A process and its id in the topology.
 type WiredProcess = (ProcessId, Box<dyn Process>);
@@ -53,8 +55,9 @@ pub(crate) struct Ids {
 pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
     let mut complaints = Complaints::default();
     let mut topology = Topology::default();
-    let clients =
+    let machines =
         scenario.machine_processes().map(|(name, skill)| Client::new(name, scenario.machines_of(name, skill)));
+    let clients = machines.chain(scenario.components.iter().filter_map(Client::of_program));
     let parts = Parts { tree: &scenario.tree, skills: &scenario.skills, components: &scenario.components };
     let places = scenario.premises.as_ref().map(|premises| &premises.places);
     let ids = declare(&parts, &clients.collect::<Vec<_>>(), places, &mut topology).map_err(refused)?;
@@ -70,11 +73,35 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
         let skill = complaints.note(SkillProcess::new(name, &skill.machine, &topology, data));
         processes.extend(skill.map(|skill| (id, Box::new(skill) as Box<dyn Process>)));
     }
+    for (name, component) in &scenario.components {
+        if let Runs::Program { program, data, .. } = &component.runs {
+            let id = topology.find_process(name).expect("every component has just been declared");
+            processes.push((id, Box::new(ProgramProcess::new(&topology, id, Arc::clone(program), data.clone()))));
+        }
+    }
     processes.extend(builtin_components(scenario, &topology, &ids).map_err(refused)?);
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
     Ok(Wired { system, scheduler: scheduler.expect("an unknown process was complained about"), ids })
+}
+
+/// Starts the programs among the components.
+///
+/// # Errors
+/// [`Error::BadInput`] with all that cannot be started, or do not answer.
+pub(crate) fn start_programs(scenario: &Scenario, system: &mut ChannelSystem) -> Result<(), Error> {
+    let mut complaints = Complaints::default();
+    for ComponentEntry { name, runs, .. } in &scenario.file.components {
+        let RunsEntry::Program { command, .. } = runs else { continue };
+        let id = system.topology().find_process(&name.value).expect("every component is a process");
+        let process = system.process_mut::<ProgramProcess>(id).expect("it runs a program");
+        if let Err(failure) = process.start(Duration::ZERO) {
+            let problem = command.span.problem(format!("the component {} does not start: {failure}", name.value));
+            complaints.push(problem.with_label("this command"));
+        }
+    }
+    complaints.check()
 }
 
 /// The processes and channels of a scenario's system.
@@ -104,15 +131,29 @@ pub(crate) struct Parts<'a> {
     pub(crate) components: &'a BTreeMap<String, Component>,
 }
 
-/// A process that may ask components and read their topics, with all machines that it may run.
+/// A process that may ask components and read their topics.
 struct Client<'a> {
     name: &'a str,
+    /// All machines that it may run, which say what they ask and read.
     machines: Vec<&'a Arc<Chart>>,
+    /// The components that a program may ask for anything, and of which it reads everything.
+    components: &'a [String],
 }
 
 impl<'a> Client<'a> {
     fn new(name: &'a str, machines: impl Iterator<Item = &'a Arc<Chart>>) -> Self {
-        Self { name, machines: machines.collect() }
+        Self { name, machines: machines.collect(), components: &[] }
+    }
+
+    fn of_program((name, component): (&'a String, &'a Component)) -> Option<Self> {
+        match &component.runs {
+            Runs::Program { asks, .. } => Some(Self { name, machines: Vec::new(), components: asks }),
+            Runs::Machine(_) => None,
+        }
+    }
+
+    fn uses_all(&self, component: &str) -> bool {
+        self.components.iter().any(|used| used == component)
     }
 
     /// The first symbols of its messages to a process.
@@ -137,10 +178,10 @@ pub(crate) fn check_machines(
     complaints: &mut Complaints,
 ) -> BTreeMap<String, String> {
     let mut topology = Topology::default();
-    let of_components = parts.components.iter().map(|(name, component)| (name, &component.machine));
+    let of_components = parts.components.iter().filter_map(|(name, component)| Some((name, component.machine()?)));
     let machines: Vec<(&String, &Skill)> = parts.skills.iter().chain(of_components).collect();
-    let clients: Vec<Client<'_>> =
-        machines.iter().map(|&(name, skill)| Client::new(name, std::iter::once(&skill.machine))).collect();
+    let clients = machines.iter().map(|&(name, skill)| Client::new(name, std::iter::once(&skill.machine)));
+    let clients: Vec<Client<'_>> = clients.chain(parts.components.iter().filter_map(Client::of_program)).collect();
     // A leaf with the name of a component is reported elsewhere.
     if parts.tree.leaves().any(|leaf| parts.components.contains_key(leaf.process())) {
         return BTreeMap::new();
@@ -308,6 +349,7 @@ fn declare_offers(
     // Requests that the component does not understand are refused by the machine's own check, at their place in the
     // file and with all known requests.
     let is_offered = |head: &&str| offers.iter().any(|offer| Offer::has(&offer.requests, head));
+    let uses_all = client.uses_all(name);
     let asks_all = !asked.iter().all(is_offered);
     let is_used = |offer: &&Offer| {
         asked.iter().any(|head| asks_all && !offer.requests.is_empty() || Offer::has(&offer.requests, head))
@@ -316,8 +358,8 @@ fn declare_offers(
         let heads = || offer.replies.iter().flat_map(Shape::heads);
         offer.requests.is_empty() && heads().any(|head| client.reads(name, head.name()))
     };
-    let used: Vec<&Offer> = offers.iter().filter(|offer| is_used(offer) || is_read(offer)).collect();
-    if !asked.is_empty() {
+    let used: Vec<&Offer> = offers.iter().filter(|offer| uses_all || is_used(offer) || is_read(offer)).collect();
+    if !asked.is_empty() || uses_all && offers.iter().any(|offer| !offer.requests.is_empty()) {
         lines.add(id, component, used.iter().flat_map(|offer| &offer.requests));
     }
     if !used.is_empty() {

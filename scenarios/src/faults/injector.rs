@@ -10,6 +10,7 @@ use channels::{ChannelSystem, Event, ProcessId};
 use components::Component;
 use maps::Places;
 use nav::InitialPose;
+use programs::ProgramProcess;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::{Streams, normal};
@@ -212,11 +213,14 @@ fn check_place(effect: &Effect, world: &World, complaints: &mut Complaints) {
     }
 }
 
-/// Restarts a component that has crashed: a machine begins anew, a built-in component with its driver.
+/// Restarts a component that has crashed: a machine or a program begins anew, a built-in component with its driver.
 fn restart(id: ProcessId, name: &str, run: &mut SystemUnderTest<'_>) {
     if let Some(crashed) = run.system.process::<SkillProcess>(id) {
         let successor = crashed.succeeding(crashed, run.world.time());
         run.system.replace(id, Box::new(successor)).expect("it runs the machine that it had");
+    } else if let Some(crashed) = run.system.process::<ProgramProcess>(id) {
+        let successor = crashed.succeeding(crashed, run.world.time());
+        run.system.replace(id, Box::new(successor)).expect("it runs the program that it had");
     } else if let (Some(component), Some(robot)) = (Component::named(name), run.world.robot_mut()) {
         robot.software.restart(component, run.system);
     }

@@ -1,25 +1,58 @@
 //! Components from files, loaded.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use channels::Symbol;
+use diagnostics::Spanned;
 use interfaces::Interface;
 use maps::Places;
+use programs::{Limits, Program, Word};
 use recording::TREE;
-use skills::Chart;
+use skills::{Chart, Datum};
 
+use super::component_entry::RunsEntry;
 use super::file_reader::FileReader;
-use super::{ComponentEntry, ScenarioFile, Skill};
-use crate::processes::TICK_GENERATOR;
+use super::leaves::Data;
+use super::{ScenarioFile, Skill};
+use crate::names::unknown;
+use crate::processes::{BUILTIN, TICK_GENERATOR};
 
 /// A component from files, ready to be run.
 #[derive(Clone, Debug)]
 pub struct Component {
     /// What it can be asked, publishes, and does over time.
     pub interface: Interface,
-    /// Its machine.
-    pub machine: Skill,
+    /// What it runs.
+    pub runs: Runs,
+}
+
+/// What a component runs.
+#[derive(Clone, Debug)]
+pub enum Runs {
+    /// A machine.
+    Machine(Skill),
+    /// A program.
+    Program {
+        /// The program.
+        program: Arc<Program>,
+        /// What it is told when it starts.
+        data: Datum,
+        /// The components that it asks, and whose topics it reads.
+        asks: Vec<String>,
+    },
+}
+
+impl Component {
+    /// Its machine, if it runs one.
+    #[must_use]
+    pub fn machine(&self) -> Option<&Skill> {
+        match &self.runs {
+            Runs::Machine(machine) => Some(machine),
+            Runs::Program { .. } => None,
+        }
+    }
 }
 
 impl FileReader<'_> {
@@ -36,7 +69,20 @@ impl FileReader<'_> {
                 self.complaints.push(problem.with_label("this component").with_help(help));
                 continue;
             }
-            let machine = self.component_machine(entry);
+            let runs = match &entry.runs {
+                RunsEntry::Unclear => {
+                    let problem =
+                        name.span.problem(format!("the component `{}` does not say what it runs", name.value));
+                    let help = "a component has either a `machine` or a `program`";
+                    self.complaints.push(problem.with_label("this component").with_help(help));
+                    None
+                }
+                RunsEntry::Machine(path) => self.component_machine(path, &entry.data).map(Runs::Machine),
+                RunsEntry::Program { command, limits, asks } => {
+                    self.check_asked(file, asks);
+                    self.program(command, *limits, &entry.data, asks)
+                }
+            };
             let interface = entry.interface.as_ref().map_or_else(
                 || Some(Interface::default()),
                 |file| {
@@ -45,14 +91,54 @@ impl FileReader<'_> {
                     self.loaded(file, "interface", interface)
                 },
             );
-            if let (Some(interface), Some(machine)) = (interface, machine) {
-                components.insert(name.value.clone(), Component { interface, machine });
+            if let (Some(interface), Some(runs)) = (interface, runs) {
+                components.insert(name.value.clone(), Component { interface, runs });
             }
         }
         (components.len() == file.components.len()).then_some(components)
     }
 
-    fn component_machine(&mut self, ComponentEntry { machine: path, data, .. }: &ComponentEntry) -> Option<Skill> {
+    /// A program. Files that it names and that come with steward are written to disk when it starts.
+    fn program(
+        &mut self,
+        command: &Spanned<Vec<String>>,
+        limits: Limits,
+        data: &Data,
+        asks: &[Spanned<String>],
+    ) -> Option<Runs> {
+        let word = |text: &String| {
+            let path = Path::new(text);
+            // Reading a file makes it one of the scenario's files, in whose fingerprint it counts.
+            match self.files.read(path) {
+                Ok(contents) if !path.is_absolute() && self.files.on_disk(path).is_none() => {
+                    Word::File { name: text.clone(), contents: contents.into() }
+                }
+                _ => Word::Text(text.clone()),
+            }
+        };
+        let folder = self.files.on_disk(Path::new("."));
+        let program = Program::new(command.value.iter().map(word).collect(), folder.as_deref(), limits);
+        let placed =
+            program.map_err(|problem| problem.of(command.span.source()).at(command.span.range(), "this command"));
+        let data = Datum::object(data.iter().map(|(id, value)| (id.value.as_str(), value.clone())));
+        Some(Runs::Program {
+            program: self.complaints.note(placed)?.into(),
+            // The values are numbers, texts and truth values, as many as the file has room for.
+            data: data.unwrap_or_default(),
+            asks: asks.iter().map(|name| name.value.clone()).collect(),
+        })
+    }
+
+    /// Reports unknown components that a program asks.
+    fn check_asked(&mut self, file: &ScenarioFile, asks: &[Spanned<String>]) {
+        let own = || file.components.iter().map(|component| component.name.value.as_str());
+        let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own());
+        for name in asks.iter().filter(|name| !known().any(|known| known == name.value)) {
+            self.complaints.push(unknown("component", name, known()));
+        }
+    }
+
+    fn component_machine(&mut self, path: &Spanned<PathBuf>, data: &Data) -> Option<Skill> {
         let text = self.text(&path.span, "machine", &path.value)?;
         let machine = self.complaints.note(Chart::load(&path.value.display().to_string(), &text))?;
         let mut skill = Skill { path: path.value.clone(), machine, data: BTreeMap::new() };

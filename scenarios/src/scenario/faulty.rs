@@ -51,14 +51,15 @@ impl FileReader<'_> {
         skills: &BTreeMap<String, Skill>,
         components: &BTreeMap<String, Component>,
     ) -> BTreeMap<String, FaultyMachines> {
-        let machine = |name: &str| skills.get(name).or_else(|| Some(&components.get(name)?.machine));
+        let machine = |name: &str| skills.get(name).or_else(|| components.get(name)?.machine());
         let mut faults: BTreeMap<String, Vec<(usize, &Fault, MachineChange)>> = BTreeMap::new();
         for (index, fault) in file.faults.iter().enumerate() {
             let Effect::Machine { skill, change } = fault.effect() else { continue };
             if machine(&skill.value).is_some() {
                 faults.entry(skill.value).or_default().push((index, fault, change));
             } else {
-                let known = skills.keys().chain(components.keys()).map(String::as_str);
+                let known =
+                    skills.keys().chain(components.keys()).map(String::as_str).filter(|name| machine(name).is_some());
                 self.complaints.push(unknown("skill", &skill, known));
             }
         }

@@ -177,10 +177,39 @@ fn execution() -> Vec<Key> {
     let least_tick = json!({ "type": "number", "minimum": 0.02, "maximum": 1_000_000_000 });
     vec![
         Key::new("components", "The components that skills ask, by the name of their process.", table(json!({}))),
-        Key::new("components.NAME", "A component: an SCXML machine that answers others.", table(json!({}))),
-        Key::new("components.NAME.machine", "The file of its machine.", text()).required(),
+        Key::new(
+            "components.NAME",
+            "A component that answers others: an SCXML machine, or a program.",
+            table(json!({})),
+        ),
+        Key::new("components.NAME.machine", "The file of its machine.", text()),
+        Key::new(
+            "components.NAME.program",
+            "A program in place of a machine: a path relative to the scenario's folder or a name on the `PATH`, and its \
+             arguments.",
+            list("an array of texts", &text()),
+        ),
+        Key::new(
+            "components.NAME.answer_within_s",
+            "How long a program may take for an answer, in seconds of real time.",
+            or(some_seconds(), 10),
+        ),
+        Key::new(
+            "components.NAME.memory_mb",
+            "The address space that each process of a program may use, in MiB.",
+            or(json!({ "type": "integer", "minimum": 1, "maximum": 1 << 20 }), 1024),
+        ),
+        Key::new(
+            "components.NAME.asks",
+            "The components that a program asks, and whose topics it reads.",
+            list("an array of texts", &text()),
+        ),
         Key::new("components.NAME.data", "What data of the machine hold at first.", table(json!({}))),
-        Key::new("components.NAME.data.ID", "What `<data id=\"ID\">` holds at first.", scalar()),
+        Key::new(
+            "components.NAME.data.ID",
+            "What `<data id=\"ID\">` holds at first; of a program, what it is told when it starts.",
+            scalar(),
+        ),
         Key::new(
             "components.NAME.interface",
             "The file with its interface: what it can be asked, publishes and does over time. Needed if others ask it \

@@ -1,0 +1,228 @@
+//! A running program: it is told a line, and answers with a line.
+
+use std::convert::Infallible;
+use std::io::{self, Read, Write as _};
+use std::path::Path;
+use std::process::{self, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::Builder;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+use crate::program::{Limits, Program};
+
+/// The longest answer, in bytes.
+pub(crate) const LONGEST: usize = 1 << 20;
+
+/// How much of what a program has written to stderr is kept: the end.
+const KEPT_OF_STDERR: usize = 4 << 10;
+
+/// The last lines on stderr that are told, and how many characters of each.
+const TOLD_LINES: usize = 3;
+const TOLD_CHARACTERS: usize = 200;
+
+/// How long the end of a program is waited for, once everything of it has been killed.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A running program. When the value is dropped, nothing of it is left running.
+#[derive(Debug)]
+pub(crate) struct Child {
+    /// The program's keeper; where there are none, the program itself.
+    process: process::Child,
+    told: Sender<String>,
+    heard: Receiver<Vec<u8>>,
+    /// What has been heard after the last answer.
+    rest: Vec<u8>,
+    stderr: Arc<Mutex<Vec<u8>>>,
+    /// Closed when `process` has ended.
+    gone: Receiver<Infallible>,
+    limits: Limits,
+    /// Where the files are that came with it.
+    _folder: Option<TempDir>,
+}
+
+/// Why a program has not answered, to be read after its name.
+#[derive(Debug, thiserror::Error)]
+pub(crate) enum Silence {
+    #[error("cannot be started: {0}")]
+    Unstartable(#[from] io::Error),
+    #[error("ended with {} before it answered", ending(.0))]
+    Ended(process::ExitStatus),
+    #[error("closed its standard output before it answered")]
+    Closed,
+    #[error("did not answer within {} s", .0.as_secs_f64())]
+    Timeout(Duration),
+    #[error("did not end its line within {} s: {:?}", .0.as_secs_f64(), .1)]
+    HalfALine(Duration, String),
+    #[error("wrote a line that is longer than {} bytes", LONGEST)]
+    TooLong,
+    #[error("wrote without being asked: {0:?}")]
+    Unasked(String),
+    #[error("wrote a line that is not UTF-8")]
+    NotText,
+}
+
+impl Child {
+    /// Starts a program.
+    pub(crate) fn start(program: &Program) -> Result<Self, Silence> {
+        let temporary = program.needs_folder().then(TempDir::new).transpose()?;
+        let path = temporary.as_ref().map_or(Path::new(""), TempDir::path);
+        let command = program.command(path)?;
+        let limits = program.limits();
+        #[cfg(unix)]
+        let mut command = crate::keeper::kept(limits.memory_bytes, &command)?;
+        #[cfg(not(unix))]
+        let mut command = {
+            let mut direct = Command::new(&command[0]);
+            direct.args(&command[1..]);
+            direct
+        };
+        Self::spawn(command.current_dir(program.folder().unwrap_or(path)), limits, temporary)
+    }
+
+    fn spawn(command: &mut Command, limits: Limits, folder: Option<TempDir>) -> Result<Self, Silence> {
+        let command = command.env_clear().envs(Program::environment());
+        let mut process = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn()?;
+        let streams = (process.stdin.take(), process.stdout.take(), process.stderr.take());
+        let (Some(mut stdin), Some(stdout), Some(stderr)) = streams else { unreachable!("all three are pipes") };
+        let ((told, lines), (chunks, heard), (running, gone)) = (channel::<String>(), sync_channel(1), channel());
+        let end = Arc::default();
+        let child =
+            Self { process, told, heard, rest: Vec::new(), stderr: Arc::clone(&end), gone, limits, _folder: folder };
+        let thread = || Builder::new().name("program".to_owned());
+        // A program that does not read lets its writer wait, until both are ended.
+        thread().spawn(move || lines.into_iter().try_for_each(|line| stdin.write_all(line.as_bytes())))?;
+        thread().spawn(move || pump(stdout, &chunks))?;
+        thread().spawn(move || keep_end(stderr, &end, running))?;
+        Ok(child)
+    }
+
+    /// Tells the program a line and waits for its answer. After an error it must not be asked again.
+    ///
+    /// It waits in real time, so only a program that answers in time makes a run reproducible.
+    pub(crate) fn ask(&mut self, mut line: String) -> Result<String, Silence> {
+        if let Ok(chunk) = self.heard.try_recv() {
+            return Err(Silence::Unasked(beginning(&chunk)));
+        }
+        line.push('\n');
+        // The program may have closed its input, and answer all the same.
+        let _ = self.told.send(line);
+        let deadline = now() + self.limits.answer_within;
+        let mut searched = 0;
+        loop {
+            if let Some(end) = self.rest[searched..].iter().position(|byte| *byte == b'\n') {
+                return self.answer(searched + end);
+            }
+            searched = self.rest.len();
+            if searched > LONGEST {
+                return Err(Silence::TooLong);
+            }
+            match self.heard.recv_timeout(deadline.saturating_duration_since(now())) {
+                Ok(chunk) => self.rest.extend(chunk),
+                Err(RecvTimeoutError::Timeout) if self.rest.is_empty() => {
+                    return Err(Silence::Timeout(self.limits.answer_within));
+                }
+                Err(RecvTimeoutError::Timeout) => {
+                    return Err(Silence::HalfALine(self.limits.answer_within, beginning(&self.rest)));
+                }
+                Err(RecvTimeoutError::Disconnected) => return Err(self.ended(deadline)),
+            }
+        }
+    }
+
+    /// The line up to this newline, if nothing follows.
+    fn answer(&mut self, newline: usize) -> Result<String, Silence> {
+        let more = self.rest.split_off(newline + 1);
+        if !more.is_empty() {
+            return Err(Silence::Unasked(beginning(&more)));
+        }
+        self.rest.pop();
+        String::from_utf8(std::mem::take(&mut self.rest)).map_err(|_| Silence::NotText)
+    }
+
+    /// Why there is no more to be heard.
+    fn ended(&mut self, deadline: Instant) -> Silence {
+        match self.gone.recv_timeout(deadline.saturating_duration_since(now())) {
+            Err(RecvTimeoutError::Disconnected) => self.process.wait().map_or_else(Silence::from, Silence::Ended),
+            _ => Silence::Closed,
+        }
+    }
+
+    /// Ends the program. Returns its last lines on stderr, if it has written any.
+    pub(crate) fn end(mut self) -> Option<String> {
+        self.stop();
+        let stderr = self.stderr.lock().unwrap_or_else(PoisonError::into_inner);
+        let text = String::from_utf8_lossy(&stderr);
+        let mut lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        let lines = lines.split_off(lines.len().saturating_sub(TOLD_LINES));
+        let told: Vec<String> = lines.iter().map(|line| line.chars().take(TOLD_CHARACTERS).collect()).collect();
+        (!told.is_empty()).then(|| told.join(" / "))
+    }
+
+    /// Kills everything of it and waits until it is gone.
+    fn stop(&mut self) {
+        // The number of a process that has been waited for may be another's.
+        if !matches!(self.process.try_wait(), Ok(None)) {
+            return;
+        }
+        #[cfg(unix)]
+        let _ = rustix::process::kill_process(
+            rustix::process::Pid::from_child(&self.process),
+            rustix::process::Signal::TERM,
+        );
+        #[cfg(not(unix))]
+        let _ = self.process.kill();
+        if self.gone.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Disconnected) {
+            let _ = self.process.wait();
+        }
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+/// Hands on what a program writes, never more than a little ahead.
+fn pump(mut stdout: impl Read, chunks: &SyncSender<Vec<u8>>) {
+    let mut chunk = vec![0; 1 << 16];
+    while let Ok(length @ 1..) = stdout.read(&mut chunk) {
+        if chunks.send(chunk[..length].to_vec()).is_err() {
+            return;
+        }
+    }
+}
+
+/// Keeps the end of what a program writes to stderr. `_running` is closed when there is no more.
+fn keep_end(mut stderr: impl Read, end: &Mutex<Vec<u8>>, _running: Sender<Infallible>) {
+    let mut chunk = [0; KEPT_OF_STDERR];
+    while let Ok(length @ 1..) = stderr.read(&mut chunk) {
+        let mut end = end.lock().unwrap_or_else(PoisonError::into_inner);
+        end.extend(&chunk[..length]);
+        let excess = end.len().saturating_sub(KEPT_OF_STDERR);
+        end.drain(..excess);
+    }
+}
+
+#[expect(clippy::disallowed_methods, reason = "a program is waited for in real time")]
+fn now() -> Instant {
+    Instant::now()
+}
+
+/// The beginning of what a program has written, for a message.
+fn beginning(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).chars().take(60).collect()
+}
+
+/// How a program ended. A keeper reports signals as shells do.
+fn ending(status: &process::ExitStatus) -> String {
+    #[cfg(unix)]
+    if let Some(signal) = status.code().and_then(|code| rustix::process::Signal::from_named_raw(code.checked_sub(128)?))
+    {
+        return format!("{signal:?}").trim_matches('"').replace("ABORT", "ABRT").replace("Signal::", "the signal SIG");
+    }
+    status.code().map_or_else(|| status.to_string(), |code| format!("exit status {code}"))
+}

@@ -1,0 +1,184 @@
+//! The process between this one and a program, which sees to it that nothing of the program is left running.
+//!
+//! A program may start others, in other process groups and sessions, and end before them. On Linux, all of them stay
+//! descendants of the keeper ([a "subreaper"][1]), and of no other program's keeper. When the program has ended, or is
+//! told to end (SIGTERM), or the process that started it has gone, the keeper kills all that still run and waits until
+//! they are gone. On other Unix systems it kills the program's process group.
+//!
+//! The program uses the keeper's standard streams. The keeper itself keeps only stderr, whose other end closes when the
+//! process that started it is gone, however it went.
+//!
+//! [1]: https://man7.org/linux/man-pages/man2/PR_SET_CHILD_SUBREAPER.2const.html
+
+use std::env;
+use std::ffi::OsString;
+use std::fs::OpenOptions;
+use std::io;
+use std::os::unix::process::CommandExt as _;
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use rustix::event::{PollFd, PollFlags, poll};
+use rustix::process::{Pid, Resource, Rlimit, Signal, WaitOptions, WaitStatus, kill_process_group, setrlimit, wait};
+use rustix::stdio::{dup2_stdin, dup2_stdout};
+
+/// The first argument of a process that is to be a keeper; the second is the limit of memory in bytes, and the rest is
+/// the command.
+const KEEP: &str = "keep-a-program";
+
+/// The exit status of a keeper whose program cannot be started.
+const UNSTARTABLE: u8 = 127;
+
+/// The program whose processes can be keepers.
+static KEEPER: OnceLock<PathBuf> = OnceLock::new();
+
+/// The program's process group.
+static GROUP: OnceLock<Pid> = OnceLock::new();
+
+/// Whether everything must end.
+static ENDING: AtomicBool = AtomicBool::new(false);
+
+/// To be called at the beginning of `main`, since a program that runs others starts itself again as their keeper. Such
+/// a process does its work here, and must end with the exit status that is returned.
+#[must_use]
+pub fn keep() -> Option<ExitCode> {
+    let mut arguments = env::args_os().skip(1);
+    if arguments.next().is_none_or(|first| first != KEEP) {
+        // The file may be replaced while this process runs.
+        let own = if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { env::current_exe() };
+        own.into_iter().for_each(keep_with);
+        return None;
+    }
+    let memory_bytes = arguments.next().and_then(|bytes| bytes.to_str()?.parse().ok());
+    Some(memory_bytes.map_or(ExitCode::FAILURE, |bytes| run(bytes, arguments)))
+}
+
+/// Uses this program for keepers, one whose `main` calls [`keep`]; only the first call counts.
+pub fn keep_with(program: PathBuf) {
+    // Only the first counts.
+    let _ = KEEPER.set(program);
+}
+
+/// A command that starts another one with a keeper.
+pub(crate) fn kept(memory_bytes: u64, command: &[OsString]) -> io::Result<Command> {
+    let keeper =
+        KEEPER.get().ok_or_else(|| io::Error::other("the `main` of this process does not call `programs::keep`"))?;
+    let mut kept = Command::new(keeper);
+    // Ctrl-C on a terminal reaches a whole process group: whoever started the keeper decides what happens then.
+    kept.arg(KEEP).arg(memory_bytes.to_string()).args(command).process_group(0);
+    Ok(kept)
+}
+
+/// What a keeper does.
+fn run(memory_bytes: u64, mut command: impl Iterator<Item = OsString>) -> ExitCode {
+    #[cfg(target_os = "linux")]
+    let _ = rustix::process::set_child_subreaper(Some(rustix::process::getpid()));
+    // No core files beside the scenario.
+    let _ = setrlimit(Resource::Core, Rlimit { current: Some(0), maximum: Some(0) });
+    let _ = ctrlc::set_handler(end);
+    std::thread::spawn(|| {
+        let stderr = io::stderr();
+        while poll(&mut [PollFd::new(&stderr, PollFlags::empty())], None) == Err(rustix::io::Errno::INTR) {}
+        end();
+    });
+    let started = Command::new(command.next().unwrap_or_default()).args(command).process_group(0).spawn();
+    match started {
+        Ok(child) => ExitCode::from(attend(Pid::from_child(&child), memory_bytes)),
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(UNSTARTABLE)
+        }
+    }
+}
+
+/// Waits until the program and all that it has started are gone. Returns the program's exit status or, as shells do,
+/// 128 plus the signal that ended it.
+fn attend(program: Pid, memory_bytes: u64) -> u8 {
+    limit_memory(program, memory_bytes);
+    GROUP.get_or_init(|| program);
+    if let Ok(null) = OpenOptions::new().read(true).write(true).open("/dev/null") {
+        let _ = (dup2_stdin(&null), dup2_stdout(&null));
+    }
+    if ENDING.load(Ordering::SeqCst) {
+        sweep();
+    }
+    let mut status = None;
+    loop {
+        match wait(WaitOptions::empty()) {
+            Ok(Some((ended, how))) if ended == program => {
+                status = Some(how);
+                end();
+            }
+            // Whatever was started in the meantime has lost a parent, which has just been waited for.
+            Ok(_) if ENDING.load(Ordering::SeqCst) => sweep(),
+            Ok(_) | Err(rustix::io::Errno::INTR) => {}
+            Err(_) => return status.map_or(0, as_shells_do),
+        }
+    }
+}
+
+fn as_shells_do(status: WaitStatus) -> u8 {
+    let code = status.exit_status().or_else(|| status.terminating_signal().map(|signal| 128 + signal));
+    code.and_then(|code| u8::try_from(code).ok()).unwrap_or(u8::MAX)
+}
+
+#[cfg(target_os = "linux")]
+fn limit_memory(program: Pid, bytes: u64) {
+    let _ =
+        rustix::process::prlimit(Some(program), Resource::As, Rlimit { current: Some(bytes), maximum: Some(bytes) });
+}
+
+#[cfg(not(target_os = "linux"))]
+fn limit_memory(_: Pid, _: u64) {}
+
+fn end() {
+    ENDING.store(true, Ordering::SeqCst);
+    sweep();
+}
+
+/// Kills all that runs now.
+fn sweep() {
+    if let Some(group) = GROUP.get() {
+        let _ = kill_process_group(*group, Signal::KILL);
+    }
+    #[cfg(target_os = "linux")]
+    for pid in descendants::of(rustix::process::getpid()) {
+        let _ = rustix::process::kill_process(pid, Signal::KILL);
+    }
+}
+
+#[cfg(target_os = "linux")]
+mod descendants {
+    use std::collections::BTreeMap;
+    use std::fs;
+
+    use rustix::process::Pid;
+
+    /// The descendants of a process.
+    pub(super) fn of(ancestor: Pid) -> Vec<Pid> {
+        let mut children: BTreeMap<i32, Vec<i32>> = BTreeMap::new();
+        for (pid, parent) in processes() {
+            children.entry(parent).or_default().push(pid);
+        }
+        let mut found = children.remove(&ancestor.as_raw_pid()).unwrap_or_default();
+        let mut next = 0;
+        while let Some(pid) = found.get(next) {
+            found.extend(children.remove(pid).unwrap_or_default());
+            next += 1;
+        }
+        found.into_iter().filter_map(Pid::from_raw).collect()
+    }
+
+    /// All processes, each with its parent.
+    fn processes() -> impl Iterator<Item = (i32, i32)> {
+        fs::read_dir("/proc").into_iter().flatten().filter_map(|entry| {
+            let pid = entry.ok()?.file_name().to_str()?.parse().ok()?;
+            let stat = fs::read(format!("/proc/{pid}/stat")).ok()?;
+            // The name of the program is in brackets, and may have some itself; its state follows, then its parent.
+            let rest = &stat[stat.iter().rposition(|byte| *byte == b')')? + 1..];
+            Some((pid, std::str::from_utf8(rest).ok()?.split_whitespace().nth(1)?.parse().ok()?))
+        })
+    }
+}

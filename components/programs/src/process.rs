@@ -1,0 +1,282 @@
+//! A program as a process of a channel system.
+
+use std::hash::{Hash, Hasher};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use channels::{Envelope, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use skills::{ChannelAdapter, Datum, Mishap};
+
+use crate::child::Child;
+use crate::program::Program;
+use crate::protocol::{self, Answer, Message};
+
+/// The shortest and the longest time after which a timer can be due, in seconds. No program can fill a step with timers
+/// without end.
+const AFTER_S: std::ops::RangeInclusive<f64> = 1e-3..=1e9;
+
+/// The maximum number of waiting timers.
+const MAX_TIMERS: usize = 4096;
+
+/// The location of a program that has not said in what state it is.
+const RUNNING: &str = "running";
+
+/// The location of a program that has failed.
+const CRASHED: &str = "crashed";
+
+/// A program that communicates over channels. The crate's documentation describes how messages become lines and lines
+/// become messages.
+///
+/// It offers nothing before it is [started](Self::start). When it fails, it counts as crashed: it receives messages and
+/// answers nothing.
+///
+/// Its state is what it was told and what it has answered. The running program itself cannot be copied: a copy of this
+/// process shares it, and either may continue, but not both. The one that falls behind fails when it is told something.
+#[derive(Clone, Debug)]
+pub struct ProgramProcess {
+    program: Arc<Program>,
+    /// The initial data.
+    data: Datum,
+    adapter: ChannelAdapter,
+    phase: Phase,
+    /// A fingerprint of everything it was told and has answered.
+    exchanged: Fingerprint,
+    /// By due time, then in the order in which they were set.
+    timers: Vec<Timer>,
+    location: String,
+    mishaps: Vec<Mishap>,
+    running: Arc<Mutex<Option<Running>>>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Phase {
+    New,
+    Started,
+    Crashed,
+}
+
+type Fingerprint = [u8; blake3::OUT_LEN];
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Timer {
+    due: Duration,
+    event: String,
+    data: Datum,
+}
+
+/// A running program, and everything that it was told and has answered.
+#[derive(Debug)]
+struct Running {
+    child: Child,
+    exchanged: Fingerprint,
+}
+
+/// Why a program has failed, in words.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Failure(String);
+
+impl ProgramProcess {
+    /// The process of a topology that runs this program, which gets `data`, an object, when it starts.
+    #[must_use]
+    pub fn new(topology: &Topology, process: ProcessId, program: Arc<Program>, data: Datum) -> Self {
+        Self {
+            adapter: ChannelAdapter::new(topology, process),
+            program,
+            data,
+            phase: Phase::New,
+            exchanged: Fingerprint::default(),
+            timers: Vec::new(),
+            location: RUNNING.to_owned(),
+            mishaps: Vec::new(),
+            running: Arc::default(),
+        }
+    }
+
+    /// Starts the program.
+    ///
+    /// # Errors
+    /// [`Failure`] if it cannot be started or does not answer as it should. The process has crashed then.
+    pub fn start(&mut self, now: Duration) -> Result<(), Failure> {
+        let data = self.data.clone();
+        let started = Child::start(&self.program).map_err(|silence| format!("the program {silence}"));
+        let started = started.and_then(|child| {
+            self.phase = Phase::Started;
+            let exchanged = self.exchanged;
+            *self.shared() = Some(Running { child, exchanged });
+            self.tell(&Message { time: now, event: "start", from: None, data: &data })
+        });
+        started.map_err(|message| Failure(self.crash(message)))
+    }
+
+    /// A new process with the same program and data that replaces `predecessor`, a process of the same component, which
+    /// ends. It starts at `now`. It continues the predecessor's request numbers, so that answers to the predecessor's
+    /// requests are ignored.
+    #[must_use]
+    pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
+        drop(predecessor.shared().take());
+        let mut successor = Self {
+            adapter: predecessor.adapter.succeeding(),
+            phase: Phase::New,
+            exchanged: Fingerprint::default(),
+            timers: Vec::new(),
+            location: RUNNING.to_owned(),
+            mishaps: predecessor.mishaps.clone(),
+            running: Arc::default(),
+            ..self.clone()
+        };
+        // The failure is one of its mishaps.
+        let _ = successor.start(now);
+        successor
+    }
+
+    /// What it runs.
+    #[must_use]
+    pub fn program(&self) -> &Program {
+        &self.program
+    }
+
+    /// Its failure and those of its predecessors. They are not part of the process's state.
+    #[must_use]
+    pub fn mishaps(&self) -> &[Mishap] {
+        &self.mishaps
+    }
+
+    fn shared(&self) -> std::sync::MutexGuard<'_, Option<Running>> {
+        self.running.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Tells the program something and does what it answers, unless it has crashed.
+    fn hear(&mut self, message: &Message<'_>) {
+        if self.phase == Phase::Started
+            && let Err(failure) = self.tell(message)
+        {
+            self.crash(failure);
+        }
+    }
+
+    fn tell(&mut self, message: &Message<'_>) -> Result<(), String> {
+        let by = message.from.map_or_else(String::new, |from| format!(" by {from}"));
+        self.exchange(message).map_err(|failure| format!("the program, told `{}`{by}, {failure}", message.event))
+    }
+
+    fn exchange(&mut self, message: &Message<'_>) -> Result<(), String> {
+        let line = message.to_json();
+        let mut hash = blake3::Hasher::new();
+        hash.update(&self.exchanged).update(line.as_bytes());
+        let mut shared = self.shared();
+        let Some(running) = shared.as_mut().filter(|running| running.exchanged == self.exchanged) else {
+            return Err("has continued with another copy of this process".to_owned());
+        };
+        let answer = running.child.ask(line).map_err(|silence| silence.to_string())?;
+        let exchanged = hash.update(b"\n").update(answer.as_bytes()).finalize().into();
+        running.exchanged = exchanged;
+        drop(shared);
+        self.exchanged = exchanged;
+        let followed = Answer::parse(&answer).and_then(|answer| self.follow(answer, message.time));
+        followed.map_err(|problem| format!("answered wrongly: {}: {}", excerpt(&problem), excerpt(&answer)))
+    }
+
+    /// Does what the program says. An error names the place in its answer.
+    fn follow(&mut self, answer: Answer, now: Duration) -> Result<(), String> {
+        for (index, sent) in answer.send.into_iter().enumerate() {
+            let data = protocol::datum(sent.data).map_err(|large| format!("at `send[{index}].data`: {large}"))?;
+            let delivered = self.adapter.send(sent.to.as_deref(), &sent.event, &data);
+            delivered.map_err(|undelivered| format!("at `send[{index}]`: {undelivered}"))?;
+        }
+        for (index, timer) in answer.timers.into_iter().enumerate() {
+            if !AFTER_S.contains(&timer.after) {
+                let (least, most) = (AFTER_S.start(), AFTER_S.end());
+                return Err(format!("at `timers[{index}].after`: {} is not between {least} and {most} s", timer.after));
+            }
+            if self.timers.len() >= MAX_TIMERS {
+                return Err(format!("at `timers[{index}]`: {MAX_TIMERS} timers are waiting already"));
+            }
+            let due = now.saturating_add(Duration::from_secs_f64(timer.after));
+            let data = protocol::datum(timer.data).map_err(|large| format!("at `timers[{index}].data`: {large}"))?;
+            let place = self.timers.partition_point(|other| other.due <= due);
+            self.timers.insert(place, Timer { due, event: timer.event, data });
+        }
+        self.location = answer.state.unwrap_or_else(|| std::mem::take(&mut self.location));
+        Ok(())
+    }
+
+    /// Ends the program, and keeps why. Returns it, with what the program has written to stderr.
+    fn crash(&mut self, mut message: String) -> String {
+        let own = |running: &mut Running| running.exchanged == self.exchanged;
+        let running = self.shared().take_if(own);
+        if let Some(stderr) = running.and_then(|running| running.child.end()) {
+            message = format!("{message}; on stderr: {stderr}");
+        }
+        let state = Some(std::mem::replace(&mut self.location, CRASHED.to_owned()));
+        self.mishaps.push(Mishap { state, message: message.clone(), times: 1 });
+        self.adapter = self.adapter.succeeding();
+        self.timers.clear();
+        self.phase = Phase::Crashed;
+        message
+    }
+}
+
+/// The beginning of a text.
+fn excerpt(line: &str) -> String {
+    match line.char_indices().nth(200) {
+        Some((end, _)) => format!("{}…", &line[..end]),
+        None => line.to_owned(),
+    }
+}
+
+impl PartialEq for ProgramProcess {
+    fn eq(&self, other: &Self) -> bool {
+        (self.phase, &self.exchanged, &self.adapter, &self.timers)
+            == (other.phase, &other.exchanged, &other.adapter, &other.timers)
+    }
+}
+
+impl Eq for ProgramProcess {}
+
+impl Hash for ProgramProcess {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        (self.phase, &self.exchanged, &self.adapter, &self.timers).hash(state);
+    }
+}
+
+impl Process for ProgramProcess {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        if self.phase != Phase::New {
+            self.adapter.offers(offers);
+        }
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
+        // A program that has crashed takes requests without ever answering, so none is to be remembered.
+        if self.phase == Phase::Crashed {
+            return;
+        }
+        if let Some(event) = self.adapter.take(transition, received.as_ref()) {
+            let from = event.origin.as_deref();
+            // A machine knows an answer by its sender, too: `Navigation.ok`.
+            let head = from.and_then(|from| event.name.strip_prefix(from)?.strip_prefix('.')).unwrap_or(&event.name);
+            self.hear(&Message { time: now, event: head, from, data: &event.data });
+        }
+    }
+
+    fn next_timer(&self) -> Option<Duration> {
+        self.timers.first().map(|timer| timer.due)
+    }
+
+    fn fire_timers(&mut self, now: Duration) {
+        while self.next_timer().is_some_and(|due| due <= now) {
+            let Timer { due, event, data } = self.timers.remove(0);
+            self.hear(&Message { time: due, event: &event, from: None, data: &data });
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.adapter.receives().chain(self.adapter.sends()).collect()
+    }
+
+    /// The state that the program has named last.
+    fn location(&self) -> String {
+        self.location.clone()
+    }
+}

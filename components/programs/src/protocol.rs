@@ -1,0 +1,104 @@
+//! The lines that are exchanged with a program.
+
+use std::fmt::Write as _;
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::{Map, Value};
+use skills::{Datum, TooLarge};
+
+/// What a program is told.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Message<'m> {
+    pub(crate) time: Duration,
+    pub(crate) event: &'m str,
+    /// The sender; a program's own timers have none.
+    pub(crate) from: Option<&'m str>,
+    pub(crate) data: &'m Datum,
+}
+
+impl Message<'_> {
+    /// As a JSON object on one line.
+    pub(crate) fn to_json(&self) -> String {
+        let quoted = |text: &str| Datum::text(text).to_json();
+        let mut line = format!("{{\"time\":{:?},\"event\":{}", self.time.as_secs_f64(), quoted(self.event));
+        if let Some(from) = self.from {
+            // Writing to a string cannot fail.
+            let _ = write!(line, ",\"from\":{}", quoted(from));
+        }
+        let _ = write!(line, ",\"data\":{}}}", self.data.to_json());
+        line
+    }
+}
+
+/// What a program answers.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct Answer {
+    pub(crate) send: Vec<Sent>,
+    pub(crate) timers: Vec<Timer>,
+    pub(crate) state: Option<String>,
+}
+
+/// A message to another process, or to all that have subscribed to a topic.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Sent {
+    pub(crate) to: Option<String>,
+    pub(crate) event: String,
+    #[serde(default)]
+    pub(crate) data: Map<String, Value>,
+}
+
+/// An event that the program gets later.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Timer {
+    /// In seconds of simulated time.
+    pub(crate) after: f64,
+    pub(crate) event: String,
+    #[serde(default)]
+    pub(crate) data: Map<String, Value>,
+}
+
+impl Answer {
+    /// Reads a line. An error names the place in it.
+    pub(crate) fn parse(line: &str) -> Result<Self, String> {
+        let json: Value = serde_json::from_str(line).map_err(|error| {
+            // There is one line.
+            let message = error.to_string();
+            let message = message.split(" at line ").next().unwrap_or_default();
+            format!("it is not JSON: {message} at column {}", error.column())
+        })?;
+        // Serde takes an array for a struct, too.
+        let objects = ["send", "timers"].into_iter().flat_map(|key| {
+            let items = json[key].as_array().into_iter().flatten().enumerate();
+            items.map(move |(index, item)| (format!("at `{key}[{index}]`: "), item))
+        });
+        let mut objects = std::iter::once((String::new(), &json)).chain(objects);
+        if let Some((place, _)) = objects.find(|(_, item)| !item.is_object()) {
+            return Err(format!("{place}it must be a JSON object"));
+        }
+        serde_path_to_error::deserialize(&json).map_err(|error| format!("at `{}`: {}", error.path(), error.inner()))
+    }
+}
+
+/// A JSON object as a value of the data model.
+pub(crate) fn datum(object: Map<String, Value>) -> Result<Datum, TooLarge> {
+    value(Value::Object(object))
+}
+
+fn value(json: Value) -> Result<Datum, TooLarge> {
+    Ok(match json {
+        Value::Null => Datum::Null,
+        Value::Bool(truth) => truth.into(),
+        // Every JSON number is one of these, if only nearly.
+        Value::Number(number) => number.as_f64().unwrap_or_default().into(),
+        Value::String(text) => Datum::text(&text),
+        Value::Array(items) => Datum::array(items.into_iter().map(value).collect::<Result<Vec<_>, _>>()?)?,
+        Value::Object(members) => {
+            let members = members.into_iter().map(|(name, json)| Ok((name, value(json)?)));
+            Datum::object(members.collect::<Result<Vec<_>, _>>()?)?
+        }
+    })
+}

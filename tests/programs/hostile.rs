@@ -1,0 +1,331 @@
+//! Programs that do everything wrong: each fails with one clear message, and nothing of it is left running.
+
+use std::os::unix::fs::PermissionsExt as _;
+use std::time::Duration;
+
+use channels::{Action, Process};
+use programs::{Limits, Program, Word};
+
+use super::conversation::{Stage, has_python, say, sent};
+
+/// Enough for a program to fail, even where many tests run at once; tests of silence wait shorter.
+const LIMITS: Limits = Limits { answer_within: Duration::from_secs(60), memory_bytes: 1 << 30 };
+
+/// Enough for a shell to start, and to fail by its silence.
+const IMPATIENT: Limits = Limits { answer_within: Duration::from_secs(2), ..LIMITS };
+
+/// What begins a program that is well until it is asked something.
+const WELL_AT_FIRST: &str = "import os, signal, sys, time
+sys.stdin.readline()
+print('{}', flush=True)
+sys.stdin.readline()
+";
+
+/// The same for the shell.
+const SHELL_WELL_AT_FIRST: &str = "read line; echo '{}'; read line\n";
+
+/// How a program fails that does this when it is asked to say something.
+fn failure_when_asked(doing: &str) -> Option<String> {
+    let stage = Stage::new(&format!("{WELL_AT_FIRST}{doing}\n"));
+    has_python().then(|| failure(&stage, "python3", LIMITS))
+}
+
+/// The one message of a program that is well at first.
+fn failure(stage: &Stage, interpreter: &str, limits: Limits) -> String {
+    let mut process = stage.command(&[interpreter, "program.py"], limits);
+    process.start(Duration::ZERO).unwrap();
+    say(&mut process, 0, 1, "hello", 1.0);
+    let [mishap] = process.mishaps() else { panic!("one failure, not {:?}", process.mishaps()) };
+    let message = mishap.message.clone();
+    assert_eq!(stage.left_over(), [""; 0], "{message}");
+
+    // From now on it takes everything, and answers nothing.
+    assert_eq!((process.location().as_str(), process.next_timer()), ("crashed", None));
+    for request in 2..4 {
+        let mut offers = Vec::new();
+        process.offers(&mut offers);
+        assert!(offers.len() == 2 && offers.iter().all(|offer| matches!(offer.action, Action::Receive(..))));
+        say(&mut process, 0, request, "hello?", 2.0);
+    }
+    assert_eq!((sent(&mut process), process.mishaps().len()), (vec![], 1));
+    message
+}
+
+/// Checks how a program fails that does this in Python.
+#[track_caller]
+fn fails(doing: &str, expected: &str) {
+    if let Some(message) = failure_when_asked(doing) {
+        check(&message, expected);
+    }
+}
+
+/// Checks how a program fails that says nothing more, but does this in the shell.
+#[track_caller]
+fn fails_silently(doing: &str, expected: &str) {
+    let stage = Stage::new(&format!("{SHELL_WELL_AT_FIRST}{doing}\n"));
+    check(&failure(&stage, "sh", IMPATIENT), expected);
+}
+
+#[track_caller]
+fn check(message: &str, expected: &str) {
+    let expected = format!("the program, told `say` by Guide, {expected}");
+    assert!(message.starts_with(&expected), "{message:?} begins otherwise than {expected:?}");
+}
+
+/// How a program fails that gives this answer.
+#[track_caller]
+fn answers_wrongly(answer: &str, expected: &str) {
+    fails(&format!("print({answer:?}, flush=True); time.sleep(1000)"), &format!("answered wrongly: {expected}"));
+}
+
+#[test]
+fn a_program_that_never_answers_is_ended() {
+    for doing in ["sleep 1000", "while :; do :; done", "kill -STOP $$", "exec <&-; sleep 1000"] {
+        fails_silently(doing, "did not answer within 2 s");
+    }
+    fails_silently("echo 'I am busy' >&2; sleep 1000", "did not answer within 2 s; on stderr: I am busy");
+    fails_silently("yes >&2", "did not answer within 2 s; on stderr: y / y / y");
+    fails_silently("exec >&-; sleep 1000", "closed its standard output before it answered");
+}
+
+#[test]
+fn half_a_line_is_no_answer() {
+    fails_silently("printf '{}'; sleep 1000", "did not end its line within 2 s: \"{}\"");
+    fails_silently("printf '{'", "ended with exit status 0 before it answered");
+}
+
+#[test]
+fn a_program_that_ends_says_how() {
+    fails("sys.exit(3)", "ended with exit status 3");
+    fails("os.kill(os.getpid(), signal.SIGSEGV)", "ended with the signal SIGSEGV");
+    fails("os.abort()", "ended with the signal SIGABRT");
+    let message = failure_when_asked("1 / 0");
+    assert!(message.is_none_or(|message| message.ends_with(" / ZeroDivisionError: division by zero")));
+}
+
+#[test]
+fn a_program_that_ends_at_its_start_fails_then() {
+    if !has_python() {
+        return;
+    }
+    let fails_to_start = |command: &[&str]| {
+        let stage = Stage::new("import speech");
+        let mut process = stage.command(command, LIMITS);
+        let failure = process.start(Duration::ZERO).unwrap_err().to_string();
+        assert_eq!((stage.left_over(), process.location()), (vec![], "crashed".to_owned()));
+        failure
+    };
+    let message = fails_to_start(&["python3", "program.py"]);
+    let (begins, ends) = (
+        "the program, told `start`, ended with exit status 1 before it answered; on stderr: ",
+        "No module named 'speech'",
+    );
+    assert!(message.starts_with(begins) && message.ends_with(ends), "{message}");
+    let message = fails_to_start(&["python3", "speaker.py"]);
+    assert!(
+        message.starts_with("the program, told `start`, ended with exit status 2 before it answered; on stderr: "),
+        "{message}"
+    );
+    assert!(message.contains("No such file"), "{message}");
+}
+
+#[test]
+fn a_file_that_the_system_cannot_execute_says_so() {
+    let stage = Stage::new("");
+    let file = stage.folder.path().join("binary");
+    std::fs::write(&file, [0, 1, 2]).unwrap();
+    std::fs::set_permissions(&file, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let failure = stage.command(&["./binary"], LIMITS).start(Duration::ZERO).unwrap_err().to_string();
+    assert!(
+        failure.starts_with(
+            "the program, told `start`, ended with exit status 127 before it answered; on stderr: Exec format error"
+        ),
+        "{failure}"
+    );
+}
+
+#[test]
+fn a_flood_is_cut_off() {
+    let long = "wrote a line that is longer than 1048576 bytes";
+    fails("while True: sys.stdout.write('x' * 65536)", long);
+    fails("sys.stdout.write('{\"state\": \"' + 'x' * 2000000 + '\"}\\n'); sys.stdout.flush(); time.sleep(1000)", long);
+    fails("while True: print('{}')", "wrote without being asked: \"{}");
+}
+
+#[test]
+fn a_line_that_nobody_asked_for_is_noticed_before_the_next_message() {
+    if !has_python() {
+        return;
+    }
+    let stage = Stage::new(
+        "import sys, time\nfor line in sys.stdin:\n print('{}', flush=True)\n time.sleep(0.01)\n print('and then', flush=True)",
+    );
+    let mut process = stage.process(LIMITS);
+    process.start(Duration::ZERO).unwrap();
+    // Nothing says when the second line is there: it may be taken for the answer to the next message.
+    say(&mut process, 0, 1, "hello", 1.0);
+    say(&mut process, 0, 2, "hello", 2.0);
+    let message = &process.mishaps()[0].message;
+    assert!(message.contains("wrote without being asked") || message.contains("it is not JSON"), "{message}");
+    assert_eq!(stage.left_over(), [""; 0]);
+}
+
+#[test]
+fn nonsense_is_told_with_its_place() {
+    answers_wrongly("hello", "it is not JSON: expected value at column 1: hello");
+    answers_wrongly("{\"send\": NaN}", "it is not JSON: ");
+    answers_wrongly("{} {}", "it is not JSON: trailing characters at column 4: {} {}");
+    answers_wrongly("[]", "it must be a JSON object: []");
+    answers_wrongly("{\"sent\": []}", "at `sent`: unknown field `sent`, expected one of `send`, `timers`, `state`: {");
+    answers_wrongly("{\"send\": {}}", "at `send`: invalid type: map, expected a sequence");
+    answers_wrongly("{\"send\": [{\"to\": 1}]}", "at `send[0].to`: invalid type: integer `1`, expected a string");
+    answers_wrongly("{\"send\": [{\"to\": \"Guide\"}]}", "at `send[0]`: missing field `event`");
+    answers_wrongly(
+        "{\"timers\": [{\"event\": \"x\", \"after\": \"1\"}]}",
+        "at `timers[0].after`: invalid type: string",
+    );
+    answers_wrongly(
+        "{\"timers\": [{\"event\": \"x\", \"after\": 0}]}",
+        "at `timers[0].after`: 0 is not between 0.001 and",
+    );
+    answers_wrongly(&format!("{}1{}", "[".repeat(200), "]".repeat(200)), "it is not JSON: recursion limit exceeded");
+    answers_wrongly("{\"timers\": [[1, \"x\"]]}", "at `timers[0]`: it must be a JSON object");
+    fails("sys.stdout.buffer.write(b'\\xff\\n'); sys.stdout.flush()", "wrote a line that is not UTF-8");
+}
+
+#[test]
+fn a_message_that_its_channel_does_not_carry_is_told_with_its_place() {
+    let send = |sent: &str| format!("{{\"send\": [{{\"to\": \"Guide\", \"event\": \"ok\"}}, {sent}]}}");
+    let second = |sent: &str, expected: &str| answers_wrongly(&send(sent), &format!("at `send[1]`: {expected}"));
+    second("{\"to\": \"Gide\", \"event\": \"ok\"}", "there is no channel Speaker → Gide");
+    second("{\"to\": \"Host\", \"event\": \"okay\"}", "<okay> cannot be sent to Host: no message begins with <okay>");
+    second("{\"to\": \"Host\", \"event\": \"error\"}", "<error> cannot be sent to Host: the field reason is missing");
+    second(
+        "{\"to\": \"Host\", \"event\": \"error\", \"data\": {\"reason\": 3}}",
+        "<error> cannot be sent to Host: the field reason is text, and 3 is not",
+    );
+    second("{\"to\": \"Host\", \"event\": \"ok\"}", "Host does not wait for an answer");
+    second("{\"to\": \"Guide\", \"event\": \"ok\"}", "Guide does not wait for an answer");
+}
+
+#[test]
+fn memory_is_limited() {
+    let message = failure_when_asked("x = bytearray(10 << 30)");
+    assert!(message.is_none_or(|message| message.ends_with("MemoryError")));
+}
+
+#[test]
+fn nothing_that_it_has_started_is_left_running() {
+    // In a session of its own, with a parent that has ended, and deaf to everything that it can be deaf to.
+    let hide = "
+def hide():
+    if os.fork(): return
+    os.setsid()
+    if os.fork(): os._exit(0)
+    for number in range(1, 65):
+        try: signal.signal(number, signal.SIG_IGN)
+        except (OSError, ValueError): pass
+    os.write(ready, b'.')
+    time.sleep(1000)
+wait, ready = os.pipe()
+for _ in range(3): hide()
+os.read(wait, 1), os.read(wait, 1), os.read(wait, 1)
+";
+    fails(&format!("{hide}sys.exit(3)"), "ended with exit status 3");
+    fails_silently("(setsid sh -c 'trap \"\" HUP INT TERM; sleep 1000; :' &); sleep 1000", "did not answer within 2 s");
+    fails(&format!("{hide}os.close(1); os.close(2); os.kill(0, signal.SIGKILL)"), "ended with the signal SIGKILL");
+    fails(
+        &format!("{hide}os.execvp('env', ['env', '-i', 'sh', '-c', 'setsid sleep 1000 & exit 4'])"),
+        "ended with exit status 4",
+    );
+    fails_silently("while :; do setsid sleep 1000 & sleep 0.02; done", "did not answer within 2 s");
+}
+
+#[test]
+fn a_slow_program_that_answers_in_time_is_as_good_as_a_fast_one() {
+    if !has_python() {
+        return;
+    }
+    let stage = Stage::new(
+        "import sys, time\nfor line in sys.stdin:\n time.sleep(0.3)\n print('{\"state\": \"awake\"}', flush=True)",
+    );
+    let mut process = stage.process(LIMITS);
+    process.start(Duration::ZERO).unwrap();
+    say(&mut process, 0, 1, "hello", 1.0);
+    assert_eq!((process.location().as_str(), process.mishaps()), ("awake", &[][..]));
+}
+
+#[test]
+fn a_message_may_be_longer_than_a_pipe() {
+    if !has_python() {
+        return;
+    }
+    let stage = Stage::new(
+        "import sys, json\nfor line in sys.stdin:\n text = json.loads(line)['data'].get('text', '')\n print(json.dumps({'state': str(len(text))}), flush=True)",
+    );
+    let mut process = stage.process(LIMITS);
+    process.start(Duration::ZERO).unwrap();
+    say(&mut process, 0, 1, &"x".repeat(300_000), 1.0);
+    assert_eq!(process.location(), "300000");
+    // One that does not read its input is not waited for longer than any other.
+    let deaf = Stage::new("echo '{}'; sleep 1000");
+    let mut process = deaf.command(&["sh", "program.py"], IMPATIENT);
+    process.start(Duration::ZERO).unwrap();
+    say(&mut process, 0, 1, &"x".repeat(300_000), 1.0);
+    assert_eq!(process.mishaps()[0].message, "the program, told `say` by Guide, did not answer within 2 s");
+    assert_eq!(deaf.left_over(), [""; 0]);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn its_environment_is_the_same_for_everybody() {
+    // The environment of the process itself: the shell adds some.
+    let own = "tr '\\0' '\\n' < /proc/$$/environ | sed 's/=.*//' | sort | tr '\\n' ' '";
+    let stage = Stage::new(&format!("read line\necho \"{{\\\"state\\\": \\\"$({own})\\\"}}\"\nread line"));
+    let mut process = stage.command(&["sh", "program.py"], LIMITS);
+    process.start(Duration::ZERO).unwrap();
+    let location = process.location();
+    let allowed = " HOME LC_ALL LD_LIBRARY_PATH PATH PYTHONDONTWRITEBYTECODE PYTHONHASHSEED PYTHONPATH PYTHONUNBUFFERED TMPDIR TZ";
+    assert!(location.split(' ').all(|name| allowed.split(' ').any(|known| known == name)), "{location}");
+    assert!(location.contains("PATH") && location.contains("PYTHONHASHSEED"), "{location}");
+}
+
+#[test]
+fn a_program_that_cannot_be_run_is_refused_before_anything_starts() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("plain.sh"), "").unwrap();
+    let refused = |words: &[&str]| {
+        let words = words.iter().map(|word| Word::Text((*word).to_owned())).collect();
+        let problem = Program::new(words, Some(folder.path()), LIMITS).unwrap_err();
+        let help = miette::Diagnostic::help(&problem).unwrap().to_string();
+        (problem.to_string().replace(folder.path().to_str().unwrap(), "FOLDER"), help)
+    };
+    let example = "name a program and its arguments: program = [\"python3\", \"speaker.py\"]";
+    assert_eq!(refused(&[]), ("the command is empty".into(), example.into()));
+    assert_eq!(refused(&["pyhton3"]), ("there is no program `pyhton3` on the PATH".into(), example.into()));
+    assert_eq!(refused(&["plain.sh"]).1, "to run the file beside the scenario, write `./plain.sh`");
+    assert_eq!(refused(&["./speaker"]), ("there is no program FOLDER/speaker".into(), example.into()));
+    let (message, help) = refused(&["./plain.sh"]);
+    assert_eq!(message, "the program FOLDER/plain.sh is not executable");
+    assert!(help.starts_with("make it executable (`chmod +x`), or name the interpreter"), "{help}");
+}
+
+#[test]
+fn a_file_that_comes_with_the_program_exists_while_it_runs() {
+    if !has_python() {
+        return;
+    }
+    programs::keep_with(env!("CARGO_BIN_EXE_steward").into());
+    let contents = b"import json, sys\nfor line in sys.stdin: print(json.dumps({'state': sys.argv[0]}), flush=True)";
+    let file = Word::File { name: "guide/speaker.py".into(), contents: contents.as_slice().into() };
+    let program = Program::new(vec![Word::Text("python3".into()), file], None, LIMITS).unwrap();
+    assert_eq!(program.to_string(), "python3 guide/speaker.py");
+    let mut topology = channels::Topology::default();
+    let id = topology.process("Speaker").unwrap();
+    let mut process = programs::ProgramProcess::new(&topology, id, program.into(), skills::Datum::default());
+    process.start(Duration::ZERO).unwrap();
+    let file = std::path::PathBuf::from(process.location());
+    assert!(file.ends_with("speaker.py") && file.is_absolute() && file.exists(), "{file:?}");
+    drop(process);
+    assert!(!file.exists());
+}

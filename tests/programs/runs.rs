@@ -1,0 +1,198 @@
+//! Scenarios with components that are programs.
+
+use std::fs::{self, File};
+use std::io::Read as _;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+use tempfile::{TempDir, tempdir};
+
+use super::conversation::{has_python, left_over};
+use crate::steward::{refusal, report};
+
+const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
+  <BehaviorTree ID="Tour"><AnnounceArrival/></BehaviorTree>
+  <TreeNodesModel><Action ID="AnnounceArrival"/></TreeNodesModel>
+</root>"#;
+
+const INTERFACE: &str = "[services.say]\nrequest = { text = \"text\" }\n";
+
+const PROGRAM: &str = include_str!("../../components/programs/examples/speaker.py");
+
+/// A folder with a scenario in which a speaker, which this describes, is asked to say something again and again.
+struct Stage {
+    folder: TempDir,
+}
+
+impl Stage {
+    fn new(speaker: &str) -> Self {
+        let folder = tempdir().unwrap();
+        let skill = include_str!("../../skills/examples/AnnounceArrival.scxml");
+        let machine = include_str!("../../components/programs/examples/Speaker.scxml");
+        let scenario = format!(
+            "tree = \"tree.xml\"\nskills = \"skills\"\nexecution.max_time_s = 20\n\n\
+             [components.Speaker]\ninterface = \"speaker.toml\"\n{speaker}\n"
+        );
+        fs::create_dir(folder.path().join("skills")).unwrap();
+        for (name, text) in [
+            ("tree.xml", TREE),
+            ("skills/AnnounceArrival.scxml", skill),
+            ("Speaker.scxml", machine),
+            ("speaker.py", PROGRAM),
+            ("speaker.toml", INTERFACE),
+            ("announce.toml", &scenario),
+        ] {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        Self { folder }
+    }
+
+    /// The same with this program, in Python, that has this command.
+    fn of_program(program: &str) -> Self {
+        let stage = Self::new("program = [\"python3\", \"speaker.py\"]");
+        fs::write(stage.folder.path().join("speaker.py"), program).unwrap();
+        stage
+    }
+
+    fn scenario(&self) -> PathBuf {
+        self.folder.path().join("announce.toml")
+    }
+
+    fn report(&self, arguments: &[&str]) -> Value {
+        let out = self.folder.path().join("out");
+        let arguments = [&["--no-snapshots"], arguments].concat();
+        let report = report(self.scenario().to_str().unwrap(), &out, &arguments);
+        assert_eq!(self.left_over(), [""; 0]);
+        report
+    }
+
+    fn refusal(&self) -> String {
+        let out = self.folder.path().join("out");
+        let said = refusal(&["run", self.scenario().to_str().unwrap(), "--out", out.to_str().unwrap()]);
+        assert_eq!(self.left_over(), [""; 0]);
+        said.replace(['\n', '│', '|'], " ").split_whitespace().collect::<Vec<_>>().join(" ")
+    }
+
+    fn left_over(&self) -> Vec<String> {
+        left_over(self.folder.path())
+    }
+}
+
+#[test]
+fn a_speaker_in_python_gives_the_same_trace_as_its_machine() {
+    if !has_python() {
+        return;
+    }
+    assert!(PROGRAM.lines().count() <= 30);
+    let (program, machine) = ("program = [\"python3\", \"speaker.py\"]", "machine = \"Speaker.scxml\"");
+    let trace = |speaker: &str, arguments: &[&str]| {
+        let report = Stage::new(speaker).report(arguments);
+        assert_eq!(report["skill_errors"], Value::Array(vec![]), "{report}");
+        report["trace_hash"].clone()
+    };
+    for policy in ["random", "round-robin"] {
+        let policy = format!("execution.policy={policy}");
+        for pace in [0.02, 0.1, 0.13] {
+            let pace = format!("components.Speaker.data.seconds_per_letter={pace}");
+            let arguments = ["--set", &policy, "--set", &pace];
+            assert_eq!(trace(program, &arguments), trace(machine, &arguments), "{arguments:?}");
+        }
+    }
+    let slower = ["--set", "components.Speaker.data.seconds_per_letter=0.1"];
+    assert_ne!(trace(program, &[]), trace(program, &slower), "the speaker's answers are in the trace");
+}
+
+#[test]
+fn a_program_that_fails_is_in_the_report_and_the_run_goes_on() {
+    if !has_python() {
+        return;
+    }
+    let stage = Stage::of_program(&PROGRAM.replace("duration = max", "duration = 1 / 0 + max"));
+    let report = stage.report(&[]);
+    let [error] = report["skill_errors"].as_array().unwrap().as_slice() else { panic!("{report}") };
+    assert_eq!((&error["skill"], &error["state"], &error["times"]), (&"Speaker".into(), &"silent".into(), &1.into()));
+    let message = error["message"].as_str().unwrap();
+    let begins = "the program, told `say` by AnnounceArrival, ended with exit status 1 before it answered; on stderr: ";
+    assert!(message.starts_with(begins) && message.ends_with(" / ZeroDivisionError: division by zero"), "{message}");
+    let page = fs::read_to_string(stage.folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("ZeroDivisionError"));
+}
+
+#[test]
+fn a_program_that_crashes_by_a_fault_starts_again() {
+    if !has_python() {
+        return;
+    }
+    let crash = "[[faults]]\nkind = \"component_crash\"\ncomponent = \"Speaker\"\nat_s = 5\nlasts_s = 3\n";
+    let trace = |speaker: &str| Stage::new(&format!("{speaker}\n\n{crash}")).report(&[])["trace_hash"].clone();
+    let program = trace("program = [\"python3\", \"speaker.py\"]");
+    assert_eq!(program, trace("machine = \"Speaker.scxml\""));
+    assert_ne!(program, Stage::new("machine = \"Speaker.scxml\"").report(&[])["trace_hash"]);
+}
+
+#[test]
+fn a_program_that_cannot_start_is_bad_input() {
+    let said = Stage::new("program = [\"pyhton3\", \"speaker.py\"]").refusal();
+    assert!(said.contains("there is no program `pyhton3` on the PATH"), "{said}");
+    let said = Stage::new("program = [\"./speaker.toml\"]").refusal();
+    assert!(said.contains("is not executable") && said.contains("chmod +x"), "{said}");
+    let said = Stage::new("program = [\"sh\", \"-c\", \"echo no voice >&2; exit 3\"]").refusal();
+    let expected = "the component Speaker does not start: the program, told `start`, ended with exit status 3 before it \
+                    answered; on stderr: no voice";
+    assert!(said.contains(expected), "{said}");
+    let said = Stage::new("program = [\"sh\"]\nasks = [\"Spaeker\"]").refusal();
+    assert!(said.contains("Spaeker"), "{said}");
+}
+
+/// A program that says through a pipe that it runs, and hides a child that would never end.
+const HIDDEN: &str = "
+import os, sys, time
+pipe = os.open('alive', os.O_WRONLY)
+if os.fork() == 0:
+    os.setsid()
+    if os.fork() == 0:
+        os.write(pipe, b'.')
+    else:
+        os._exit(0)
+time.sleep(1000)
+";
+
+/// What ends steward while a program does not answer.
+fn ends_all(end: impl Fn(&mut std::process::Child)) {
+    if !has_python() {
+        return;
+    }
+    let stage = Stage::of_program(HIDDEN);
+    let (folder, pipe): (&Path, _) = (stage.folder.path(), stage.folder.path().join("alive"));
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let mut run = Command::new(env!("CARGO_BIN_EXE_steward"));
+    run.arg("run")
+        .arg(stage.scenario())
+        .arg("--out")
+        .arg(folder.join("out"))
+        .args(["--set", "components.Speaker.answer_within_s=1000"]);
+    let mut steward = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let mut pipe = File::open(pipe).unwrap();
+    let mut one = [0];
+    pipe.read_exact(&mut one).unwrap();
+    end(&mut steward);
+    steward.wait().unwrap();
+    // The pipe is at its end when all who could write to it are gone.
+    assert_eq!(pipe.read_to_end(&mut Vec::new()).unwrap(), 0);
+}
+
+#[test]
+fn nothing_is_left_running_when_steward_is_killed() {
+    ends_all(|steward| steward.kill().unwrap());
+}
+
+#[test]
+fn nothing_is_left_running_after_ctrl_c() {
+    ends_all(|steward| {
+        // The first asks for an orderly end, which a program that does not answer delays; the second ends steward.
+        while steward.try_wait().unwrap().is_none() {
+            Command::new("kill").args(["-INT", &steward.id().to_string()]).status().unwrap();
+        }
+    });
+}
