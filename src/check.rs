@@ -188,7 +188,11 @@ impl Toml {
 /// A tree, and what is to be said of it.
 pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
     let tree = named_files::tree(file)?;
-    let summary = format!("{} nodes, {} of them leaves", tree.nodes().len(), tree.leaves().count());
+    let of_nav2 = match tree.leaves_of_nav2().count() {
+        0 => String::new(),
+        count => format!(" ({count} declared by Nav2's model)"),
+    };
+    let summary = format!("{} nodes, {} of them leaves{of_nav2}", tree.nodes().len(), tree.leaves().count());
     let concerns = tree.concerns().into_iter().map(|concerns| Box::new(concerns.clone()) as _).collect();
     Ok((tree, Checked { summary, concerns }))
 }

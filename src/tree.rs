@@ -125,14 +125,16 @@ fn rehearse(
     mut see: impl FnMut(&Rehearsal, RehearsedTick),
 ) -> Result<(), Error> {
     let mut rehearsal = Rehearsal::new(Arc::clone(tree), script.parts.iter().cloned());
-    for (key, value) in &script.blackboard {
-        let board = rehearsal.execution_mut().blackboard_mut();
-        board.set(key, value.clone()).map_err(|error| {
-            Error::refused(format!("`{key}` on the blackboard: {error}"), "the entry is used as a port of that type")
-        })?;
-    }
     for tick in 0..ticks.unwrap_or(script.ticks) {
         let now = script.period.saturating_mul(u32::try_from(tick).unwrap_or(u32::MAX));
+        let writes = script.writes.iter().filter(|(before, _)| *before == tick + 1);
+        for (key, value) in writes.flat_map(|(_, entries)| entries) {
+            let board = rehearsal.execution_mut().blackboard_mut();
+            board.set(key, value.clone()).map_err(|error| {
+                let what = format!("`{key}` on the blackboard: {error}");
+                Error::refused(what, "the entry is used as a port of that type")
+            })?;
+        }
         let moment = rehearsal.tick(now);
         see(&rehearsal, moment);
         if script.halts.contains(&(tick + 1)) {

@@ -4,6 +4,7 @@
 //! ticks = 5                     # by default as long as the longest part
 //! period_s = 0.5                # the time between ticks; by default 1
 //! halt_after = [3]              # the tree is halted after these ticks
+//! otherwise = "success"         # what leaves answer that are not listed; by default, all must be
 //!
 //! [leaves]                      # by the name of its process, its own name, or its ID
 //! BatteryLevel = ["success", "success", "failure"]     # the last answer is also for all later ticks
@@ -14,6 +15,10 @@
 //!
 //! [blackboard]                  # what is there before the first tick
 //! goal = "home"
+//!
+//! [[writes]]                    # what is written from outside later
+//! before_tick = 3
+//! entries = { goal = "kitchen" }
 //! ```
 
 use std::collections::BTreeSet;
@@ -37,7 +42,8 @@ pub(crate) struct TreeScript {
     pub(crate) period: Duration,
     /// The tree is halted after these ticks.
     pub(crate) halts: BTreeSet<u64>,
-    pub(crate) blackboard: Vec<(String, Value)>,
+    /// What is written to the blackboard before a tick, from the first on.
+    pub(crate) writes: Vec<(u64, Vec<(String, Value)>)>,
 }
 
 impl TreeScript {
@@ -56,22 +62,31 @@ impl TreeScript {
         let period = table.seconds("period_s").or(Duration::from_secs(1));
         let halts = table.get::<Vec<u64>>("halt_after").or(Vec::new()).into_iter().collect();
         let blackboard = table.table("blackboard").optional().map_or(Some(Vec::new()), |entries| values(&entries));
-        let parts = parts(&table.table("leaves").required()?, tree);
-        let parts = parts?;
+        let mut writes = Vec::new();
+        for write in table.tables("writes").optional().unwrap_or_default() {
+            let tick = write.get::<u64>("before_tick").within(1..=MOST_TICKS).required();
+            let entries = write.table("entries").required().and_then(|entries| values(&entries));
+            writes.extend(tick.zip(entries));
+        }
+        let otherwise = table.get::<Item<'_>>("otherwise").optional().map(|item| cues(&item).map(Part::new));
+        let otherwise = otherwise.and_then(|part| part.map_err(|problem| table.report(problem)).ok());
+        let parts = parts(&table.table("leaves").required()?, tree, otherwise.as_ref())?;
+        writes.insert(0, (1, blackboard?));
         let longest = parts.iter().map(Part::length).max().unwrap_or(1);
         let ticks = ticks.unwrap_or(u64::try_from(longest).unwrap_or(u64::MAX));
-        Some(Self { parts, ticks, period, halts, blackboard: blackboard? })
+        Some(Self { parts, ticks, period, halts, writes })
     }
 }
 
-/// The parts of all leaves, those with a name of their own by that, the others by their IDs.
-fn parts(leaves: &Table<'_>, tree: &Tree) -> Option<Vec<Part>> {
+/// The parts of all leaves: by their names, or else by their IDs, or else the one for all others.
+fn parts(leaves: &Table<'_>, tree: &Tree, otherwise: Option<&Part>) -> Option<Vec<Part>> {
     let mut parts = Vec::new();
     let mut missing = BTreeSet::new();
     for leaf in tree.leaves() {
         let key = [leaf.process(), leaf.label(), leaf.type_id()].into_iter().find(|key| leaves.has(key));
         match key {
             Some(key) => parts.push(part(leaves, key)),
+            None if otherwise.is_some() => parts.push(otherwise.cloned()),
             None => {
                 missing.insert(leaf.label());
             }
@@ -79,7 +94,9 @@ fn parts(leaves: &Table<'_>, tree: &Tree) -> Option<Vec<Part>> {
     }
     for key in missing.into_iter().map(bt::one_line) {
         let problem = leaves.span().problem(format!("nothing says what the leaf `{key}` answers")).with_label("here");
-        leaves.report(problem.with_help(format!("add `{key} = \"success\"`, or what it is to answer")));
+        let help =
+            format!("add `{key} = \"success\"`, or what it is to answer; `otherwise`, at the top, is for all others");
+        leaves.report(problem.with_help(help));
         parts.push(None);
     }
     parts.into_iter().collect()

@@ -98,6 +98,31 @@ fn the_status_of_every_node_is_printed_at_every_tick() {
 }
 
 #[test]
+fn other_leaves_may_have_a_common_answer_and_entries_may_be_written_later() {
+    let leaves = "ticks = 3\notherwise = \"success\"\n[leaves]\nIsOpen = \"failure\"\n[blackboard]\nstrength = 1\n\
+                  [[writes]]\nbefore_tick = 2\nentries = { strength = 2.5 }\n";
+    let (_folder, tree, leaves) = files(TREE, leaves);
+    let report = said(&["tree", "run", text(&tree), "--leaves", text(&leaves), "--json"], 0);
+    let report: Value = serde_json::from_str(&report).unwrap();
+    let strengths: Vec<&Value> =
+        report["ticks"].as_array().unwrap().iter().map(|tick| &tick["calls"][2]["inputs"]["strength"]).collect();
+    assert_eq!(strengths, [&json!(1.0), &json!(2.5), &json!(2.5)]);
+}
+
+#[test]
+fn check_tells_which_leaves_only_nav2_s_model_declares_and_warns_of_releases_that_differ() {
+    let tree = r#"<root BTCPP_format="4">
+        <BehaviorTree ID="Recover"><RoundRobin> <Spin/> <Push strength="1"/> </RoundRobin></BehaviorTree>
+        <TreeNodesModel> <Action ID="Push"> <input_port name="strength"/> </Action> </TreeNodesModel> </root>"#;
+    let (_folder, tree, _) = files(tree, "");
+    let output = steward(&["tree", "check", text(&tree)]);
+    let printed = String::from_utf8(output.stdout).unwrap();
+    assert!(printed.contains("3 nodes, 2 of them leaves (1 declared by Nav2's model)"), "{printed}");
+    let warned = String::from_utf8(output.stderr).unwrap();
+    assert!(warned.contains("Nav2's RoundRobin wraps around up to Kilted, and does not since Lyrical"), "{warned}");
+}
+
+#[test]
 fn json_has_calls_times_and_statuses() {
     let (_folder, tree, leaves) = files(TREE, LEAVES);
     let arguments = ["tree", "run", text(&tree), "--leaves", text(&leaves), "--ticks", "2", "--json"];

@@ -54,14 +54,15 @@ pub struct Blackboard {
     entries: Vec<Entry>,
     /// Entries with keys that were created while the tree ran; they come after those that the file names.
     extra: Vec<(ScopeId, Arc<str>)>,
-    /// The remaining items of loop nodes whose queue is not on the blackboard, by loop number.
-    queues: Vec<Option<VecDeque<Value>>>,
+    /// What nodes remember of what they have read, by number: the remaining items of a loop whose queue is not on the
+    /// blackboard, and the last goal, path or position that one of Nav2's nodes has seen.
+    memos: Vec<Option<VecDeque<Value>>>,
 }
 
 impl Blackboard {
-    /// The blackboard with which a tree starts: these entries, and room for this many loops.
-    pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, loops: usize) -> Self {
-        Self { scopes: scopes.into(), entries, extra: Vec::new(), queues: vec![None; loops] }
+    /// The blackboard with which a tree starts: these entries, and room for this many memos.
+    pub(crate) fn new(scopes: Arc<Scopes>, entries: Vec<Entry>, memos: usize) -> Self {
+        Self { scopes: scopes.into(), entries, extra: Vec::new(), memos: vec![None; memos] }
     }
 
     /// The value under this key of the main tree; `None` if it was never written.
@@ -166,12 +167,8 @@ impl Blackboard {
         !key.starts_with('@') && self.scopes.resolve(scope, key).0 == scope
     }
 
-    pub(crate) fn queue(&mut self, number: usize) -> &mut Option<VecDeque<Value>> {
-        &mut self.queues[number]
-    }
-
-    pub(crate) fn queue_is_empty(&self, number: usize) -> bool {
-        self.queues[number].is_none()
+    pub(crate) fn memo(&mut self, number: usize) -> &mut Option<VecDeque<Value>> {
+        &mut self.memos[number]
     }
 
     fn entry(&self, slot: Slot) -> &Entry {

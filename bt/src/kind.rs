@@ -5,12 +5,14 @@ use std::fmt;
 /// A kind of node.
 ///
 /// The semantics are those of BehaviorTree.CPP 4.10. (In version 3, reactive nodes leave a later child running; both
-/// formats follow version 4 here.) Terms used below:
+/// formats follow version 4 here.) Nav2's control nodes and decorators have the semantics of Nav2's main branch of
+/// August 2026. Terms used below:
 ///
 /// - A node is *reset* when its status goes back to idle. If it is running, it is *halted* first: its running children
 ///   are halted in order, one after another, down to the actions, which are told to stop.
 /// - A node that is not running is never halted, and neither is anything below it.
-/// - When a node has succeeded or failed, all its children have been reset, except those of [`SequenceWithMemory`].
+/// - When a node has succeeded or failed, all its children have been reset, except those of [`SequenceWithMemory`] and
+///   [`PauseResumeController`].
 /// - A child that is *skipped* has no effect on its parent. If all children of a node are skipped, the node is skipped
 ///   unless stated otherwise.
 /// - A node that has *the tree ticked again* answers running. When the tick is finished and the root is running, the
@@ -22,6 +24,7 @@ use std::fmt;
 ///   that sleeps between ticks. Ticked at a fixed rate, both answer the same at every tick.)
 ///
 /// [`SequenceWithMemory`]: Kind::SequenceWithMemory
+/// [`PauseResumeController`]: Kind::PauseResumeController
 /// [`Timeout`]: Kind::Timeout
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
@@ -75,6 +78,39 @@ pub enum Kind {
     /// ticked until it is done, and the node fails. With `catch_on_halt`, the last is also ticked once when the node is
     /// halted before that.
     TryCatch,
+    /// Nav2's sequence for work in stages, such as planning and following: ticks its children in order *from the first
+    /// at every tick*, and goes on past a running child that comes before the last one reached. Answers running at the
+    /// first running child that is not before that one. Fails when a child fails, and succeeds when the last has
+    /// succeeded or was skipped; then all are reset.
+    PipelineSequence,
+    /// Nav2's sequence that waits for nobody: ticks all its children at every tick. Fails as soon as one fails,
+    /// succeeds when all succeed in the same tick, and otherwise answers running. A child may not be skipped.
+    NonblockingSequence,
+    /// Nav2's sequence whose position is the entry `current_child_idx`, counted from 0, so that it survives a halt. The
+    /// entry must have a value before the first tick. It moves on when a child succeeds or is skipped, and goes back to
+    /// 0 when a child fails or the last one is done.
+    PersistentSequence,
+    /// Nav2's retries with a recovery: ticks its first child. If that fails, ticks the second, and if that succeeds,
+    /// the first again, at most `number_of_retries` times. Fails when the second fails or is skipped, or when no
+    /// retries are left; is skipped with the first. As in Nav2, a skipped recovery does not reset the number of retries
+    /// so far.
+    RecoveryNode,
+    /// Nav2's round: ticks one child after another until one succeeds, and begins with the next one at its next tick.
+    /// Fails when as many children as it has have failed or been skipped since the last success.
+    ///
+    /// With `wrap_around`, the first child follows the last one. Without it, the node ends after the last child, and
+    /// the next tick begins with the first: as in Nav2, it then fails *whatever the last child has answered*, even
+    /// success. Nav2 has this port since Lyrical; older releases always wrap around. So it is true by default in files
+    /// of version 3 (Humble), and there is a warning if a file of version 4 does not say.
+    RoundRobin,
+    /// Nav2's switch between work and pause. Its children are what it does: normally, while it is paused (optional),
+    /// once when it is paused (optional), and once when it resumes (optional). It answers as its first child does
+    /// (success if that is skipped), and fails if any child fails; otherwise it answers running.
+    ///
+    /// `pause_service_name` and `resume_service_name` are services in Nav2. Here each is an entry of the main tree with
+    /// that name, without a leading `/`: every write to it is a request. While the node is paused, it accepts only
+    /// requests to resume; otherwise only requests to pause. It takes others from the entry and ignores them.
+    PauseResumeController,
     /// Succeeds when its child fails, and fails when it succeeds.
     Inverter,
     /// Succeeds when its child has succeeded or failed.
@@ -110,6 +146,48 @@ pub enum Kind {
     /// Answers running unless the blackboard's `entry` has been written since it was last checked; then, and while its
     /// child is running, ticks its child.
     WaitValueUpdate,
+    /// Nav2's limit on how often its child begins: ticks its child at the first tick, and again when 1/`hz` seconds
+    /// have passed since the child's last success (or else since the first tick); otherwise answers running. Ticks a
+    /// running child at every tick.
+    ///
+    /// It starts over after it has been reset. Below a [`PipelineSequence`](Kind::PipelineSequence), which does not
+    /// reset a child before it is done itself, the period counts from success to success.
+    RateController,
+    /// Nav2's limit by distance: ticks its child at the first tick, and again when the robot is at least `distance`
+    /// metres from where it was when the child last succeeded (or else at the first tick); otherwise answers running.
+    /// Ticks a running child at every tick. Fails while the pose is unknown; as in Nav2, a running child is not halted
+    /// then.
+    ///
+    /// The pose is the entry `robot_pose` of the main tree: `x;y` in metres, or Nav2's nine fields
+    /// `stamp;frame;x;y;z;qx;qy;qz;qw`.
+    DistanceController,
+    /// Nav2's limit by speed: like [`RateController`](Kind::RateController), but the period depends on the speed. It is
+    /// 1/`max_rate` seconds at first, and again when a goal has changed. At the end of each period, the next one
+    /// follows from the speed at that time: from `min_rate` at `min_speed` to `max_rate` at `max_speed`, and linear
+    /// between. It counts from there, whatever the child answers.
+    ///
+    /// The speed is the entry `robot_speed` of the main tree, in m/s; without a value it is 0.
+    SpeedController,
+    /// Nav2's way to take a goal that was changed while the robot drives: before each tick of its child, writes the
+    /// update, if there is one, or else `input_goal` to `output_goal`; and the same for `input_goals` and
+    /// `output_goals`.
+    ///
+    /// Updates are topics in Nav2. Here they are the entries `goal_update` and `goals_update` of the main tree. In
+    /// Nav2's format (nine fields for a goal; `stamp;frame;` and nine fields for each pose for goals), an update
+    /// without a stamp or with one older than the input's is ignored. In any other format, the update counts.
+    GoalUpdater,
+    /// Ticks its child at the first tick, and again when `goal` or `goals` has changed; otherwise answers running.
+    /// Ticks a running child at every tick. Nav2's.
+    GoalUpdatedController,
+    /// Nav2's guard against detours near the goal: ticks its child if the `path` has become more than `length_factor`
+    /// times longer while the goal is the same and the previous path was shorter than `prox_len` metres; otherwise
+    /// succeeds. As in Nav2, two paths with equally many poses count as the same, and a running child that is no longer
+    /// ticked is not halted.
+    ///
+    /// A path is `x;y;x;y;…` in metres, or `stamp;frame;` and Nav2's nine fields for each pose.
+    PathLongerOnApproach,
+    /// Ticks its child until it has succeeded or failed once; after that, fails until it is reset. Nav2's.
+    SingleTrigger,
     /// A place for another tree, with that tree's answer.
     SubTree,
     /// Succeeds at once.
@@ -185,7 +263,7 @@ impl fmt::Display for Category {
 
 impl Kind {
     /// All kinds with a name of their own: all except leaves outside the tree.
-    pub const BUILTIN: [Self; 41] = [
+    pub const BUILTIN: [Self; 54] = [
         Self::Sequence,
         Self::ReactiveSequence,
         Self::SequenceWithMemory,
@@ -203,6 +281,12 @@ impl Kind {
         Self::Switch(5),
         Self::Switch(6),
         Self::TryCatch,
+        Self::PipelineSequence,
+        Self::NonblockingSequence,
+        Self::PersistentSequence,
+        Self::RecoveryNode,
+        Self::RoundRobin,
+        Self::PauseResumeController,
         Self::Inverter,
         Self::ForceSuccess,
         Self::ForceFailure,
@@ -219,6 +303,13 @@ impl Kind {
         Self::Precondition,
         Self::SkipUnlessUpdated,
         Self::WaitValueUpdate,
+        Self::RateController,
+        Self::DistanceController,
+        Self::SpeedController,
+        Self::GoalUpdater,
+        Self::GoalUpdatedController,
+        Self::PathLongerOnApproach,
+        Self::SingleTrigger,
         Self::AlwaysSuccess,
         Self::AlwaysFailure,
         Self::Script,
@@ -248,6 +339,12 @@ impl Kind {
                 ["Switch2", "Switch3", "Switch4", "Switch5", "Switch6"][usize::from(cases.clamp(2, 6)) - 2]
             }
             Self::TryCatch => "TryCatch",
+            Self::PipelineSequence => "PipelineSequence",
+            Self::NonblockingSequence => "NonblockingSequence",
+            Self::PersistentSequence => "PersistentSequence",
+            Self::RecoveryNode => "RecoveryNode",
+            Self::RoundRobin => "RoundRobin",
+            Self::PauseResumeController => "PauseResumeController",
             Self::Inverter => "Inverter",
             Self::ForceSuccess => "ForceSuccess",
             Self::ForceFailure => "ForceFailure",
@@ -264,6 +361,13 @@ impl Kind {
             Self::Precondition => "Precondition",
             Self::SkipUnlessUpdated => "SkipUnlessUpdated",
             Self::WaitValueUpdate => "WaitValueUpdate",
+            Self::RateController => "RateController",
+            Self::DistanceController => "DistanceController",
+            Self::SpeedController => "SpeedController",
+            Self::GoalUpdater => "GoalUpdater",
+            Self::GoalUpdatedController => "GoalUpdatedController",
+            Self::PathLongerOnApproach => "PathLongerOnApproach",
+            Self::SingleTrigger => "SingleTrigger",
             Self::SubTree => "SubTree",
             Self::AlwaysSuccess => "AlwaysSuccess",
             Self::AlwaysFailure => "AlwaysFailure",
@@ -314,7 +418,13 @@ impl Kind {
             | Self::IfThenElse
             | Self::WhileDoElse
             | Self::Switch(_)
-            | Self::TryCatch => Category::Control,
+            | Self::TryCatch
+            | Self::PipelineSequence
+            | Self::NonblockingSequence
+            | Self::PersistentSequence
+            | Self::RecoveryNode
+            | Self::RoundRobin
+            | Self::PauseResumeController => Category::Control,
             Self::Inverter
             | Self::ForceSuccess
             | Self::ForceFailure
@@ -327,7 +437,14 @@ impl Kind {
             | Self::Loop(_)
             | Self::Precondition
             | Self::SkipUnlessUpdated
-            | Self::WaitValueUpdate => Category::Decorator,
+            | Self::WaitValueUpdate
+            | Self::RateController
+            | Self::DistanceController
+            | Self::SpeedController
+            | Self::GoalUpdater
+            | Self::GoalUpdatedController
+            | Self::PathLongerOnApproach
+            | Self::SingleTrigger => Category::Decorator,
             Self::SubTree => Category::SubTree,
             Self::AlwaysSuccess
             | Self::AlwaysFailure
@@ -341,6 +458,27 @@ impl Kind {
         }
     }
 
+    /// Whether it is a control node or decorator of Nav2, which BehaviorTree.CPP does not have by itself.
+    #[must_use]
+    pub fn is_of_nav2(self) -> bool {
+        matches!(
+            self,
+            Self::PipelineSequence
+                | Self::NonblockingSequence
+                | Self::PersistentSequence
+                | Self::RecoveryNode
+                | Self::RoundRobin
+                | Self::PauseResumeController
+                | Self::RateController
+                | Self::DistanceController
+                | Self::SpeedController
+                | Self::GoalUpdater
+                | Self::GoalUpdatedController
+                | Self::PathLongerOnApproach
+                | Self::SingleTrigger
+        )
+    }
+
     /// Whether nodes of this kind are outside the tree, which calls them.
     #[must_use]
     pub fn is_leaf(self) -> bool {
@@ -352,6 +490,8 @@ impl Kind {
         match (self, self.category()) {
             (Self::IfThenElse | Self::WhileDoElse, _) if !(2..=3).contains(&count) => Some("two or three children"),
             (Self::TryCatch, _) if count < 2 => Some("at least two children"),
+            (Self::RecoveryNode, _) if count != 2 => Some("two children"),
+            (Self::PauseResumeController, _) if !(1..=4).contains(&count) => Some("one to four children"),
             (Self::Switch(cases), _) if count != usize::from(cases) + 1 => {
                 Some("one child for each case, and a last one for all others")
             }

@@ -1,4 +1,5 @@
-//! Behavior trees: the XML files of BehaviorTree.CPP and Groot, run with the semantics of BehaviorTree.CPP.
+//! Behavior trees: the XML files of BehaviorTree.CPP and Groot, run with the semantics of BehaviorTree.CPP, and those
+//! of Nav2.
 //!
 //! A behavior tree decides at every tick what a robot does. Ticks go down from the root. A *leaf* answers a tick with a
 //! [`Status`]: success, failure, or running if it needs more ticks. A *control node* ticks its children in order and
@@ -81,7 +82,8 @@ pub use node::{Node, NodeId, one_line};
 pub use ports::{Port, Source};
 pub use process::{
     BlackboardProcess, LEAF_TIMEOUT, LeafProcess, NodeProcess, TreeProcess, WiredProcess, blackboard_in,
-    declare_channels, faults_in, node_processes, reply_domain, request_domain, states_in, tick_domain,
+    blackboard_in_mut, declare_channels, faults_in, node_processes, reply_domain, request_domain, states_in,
+    tick_domain,
 };
 pub use rehearsal::{Cue, Inputs, Part, Rehearsal, RehearsedTick, table};
 pub use status::{NodeState, Outcome, Status};

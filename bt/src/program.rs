@@ -55,10 +55,7 @@ pub(crate) struct LeafPort {
 impl LeafPort {
     /// The entry to which it is connected.
     pub(crate) fn entry(&self) -> Option<Slot> {
-        match self.input {
-            Some(Input::Entry(slot, _)) => Some(slot),
-            Some(Input::Constant(_)) | None => None,
-        }
+        self.input.as_ref().and_then(Input::entry)
     }
 }
 
@@ -75,7 +72,8 @@ pub(crate) struct Program {
     pub(crate) scopes: Arc<Scopes>,
     /// The initial entries of the blackboard.
     pub(crate) entries: Vec<Entry>,
-    pub(crate) loops: usize,
+    /// The number of memos on the blackboard.
+    pub(crate) memos: usize,
 }
 
 impl Program {
@@ -83,7 +81,7 @@ impl Program {
     pub(crate) fn blackboard(&self) -> Blackboard {
         let mut entries = self.entries.clone();
         entries.resize_with(self.scopes.names().len(), Entry::default);
-        Blackboard::new(self.scopes.clone(), entries, self.loops)
+        Blackboard::new(self.scopes.clone(), entries, self.memos)
     }
 
     pub(crate) fn hooks(&self, node: u32) -> &Hooks {

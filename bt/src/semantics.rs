@@ -5,12 +5,14 @@
 //! node reads from the blackboard are passed as a [`Reading`].
 
 mod begin;
+mod nav2;
 mod react;
 
 use std::time::Duration;
 
-pub(crate) use begin::{Beginning, begin, needs_reading};
-pub(crate) use react::{Answer, react};
+pub(crate) use begin::{begin, needs_reading};
+pub(crate) use nav2::needs_reading_after;
+pub(crate) use react::react;
 
 use crate::{Kind, Status};
 
@@ -41,6 +43,32 @@ pub(crate) struct Memory {
     until: Option<Duration>,
     /// How often an entry had been written when it was last checked.
     seen: u64,
+}
+
+/// The tick of a node, as the node sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beginning {
+    /// Its status before; `None` is idle.
+    pub(crate) was: Option<Status>,
+    pub(crate) reading: Reading,
+    pub(crate) now: Duration,
+    /// Its first child is running.
+    pub(crate) child_runs: bool,
+}
+
+/// A child's answer, as its parent sees it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Answer {
+    /// `None` if the child was done before and has not been ticked.
+    pub(crate) status: Option<Status>,
+    /// The child was idle when it was ticked.
+    pub(crate) was_idle: bool,
+    /// It is the last child.
+    pub(crate) is_last: bool,
+    /// What the parent has read since then, if it [needs to](needs_reading_after).
+    pub(crate) reading: Reading,
+    /// The time of the answer.
+    pub(crate) now: Duration,
 }
 
 /// The values that a node has read from its ports and the blackboard.
@@ -77,6 +105,8 @@ pub(crate) enum Reaction {
 pub(crate) enum Then {
     Tick(Which),
     Answer(Status),
+    /// It is idle again, and is skipped.
+    Skip,
     /// It answers running and has the whole tree ticked again.
     Again,
     /// BehaviorTree.CPP would throw an exception: the node fails for this reason.
@@ -175,6 +205,9 @@ impl Kind {
                 | Self::Precondition
                 | Self::SkipUnlessUpdated
                 | Self::WaitValueUpdate
+                | Self::PipelineSequence
+                | Self::NonblockingSequence
+                | Self::GoalUpdater
                 | Self::Condition
                 | Self::Action
         )
@@ -195,7 +228,7 @@ impl Kind {
         matches!(self, Self::Parallel | Self::ParallelAll)
     }
 
-    /// Whether nodes of this kind have ports or code.
+    /// Whether nodes of this kind have ports or code, or do not always tick a child.
     pub(crate) fn has_settings(self) -> bool {
         !matches!(
             self,

@@ -1,21 +1,19 @@
 //! The values that nodes read from their ports and from the blackboard when they are ticked.
 
+mod input;
+mod nav2;
+mod pose;
+
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use crate::blackboard::{Blackboard, ScopeId, Slot, Type, Value, ValueError, status_named};
-use crate::script::{Script, ScriptError};
+pub(crate) use input::{Input, ReadError};
+pub(crate) use nav2::{Goals, Index, Nav2, Update, period};
+
+use crate::blackboard::{Blackboard, ScopeId, Slot, Type, Value, ValueError};
+use crate::script::Script;
 use crate::semantics::Reading;
 use crate::{Item, Kind, Status};
-
-/// The source of a port's value.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Input {
-    /// A constant in the file.
-    Constant(Value),
-    /// The blackboard entry with this key.
-    Entry(Slot, Arc<str>),
-}
 
 /// What a node must read, depending on its kind.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +45,7 @@ pub(crate) enum Setting {
         key: Input,
         scope: ScopeId,
     },
+    Nav2(Box<Nav2>),
 }
 
 /// The queue of a loop.
@@ -56,56 +55,12 @@ pub(crate) struct Loop {
     pub(crate) value: Option<Slot>,
     pub(crate) if_empty: Input,
     pub(crate) item: Item,
-    /// Its number among the loops of the tree.
-    pub(crate) number: usize,
+    /// The number of the memo with its remaining items.
+    pub(crate) memo: usize,
 }
 
 /// Names for numbers in scripts and switches.
 pub(crate) type Constants = std::collections::BTreeMap<String, i64>;
-
-/// An error in reading a port.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum ReadError {
-    #[error("the entry `{0}` has no value")]
-    Empty(Arc<str>),
-    #[error(transparent)]
-    Value(#[from] ValueError),
-    #[error(transparent)]
-    Script(#[from] ScriptError),
-}
-
-impl Input {
-    /// The value, if it has one.
-    fn value<'a>(&'a self, board: &'a Blackboard) -> Option<&'a Value> {
-        match self {
-            Self::Constant(value) => Some(value),
-            Self::Entry(slot, _) => board.value(*slot),
-        }
-    }
-
-    /// The value, converted to this type.
-    pub(crate) fn read(&self, board: &Blackboard, of: &Type) -> Result<Value, ReadError> {
-        let value = self.value(board).ok_or_else(|| self.empty())?;
-        Ok(match of {
-            Type::Text => Value::Text(value.to_text()),
-            of => of.convert(value)?,
-        })
-    }
-
-    fn number(&self, board: &Blackboard, of: &Type) -> Result<i64, ReadError> {
-        Ok(self.read(board, of)?.to_int()?)
-    }
-
-    fn status(&self, board: &Blackboard) -> Result<Status, ReadError> {
-        let name = self.read(board, &Type::Text)?.to_text();
-        Ok(status_named(&name).ok_or_else(|| ValueError::new(&name, "a status"))?)
-    }
-
-    fn empty(&self) -> ReadError {
-        let name = if let Self::Entry(_, name) = self { name.clone() } else { Arc::default() };
-        ReadError::Empty(name)
-    }
-}
 
 impl Setting {
     /// Whether reading it does not involve the blackboard.
@@ -158,7 +113,16 @@ impl Setting {
                 unset(board, key, *scope)?;
                 Reading::Status(Status::Success)
             }
+            Self::Nav2(nav2) => nav2.read(board, starts)?,
         })
+    }
+
+    /// Reads what the node needs when a child has given this answer.
+    pub(crate) fn read_after(&self, status: Status, board: &mut Blackboard, kind: Kind) -> Result<Reading, ReadError> {
+        match self {
+            Self::Nav2(nav2) => nav2.read_after(status, board),
+            _ => self.read(board, false, kind),
+        }
     }
 }
 
@@ -244,30 +208,31 @@ impl Loop {
     fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
         if starts {
             // A queue in the file is copied only now: a loop that was left with an answer has none.
-            *board.queue(self.number) = match &self.queue {
+            *board.memo(self.memo) = match &self.queue {
                 Input::Constant(constant) => Some(self.copy(constant)?),
                 Input::Entry(..) => None,
             };
         }
+        let is_unread = board.memo(self.memo).is_none();
         let first = match &self.queue {
             Input::Entry(slot, name) if !matches!(board.value(*slot), Some(Value::List(_))) => {
                 match board.value(*slot) {
-                    Some(Value::Text(text)) if board.queue_is_empty(self.number) => {
+                    Some(Value::Text(text)) if is_unread => {
                         let copy = self.copy(&Value::Text(text.clone()))?;
-                        *board.queue(self.number) = Some(copy);
+                        *board.memo(self.memo) = Some(copy);
                     }
                     Some(Value::Text(_)) => {}
                     Some(other) => return Err(ValueError::new(other, "a queue").into()),
                     None if board.exists(*slot) => return Err(ReadError::Empty(name.clone())),
                     None => {}
                 }
-                board.queue(self.number).as_mut().and_then(VecDeque::pop_front)
+                board.memo(self.memo).as_mut().and_then(VecDeque::pop_front)
             }
             Input::Entry(slot, _) => match board.value_mut(*slot) {
                 Some(Value::List(items)) => items.pop_front(),
                 _ => None,
             },
-            Input::Constant(_) => board.queue(self.number).as_mut().and_then(VecDeque::pop_front),
+            Input::Constant(_) => board.memo(self.memo).as_mut().and_then(VecDeque::pop_front),
         };
         let Some(first) = first else { return Ok(Reading::Status(self.if_empty.status(board)?)) };
         if let Some(slot) = self.value {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use diagnostics::{Problem, Source};
 
 use crate::program::Program;
-use crate::xml::Library;
+use crate::xml::{Library, Model};
 use crate::{Node, NodeId, TreeError};
 
 /// A behavior tree, checked and ready to run: the main tree of a file with its subtrees inserted.
@@ -73,6 +73,11 @@ impl Tree {
     /// The leaves that the tree calls, in document order: conditions and actions. Several may have the same ID.
     pub fn leaves(&self) -> impl Iterator<Item = &Node> {
         self.nodes.iter().filter(|node| node.kind.is_leaf())
+    }
+
+    /// The leaves that only Nav2's model declares: no file does, and neither does the [`Loader`](crate::Loader).
+    pub fn leaves_of_nav2(&self) -> impl Iterator<Item = &Node> {
+        self.leaves().filter(|leaf| self.library.model(&leaf.type_id).is_some_and(Model::is_of_nav2))
     }
 
     /// The whole main file from which the tree was loaded.

@@ -12,6 +12,7 @@ mod kept;
 mod library;
 mod loader;
 mod model;
+mod nav2;
 mod ports;
 mod problems;
 mod scan;
@@ -27,6 +28,7 @@ use diagnostics::text_from_disk;
 
 pub(crate) use library::Library;
 pub use loader::Loader;
+pub(crate) use model::Model;
 pub use ports::{BuiltinPort, builtin_ports};
 
 use crate::{Tree, TreeError};

@@ -73,6 +73,9 @@ impl Spec {
             Kind::Parallel => write!(out, " success_count=\"{first}\" failure_count=\"{second}\""),
             Kind::ParallelAll => write!(out, " max_failures=\"{first}\""),
             Kind::Switch(_) => write!(out, " variable=\"{{{KEY}}}\" case_1=\"0\" case_2=\"1\""),
+            Kind::RecoveryNode => write!(out, " number_of_retries=\"{}\"", first.abs()),
+            Kind::RoundRobin => write!(out, " wrap_around=\"{}\"", first > 0),
+            Kind::PauseResumeController => write!(out, " pause_service_name=\"/{KEY}\" resume_service_name=\"{KEY}\""),
             Kind::TryCatch => write!(out, " catch_on_halt=\"{}\"", first > 0),
             Kind::Repeat => write!(out, " num_cycles=\"{}\"", first.abs()),
             Kind::RetryUntilSuccessful => write!(out, " num_attempts=\"{}\"", first.abs()),
@@ -130,7 +133,7 @@ fn furnished(spec: BoxedStrategy<Spec>) -> BoxedStrategy<Spec> {
 }
 
 /// Control nodes, with the allowed number of children.
-const CONTROL_KINDS: [(Kind, usize, usize); 13] = [
+const CONTROL_KINDS: [(Kind, usize, usize); 18] = [
     (Kind::Sequence, 1, 4),
     (Kind::ReactiveSequence, 1, 4),
     (Kind::SequenceWithMemory, 1, 4),
@@ -144,9 +147,14 @@ const CONTROL_KINDS: [(Kind, usize, usize); 13] = [
     (Kind::WhileDoElse, 2, 3),
     (Kind::Switch(2), 3, 3),
     (Kind::TryCatch, 2, 4),
+    (Kind::PipelineSequence, 1, 4),
+    (Kind::NonblockingSequence, 1, 4),
+    (Kind::RecoveryNode, 2, 2),
+    (Kind::RoundRobin, 1, 4),
+    (Kind::PauseResumeController, 1, 4),
 ];
 
-const DECORATOR_KINDS: [Kind; 7] = [
+const DECORATOR_KINDS: [Kind; 8] = [
     Kind::Inverter,
     Kind::ForceSuccess,
     Kind::ForceFailure,
@@ -154,6 +162,7 @@ const DECORATOR_KINDS: [Kind; 7] = [
     Kind::RetryUntilSuccessful,
     Kind::KeepRunningUntilFailure,
     Kind::RunOnce,
+    Kind::SingleTrigger,
 ];
 
 /// The tree of a body, with subtrees `S0` and `S1` and leaves in explicit form.
@@ -171,7 +180,7 @@ pub(crate) fn tree_of(body: &str, subtrees: &[String]) -> Arc<Tree> {
 pub(crate) fn wild_tree() -> impl Strategy<Value = Arc<Tree>> {
     let subtrees = prop::collection::vec(wild_body(2, false), 2);
     (wild_body(4, true), subtrees).prop_map(|(body, subtrees)| {
-        let start = "k0 := 0; k1 := 1.5; k2 := '1'; k3 := 3; k4 := 1; k5 := 3";
+        let start = "k0 := 0; k1 := 1.5; k2 := '1'; k3 := 3; k4 := 1; k5 := 3; i := 0; n := 2; h := 4";
         let body = format!("<Sequence><RunOnce><Script code=\"{start}\"/></RunOnce>{body}</Sequence>");
         tree_of(&body, &subtrees)
     })
@@ -187,7 +196,7 @@ const CONDITIONS: [&str; 8] = [
     "true",
     "@k0 &lt; 2",
 ];
-const DEEDS: [&str; 10] = [
+const DEEDS: [&str; 16] = [
     "k0 := k0 + 1",
     "k0 = 0",
     "k1 *= 2",
@@ -198,6 +207,12 @@ const DEEDS: [&str; 10] = [
     "q := '1;2;3'",
     "k0 := k0 / 2",
     "k4 := 1 - k4",
+    "@robot_pose := '1;0'",
+    "@robot_pose := '0;3'",
+    "@robot_speed := 1.5",
+    "i := 1",
+    "p := '0;0;1;1'",
+    "p := '0;0;0;1;1;1'",
 ];
 
 /// Scripts in attributes: usually none.
@@ -252,7 +267,7 @@ fn wild_leaf(subtrees: bool) -> impl Strategy<Value = String> {
 }
 
 /// Control nodes, with the allowed number of children.
-const CONTROLS: [(&str, usize, usize); 17] = [
+const CONTROLS: [(&str, usize, usize); 25] = [
     ("Sequence", 1, 4),
     ("ReactiveSequence", 1, 4),
     ("SequenceWithMemory", 1, 4),
@@ -270,9 +285,17 @@ const CONTROLS: [(&str, usize, usize); 17] = [
     ("TryCatch", 2, 3),
     ("TryCatch catch_on_halt=\"true\"", 2, 3),
     ("TryCatch catch_on_halt=\"{k4}\"", 2, 3),
+    ("PipelineSequence", 1, 4),
+    ("NonblockingSequence", 1, 4),
+    ("PersistentSequence current_child_idx=\"{i}\"", 1, 4),
+    ("RecoveryNode", 2, 2),
+    ("RecoveryNode number_of_retries=\"{n}\"", 2, 2),
+    ("RoundRobin", 1, 4),
+    ("RoundRobin wrap_around=\"true\"", 1, 4),
+    ("PauseResumeController pause_service_name=\"/k0\" resume_service_name=\"k3\"", 1, 4),
 ];
 
-const DECORATORS: [&str; 23] = [
+const DECORATORS: [&str; 31] = [
     "Inverter",
     "ForceSuccess",
     "ForceFailure",
@@ -296,6 +319,14 @@ const DECORATORS: [&str; 23] = [
     "WaitValueUpdate entry=\"{l}\"",
     "Delay delay_msec=\"{k5}\"",
     "Timeout msec=\"100\"",
+    "RateController hz=\"4\"",
+    "RateController hz=\"{h}\"",
+    "DistanceController distance=\"{k1}\"",
+    "SpeedController min_rate=\"1\" max_rate=\"4\" goal=\"{k3}\"",
+    "GoalUpdater input_goal=\"{k0}\" output_goal=\"{k2}\"",
+    "GoalUpdatedController goal=\"{k0}\"",
+    "PathLongerOnApproach path=\"{p}\" length_factor=\"0.5\"",
+    "SingleTrigger",
 ];
 
 fn wild_body(depth: u32, subtrees: bool) -> impl Strategy<Value = String> {

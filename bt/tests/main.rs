@@ -7,6 +7,7 @@ mod forest;
 mod kinds;
 mod leaves;
 mod loading;
+mod nav2_trees;
 mod nodes;
 mod oracle;
 mod processes;

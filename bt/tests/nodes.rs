@@ -1,5 +1,5 @@
-//! The behavior of every kind of node, as BehaviorTree.CPP's documentation describes it: one behavior per test, named
-//! after the node and the behavior.
+//! The behavior of every kind of node, as the documentation of BehaviorTree.CPP and Nav2 describes it: one behavior per
+//! test, named after the node and the behavior.
 
 mod actions;
 mod asynchronous;
@@ -10,6 +10,7 @@ mod halting;
 mod hooks;
 mod in_order;
 mod loops;
+mod nav2;
 mod parallel;
 mod ports;
 mod repetition;

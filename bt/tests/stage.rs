@@ -52,7 +52,7 @@ impl Leaves for Script<'_> {
     }
 }
 
-fn status(letter: &str) -> Status {
+pub(crate) fn status(letter: &str) -> Status {
     match letter {
         "S" => Status::Success,
         "F" => Status::Failure,

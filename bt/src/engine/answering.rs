@@ -3,7 +3,7 @@
 use super::reset::{After, Halting};
 use super::{Context, MAX_REPEATS, Next, Point, State, TOO_MANY_REPEATS};
 use crate::program::{Flags, Op, Program};
-use crate::semantics::{Answer, Reaction, Reading, Reset, Resume, Then, Which, react};
+use crate::semantics::{Answer, Reaction, Reading, Reset, Resume, Then, Which, needs_reading_after, react};
 use crate::status::Mark;
 use crate::{Kind, Outcome, Status};
 
@@ -48,7 +48,8 @@ impl State {
         if !is_last && Some(status) == kind.goes_on_after() {
             return Ok(Next::Enter(sibling));
         }
-        let answer = Answer { status: Some(status), was_idle: mark.was_idle(), is_last };
+        let (reading, now) = (Reading::Nothing, context.now);
+        let answer = Answer { status: Some(status), was_idle: mark.was_idle(), is_last, reading, now };
         Ok(self.react(context, parent, node, answer))
     }
 
@@ -64,27 +65,34 @@ impl State {
 
     /// A node reacts to the answer of a child.
     #[inline]
-    fn react<A>(&mut self, context: &mut Context<'_, A>, node: u32, child: u32, answer: Answer) -> Next {
+    fn react<A>(&mut self, context: &mut Context<'_, A>, node: u32, child: u32, mut answer: Answer) -> Next {
         let Op { kind, place, flags, .. } = context.op(node);
-        let memory = &mut self.memories[place as usize];
-        if kind == Kind::TryCatch && memory.catches {
+        if kind == Kind::TryCatch && self.memories[place as usize].catches {
             return context.reset(Halting::below(context.program(), node, After::Caught(node)));
         }
-        if kind == Kind::RetryUntilSuccessful && answer.status == Some(Status::Failure) && flags.has(Flags::READS) {
-            // The child may have changed the number of attempts.
-            let setting = &context.program().settings[place as usize];
-            if let Ok(Reading::Numbers(limits)) = setting.read(&mut self.board, false, kind) {
-                memory.limits = limits;
-            }
+        if flags.has(Flags::READS) && answer.status.is_some_and(|status| needs_reading_after(kind, status)) {
+            answer.reading = self.read_after(context.program(), node, answer.status.unwrap_or(Status::Failure));
         }
+        let memory = &mut self.memories[place as usize];
         let reaction = react(kind, memory, answer);
         self.carry_out(context, node, child, reaction)
+    }
+
+    /// A node reads again after this answer of a child. If it cannot, it fails.
+    #[inline(never)]
+    fn read_after(&mut self, program: &Program, node: u32, status: Status) -> Reading {
+        let kind = program.ops[node as usize].kind;
+        program.setting(node).read_after(status, &mut self.board, kind).unwrap_or_else(|error| {
+            self.fault(node, error.to_string());
+            Reading::Status(Status::Failure)
+        })
     }
 
     /// Skips a child that is done, to which its parent reacts.
     pub(super) fn pass<A>(&mut self, context: &mut Context<'_, A>, node: u32) -> Next {
         let Op { parent, end: sibling, .. } = context.op(node);
-        let answer = Answer { status: None, was_idle: false, is_last: sibling == context.op(parent).end };
+        let is_last = sibling == context.op(parent).end;
+        let answer = Answer { status: None, was_idle: false, is_last, reading: Reading::Nothing, now: context.now };
         self.react(context, parent, node, answer)
     }
 
@@ -157,6 +165,10 @@ impl State {
                 if is_done { Next::Pass(child) } else { Next::Enter(child) }
             }
             Then::Answer(status) => Next::Answer(node, status),
+            Then::Skip => {
+                self.marks[node as usize] = Mark::Started;
+                Next::Answer(node, Status::Skipped)
+            }
             Then::Again => {
                 self.again = true;
                 Next::Answer(node, Status::Running)

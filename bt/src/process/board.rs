@@ -49,6 +49,8 @@ pub(super) enum Question {
     Enter,
     /// Read its ports.
     Read,
+    /// Read its ports after this answer of a child.
+    ReadAfter(Status),
     /// Run the scripts for this answer.
     Leave(Status),
     /// Run the script for a halt.
@@ -84,6 +86,11 @@ impl BlackboardProcess {
         &self.board
     }
 
+    /// The blackboard, for writing while the system is quiet.
+    pub fn blackboard_mut(&mut self) -> &mut Blackboard {
+        &mut self.board
+    }
+
     /// All faults so far in scripts and ports, each once.
     #[must_use]
     pub fn faults(&self) -> &[Fault] {
@@ -112,6 +119,10 @@ impl BlackboardProcess {
             Some("enter") => program.hooks(node).enter(stands, board).map(Told::Entrance).map_err(|e| e.to_string()),
             Some("read") => {
                 let read = program.setting(node).read(board, stands.is_none(), kind);
+                read.map(Told::Reading).map_err(|error| error.to_string())
+            }
+            Some("read_after") => {
+                let read = program.setting(node).read_after(stands.unwrap_or(Status::Skipped), board, kind);
                 read.map(Told::Reading).map_err(|error| error.to_string())
             }
             Some("leave") => {
@@ -171,6 +182,7 @@ impl Question {
         let (question, stands) = match self {
             Self::Enter => ("enter", stands),
             Self::Read => ("read", stands),
+            Self::ReadAfter(status) => ("read_after", Some(status)),
             Self::Leave(status) => ("leave", Some(status)),
             Self::Halted => ("halted", stands),
         };
@@ -207,7 +219,7 @@ pub(super) fn leaf_domains(tree: &Tree, leaf: NodeId) -> [Domain; 2] {
 
 pub(super) fn asked_domain() -> Domain {
     Domain::new([Shape::new([
-        ("question", FieldKind::symbols(["enter", "read", "leave", "halted"])),
+        ("question", FieldKind::symbols(["enter", "read", "read_after", "leave", "halted"])),
         ("node", FieldKind::Int),
         ("stands", FieldKind::symbols(["idle", "running", "success", "failure", "skipped"])),
     ])])

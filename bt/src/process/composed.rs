@@ -116,6 +116,17 @@ pub fn blackboard_in(system: &ChannelSystem, bt: ProcessId) -> Option<&Blackboar
     members.find_map(|member| system.process::<BlackboardProcess>(member)).map(BlackboardProcess::blackboard)
 }
 
+/// The same, for writing: a driver of a robot tells a tree so where the robot is.
+pub fn blackboard_in_mut(system: &mut ChannelSystem, bt: ProcessId) -> Option<&mut Blackboard> {
+    if system.process::<TreeProcess>(bt).is_some() {
+        return system.process_mut::<TreeProcess>(bt).map(TreeProcess::blackboard_mut);
+    }
+    let topology = system.topology();
+    let mut members = topology.processes().filter(|member| topology.whole(*member) == bt);
+    let board = members.find(|member| system.process::<BlackboardProcess>(*member).is_some())?;
+    system.process_mut::<BlackboardProcess>(board).map(BlackboardProcess::blackboard_mut)
+}
+
 struct Composition<'a> {
     tree: &'a Arc<Tree>,
     topology: &'a mut Topology,

@@ -199,7 +199,9 @@ impl Process for NodeProcess {
         let stage = std::mem::replace(&mut self.stage, Stage::Idle);
         self.stage = match (transition, stage, received) {
             (ASKED, _, Some(envelope)) => self.take_request(&envelope, now),
-            (ANSWERED, Stage::Waiting(child, _, after), Some(envelope)) => self.take_reply(child, after, &envelope),
+            (ANSWERED, Stage::Waiting(child, _, after), Some(envelope)) => {
+                self.take_reply(child, after, &envelope, now)
+            }
             (ANSWERED, Stage::Consulted(question, purpose), Some(envelope)) => {
                 self.take_told(question, purpose, Told::of(&envelope.message, question), now)
             }

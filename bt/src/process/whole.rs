@@ -11,7 +11,7 @@ use channels::{
 use super::patience::{LEAF_TIMEOUT, Patience};
 use super::protocol::{Skill, answers, find_channel, reply_of, request_message};
 use crate::shared::Shared;
-use crate::{Call, Execution, Fault, NodeId, NodeState, PortError, Request, Step, Tree};
+use crate::{Blackboard, Call, Execution, Fault, NodeId, NodeState, PortError, Request, Step, Tree};
 
 /// A tree as one process.
 ///
@@ -108,6 +108,11 @@ impl TreeProcess {
     #[must_use]
     pub fn execution(&self) -> &Execution {
         &self.execution
+    }
+
+    /// The blackboard, for writing while the system is quiet.
+    pub fn blackboard_mut(&mut self) -> &mut Blackboard {
+        self.execution.blackboard_mut()
     }
 
     /// The states of all nodes, in document order.

@@ -2,19 +2,9 @@
 
 use std::time::Duration;
 
-use super::{Memory, Reaction, Reading, Reset, Resume, Then, Which};
+use super::nav2::begin_nav2;
+use super::{Beginning, Memory, Reaction, Reading, Reset, Resume, Then, Which};
 use crate::{Kind, Status};
-
-/// The tick of a node, as the node sees it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Beginning {
-    /// Its status before; `None` is idle.
-    pub(crate) was: Option<Status>,
-    pub(crate) reading: Reading,
-    pub(crate) now: Duration,
-    /// Its first child is running.
-    pub(crate) child_runs: bool,
-}
 
 /// Whether a node of this kind has anything to read in its current state.
 pub(crate) fn needs_reading(kind: Kind, memory: &Memory, was_idle: bool) -> bool {
@@ -22,6 +12,7 @@ pub(crate) fn needs_reading(kind: Kind, memory: &Memory, was_idle: bool) -> bool
         Kind::Precondition | Kind::SkipUnlessUpdated | Kind::WaitValueUpdate => !memory.flag,
         Kind::Loop(_) => was_idle || !memory.flag,
         Kind::Sleep => was_idle,
+        Kind::RateController => was_idle,
         Kind::TryCatch => false,
         _ => true,
     }
@@ -82,6 +73,7 @@ fn begin_other(kind: Kind, memory: &mut Memory, beginning: Beginning) -> Reactio
         Kind::Script | Kind::ScriptCondition | Kind::SetBlackboard | Kind::UnsetBlackboard => {
             proceed(beginning.reading)
         }
+        kind if kind.is_of_nav2() => begin_nav2(kind, memory, beginning),
         _ => Reaction::tick(Which::First),
     }
 }

@@ -1,19 +1,9 @@
 //! What a node does when a child has answered.
 
 use super::begin::threshold;
-use super::{Memory, Reaction, Reset, Resume, Then, Which};
+use super::nav2::react_nav2;
+use super::{Answer, Memory, Reaction, Reading, Reset, Resume, Then, Which};
 use crate::{Kind, Status};
-
-/// A child's answer, as its parent sees it.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Answer {
-    /// `None` if the child was done before and has not been ticked.
-    pub(crate) status: Option<Status>,
-    /// The child was idle when it was ticked.
-    pub(crate) was_idle: bool,
-    /// It is the last child.
-    pub(crate) is_last: bool,
-}
 
 /// What a node of this kind does when a child gives this answer.
 #[inline]
@@ -27,7 +17,7 @@ pub(crate) fn react(kind: Kind, memory: &mut Memory, answer: Answer) -> Reaction
         }
         Kind::Fallback | Kind::AsyncFallback => react_in_order(kind, memory, Status::Failure, status, answer),
         Kind::Parallel | Kind::ParallelAll => react_parallel(kind, memory, answer),
-        _ => react_other(kind, memory, status, answer.was_idle),
+        _ => react_other(kind, memory, status, answer),
     }
 }
 
@@ -112,7 +102,7 @@ impl Memory {
     }
 }
 
-fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) -> Reaction {
+fn react_other(kind: Kind, memory: &mut Memory, status: Status, answer: Answer) -> Reaction {
     use Status::{Failure, Running, Skipped, Success};
     match (kind, status) {
         (Kind::IfThenElse | Kind::WhileDoElse, _) => react_conditional(kind, memory, status),
@@ -121,7 +111,7 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) 
             memory.at = if status == Running { memory.count + 1 } else { 0 };
             pass_on(status)
         }
-        (Kind::Repeat | Kind::RetryUntilSuccessful, _) => react_repetition(kind, memory, status, was_idle),
+        (Kind::Repeat | Kind::RetryUntilSuccessful, _) => react_repetition(kind, memory, status, answer),
         (Kind::Loop(_), _) => {
             memory.flag = status == Running;
             until_failure(status)
@@ -131,6 +121,7 @@ fn react_other(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) 
             memory.flag = status == Running;
             pass_on(status)
         }
+        (kind, _) if kind.is_of_nav2() => react_nav2(kind, memory, status, answer),
 
         (_, Running | Skipped) => Reaction::answer(status),
         (Kind::Inverter, _) => Reaction::finish(status.inverted()),
@@ -214,7 +205,10 @@ fn react_try_catch(memory: &mut Memory, status: Status) -> Reaction {
     }
 }
 
-fn react_repetition(kind: Kind, memory: &mut Memory, status: Status, was_idle: bool) -> Reaction {
+fn react_repetition(kind: Kind, memory: &mut Memory, status: Status, answer: Answer) -> Reaction {
+    if let Reading::Numbers(limits) = answer.reading {
+        memory.limits = limits;
+    }
     let counted = if kind == Kind::Repeat { Status::Success } else { Status::Failure };
     match status {
         Status::Running => Reaction::answer(status),
@@ -225,7 +219,7 @@ fn react_repetition(kind: Kind, memory: &mut Memory, status: Status, was_idle: b
                 memory.count = 0;
                 return Reaction::finish(status);
             }
-            let then = if was_idle { Then::Again } else { Then::Tick(Which::First) };
+            let then = if answer.was_idle { Then::Again } else { Then::Tick(Which::First) };
             Reaction::Do { reset: Reset::All, resume: Resume::First, then }
         }
         status => {

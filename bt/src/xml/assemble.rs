@@ -17,7 +17,7 @@ use crate::blackboard::{Declared, Scope, ScopeId, Scopes, Slot, Type, pointed_ke
 use crate::node::name_processes;
 use crate::program::{Flags, Op, Program};
 use crate::script::Names;
-use crate::settings::Constants;
+use crate::settings::{Constants, Setting};
 use crate::{Category, Kind, Node, NodeId, Tree};
 
 /// The trees of a file by ID; of two with the same ID, the first.
@@ -147,7 +147,7 @@ pub(super) fn assemble(
         scopes: Scopes::default(),
         declared: Declared::default(),
         scope: Scopes::ROOT,
-        loops: 0,
+        memos: 0,
         constants: Arc::clone(&loader.constants),
     };
     let (nodes, program) = (Vec::new(), Program::default());
@@ -166,10 +166,16 @@ pub(super) fn assemble(
     for (op, node) in program.ops.iter_mut().zip(&nodes) {
         op.end = node.subtree_end;
     }
+    for node in (0..).take(nodes.len()).filter(|node| nodes[*node as usize].kind == Kind::PersistentSequence) {
+        let (children, place) = (program.children(node).count(), program.ops[node as usize].place as usize);
+        if let Setting::Nav2(nav2) = &mut program.settings[place] {
+            nav2.count(children);
+        }
+    }
     name_processes(&mut nodes);
     program.entries = names.declared.entries;
     program.scopes = Arc::new(names.scopes);
-    program.loops = names.loops;
+    program.memos = names.memos;
     let file_stem = || Path::new(sources[0].name()).file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = definitions[main].id.clone().or_else(file_stem).unwrap_or_default();
     Some(Tree { name, nodes, program, sources: sources.to_vec(), library: Arc::clone(library), main, concerns: None })
@@ -310,7 +316,7 @@ struct Directory {
     declared: Declared,
     /// The scope of the current node.
     scope: ScopeId,
-    loops: usize,
+    memos: usize,
     constants: Arc<Constants>,
 }
 
@@ -334,9 +340,9 @@ impl Surroundings for Directory {
         self.declared.port(slot, of).map(|()| slot)
     }
 
-    fn next_loop(&mut self) -> usize {
-        self.loops += 1;
-        self.loops - 1
+    fn next_memo(&mut self) -> usize {
+        self.memos += 1;
+        self.memos - 1
     }
 
     fn constants(&self) -> Arc<Constants> {

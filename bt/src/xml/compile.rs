@@ -15,7 +15,7 @@ use crate::blackboard::{ScopeId, Slot, Type, pointed_key};
 use crate::hooks::Hooks;
 use crate::program::LeafPort;
 use crate::script::{Names, Script};
-use crate::settings::{Constants, Input, Loop, Setting};
+use crate::settings::{Constants, Goals, Index, Input, Loop, Nav2, Setting, Update, period};
 use crate::{Direction, Item, Kind};
 
 /// Resolves names.
@@ -26,8 +26,8 @@ pub(super) trait Surroundings: Names {
     /// The entry of a key to which a port of this type points; or its existing type, if the two do not agree.
     fn port(&mut self, key: &str, of: &Type) -> Result<Slot, Type>;
 
-    /// The number of a loop.
-    fn next_loop(&mut self) -> usize;
+    /// The number of a new memo on the blackboard.
+    fn next_memo(&mut self) -> usize;
 
     /// All constants.
     fn constants(&self) -> Arc<Constants>;
@@ -55,7 +55,7 @@ impl Surroundings for Nowhere {
         Ok(Slot(0))
     }
 
-    fn next_loop(&mut self) -> usize {
+    fn next_memo(&mut self) -> usize {
         0
     }
 
@@ -85,7 +85,12 @@ impl Compiler<'_> {
     fn compile(&mut self) -> Option<Setting> {
         let [first, second, third] = [0, 1, 2].map(|place| ports(self.kind).get(place));
         Some(match self.kind {
-            Kind::Parallel | Kind::ParallelAll | Kind::TryCatch | Kind::RunOnce => self.numbers(first, second)?,
+            Kind::Parallel
+            | Kind::ParallelAll
+            | Kind::TryCatch
+            | Kind::RunOnce
+            | Kind::RecoveryNode
+            | Kind::RoundRobin => self.numbers(first, second)?,
             Kind::Repeat | Kind::RetryUntilSuccessful | Kind::Delay | Kind::Timeout | Kind::Sleep => {
                 self.numbers(first, None)?
             }
@@ -109,8 +114,87 @@ impl Compiler<'_> {
                 Setting::SetBlackboard { key: key?, value: value?, scope: self.names.scope() }
             }
             Kind::UnsetBlackboard => Setting::UnsetBlackboard { key: self.input(first?)?, scope: self.names.scope() },
+            Kind::RateController => match self.rate(first?)? {
+                Input::Constant(hz) => Setting::Constant([period(hz.to_real().ok()?).ok()?, 0]),
+                hz => Setting::Nav2(Box::new(Nav2::Rate(hz))),
+            },
+            kind if kind.is_of_nav2() => self.nav2()?.map_or(Setting::Nothing, |nav2| Setting::Nav2(Box::new(nav2))),
             _ => Setting::Nothing,
         })
+    }
+
+    /// What one of Nav2's nodes reads, `Some(None)` if it reads nothing.
+    fn nav2(&mut self) -> Option<Option<Nav2>> {
+        Some(Some(match (self.kind, ports(self.kind)) {
+            (Kind::PersistentSequence, [index]) => {
+                let attribute = self.required(index)?;
+                let Some(key) = pointed_key(&attribute.name, &attribute.value).map(str::to_owned) else {
+                    let help = format!("write {}=\"{{{}}}\"", index.name, attribute.value);
+                    self.wrong_value(&attribute, "it must be an entry of the blackboard", Some(help));
+                    return None;
+                };
+                match self.value(&attribute, &index.of.type_of())? {
+                    // The assembly counts the children.
+                    Input::Entry(slot, _) => Nav2::Index(Index { slot, key: key.into(), children: 0 }),
+                    Input::Constant(_) => return None,
+                }
+            }
+            (Kind::PauseResumeController, [pause, resume]) => {
+                let [pause, resume] = [self.request(pause), self.request(resume)];
+                Nav2::Requests([pause?, resume?])
+            }
+            (Kind::DistanceController, [distance, ..]) => {
+                let distance = self.input(distance)?;
+                Nav2::Distance { distance, pose: self.names.slot("@robot_pose"), memo: self.names.next_memo() }
+            }
+            (Kind::SpeedController, [min_rate, max_rate, min_speed, max_speed, goal, goals]) => {
+                let rates = [self.rate(min_rate), self.rate(max_rate)];
+                let speeds = [self.input(min_speed), self.input(max_speed)];
+                let goals = self.goals([goal, goals])?;
+                let ([min_rate, max_rate], [min_speed, max_speed]) = (rates, speeds);
+                let (rates, speeds) = ([min_rate?, max_rate?], [min_speed?, max_speed?]);
+                Nav2::Speed { rates, speeds, speed: self.names.slot("@robot_speed"), goals }
+            }
+            (Kind::GoalUpdatedController, [goal, goals]) => Nav2::Goals(self.goals([goal, goals])?),
+            (Kind::GoalUpdater, [goal, goals, new_goal, new_goals]) => {
+                let mut update = |input: &Port, output: &Port, key: &str| Update {
+                    input: self.input(input),
+                    update: self.names.slot(key),
+                    output: self.input(output).and_then(|output| output.entry()),
+                };
+                Nav2::Updates([update(goal, new_goal, "@goal_update"), update(goals, new_goals, "@goals_update")])
+            }
+            (Kind::PathLongerOnApproach, [path, near, factor]) => {
+                let (path, near, factor) = (self.input(path), self.input(near), self.input(factor));
+                Nav2::Path { path, near: near?, factor: factor?, memo: self.names.next_memo() }
+            }
+            _ => return Some(None),
+        }))
+    }
+
+    /// The entry that stands for a service.
+    fn request(&mut self, port: &Port) -> Option<Slot> {
+        let service = self.required(port)?.value;
+        Some(self.names.slot(&format!("@{}", service.trim_start_matches('/'))))
+    }
+
+    /// A goal and a list of goals.
+    fn goals(&mut self, [goal, goals]: [&Port; 2]) -> Option<Goals> {
+        let (goal, goals) = (self.input(goal), self.input(goals));
+        Some(Goals { goals: [goal?, goals?], memo: self.names.next_memo() })
+    }
+
+    /// A rate that is greater than 0, as far as the file tells.
+    fn rate(&mut self, port: &Port) -> Option<Input> {
+        let hz = self.input(port)?;
+        if let Input::Constant(value) = &hz
+            && let Err(error) = period(value.to_real().ok()?)
+        {
+            let attribute = self.attribute(port.name)?;
+            self.wrong_value(&attribute, &error.to_string(), None);
+            return None;
+        }
+        Some(hz)
     }
 
     /// One or two numbers; constants are read now.
@@ -138,8 +222,8 @@ impl Compiler<'_> {
             Some(Input::Entry(slot, _)) => Some(slot),
             _ => None,
         };
-        let number = self.names.next_loop();
-        Some(Setting::Loop(Loop { queue: self.queue(queue?, item), value, if_empty: if_empty?, item, number }))
+        let memo = self.names.next_memo();
+        Some(Setting::Loop(Loop { queue: self.queue(queue?, item), value, if_empty: if_empty?, item, memo }))
     }
 
     /// The entry named by a port, with or without braces.
@@ -183,9 +267,10 @@ impl Compiler<'_> {
     fn input(&mut self, port: &Port) -> Option<Input> {
         match (self.attribute(port.name), port.default) {
             (Some(attribute), _) => self.value(&attribute, &port.of.type_of()),
-            (None, Some(default)) => {
-                Some(Input::Constant(port.of.type_of().parse(default).expect("a default is of its type")))
-            }
+            (None, Some(default)) => Some(match pointed_key(port.name, default) {
+                Some(key) => Input::Entry(self.names.slot(key), key.into()),
+                None => Input::Constant(port.of.type_of().parse(default).expect("a default is of its type")),
+            }),
             (None, None) if port.optional => None,
             (None, None) => {
                 self.required(port);

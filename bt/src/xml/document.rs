@@ -15,6 +15,7 @@ use super::kept::{namespaces, other_attributes};
 use super::library::{Definition, Library};
 use super::loader::Loader;
 use super::model::{Models, read_models};
+use super::nav2::nav2_model;
 use super::problems::{Problems, hint, listed, missing_port, not_supported, too_large, wrong_category};
 use super::scan::Scan;
 use super::source_file::SourceFile;
@@ -168,6 +169,9 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
         let elements = document.root_element().children().filter(|element| element.has_tag_name("BehaviorTree"));
         trees.extend(elements.filter_map(|tree| tree.attribute("ID").map(str::to_owned)));
     }
+    for (_, document) in &documents {
+        add_nav2_leaves(document, loader, &trees, &mut models);
+    }
     let mut definitions: Vec<Definition> = Vec::new();
     for (file, document) in &documents {
         let problems = &mut files[*file].problems;
@@ -199,6 +203,22 @@ fn build(loader: &Loader, files: &mut [SourceFile], order: &[usize]) -> Option<T
     kept.extend(other_attributes(main_root, &["BTCPP_format", "main_tree_to_execute"]));
     let library = Arc::new(Library { definitions, models, kept });
     assemble::assemble(loader, &sources, &library, main, files)
+}
+
+/// Adds the models of Nav2's leaves that a document uses, `<Wait/>`, but nothing declares.
+fn add_nav2_leaves(document: &Document<'_>, loader: &Loader, trees: &BTreeSet<String>, models: &mut Models) {
+    for element in document.descendants().filter(Node::is_element) {
+        let id = element.tag_name().name();
+        let is_known = |id: &str| {
+            vocabulary::builtin(id).is_some()
+                || models.contains_key(id)
+                || loader.leaves.contains(id)
+                || trees.contains(id)
+        };
+        if let Some(model) = nav2_model(id).filter(|_| !is_known(id)) {
+            models.insert(id.to_owned(), model.clone());
+        }
+    }
 }
 
 /// The format that the file declares; 3 if it declares none, as was usual then.

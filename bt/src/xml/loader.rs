@@ -9,11 +9,12 @@ use crate::settings::Constants;
 ///
 /// Both spellings of nodes are read: `<Action ID="GoTo"/>` and `<GoTo/>`, `<Control ID="Sequence">` and `<Sequence>`.
 /// The short form of a leaf requires a declaration of the leaf, in the file's `<TreeNodesModel>` or by
-/// [`leaves`](Self::leaves). Parts without a meaning here (descriptions, Groot's annotations) are kept. Trees that
-/// BehaviorTree.CPP 4 refuses to load are refused: IDs with a space or another forbidden character, two subtrees with
-/// the same name in a tree, ports that no model declares, ports of two types that use one entry. In files of version 3,
-/// whose models are only Groot's annotations, an undeclared port is a warning, as is an unknown attribute that looks
-/// like a script ([`Tree::concerns`](crate::Tree::concerns)).
+/// [`leaves`](Self::leaves); Nav2's leaves (`<FollowPath/>`, `<Wait/>`, …) are declared by Nav2's model, unless the
+/// file or the loader declares them. Parts without a meaning here (descriptions, Groot's annotations) are kept. Trees
+/// that BehaviorTree.CPP 4 refuses to load are refused: IDs with a space or another forbidden character, two subtrees
+/// with the same name in a tree, ports that no model declares, ports of two types that use one entry. In files of
+/// version 3, whose models are only Groot's annotations, an undeclared port is a warning, as is an unknown attribute
+/// that looks like a script ([`Tree::concerns`](crate::Tree::concerns)).
 ///
 /// All trees of a file are checked, even those that the main tree does not use.
 ///

@@ -21,12 +21,13 @@ pub(crate) struct Model {
     pub(crate) ports: Vec<PortModel>,
     /// The index of each port.
     pub(super) places: BTreeMap<String, usize>,
-    /// A `<TreeNodesModel>` declares it with all its ports; otherwise it is only used as a node of this category.
+    /// A `<TreeNodesModel>` or Nav2's model declares it with all its ports; otherwise it is only used as a node of this
+    /// category.
     pub(super) is_declared: bool,
     /// Other contents of the declaration: attributes, and elements such as `<MetadataFields>` and `<description>`.
     pub(super) kept: Kept,
     pub(super) notes: Vec<String>,
-    /// The place of its declaration or first use, and the index of the file.
+    /// The place of its declaration or first use, and the index of the file; none in Nav2's model.
     pub(crate) declared: Option<(usize, SourceSpan)>,
 }
 
@@ -55,6 +56,11 @@ impl Model {
             notes: Vec::new(),
             declared: None,
         }
+    }
+
+    /// Whether it is from Nav2's model, because no file declares the node.
+    pub(crate) fn is_of_nav2(&self) -> bool {
+        self.declared.is_none()
     }
 
     /// Whether it contains more than the category.
@@ -106,13 +112,13 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
             return;
         }
         // Groot also lists BehaviorTree.CPP's own nodes. They are known here, so only its annotations are kept.
-        let model = declaration(element, category, (file, span), &mut Problems::new());
+        let model = declaration(element, category, Some((file, span)), &mut Problems::new());
         if builtin.is_called(&id) && !model.notes.is_empty() {
             models.insert(id, model);
         }
         return;
     }
-    let model = declaration(element, category, (file, span), problems);
+    let model = declaration(element, category, Some((file, span)), problems);
     match models.get(&id) {
         Some(known) if known.category != category && known.declared.is_some_and(|(first, _)| first == file) => {
             let declared = known.declared.map(|(_, span)| span);
@@ -125,15 +131,15 @@ fn read_model(element: Element<'_, '_>, file: usize, models: &mut Models, proble
     }
 }
 
-/// The declaration of a node by an element.
-fn declaration(
+/// The declaration of a node by an element, at this place of a file.
+pub(super) fn declaration(
     element: Element<'_, '_>,
     category: Category,
-    place: (usize, SourceSpan),
+    declared: Option<(usize, SourceSpan)>,
     problems: &mut Problems,
 ) -> Model {
     let kept = other_attributes(element, &["ID"]);
-    let mut model = Model { kept, declared: Some(place), is_declared: true, ..Model::of(category) };
+    let mut model = Model { kept, declared, is_declared: true, ..Model::of(category) };
     for child in element.children().filter(Element::is_element) {
         match direction(child) {
             Some(_) if model.ports.len() == MAX_PORTS => {

@@ -1,4 +1,4 @@
-//! The ports of BehaviorTree.CPP's own nodes: their names, types and defaults.
+//! The ports of BehaviorTree.CPP's and Nav2's nodes: their names, types and defaults.
 
 use super::vocabulary;
 use crate::blackboard::Type;
@@ -22,7 +22,7 @@ impl Port {
     }
 }
 
-/// A port of one of BehaviorTree.CPP's own nodes, in words.
+/// A port of one of BehaviorTree.CPP's or Nav2's nodes, in words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuiltinPort {
     /// Its name.
@@ -52,6 +52,9 @@ pub(super) enum Of {
     Int,
     Unsigned,
     Bool,
+    Real,
+    /// A real number greater than 0.
+    Rate,
     Text,
     Status,
     Item(Item),
@@ -69,7 +72,8 @@ impl Of {
             Self::Unsigned => "an integer of at least 0",
             Self::Bool | Self::Item(Item::Bool) => "true or false",
             Self::Text | Self::Item(Item::Text) => "a text",
-            Self::Item(Item::Double) => "a number",
+            Self::Real | Self::Item(Item::Double) => "a number",
+            Self::Rate => "a number greater than 0",
             Self::Status => "SUCCESS, FAILURE, RUNNING or SKIPPED",
             Self::Code => "a script",
             Self::Key => "the name of an entry",
@@ -82,6 +86,7 @@ impl Of {
             Self::Int => Type::INT,
             Self::Unsigned => Type::UNSIGNED,
             Self::Bool => Type::Bool,
+            Self::Real | Self::Rate => Type::Real,
             Self::Text => Type::Text,
             Self::Status => Type::Status,
             Self::Item(item) => item.type_of(),
@@ -97,26 +102,25 @@ const fn with_default(name: &'static str, of: Of, default: &'static str) -> Port
     Port { default: Some(default), ..input(name, of) }
 }
 
-const fn optional(name: &'static str) -> Port {
-    Port { optional: true, ..input(name, Of::Text) }
+const fn optional(name: &'static str, of: Of) -> Port {
+    Port { optional: true, ..input(name, of) }
 }
 
-const fn output(name: &'static str, of: Of) -> Port {
-    Port { name, of, default: None, optional: true }
-}
+const GOAL: Port = with_default("goal", Of::Any, "{goal}");
+const GOALS: Port = with_default("goals", Of::Any, "{goals}");
 
 const CASES: [Port; 7] = [
-    optional("variable"),
-    optional("case_1"),
-    optional("case_2"),
-    optional("case_3"),
-    optional("case_4"),
-    optional("case_5"),
-    optional("case_6"),
+    optional("variable", Of::Text),
+    optional("case_1", Of::Text),
+    optional("case_2", Of::Text),
+    optional("case_3", Of::Text),
+    optional("case_4", Of::Text),
+    optional("case_5", Of::Text),
+    optional("case_6", Of::Text),
 ];
 
 const fn a_loop(item: Item) -> [Port; 3] {
-    [input("queue", Of::Any), with_default("if_empty", Of::Status, "SUCCESS"), output("value", Of::Item(item))]
+    [input("queue", Of::Any), with_default("if_empty", Of::Status, "SUCCESS"), optional("value", Of::Item(item))]
 }
 
 const LOOP_INT: [Port; 3] = a_loop(Item::Int);
@@ -133,6 +137,51 @@ pub(super) fn ports(kind: Kind) -> &'static [Port] {
         Kind::ParallelAll => const { &[with_default("max_failures", Of::Int, "1")] },
         Kind::Switch(cases) => &CASES[..=usize::from(cases).min(6)],
         Kind::TryCatch => const { &[with_default("catch_on_halt", Of::Bool, "false")] },
+        Kind::PersistentSequence => const { &[input("current_child_idx", Of::Int)] },
+        Kind::RecoveryNode => const { &[with_default("number_of_retries", Of::Unsigned, "1")] },
+        Kind::RoundRobin => const { &[with_default("wrap_around", Of::Bool, "false")] },
+        Kind::PauseResumeController => {
+            const { &[input("pause_service_name", Of::Text), input("resume_service_name", Of::Text)] }
+        }
+        Kind::RateController => const { &[with_default("hz", Of::Rate, "10.0")] },
+        Kind::DistanceController => {
+            const {
+                let frames = [optional("global_frame", Of::Text), optional("robot_base_frame", Of::Text)];
+                &[with_default("distance", Of::Real, "1.0"), frames[0], frames[1]]
+            }
+        }
+        Kind::SpeedController => {
+            const {
+                &[
+                    with_default("min_rate", Of::Rate, "0.1"),
+                    with_default("max_rate", Of::Rate, "1.0"),
+                    with_default("min_speed", Of::Real, "0.0"),
+                    with_default("max_speed", Of::Real, "0.5"),
+                    GOAL,
+                    GOALS,
+                ]
+            }
+        }
+        Kind::GoalUpdater => {
+            const {
+                &[
+                    optional("input_goal", Of::Any),
+                    optional("input_goals", Of::Any),
+                    optional("output_goal", Of::Any),
+                    optional("output_goals", Of::Any),
+                ]
+            }
+        }
+        Kind::GoalUpdatedController => const { &[GOAL, GOALS] },
+        Kind::PathLongerOnApproach => {
+            const {
+                &[
+                    optional("path", Of::Any),
+                    with_default("prox_len", Of::Real, "3.0"),
+                    with_default("length_factor", Of::Real, "2.0"),
+                ]
+            }
+        }
         Kind::Repeat => const { &[input("num_cycles", Of::Int)] },
         Kind::RetryUntilSuccessful => const { &[input("num_attempts", Of::Int)] },
         Kind::Delay => const { &[input("delay_msec", Of::Unsigned)] },

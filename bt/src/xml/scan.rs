@@ -14,6 +14,7 @@ use super::kept::{other_attributes, written_name};
 use super::library::{Attribute, Definition, Scanned};
 use super::loader::Loader;
 use super::model::{Model, Models, misplaced};
+use super::nav2::nav2_models;
 use super::ports::is_port_name;
 use super::problems::{
     MAX_PROBLEMS, Problems, child_count, missing_port, near, not_supported, port_value, too_deep, unknown_node,
@@ -21,6 +22,9 @@ use super::problems::{
 };
 use super::vocabulary::{self, Builtin};
 use crate::{Category, Kind};
+
+/// The port of a RoundRobin.
+const WRAP_AROUND: &str = "wrap_around";
 
 /// The reading of one document.
 pub(super) struct Scan<'a> {
@@ -171,7 +175,13 @@ impl Scan<'_> {
                 is_plain,
             }
         };
-        element.attributes().map(read).collect()
+        let mut attributes: Vec<Attribute> = element.attributes().map(read).collect();
+        if kind == Kind::RoundRobin && self.format == 3 && !element.has_attribute(WRAP_AROUND) {
+            // Humble's trees are of version 3, and its RoundRobin always wraps around.
+            let (name, value, span) = (WRAP_AROUND.to_owned(), "true".to_owned(), tag_span(element));
+            attributes.push(Attribute { written: name.clone(), name, value, span, value_span: span, is_plain: false });
+        }
+        attributes
     }
 
     /// The kind and ID of an element.
@@ -295,6 +305,7 @@ impl Scan<'_> {
                 compiler.setting();
                 compiler.check_builtin_ports();
                 self.check_thresholds(element, scanned);
+                self.check_round(scanned);
             }
         }
     }
@@ -340,6 +351,16 @@ impl Scan<'_> {
         }
     }
 
+    /// Warns of a RoundRobin that does not say whether it wraps around, on which Nav2's releases differ.
+    fn check_round(&mut self, scanned: &Scanned) {
+        if scanned.kind == Kind::RoundRobin && scanned.attribute(WRAP_AROUND).is_none() {
+            let problem = Problem::new("Nav2's RoundRobin wraps around up to Kilted, and does not since Lyrical");
+            let help = "this one does not; for a tree of an older release, add wrap_around=\"true\"";
+            let problem = problem.as_warning().at(scanned.span, "ends after its last child");
+            self.problems.push(problem.with_help(help));
+        }
+    }
+
     fn unknown(&mut self, element: Element<'_, '_>, name: &str) {
         if let Some((at, more)) = self.unknown.get_mut(name) {
             *more += 1;
@@ -350,7 +371,8 @@ impl Scan<'_> {
         self.unknown.insert(name.to_owned(), (self.problems.len(), 0));
         let known = vocabulary::names()
             .chain(self.models.keys().map(String::as_str))
-            .chain(self.loader.leaves.iter().map(String::as_str));
+            .chain(self.loader.leaves.iter().map(String::as_str))
+            .chain(nav2_models().keys().map(String::as_str));
         let help = if self.trees.contains(name) {
             format!("to insert the tree with this name, write <SubTree ID=\"{name}\"/>")
         } else if let Some(near) = near(name, known, self.problems.len()) {
@@ -369,7 +391,7 @@ impl Scan<'_> {
             format!("did you mean `{near}`?")
         });
         let message =
-            format!("`{id}` is not one of BehaviorTree.CPP's own nodes, so it cannot be run as a <{category}>");
+            format!("`{id}` is not one of BehaviorTree.CPP's or Nav2's nodes, so it cannot be run as a <{category}>");
         self.problems.push(Problem::new(message).at(tag_span(element), "unknown").with_help(help));
     }
 }

@@ -66,10 +66,12 @@ impl<'a> Compiler<'a> {
             _ => self.attributes.iter().map(|attribute| attribute.name.as_str()).collect(),
         };
         for attribute in strangers {
+            let words =
+                if model.is_of_nav2() { "in Nav2's model, its ports are" } else { "the ports in its model are" };
             let ports = model.ports.iter().map(|port| port.name.as_str());
             let near = near(&attribute.name, ports.clone().filter(|port| !given.contains(port)), self.problems.len());
             let help = near.map(|near| format!("did you mean `{near}`?"));
-            let help = help.or_else(|| self.all("the ports in its model are", ports));
+            let help = help.or_else(|| self.all(words, ports));
             let (node, port) = (self.name, &attribute.name);
             self.problems.push(if near.is_none() && format == 3 {
                 let problem = Problem::new(format!("{node} declares no port `{port}`")).as_warning();

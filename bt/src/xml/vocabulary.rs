@@ -1,8 +1,8 @@
-//! BehaviorTree.CPP's own nodes, by name.
+//! BehaviorTree.CPP's own nodes, and Nav2's control nodes and decorators, by name.
 
 use crate::{Category, Kind};
 
-/// The meaning of a name in BehaviorTree.CPP.
+/// The meaning of a name in BehaviorTree.CPP or Nav2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Builtin {
     /// A supported kind.
@@ -71,7 +71,7 @@ pub(super) fn names<'a>() -> impl Iterator<Item = &'a str> {
     kinds.chain(others).chain(EXPLICIT.into_iter().map(|category| -> &'a str { category.element() }))
 }
 
-/// The names of BehaviorTree.CPP's nodes of a category.
+/// The names of built-in nodes of a category.
 pub(super) fn builtins_of(category: Category) -> impl Iterator<Item = &'static str> {
     Kind::BUILTIN.into_iter().filter(move |kind| kind.category() == category).map(Kind::name)
 }

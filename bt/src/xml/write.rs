@@ -5,6 +5,7 @@ use std::fmt::Write;
 
 use super::library::{Definition, Scanned};
 use super::model::{Model, PortModel};
+use super::nav2::nav2_model;
 use super::ports::is_port_name;
 use super::vocabulary;
 use crate::{Category, Direction, Kind, Tree};
@@ -62,6 +63,12 @@ impl Tree {
             if model.category != Category::SubTree || model.says_something() {
                 xml.model(id, model, undeclared.into_iter().filter(|port| model.port(port).is_none()));
             }
+        }
+        // Groot does not know them.
+        let used = definitions.iter().flat_map(|definition| &definition.nodes).map(|node| node.kind);
+        let used: BTreeSet<&str> = used.filter(|kind| kind.is_of_nav2()).map(Kind::name).collect();
+        for id in used.into_iter().filter(|id| !self.library.models.contains_key(*id)) {
+            xml.model(id, nav2_model(id).expect("Nav2's model has all its nodes"), std::iter::empty());
         }
         xml.close("TreeNodesModel");
         xml.close("root");

@@ -18,6 +18,11 @@ impl Object {
             Kind::WhileDoElse => self.tick_while_do_else(context),
             Kind::Switch(_) => self.tick_switch(context),
             Kind::TryCatch => self.tick_try_catch(context),
+            Kind::PipelineSequence => self.tick_pipeline(context),
+            Kind::NonblockingSequence => self.tick_nonblocking(context),
+            Kind::RecoveryNode => self.tick_recovery(context),
+            Kind::RoundRobin => self.tick_round_robin(context),
+            Kind::PauseResumeController => self.tick_pausable(context),
             _ => self.tick_in_order(context, Success, Failure),
         }
     }
@@ -237,6 +242,134 @@ impl Object {
         }
         self.skipped = 0;
         if all_skipped { Skipped } else { Success }
+    }
+
+    fn tick_pipeline(&mut self, context: &mut Context) -> Status {
+        let mut skipped = 0;
+        for index in 0..self.children.len() {
+            match self.children[index].execute_tick(context) {
+                Failure => {
+                    self.reset_children(context);
+                    self.last_child_ticked = 0;
+                    return Failure;
+                }
+                Running if index >= self.last_child_ticked => {
+                    self.last_child_ticked = index;
+                    return Running;
+                }
+                Skipped => skipped += 1,
+                Running | Success => {}
+            }
+        }
+        self.reset_children(context);
+        self.last_child_ticked = 0;
+        if skipped == self.children.len() { Skipped } else { Success }
+    }
+
+    fn tick_nonblocking(&mut self, context: &mut Context) -> Status {
+        let mut all_success = true;
+        for index in 0..self.children.len() {
+            match self.children[index].execute_tick(context) {
+                Failure => {
+                    self.reset_children(context);
+                    return Failure;
+                }
+                Skipped => return self.throw(context),
+                Running => all_success = false,
+                Success => {}
+            }
+        }
+        if !all_success {
+            return Running;
+        }
+        self.reset_children(context);
+        Success
+    }
+
+    /// `halt` of the node by itself, and its answer.
+    fn end(&mut self, context: &mut Context, status: Status) -> Status {
+        self.reset_children(context);
+        self.status = None;
+        (self.current_child, self.retry_count, self.num_failed_children) = (0, 0, 0);
+        status
+    }
+
+    fn tick_recovery(&mut self, context: &mut Context) -> Status {
+        let retries = self.numbers[0].abs();
+        self.status = Some(Running);
+        while self.retry_count <= retries {
+            match (self.current_child, self.children[self.current_child].execute_tick(context)) {
+                (_, Running) => return Running,
+                (0, Failure) if self.retry_count < retries => {
+                    self.halt_child(0, context);
+                    self.current_child = 1;
+                }
+                (0, status) => return self.end(context, status),
+                (_, Success) => {
+                    self.halt_child(1, context);
+                    (self.current_child, self.retry_count) = (0, self.retry_count + 1);
+                }
+                (_, Skipped) => {
+                    self.current_child = 0;
+                    self.halt_child(1, context);
+                    return Failure;
+                }
+                (_, Failure) => break,
+            }
+        }
+        self.end(context, Failure)
+    }
+
+    fn tick_round_robin(&mut self, context: &mut Context) -> Status {
+        let (count, wraps) = (self.children.len(), self.numbers[0] > 0);
+        self.status = Some(Running);
+        let mut skipped = 0;
+        while self.num_failed_children + skipped < count {
+            let status = self.children[self.current_child].execute_tick(context);
+            if status == Running {
+                return Running;
+            }
+            self.current_child += 1;
+            skipped += usize::from(status == Skipped);
+            self.num_failed_children += usize::from(status == Failure);
+            if self.current_child == count {
+                if !wraps {
+                    break;
+                }
+                self.current_child = 0;
+            }
+            if status == Success {
+                self.num_failed_children = 0;
+                self.reset_children(context);
+                return Success;
+            }
+        }
+        self.end(context, if skipped == count { Skipped } else { Failure })
+    }
+
+    /// Both services are the same entry. The states are the indices of the children.
+    fn tick_pausable(&mut self, context: &mut Context) -> Status {
+        const FOLLOWING: [usize; 4] = [0, 1, 1, 0];
+        if self.status.is_none() {
+            self.state = 0;
+        }
+        self.status = Some(Running);
+        if std::mem::replace(&mut self.requests, context.writes) != context.writes {
+            self.reset_children(context);
+            self.state = if self.state == 1 { 3 } else { 2 };
+        }
+        if self.state >= self.children.len() {
+            self.state = FOLLOWING[self.state];
+            return Running;
+        }
+        match self.children[self.state].execute_tick(context) {
+            status @ (Running | Failure) => status,
+            Success | Skipped if self.state == 0 => Success,
+            Success | Skipped => {
+                self.state = FOLLOWING[self.state];
+                Running
+            }
+        }
     }
 
     /// A TryCatch that is halted while it runs may tick its catch block once.

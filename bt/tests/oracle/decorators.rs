@@ -10,8 +10,11 @@ impl Object {
         if let (Kind::RunOnce, Some(status)) = (self.kind, self.once) {
             return if self.numbers[0] > 0 { Skipped } else { status };
         }
+        let is_active = self.status.is_some();
         self.status = Some(Running);
         match self.kind {
+            Kind::SingleTrigger if is_active && self.triggered => return Failure,
+            Kind::SingleTrigger => self.triggered = false,
             Kind::Repeat => return self.tick_again_after(Success, context),
             Kind::RetryUntilSuccessful => return self.tick_again_after(Failure, context),
             _ => {}
@@ -24,6 +27,10 @@ impl Object {
             (Kind::KeepRunningUntilFailure, Success | Skipped) => Running,
             (Kind::Inverter, Success) | (Kind::ForceFailure, Success | Failure) => Failure,
             (Kind::Inverter, Failure) | (Kind::ForceSuccess, Success | Failure) => Success,
+            (Kind::SingleTrigger, Success | Failure) => {
+                self.triggered = true;
+                status
+            }
             (Kind::RunOnce, Success | Failure) => {
                 self.once = Some(status);
                 status

@@ -22,6 +22,13 @@ pub(super) struct Object {
     pub(super) in_catch: bool,
     pub(super) cycles: i64,
     pub(super) once: Option<Status>,
+    pub(super) last_child_ticked: usize,
+    pub(super) retry_count: i64,
+    pub(super) num_failed_children: usize,
+    pub(super) triggered: bool,
+    /// The writes of the entry of its requests that it knows.
+    pub(super) requests: u64,
+    pub(super) state: usize,
 }
 
 /// What the nodes of a tree share.
@@ -31,6 +38,8 @@ pub(super) struct Context {
     pub(super) woken: bool,
     /// The only entry of the blackboard.
     pub(super) entry: i64,
+    /// How often it has been written.
+    pub(super) writes: u64,
 }
 
 impl Object {
@@ -51,6 +60,12 @@ impl Object {
             in_catch: false,
             cycles: 0,
             once: None,
+            last_child_ticked: 0,
+            retry_count: 0,
+            num_failed_children: 0,
+            triggered: false,
+            requests: 0,
+            state: 0,
         }
     }
 
@@ -94,6 +109,7 @@ impl Object {
             Kind::AlwaysFailure => Status::Failure,
             Kind::Script => {
                 context.entry = self.numbers[0];
+                context.writes += 1;
                 Status::Success
             }
             kind if is_decorator(kind) => self.tick_decorator(context),
@@ -146,6 +162,7 @@ impl Object {
                 (self.current_child, self.running_child, self.in_catch, self.cycles) = (0, None, false, 0);
                 self.completed.clear();
                 (self.successes, self.failures) = (0, 0);
+                (self.last_child_ticked, self.retry_count, self.num_failed_children, self.state) = (0, 0, 0, 0);
             }
         }
     }
@@ -174,6 +191,7 @@ fn is_decorator(kind: Kind) -> bool {
             | Kind::RetryUntilSuccessful
             | Kind::KeepRunningUntilFailure
             | Kind::RunOnce
+            | Kind::SingleTrigger
     )
 }
 
@@ -188,7 +206,7 @@ pub(super) struct Oracle {
 
 impl Oracle {
     pub(super) fn new(spec: &Spec, script: &Script) -> Self {
-        let context = Context { actors: Actors::new(script), woken: false, entry: 0 };
+        let context = Context { actors: Actors::new(script), woken: false, entry: 0, writes: 1 };
         Self { root: Object::new(spec), context }
     }
 
@@ -210,6 +228,7 @@ impl Oracle {
     /// Writes the blackboard's entry.
     pub(super) fn write(&mut self, number: i64) {
         self.context.entry = number;
+        self.context.writes += 1;
     }
 
     pub(super) fn halt_tree(&mut self) {

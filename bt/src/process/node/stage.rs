@@ -1,9 +1,9 @@
 //! What the process of a node is about to do, or waits for.
 
-use crate::Request;
 use crate::process::board::Question;
 use crate::process::protocol::Said;
 use crate::semantics::Then;
+use crate::{Request, Status};
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Stage {
@@ -44,9 +44,10 @@ pub(super) enum Goal {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Purpose {
     Tick,
-    /// A child has failed; the number of attempts is read again.
-    Retry {
+    /// A child has given this answer.
+    Answer {
         child: usize,
+        status: Status,
         was_idle: bool,
     },
     /// To decide whether the last child is ticked before this node is halted.

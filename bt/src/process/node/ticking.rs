@@ -12,9 +12,11 @@ use crate::process::board::{Question, Told};
 use crate::process::protocol::{Said, said_of, status_of, symbol};
 use crate::process::whole::tick_number;
 use crate::program::Flags;
-use crate::semantics::{Answer, Beginning, Reaction, Reading, Reset, Resume, Then, Which, begin, needs_reading, react};
+use crate::semantics::{
+    Answer, Beginning, Reaction, Reading, Reset, Resume, Then, Which, begin, needs_reading, needs_reading_after, react,
+};
 use crate::status::Mark;
-use crate::{Kind, Outcome, Request, Status};
+use crate::{Outcome, Request, Status};
 
 impl NodeProcess {
     pub(super) fn take_request(&mut self, envelope: &Envelope, now: Duration) -> Stage {
@@ -75,11 +77,10 @@ impl NodeProcess {
                 }
                 _ => self.leave(Status::Failure),
             },
-            (Purpose::Retry { child, was_idle }, told) => {
-                if let Told::Reading(Reading::Numbers(limits)) = told {
-                    self.memory.limits = limits;
-                }
-                self.react(child, Status::Failure, was_idle)
+            (Purpose::Answer { child, status, was_idle }, told) => {
+                let reading =
+                    if let Told::Reading(reading) = told { reading } else { Reading::Status(Status::Failure) };
+                self.react(child, Answer { status: Some(status), was_idle, is_last: self.is_last(child), reading, now })
             }
             (Purpose::Halt, told) => {
                 if told == Told::Reading(Reading::Numbers([1, 0])) {
@@ -93,7 +94,8 @@ impl NodeProcess {
 
     pub(super) fn tick_child(&mut self, mut child: usize) -> Stage {
         while self.kind().passes_over_completed() && self.records[child].mark.is_completed() {
-            let answer = Answer { status: None, was_idle: false, is_last: child + 1 == self.records.len() };
+            let (is_last, reading) = (self.is_last(child), Reading::Nothing);
+            let answer = Answer { status: None, was_idle: false, is_last, reading, now: Duration::ZERO };
             match react(self.kind(), &mut self.memory, answer) {
                 Reaction::Next => child += 1,
                 reaction => return self.carry_out(child, reaction),
@@ -105,7 +107,7 @@ impl NodeProcess {
         Stage::Asking(child, Request::Tick, After::Tick)
     }
 
-    pub(super) fn take_reply(&mut self, child: usize, after: After, envelope: &Envelope) -> Stage {
+    pub(super) fn take_reply(&mut self, child: usize, after: After, envelope: &Envelope, now: Duration) -> Stage {
         self.request = envelope.request;
         let said = said_of(&envelope.message);
         self.again |= said.again;
@@ -114,12 +116,12 @@ impl NodeProcess {
                 self.record_halt(child);
                 self.reset(rest, goal)
             }
-            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.stands),
+            (After::Tick, status) => self.answered(child, status.unwrap_or(Status::Failure), said.stands, now),
         }
     }
 
     /// Handles a child's answer to a tick.
-    pub(super) fn answered(&mut self, child: usize, status: Status, stands: Option<Status>) -> Stage {
+    fn answered(&mut self, child: usize, status: Status, stands: Option<Status>, now: Duration) -> Stage {
         let record = &mut self.records[child];
         let was_idle = record.mark.was_idle();
         *record = Record { mark: mark_of(stands), outcome: Some(Outcome::Answered(status)), tick: self.tick };
@@ -129,15 +131,18 @@ impl NodeProcess {
         if self.memory.catches {
             return self.reset_all(Goal::Halt { skips: false });
         }
-        let is_retry = self.kind() == Kind::RetryUntilSuccessful && status == Status::Failure;
-        if is_retry && self.has(Flags::READS) {
-            return Stage::Consulting(Question::Read, Purpose::Retry { child, was_idle });
+        if self.has(Flags::READS) && needs_reading_after(self.kind(), status) {
+            return Stage::Consulting(Question::ReadAfter(status), Purpose::Answer { child, status, was_idle });
         }
-        self.react(child, status, was_idle)
+        let (is_last, reading) = (self.is_last(child), Reading::Nothing);
+        self.react(child, Answer { status: Some(status), was_idle, is_last, reading, now })
     }
 
-    pub(super) fn react(&mut self, child: usize, status: Status, was_idle: bool) -> Stage {
-        let answer = Answer { status: Some(status), was_idle, is_last: child + 1 == self.records.len() };
+    fn is_last(&self, child: usize) -> bool {
+        child + 1 == self.records.len()
+    }
+
+    fn react(&mut self, child: usize, answer: Answer) -> Stage {
         let reaction = react(self.kind(), &mut self.memory, answer);
         self.carry_out(child, reaction)
     }
@@ -173,6 +178,10 @@ impl NodeProcess {
                 Which::Last => self.records.len() - 1,
             }),
             Then::Answer(status) => self.leave(status),
+            Then::Skip => {
+                self.mark = Mark::Started;
+                self.leave(Status::Skipped)
+            }
             Then::Again => {
                 self.again = true;
                 self.leave(Status::Running)

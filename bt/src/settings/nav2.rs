@@ -1,0 +1,236 @@
+//! What Nav2's nodes read: rates, and what the blackboard tells about the robot, its goals and its path.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::input::{Input, ReadError};
+use super::pose;
+use crate::Status;
+use crate::blackboard::{Blackboard, Slot, Type, Value, ValueError};
+use crate::semantics::Reading;
+
+/// What one of Nav2's nodes reads.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Nav2 {
+    Index(Index),
+    /// Requests to pause and to resume.
+    Requests([Slot; 2]),
+    Rate(Input),
+    Distance {
+        distance: Input,
+        pose: Slot,
+        /// The number of the memo with the position where the distance begins.
+        memo: usize,
+    },
+    Speed {
+        /// Minimum and maximum.
+        rates: [Input; 2],
+        speeds: [Input; 2],
+        speed: Slot,
+        goals: Goals,
+    },
+    Goals(Goals),
+    Updates([Update; 2]),
+    Path {
+        path: Option<Input>,
+        near: Input,
+        factor: Input,
+        /// The number of the memo with the previous path and the one of the last tick.
+        memo: usize,
+    },
+}
+
+/// The index of a child, which is an entry.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Index {
+    pub(crate) slot: Slot,
+    pub(crate) key: Arc<str>,
+    /// The number of children.
+    pub(crate) children: usize,
+}
+
+/// A goal and a list of goals that may change.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Goals {
+    pub(crate) goals: [Input; 2],
+    /// The number of the memo with the last ones.
+    pub(crate) memo: usize,
+}
+
+/// A goal that may be replaced by an update.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Update {
+    pub(crate) input: Option<Input>,
+    pub(crate) update: Slot,
+    pub(crate) output: Option<Slot>,
+}
+
+impl Nav2 {
+    /// Tells the node how many children it has.
+    pub(crate) fn count(&mut self, children: usize) {
+        if let Self::Index(index) = self {
+            index.children = children;
+        }
+    }
+
+    /// Reads what the node needs when it is ticked. `starts` if it was idle.
+    pub(super) fn read(&self, board: &mut Blackboard, starts: bool) -> Result<Reading, ReadError> {
+        Ok(match self {
+            Self::Index(index) => match index.read(board)? {
+                past if usize::try_from(past).is_ok_and(|past| past >= index.children) => {
+                    index.move_to(past, board)?;
+                    Reading::Status(Status::Success)
+                }
+                current => Reading::Numbers([current, 0]),
+            },
+            Self::Requests(slots) => Reading::Numbers(slots.map(|slot| writes(board, slot))),
+            Self::Rate(hz) => Reading::Numbers([period(real(hz, board)?)?, 0]),
+            Self::Distance { distance, pose, memo } => {
+                let Some(here) = position(board, *pose)? else { return Ok(Reading::Status(Status::Failure)) };
+                let distance = real(distance, board)?;
+                let kept = board.memo(*memo);
+                match kept.as_ref().filter(|_| !starts).and_then(as_position) {
+                    Some(from) if pose::distance(from, here) < distance => Reading::Nothing,
+                    Some(_) => Reading::Proceed,
+                    None => {
+                        *kept = Some(of_position(here));
+                        Reading::Proceed
+                    }
+                }
+            }
+            Self::Speed { rates, speeds, speed, goals } => {
+                let [min_rate, max_rate] = [real(&rates[0], board)?, real(&rates[1], board)?];
+                let [min_speed, max_speed] = [real(&speeds[0], board)?, real(&speeds[1], board)?];
+                if goals.have_changed(board, starts) {
+                    return Ok(Reading::Numbers([1, period(max_rate)?]));
+                }
+                let speed = board.value(*speed).map_or(Ok(0.0), Value::to_real)?;
+                let share = (speed - min_speed) / (max_speed - min_speed);
+                let rate = (share * (max_rate - min_rate) + min_rate).min(max_rate).max(min_rate);
+                Reading::Numbers([0, period(rate)?])
+            }
+            Self::Goals(goals) if goals.have_changed(board, starts) => Reading::Proceed,
+            Self::Goals(_) => Reading::Nothing,
+            Self::Updates(updates) => {
+                updates.iter().try_for_each(|update| update.pass(board))?;
+                Reading::Proceed
+            }
+            Self::Path { path, near, factor, memo } => {
+                let new = path.as_ref().and_then(|path| path.value(board)).map_or(Arc::default(), Value::to_text);
+                let (near, factor) = (real(near, board)?, real(factor, board)?);
+                let kept = board.memo(*memo);
+                let old = kept.as_ref().and_then(|kept| Some(kept.front()?.to_text()));
+                let is_longer = old.as_deref().map_or(Ok(false), |old| is_detour(old, &new, near, factor))?;
+                let previous = old.filter(|_| is_longer).unwrap_or_else(|| new.clone());
+                *kept = Some([Value::Text(previous), Value::Text(new)].into());
+                if is_longer { Reading::Proceed } else { Reading::Status(Status::Success) }
+            }
+        })
+    }
+
+    /// Reads what the node needs when a child has given this answer.
+    pub(super) fn read_after(&self, status: Status, board: &mut Blackboard) -> Result<Reading, ReadError> {
+        match self {
+            Self::Index(index) => {
+                let next = if status == Status::Failure { 0 } else { index.read(board)?.saturating_add(1) };
+                Ok(Reading::Numbers([index.move_to(next, board)?, 0]))
+            }
+            Self::Distance { pose, memo, .. } => {
+                let Some(here) = position(board, *pose)? else { return Ok(Reading::Status(Status::Failure)) };
+                *board.memo(*memo) = Some(of_position(here));
+                Ok(Reading::Proceed)
+            }
+            Self::Path { memo, .. } => {
+                // What was the new path is now the previous one.
+                if let Some(kept) = board.memo(*memo)
+                    && kept.len() > 1
+                {
+                    kept.pop_front();
+                }
+                Ok(Reading::Proceed)
+            }
+            _ => Ok(Reading::Nothing),
+        }
+    }
+}
+
+impl Index {
+    fn read(&self, board: &Blackboard) -> Result<i64, ReadError> {
+        Ok(board.value(self.slot).ok_or_else(|| ReadError::Empty(self.key.clone()))?.to_int()?)
+    }
+
+    /// Writes the index, 0 if it is past the last child.
+    fn move_to(&self, index: i64, board: &mut Blackboard) -> Result<i64, ValueError> {
+        let index = if usize::try_from(index).is_ok_and(|index| index < self.children) { index } else { 0 };
+        board.write(self.slot, Value::Int(index))?;
+        Ok(index)
+    }
+}
+
+impl Goals {
+    /// Whether one of them differs from what it was at the last tick, or the node starts.
+    fn have_changed(&self, board: &mut Blackboard, starts: bool) -> bool {
+        let now: VecDeque<Value> = self.goals.iter().map(|goal| shown(goal.value(board))).collect();
+        let before = board.memo(self.memo).replace(now);
+        starts || before != *board.memo(self.memo)
+    }
+}
+
+impl Update {
+    /// Writes the update, or else the input, to the output.
+    fn pass(&self, board: &mut Blackboard) -> Result<(), ReadError> {
+        let input = self.input.as_ref().and_then(|input| input.value(board));
+        let update = board.value(self.update).filter(|update| match pose::stamp(&update.to_text()) {
+            Some(0) => false,
+            Some(stamp) => input.and_then(|input| pose::stamp(&input.to_text())).is_none_or(|own| stamp >= own),
+            None => true,
+        });
+        match (self.output, update.or(input).cloned()) {
+            (Some(output), Some(goal)) => Ok(board.write(output, goal)?),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// The nanoseconds between two ticks at this rate.
+#[expect(clippy::cast_possible_truncation, reason = "a period too long for the type is as long as the type allows")]
+pub(crate) fn period(hz: f64) -> Result<i64, ReadError> {
+    if hz > 0.0 { Ok((1e9 / hz).round() as i64) } else { Err(ValueError::new(hz, "a rate greater than 0").into()) }
+}
+
+fn real(input: &Input, board: &Blackboard) -> Result<f64, ReadError> {
+    Ok(input.read(board, &Type::Real)?.to_real()?)
+}
+
+/// How often an entry has been written.
+fn writes(board: &Blackboard, slot: Slot) -> i64 {
+    board.writes(slot).and_then(|writes| i64::try_from(writes).ok()).unwrap_or_default()
+}
+
+/// The value of an entry, or an empty text.
+fn shown(value: Option<&Value>) -> Value {
+    value.cloned().unwrap_or_else(|| "".into())
+}
+
+/// The position in an entry; `None` if it has no value.
+fn position(board: &Blackboard, slot: Slot) -> Result<Option<[f64; 2]>, ValueError> {
+    let Some(pose) = board.value(slot) else { return Ok(None) };
+    pose::position(&pose.to_text()).map(Some).ok_or_else(|| ValueError::new(pose, "a pose, such as `1.5;2`"))
+}
+
+fn of_position(position: [f64; 2]) -> VecDeque<Value> {
+    position.map(Value::Real).into()
+}
+
+fn as_position(kept: &VecDeque<Value>) -> Option<[f64; 2]> {
+    Some([kept.front()?.to_real().ok()?, kept.get(1)?.to_real().ok()?])
+}
+
+/// Whether the new path to the same goal is longer than the old one by this factor, and the goal was near.
+fn is_detour(old: &str, new: &str, near: f64, factor: f64) -> Result<bool, ValueError> {
+    let path = |text: &str| pose::path(text).ok_or_else(|| ValueError::new(text, "a path, such as `0;0;1.5;2`"));
+    let (old, new) = (path(old)?, path(new)?);
+    let have_same_goal = old.last().is_some() && old.last() == new.last();
+    let length = pose::length(&old);
+    Ok(have_same_goal && old.len() != new.len() && length < near && pose::length(&new) > factor * length)
+}
