@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{Message, Relation, Value};
+use channels::{Capacity, Domain, FieldKind, Message, Relation, Shape, Topology, Value};
 use monitors::syntax::{
     ByteRange, Condition, ConditionKind, Constant, Constraint, ConstraintKind, Event, Field, FieldName, File, Item,
     Literal, Name, Operand, PropertyItem, Unit, parse_file,
@@ -229,6 +229,62 @@ fn fields_have_names_and_numbers() {
     let numbered = "always (BatteryReader, BatteryLevel, m[2] >= 20)";
     same("always (BatteryReader, BatteryLevel, m.level >= 20)", numbered);
     same("always (BatteryReader, BatteryLevel, level >= 20)", numbered);
+}
+
+/// A speaker that can be asked in four ways, and an action.
+fn speaker() -> Topology {
+    let mut topology = Topology::default();
+    let [guide, speaker] = ["Guide", "Speaker"].map(|name| topology.process(name).unwrap());
+    let shape = |heads: &[&str], fields: &[(&str, FieldKind)]| {
+        let heads =
+            heads.iter().zip(["request", "what"]).map(|(head, name)| (name.to_owned(), FieldKind::symbols([head])));
+        Shape::new(heads.chain(fields.iter().map(|(name, kind)| ((*name).to_owned(), kind.clone()))))
+    };
+    let shapes = [
+        shape(&["say"], &[("text", FieldKind::Text)]),
+        shape(&["volume"], &[("level", FieldKind::Int)]),
+        shape(&["charge"], &[("percent", FieldKind::Int)]),
+        shape(&["dim"], &[("lamp", FieldKind::Text), ("level", FieldKind::Real)]),
+        shape(&["goal", "pick"], &[("thing", FieldKind::Text)]),
+        shape(&["goal", "drive"], &[("place", FieldKind::Text)]),
+        shape(&["beep"], &[("left", FieldKind::Bool)]),
+        shape(&["beep"], &[("right", FieldKind::Bool)]),
+    ];
+    topology.channel(guide, speaker, Capacity::One, Domain::new(shapes)).unwrap();
+    topology
+}
+
+fn spoken(condition: &str) -> Result<Formula, monitors::ScopeError> {
+    let text = format!("property p := eventually (Guide, Speaker, {condition})");
+    monitors::formulas("p.scope", &text, &speaker(), Duration::from_secs(1)).map(|mut read| read.remove(0).1)
+}
+
+#[test]
+fn a_field_with_a_name_is_compared_only_in_messages_that_have_it() {
+    for (named, numbered) in [
+        ("m.text = \"hi\"", "m[1] = <say> and m[2] = \"hi\""),
+        ("m.percent >= 50", "m[1] = <charge> and m[2] >= 50"),
+        ("m.level > 5", "m[1] = <volume> and m[2] > 5 or m[3] > 5"),
+        ("m.level != 5", "not (m[1] = <volume> and m[2] = 5 or m[3] = 5)"),
+        ("m.thing = \"cup\"", "m[2] = <pick> and m[3] = \"cup\""),
+        ("lamp != \"red\" or request = <say>", "not (m[1] = <dim> and m[2] = \"red\") or m[1] = <say>"),
+    ] {
+        let formula = spoken(named).unwrap_or_else(|error| panic!("{named}: {error:?}"));
+        assert_eq!(formula, spoken(numbered).unwrap(), "{named}");
+        let text = format!("property p := {}", formula.text(&speaker()));
+        let read = monitors::formulas("p", &text, &speaker(), Duration::from_secs(1)).unwrap();
+        assert_eq!(read[0].1, formula, "{text}");
+    }
+}
+
+#[test]
+fn a_field_whose_messages_no_symbol_tells_from_others_is_refused() {
+    let error = spoken("m.left = true").unwrap_err();
+    assert_eq!(error.problems()[0].message(), "no symbol tells the messages with this field from others");
+    let error = spoken("m.levle > 5").unwrap_err();
+    assert_eq!(error.problems()[0].message(), "messages from Guide to Speaker have no field `levle`");
+    let error = spoken("m.level = <loud>").unwrap_err();
+    assert_eq!(error.problems()[0].message(), "m[2] cannot be compared with `<loud>`");
 }
 
 #[test]

@@ -1,13 +1,15 @@
 //! Conditions on a message, checked against the domain of its channel.
 
-use channels::{ChannelId, FieldKind, Relation, Shape, Value};
+use std::collections::BTreeSet;
+
+use channels::{ChannelId, FieldKind, Relation, Shape, Symbol, Value};
 use diagnostics::{Problem, nearest, nearest_or_all};
 
 use super::Resolver;
 use crate::formula::MessageCondition;
 use crate::syntax::{ByteRange, Condition, ConditionKind, Field, FieldName, Literal, Operand};
 
-impl Resolver<'_> {
+impl<'a> Resolver<'a> {
     /// The condition; `None` after its problems have been reported. Without a channel, only constants are resolved.
     pub(super) fn condition(&mut self, condition: &Condition, channel: Option<ChannelId>) -> Option<MessageCondition> {
         Some(match &condition.kind {
@@ -26,10 +28,10 @@ impl Resolver<'_> {
             }
             ConditionKind::Compare { field, relation, value } => {
                 let constant = self.value(value);
-                let number = channel.and_then(|channel| self.field(field, channel));
-                let (field, constant) = (number?, constant?);
-                self.check(channel?, field, condition.span, *relation, &constant, value.span());
-                MessageCondition::Compare { field, relation: *relation, value: constant }
+                let places = channel.and_then(|channel| self.places(field, channel));
+                let (places, constant) = (places?, constant?);
+                self.check(&places, condition.span, *relation, &constant, value.span());
+                self.comparison(field, &places, *relation, &constant)?
             }
         })
     }
@@ -58,8 +60,8 @@ impl Resolver<'_> {
         })
     }
 
-    /// The number of a field, counted from 1.
-    fn field(&mut self, field: &Field, channel: ChannelId) -> Option<usize> {
+    /// The places of a field: where its number says, or in each shape that has its name.
+    fn places(&mut self, field: &Field, channel: ChannelId) -> Option<Vec<Place<'a>>> {
         let topology = self.topology;
         let shapes = topology.get(channel).domain.shapes();
         let (source, target) = topology.ends(channel);
@@ -72,46 +74,66 @@ impl Resolver<'_> {
                     self.problems.push(problem.with_help(format!("they have m[1] to m[{longest}]")));
                     return None;
                 }
-                return Some(*number);
+                return Some(vec![Place { number: *number, with: shapes.iter().collect(), without: Vec::new() }]);
             }
             FieldName::Named(name) => name,
         };
-        let place = |shape: &Shape| shape.fields().iter().position(|(known, _)| known == name);
-        let mut places: Vec<usize> = shapes.iter().filter_map(place).collect();
-        places.dedup();
-        if let [place] = places[..] {
-            return Some(place + 1);
-        }
-        let problem = Problem::new(format!("messages from {source} to {target} have no field `{name}`"));
-        let problem = problem.at(field.span, "no such field");
-        let mut known: Vec<&str> = Vec::new();
-        for (field, _) in shapes.iter().flat_map(Shape::fields) {
-            if !known.contains(&field.as_str()) {
-                known.push(field);
+        let place = |shape: &Shape| shape.fields().iter().position(|(known, _)| known == name).map(|place| place + 1);
+        let numbers: BTreeSet<usize> = shapes.iter().filter_map(place).collect();
+        if numbers.is_empty() {
+            let problem = Problem::new(format!("messages from {source} to {target} have no field `{name}`"));
+            let mut known: Vec<&str> = Vec::new();
+            for (field, _) in shapes.iter().flat_map(Shape::fields) {
+                if !known.contains(&field.as_str()) {
+                    known.push(field);
+                }
             }
+            let problem = problem.at(field.span, "no such field");
+            self.problems.push(problem.with_help(nearest_or_all(name, "fields", &known)));
+            return None;
         }
-        self.problems.push(match places[..] {
-            [] => problem.with_help(nearest_or_all(name, "fields", &known)),
-            _ => Problem::new(format!("`{name}` is a different field in different messages"))
-                .at(field.span, "which one?")
-                .with_help("write m[1], m[2], …"),
-        });
-        None
+        let at = |number| {
+            let (with, without) = shapes.iter().partition(|shape| place(shape) == Some(number));
+            Place { number, with, without }
+        };
+        Some(numbers.into_iter().map(at).collect())
+    }
+
+    /// The comparison of a field, which holds only for messages that have the field.
+    fn comparison(
+        &mut self,
+        field: &Field,
+        places: &[Place<'_>],
+        relation: Relation,
+        value: &Value,
+    ) -> Option<MessageCondition> {
+        // What is missing differs from every value.
+        let positive = if relation == Relation::NotEqual { Relation::Equal } else { relation };
+        let compare = |field, relation| MessageCondition::Compare { field, relation, value: value.clone() };
+        if let [place] = places
+            && place.confused_with(value).next().is_none()
+        {
+            return Some(compare(place.number, relation));
+        }
+        let mut alternatives = Vec::new();
+        for place in places {
+            let Some(mut conditions) = place.guard(value) else {
+                let numbers: Vec<String> = places.iter().map(|place| format!("m[{}]", place.number)).collect();
+                let message = "no symbol tells the messages with this field from others";
+                let problem = Problem::new(message).at(field.span, "in which messages?");
+                self.problems.push(problem.with_help(format!("write {}", numbers.join(" or "))));
+                return None;
+            };
+            conditions.push(compare(place.number, positive));
+            alternatives.push(all(conditions));
+        }
+        let holds = any(alternatives);
+        Some(if relation == positive { holds } else { MessageCondition::Not(Box::new(holds)) })
     }
 
     /// Reports a comparison that no message can make true, because of its type or its symbol.
-    fn check(
-        &mut self,
-        channel: ChannelId,
-        field: usize,
-        whole: ByteRange,
-        relation: Relation,
-        value: &Value,
-        span: ByteRange,
-    ) {
-        let shapes = self.topology.get(channel).domain.shapes();
-        let kinds: Vec<&FieldKind> =
-            shapes.iter().filter_map(|shape| shape.fields().get(field - 1)).map(|(_, kind)| kind).collect();
+    fn check(&mut self, places: &[Place<'_>], whole: ByteRange, relation: Relation, value: &Value, span: ByteRange) {
+        let kinds: Vec<(usize, &FieldKind)> = places.iter().flat_map(Place::kinds).collect();
         let is_number = value.as_number().is_some();
         if !matches!(relation, Relation::Equal | Relation::NotEqual) && !is_number {
             let problem =
@@ -119,16 +141,18 @@ impl Resolver<'_> {
             self.problems.push(problem.with_help("compare it with `=` or `!=`"));
             return;
         }
-        if shapes.is_empty() || kinds.iter().any(|kind| kind.is_comparable_to(value)) {
+        if places.iter().all(|place| place.with.is_empty())
+            || kinds.iter().any(|(_, kind)| kind.is_comparable_to(value))
+        {
             return;
         }
         let symbols: Vec<&str> = kinds
             .iter()
-            .flat_map(|kind| if let FieldKind::Symbol(symbols) = kind { symbols.as_slice() } else { &[] })
+            .flat_map(|(_, kind)| if let FieldKind::Symbol(symbols) = kind { symbols.as_slice() } else { &[] })
             .map(|symbol| symbol.name())
             .collect();
-        let accepted: Vec<String> = kinds.iter().map(|kind| format!("m[{field}] is {kind}")).collect();
-        let accepted = accepted.join(", or ");
+        let accepted: Vec<String> = kinds.iter().map(|(field, kind)| format!("m[{field}] is {kind}")).collect();
+        let (accepted, field) = (accepted.join(", or "), places.first().map_or(1, |place| place.number));
         let problem = match value {
             Value::Symbol(symbol) if !symbols.is_empty() => {
                 let near = nearest(symbol.name(), symbols.iter().copied());
@@ -143,6 +167,80 @@ impl Resolver<'_> {
         };
         self.problems.push(problem);
     }
+}
+
+/// A place of a field in messages.
+struct Place<'a> {
+    /// Counted from 1.
+    number: usize,
+    /// The shapes of messages that have the field there, and the others.
+    with: Vec<&'a Shape>,
+    without: Vec<&'a Shape>,
+}
+
+impl<'a> Place<'a> {
+    /// What the field may hold.
+    fn kinds(&self) -> impl Iterator<Item = (usize, &'a FieldKind)> {
+        self.with.iter().filter_map(|shape| Some((self.number, kind(shape, self.number)?)))
+    }
+
+    /// The shapes in which something else is in this place that may be compared with the value.
+    fn confused_with(&self, value: &Value) -> impl Iterator<Item = &'a Shape> {
+        let compares = |shape: &&&Shape| kind(shape, self.number).is_some_and(|kind| kind.is_comparable_to(value));
+        self.without.iter().filter(compares).copied()
+    }
+
+    /// Conditions that tell the messages with the field from those with which they might be confused, by their symbols;
+    /// `None` if their symbols are the same.
+    fn guard(&self, value: &Value) -> Option<Vec<MessageCondition>> {
+        let others: Vec<&Shape> = self.confused_with(value).collect();
+        if others.is_empty() {
+            return Some(Vec::new());
+        }
+        let mut guards: Vec<Vec<MessageCondition>> = Vec::new();
+        for shape in &self.with {
+            let telling = others.iter().map(|other| (1..=shape.fields().len()).find(|at| tells(shape, other, *at)));
+            let telling: BTreeSet<usize> = telling.collect::<Option<_>>()?;
+            let guard = telling.into_iter().map(|at| any(symbols(shape, at).iter().map(|one| is(at, one)).collect()));
+            guards.push(guard.collect());
+        }
+        guards.dedup();
+        Some(if guards.len() == 1 { guards.remove(0) } else { vec![any(guards.into_iter().map(all).collect())] })
+    }
+}
+
+/// Whether messages of the first shape have a symbol in this field that those of the other shape do not have there.
+fn tells(shape: &Shape, other: &Shape, at: usize) -> bool {
+    let symbols = symbols(shape, at);
+    let is_possible =
+        |symbol: &Symbol| kind(other, at).is_some_and(|kind| kind.contains(&Value::Symbol(symbol.clone())));
+    !symbols.is_empty() && !symbols.iter().any(is_possible)
+}
+
+/// The symbols of a field, if it holds one.
+fn symbols(shape: &Shape, at: usize) -> &[Symbol] {
+    match kind(shape, at) {
+        Some(FieldKind::Symbol(symbols)) => symbols,
+        _ => &[],
+    }
+}
+
+fn is(field: usize, symbol: &Symbol) -> MessageCondition {
+    MessageCondition::Compare { field, relation: Relation::Equal, value: Value::Symbol(symbol.clone()) }
+}
+
+/// All of these conditions hold.
+fn all(mut conditions: Vec<MessageCondition>) -> MessageCondition {
+    if conditions.len() == 1 { conditions.remove(0) } else { MessageCondition::And(conditions) }
+}
+
+/// One of these conditions holds.
+fn any(mut conditions: Vec<MessageCondition>) -> MessageCondition {
+    if conditions.len() == 1 { conditions.remove(0) } else { MessageCondition::Or(conditions) }
+}
+
+fn kind<'a>(shape: &'a Shape, number: usize) -> Option<&'a FieldKind> {
+    shape.fields().get(number - 1).map(|(_, kind)| kind)
 }
 
 fn type_name(value: &Value) -> &'static str {

@@ -31,7 +31,8 @@ pub const OPERATORS: &[Operator] = &[
     word(
         "m[K]",
         "m.NAME NAME",
-        "In a condition, field K of the message, counted from 1.",
+        "In a condition, field K of the message, counted from 1; or the field with this name, in the messages that have \
+         it: in all others, only `!=` holds.",
         "always (BatteryReader, BatteryLevel, m.level >= 20)",
     ),
     word(
