@@ -144,6 +144,31 @@ fn ports_are_read_with_the_tick_and_written_with_the_answer() {
 }
 
 #[test]
+fn a_tree_that_asks_where_the_robot_is_is_told_before_each_tick() {
+    let tree = r#"<root BTCPP_format="4"> <BehaviorTree ID="T"> <PipelineSequence>
+        <DistanceController distance="3.0"> <Condition ID="BatteryLevel"/> </DistanceController>
+        <GoTo place="lounge"/>
+    </PipelineSequence> </BehaviorTree> <TreeNodesModel>
+        <Action ID="GoTo"> <input_port name="place" type="std::string"/> </Action>
+    </TreeNodesModel> </root>"#;
+    let asked = |form: &str| {
+        let lines = format!("execution.tree = \"{form}\"\nstop = {{ at = \"lounge\", after_s = 2 }}");
+        let files = scenario(tree, &lines);
+        go_to(files.0.path());
+        let log = files.0.path().join("events.jsonl");
+        let report = run(&files, &["--record", log.to_str().unwrap()]);
+        assert!(reached(&report, "lounge").is_some(), "{report}");
+        let log = std::fs::read_to_string(log).unwrap();
+        let events: Vec<Value> = log.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let count = |from, to| events.iter().filter(|event| event["from"] == from && event["to"] == to).count();
+        (count("BT", "BatteryLevel"), count("BT", "GoTo"))
+    };
+    let (checks, ticks) = asked("whole");
+    assert!(checks >= 3 && checks < ticks / 3, "{checks} checks in {ticks} ticks");
+    assert_eq!(asked("nodes"), (checks, ticks));
+}
+
+#[test]
 fn inputs_that_a_machine_does_not_read_give_a_warning() {
     let more = |name: &str| format!("<input_port name=\"{name}\" type=\"std::string\"/> </Action>");
     let tree = CHOSEN.replace("place=\"{goal}\"/>", "place=\"{goal}\" speed=\"2\" pace=\"{goal}\"/>");

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use diagnostics::{Problem, Source};
 
+use crate::blackboard::Scopes;
 use crate::program::Program;
 use crate::xml::{Library, Model};
 use crate::{Node, NodeId, TreeError};
@@ -78,6 +79,13 @@ impl Tree {
     /// The leaves that only Nav2's model declares: no file does, and neither does the [`Loader`](crate::Loader).
     pub fn leaves_of_nav2(&self) -> impl Iterator<Item = &Node> {
         self.leaves().filter(|leaf| self.library.model(&leaf.type_id).is_some_and(Model::is_of_nav2))
+    }
+
+    /// Whether a node of the tree, or a script, names this entry of the main tree. Nav2's nodes name `robot_pose` and
+    /// `robot_speed`.
+    #[must_use]
+    pub fn names_entry(&self, key: &str) -> bool {
+        self.program.scopes.find(Scopes::ROOT, key).is_some()
     }
 
     /// The whole main file from which the tree was loaded.

@@ -210,6 +210,12 @@ impl Software {
         &self.estimate
     }
 
+    /// The last odometry; none before the first.
+    #[must_use]
+    pub fn odometry(&self) -> Option<&Odometry> {
+        self.odometry.as_ref()
+    }
+
     /// How many particles localization uses.
     #[must_use]
     pub fn particle_count(&self) -> usize {

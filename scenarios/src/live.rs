@@ -149,6 +149,9 @@ impl Live {
             events.push(event);
         };
         if self.tick_clock.is_due(now, || self.injector.delay_of_tick()) {
+            if let Some(robot) = self.world.robot() {
+                robot.tell(&self.scenario.tree, system, self.ids.tree);
+            }
             let (event, delivered) = system.generate_tick(self.ids.tick_generator);
             self.overruns += u64::from(!delivered);
             enter(event);

@@ -2,7 +2,8 @@
 
 use std::time::Duration;
 
-use channels::ChannelSystem;
+use bt::Tree;
+use channels::{ChannelSystem, ProcessId};
 use components::{Processes, Software};
 use nav::{GiveUpReason, InitialPose};
 use recording::{Battery, Body, BodyShape, Navigation, RobotState, Scene, TraceHash, Truth};
@@ -85,6 +86,22 @@ impl SimulatedRobot {
         for reading in self.software.readings() {
             if let Reading::Scan(scan) = reading {
                 hash.scan(scan);
+            }
+        }
+    }
+
+    /// Tells a tree that asks for it where the robot is and how fast it drives, as far as the software knows.
+    pub(crate) fn tell(&self, tree: &Tree, system: &mut ChannelSystem, bt: ProcessId) {
+        let position = self.software.estimate().pose.translation.vector;
+        let speed = self.software.odometry().map(|odometry| odometry.linear_mps.abs());
+        let entries = [
+            ("robot_pose", Some(bt::Value::from(&*format!("{};{}", position.x, position.y)))),
+            ("robot_speed", speed.map(bt::Value::Real)),
+        ];
+        for (key, value) in entries.into_iter().filter(|(key, _)| tree.names_entry(key)) {
+            if let (Some(board), Some(value)) = (bt::blackboard_in_mut(system, bt), value) {
+                // An entry that the tree uses for something else keeps its value.
+                let _ = board.set(key, value);
             }
         }
     }
