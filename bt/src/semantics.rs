@@ -14,7 +14,7 @@ pub(crate) use begin::{begin, needs_reading};
 pub(crate) use nav2::needs_reading_after;
 pub(crate) use react::react;
 
-use crate::{Kind, Status};
+use crate::{Category, Kind, Status};
 
 /// What a node remembers between ticks, besides the child with which it continues. The meaning of the fields depends on
 /// the kind.
@@ -183,6 +183,8 @@ impl Memory {
             // was idle when it is ticked again.
             Kind::SequenceWithMemory | Kind::RunOnce | Kind::Precondition | Kind::WasEntryUpdated | Kind::Loop(_) => {}
             Kind::SkipUnlessUpdated | Kind::WaitValueUpdate => self.flag = false,
+            // Nav2's decorators start over when they are ticked while they are idle.
+            kind if kind.is_of_nav2() && kind.category() == Category::Decorator => {}
             _ => {
                 let Self { children, limits, .. } = *self;
                 *self = Self { children, limits, ..Self::default() };

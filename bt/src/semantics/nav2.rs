@@ -26,12 +26,12 @@ pub(super) fn begin_nav2(kind: Kind, memory: &mut Memory, beginning: Beginning) 
                 (memory.limits, memory.flag) = (limits, true);
                 memory.until = Some(now.saturating_add(nanoseconds(limits[0])));
             }
-            let is_due = memory.flag || memory.until.is_some_and(|until| until <= now);
+            let is_due = memory.flag || memory.until.is_none_or(|until| until <= now);
             memory.flag = false;
             return tick_if(is_due || child_runs);
         }
         (Kind::SpeedController, Reading::Numbers([is_new, period])) => {
-            let is_due = is_new == 0 && memory.until.is_some_and(|until| until <= now);
+            let is_due = is_new == 0 && memory.until.is_none_or(|until| until <= now);
             if is_due || is_new != 0 {
                 memory.until = Some(now.saturating_add(nanoseconds(period)));
             }
