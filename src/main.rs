@@ -44,7 +44,7 @@ use crate::names::ScenarioName;
 use crate::output::{complain, print};
 use crate::run::RunOptions;
 
-/// Whose work the program is made of, as their licences ask for.
+/// The notices that the licences of its parts require.
 const NOTICES: &str = include_str!("../THIRD-PARTY.md");
 
 /// What stands at the end of the help.
@@ -129,7 +129,7 @@ enum Command {
     Completions(completions::CompletionsArgs),
     /// Writes a man page for each command
     Man(man::ManArgs),
-    /// Prints the notices of those whose work the program is made of
+    /// Prints the notices that the licences of its parts require
     Licenses,
 }
 

@@ -28,7 +28,8 @@ use crate::{browser, interrupt, summary};
 /// Which scenarios to run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArgs {
-    /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'; or one RoAML model
+    /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'; or one RoAML
+    /// model
     #[arg(value_name = "NAME|FILE", required_unless_present_any = ["all", "filter"], value_parser = ScenarioName,
           hide_possible_values = true)]
     scenarios: Vec<String>,

@@ -81,9 +81,9 @@ pub struct Topic {
 
 /// What a component does over time.
 ///
-/// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. After an acceptance
-/// come any number of `[<NAME.feedback>, feedback…]` and then one of `[<NAME.succeeded>, result…]`, `[<NAME.aborted>,
-/// reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` asks for the last one.
+/// The goal `[<NAME.goal>, goal…]` is answered by `[<NAME.accepted>]` or `[<NAME.rejected>, reason]`. After an
+/// acceptance come any number of `[<NAME.feedback>, feedback…]` and then one of `[<NAME.succeeded>, result…]`,
+/// `[<NAME.aborted>, reason]` and `[<NAME.canceled>]`. `[<NAME.cancel>]` asks for the last one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Action {
     /// `m[1]` of each of its messages before the dot.

@@ -5,9 +5,9 @@
 //! - `cores`: runs per second on two cores over those on one.
 //! - `memory`: the peak of resident memory for so many runs, 1,000 and 100,000 unless said otherwise (Linux).
 //!
-//! The campaign is `noise_short`: localization under sensor noise, with runs of 10 simulated seconds. What is compared
-//! is measured in turn, pair by pair; processor time, which other programs disturb less than they do the clock, stands
-//! beside it.
+//! The campaign is `noise_short`: localization under sensor noise, with runs of 10 simulated seconds. The
+//! alternatives are measured in turn, pair by pair. Processor time is shown too: other programs disturb it less than
+//! they do the clock.
 
 #![expect(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement, not a library")]
 #![expect(clippy::disallowed_methods, reason = "how long the computer takes is the question")]

@@ -75,7 +75,7 @@ fn positive() -> Value {
     json!({ "type": "number", "exclusiveMinimum": 0 })
 }
 
-/// The numbers between two, which do not belong to them.
+/// The numbers between two, both excluded.
 fn between(least: f64, most: f64) -> Value {
     json!({ "type": "number", "exclusiveMinimum": plain(least), "exclusiveMaximum": plain(most) })
 }
@@ -130,7 +130,7 @@ fn parameters() -> Vec<Key> {
         Key::new("parameters[].to", "The greatest value of a range.", any_number()),
         Key::new(
             "parameters[].steps",
-            "Only this many values of the range, evenly spread. A grid needs it.",
+            "This many values, evenly spread over the range. A grid requires it.",
             with(whole(2), json!({ "maximum": 1_000_000 })),
         ),
         Key::new(
@@ -138,7 +138,7 @@ fn parameters() -> Vec<Key> {
             "What is spread evenly: values, or their logarithms.",
             or(one_of(&["linear", "log"]), "linear"),
         ),
-        Key::new("parameters[].whole", "Whether only the whole numbers of the range are taken.", or(flag(), false)),
+        Key::new("parameters[].whole", "Whether to take only the whole numbers of the range.", or(flag(), false)),
         Key::new("parameters[].normal", "A normal distribution.", table(json!({}))),
         Key::new("parameters[].normal.mean", "Its mean.", any_number()).required(),
         Key::new("parameters[].normal.sd", "Its standard deviation.", positive()).required(),

@@ -28,7 +28,7 @@ impl Diagnostic for Error {
             RecordingError::Version { .. } => {
                 "run the scenario again with this version, or report with that of the recording"
             }
-            RecordingError::Truncated { .. } => "a run that was broken off has no report: run it again to its end",
+            RecordingError::Truncated { .. } => "an unfinished run has no report: run it again to its end",
             _ => "record the run again",
         }))
     }

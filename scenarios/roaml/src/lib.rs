@@ -1,15 +1,15 @@
 //! RoAML: the models of AS2FM, read, checked and run as channel systems.
 //!
 //! A model is a main file, `<roaml>`, which names a behavior tree, machines in `.ascxml` files (nodes of ROS, and
-//! plugins for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything that
-//! is wrong at its place. [`Run`] runs it.
+//! plugins for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything
+//! that is wrong at its place. [`Run`] runs it.
 //!
 //! # From RoAML to channels
-//! - Every node of ROS is a process with the name of its machine, and every leaf of the tree is one with the name of the
-//!   leaf. A thread of an action server is one, too: `server thread 0`.
+//! - Every node of ROS is a process with the name of its machine, and every leaf of the tree is one with the name of
+//!   the leaf. A thread of an action server is one, too: `server thread 0`.
 //! - Each element that RoAML adds to SCXML stands for a transition or a `<send>`. The events have AS2FM's names:
-//!   `topic_level_msg`, `srv_adder_request`, `action_go_to_goal_result`, `timer_my_timer`. A message on a channel is the
-//!   event's name and its fields: `[<topic_level_msg>, 99]`. Arrays and structures are text in JSON.
+//!   `topic_level_msg`, `srv_adder_request`, `action_go_to_goal_result`, `timer_my_timer`. A message on a channel is
+//!   the event's name and its fields: `[<topic_level_msg>, 99]`. Arrays and structures are text in JSON.
 //! - What a topic carries goes to each subscriber; none of it is lost. A server gets the next request when it has
 //!   answered. A server of an action knows its clients by `goal_id`.
 //! - Machines never block: they always receive, and drop what the current state has no transition for.

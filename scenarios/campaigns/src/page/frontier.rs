@@ -38,11 +38,12 @@ impl Page<'_> {
         let event = self.survey.targets[model.target].event();
         let [[held, surprise], [spared, happened]] = model.said_and_was;
         let all = (held + surprise + spared + happened).max(1);
+        let runs = |count: u64| format!("{count} run{}", if count == 1 { "" } else { "s" });
         let share = |count: u64| percent(count as f64 / all as f64);
         html! {
             p {
-                "The model is right in " (share(held + happened)) " of the " (all) " runs. In " (surprise) " runs it does not \
-                 expect “" (event) "” and yet it happens; in " (spared) " runs it expects it and it does not happen."
+                "The model is right in " (share(held + happened)) " of the " (all) " runs. It misses “" (event) "” \
+                 in " (runs(surprise)) " and expects it in vain in " (runs(spared)) "."
             }
             @if let (Some((frontier, wrong)), Some(least), Some(greatest)) =
                 (model.frontier, model.least_happened, model.greatest_not) {
@@ -59,7 +60,7 @@ impl Page<'_> {
     fn slices(&self) -> Markup {
         let Some(model) = &self.survey.model else { return Markup::default() };
         let layout = |input: usize| &self.layout.parameters[model.inputs[input].place];
-        let caption = "Dark: where the rate of the runs passes one half. Dashed: the model, in the middle of the slice; \
+        let caption = "Along the cells: where the rate of the runs passes one half. Dashed: the model, in the middle of the slice; \
                        the line beside it: the same formula with the bound that fits the runs best.";
         let map = |slice: usize| {
             let titles = [title(layout(0)), title(layout(1))];

@@ -8,7 +8,7 @@ use super::survey::{Instructive, Pattern, Survey};
 
 /// So many runs are named.
 const NAMED: usize = 10;
-/// What is rare around a run is judged by no fewer runs than this.
+/// At least this many runs decide what is rare around a run.
 const AROUND: u64 = 8;
 
 /// How far a run is from being the one; none if it cannot be.

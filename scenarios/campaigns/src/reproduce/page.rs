@@ -43,7 +43,8 @@ fn page(reproduction: &Reproduction) -> String {
             }
             p.quiet { (PAPER) }
             p.quiet {
-                "steward " (reproduction.version) " · seeds 1 to " (reproduction.seeds)
+                "steward " (reproduction.version) " · "
+                @if reproduction.seeds == 1 { "seed 1" } @else { "seeds 1 to " (reproduction.seeds) }
                 @if !reproduction.settings.is_empty() { " · " code { (reproduction.settings.join(" ")) } }
             }
             nav {
@@ -183,7 +184,7 @@ fn properties(reproduction: &Reproduction) -> Markup {
     ];
     let of = |(name, note): (&str, &str)| {
         let file = reproduction.properties.iter().find(|(file, _)| file.contains(&format!("{name}.")))?;
-        let command = format!("steward monitor explain monitors/properties/{name}.scope");
+        let command = format!("steward monitor explain {name}");
         let caption = html! { (note) span.note { code { (command) } } };
         Some(whole(&html! { pre { code { (file.1.trim_end()) } } }, &caption))
     };

@@ -37,7 +37,11 @@ fn strolls(waypoints: &[Point], speed_mps: f64) -> ObstacleMotion {
 }
 
 fn position(pose: &Pose) -> String {
-    format!("({:.2}, {:.2}) m", pose.translation.x, pose.translation.y)
+    spot(&pose.translation.vector.into())
+}
+
+fn spot(point: &Point) -> String {
+    format!("({:.2}, {:.2}) m", point.x, point.y)
 }
 
 pub(super) const DOOR: FaultKind = FaultKind {
@@ -83,9 +87,9 @@ pub(super) const MOVING_OBSTACLE: FaultKind = FaultKind {
         let at = with.point("at");
         let shape = Shape::Box { length_m: 0.7, width_m: 0.5 };
         let motion = on_the_way(with.points("route"), with.number("speed_mps"));
-        appears(format!("trolley from {at}"), shape, pose(at.x, at.y, 0.0), motion)
+        appears(format!("trolley from {}", spot(&at)), shape, pose(at.x, at.y, 0.0), motion)
     },
-    words: |with| format!("a trolley moves back and forth from {}", with.point("at")),
+    words: |with| format!("a trolley moves back and forth from {}", spot(&with.point("at"))),
 };
 
 pub(super) const PEOPLE: FaultKind = FaultKind {
@@ -114,7 +118,7 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
             .map(|number| {
                 let start = at + (first - at) * (number as f64 / count as f64);
                 ObstacleConfig {
-                    name: format!("person {} from {at}", number + 1),
+                    name: format!("person {} from {}", number + 1, spot(&at)),
                     shape: Shape::Disc { radius_m: 0.25 },
                     pose: pose(start.x, start.y, 0.0),
                     motion: if gives_way {
@@ -129,7 +133,7 @@ pub(super) const PEOPLE: FaultKind = FaultKind {
     },
     words: |with| {
         let manners = if with.flag("gives_way") { ", and yield" } else { "" };
-        format!("{} people walk back and forth from {}{manners}", with.whole("count"), with.point("at"))
+        format!("{} people walk back and forth from {}{manners}", with.whole("count"), spot(&with.point("at")))
     },
 };
 
