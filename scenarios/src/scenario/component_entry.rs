@@ -7,6 +7,7 @@ use diagnostics::document::Table;
 use programs::Limits;
 
 use super::leaves::{Data, read_data};
+use crate::files::named;
 
 /// The settings of a component from files: an entry of the table `components`.
 #[derive(Clone, Debug)]
@@ -46,7 +47,7 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
         let Some(entry) = table.table(name).required() else { continue };
         let runs = read_runs(&entry);
         let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
-        let interface = entry.text("interface").map(PathBuf::from).spanned().optional();
+        let interface = entry.text("interface").try_map(|path, span| Ok(named(path, span))).spanned().optional();
         let name = Spanned { value: name.to_owned(), span: span.clone() };
         entries.push(ComponentEntry { name, runs, data, interface });
     }
@@ -54,7 +55,7 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
 }
 
 fn read_runs(entry: &Table<'_>) -> RunsEntry {
-    let machine = entry.text("machine").map(PathBuf::from).spanned().optional();
+    let machine = entry.text("machine").try_map(|path, span| Ok(named(path, span))).spanned().optional();
     let command = entry.get("program").spanned().optional();
     let default = Limits::default();
     let answer_within = entry.seconds("answer_within_s").check(|time| !time.is_zero(), "be above 0");

@@ -15,6 +15,7 @@ use sim::{Building, SimConfig};
 use super::robot::read_sim;
 use super::world::{WorldBody, read_world};
 use crate::faults::Fault;
+use crate::files::named;
 
 /// The contents of a scenario file that are about its map and the robot on it.
 #[derive(Clone, Debug)]
@@ -76,13 +77,13 @@ impl PremisesEntry {
     /// Reads what a file says about its map, if it has one. `None` after recording problems.
     #[expect(clippy::option_option, reason = "a file may have no map, and it may have a wrong one")]
     pub(super) fn read(root: Table<'_>) -> Option<Option<Self>> {
-        let map = root.text("map").map(PathBuf::from).spanned();
+        let map = root.text("map").try_map(|path, span| Ok(named(path, span))).spanned();
         if !root.has("map") {
             ON_A_MAP.into_iter().for_each(|key| root.know(key));
             return Some(None);
         }
         let map = map.optional();
-        let places = root.text("places").map(PathBuf::from).spanned().optional();
+        let places = root.text("places").try_map(|path, span| Ok(named(path, span))).spanned().optional();
         let sites = root.table("sites").required().and_then(read_sites);
         let mut sim = read_sim(root);
         let world = read_world(root);
