@@ -28,6 +28,7 @@ mod recordings;
 mod reference;
 mod report_page;
 mod reproduce;
+mod roaml_models;
 mod robot_settings;
 mod schedules;
 mod schemas;

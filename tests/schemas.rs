@@ -76,6 +76,9 @@ places = "maps/house.places.toml"
 tree = "trees/recharge.xml"
 skills = "skills"
 properties = []
+[components.NAME]
+program = ["program", "argument"]
+asks = ["Navigation"]
 [leaves.NAME]
 data = { ID = 1 }
 [sites]
@@ -310,7 +313,15 @@ fn the_keys_are_those_for_which_the_reader_asks() {
             tables.entry(table.to_owned()).or_default().insert(name.trim_end_matches("[]").to_owned());
         }
         // In these the file chooses the keys; what a fault may have depends on its kind.
-        let chosen = ["expect", "leaves", "leaves.NAME.data", "monitors[].events[].data", "faults[]"];
+        let chosen = [
+            "components",
+            "components.NAME.data",
+            "expect",
+            "leaves",
+            "leaves.NAME.data",
+            "monitors[].events[].data",
+            "faults[]",
+        ];
         for (table, keys) in tables.iter().filter(|(table, _)| !chosen.contains(&table.as_str())) {
             let found: BTreeSet<String> = files.iter().filter_map(|file| known(&kind, file, table)).flatten().collect();
             assert_eq!(found, *keys, "in the table {table}");

@@ -122,7 +122,11 @@ impl Entries {
             }
         }
         let missing = self.missing.take().into_iter().filter(|(key, _)| !misspelt.contains(key.as_str()));
-        problems.extend(together(missing.collect()));
+        // Others say where the key is needed, and keep their places.
+        let is_plain = |(key, problem): &(String, Problem)| problem.to_string() == format!("`{key}` is missing");
+        let (plain, others): (Vec<_>, Vec<_>) = missing.partition(is_plain);
+        problems.extend(together(plain));
+        problems.extend(others.into_iter().map(|(_, problem)| problem));
     }
 }
 
