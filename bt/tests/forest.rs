@@ -321,7 +321,7 @@ const DECORATORS: [&str; 31] = [
     "Timeout msec=\"100\"",
     "RateController hz=\"4\"",
     "RateController hz=\"{h}\"",
-    "DistanceController distance=\"{k1}\"",
+    "DistanceController distance=\"1.5\"",
     "SpeedController min_rate=\"1\" max_rate=\"4\" goal=\"{k3}\"",
     "GoalUpdater input_goal=\"{k0}\" output_goal=\"{k2}\"",
     "GoalUpdatedController goal=\"{k0}\"",

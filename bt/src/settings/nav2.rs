@@ -47,6 +47,8 @@ pub(crate) struct Index {
     pub(crate) key: Arc<str>,
     /// The number of children.
     pub(crate) children: usize,
+    /// The number of the memo with the index of the child that is ticked: a child may change the entry.
+    pub(crate) memo: usize,
 }
 
 /// A goal and a list of goals that may change.
@@ -81,7 +83,10 @@ impl Nav2 {
                     index.move_to(past, board)?;
                     Reading::Status(Status::Success)
                 }
-                current => Reading::Numbers([current, 0]),
+                current => {
+                    *board.memo(index.memo) = Some([Value::Int(current)].into());
+                    Reading::Numbers([current, 0])
+                }
             },
             Self::Requests(slots) => Reading::Numbers(slots.map(|slot| writes(board, slot))),
             Self::Rate(hz) => Reading::Numbers([period(real(hz, board)?)?, 0]),
@@ -132,7 +137,8 @@ impl Nav2 {
     pub(super) fn read_after(&self, status: Status, board: &mut Blackboard) -> Result<Reading, ReadError> {
         match self {
             Self::Index(index) => {
-                let next = if status == Status::Failure { 0 } else { index.read(board)?.saturating_add(1) };
+                let current = board.memo(index.memo).as_ref().and_then(|kept| kept.front()?.to_int().ok());
+                let next = if status == Status::Failure { 0 } else { current.unwrap_or_default().saturating_add(1) };
                 Ok(Reading::Numbers([index.move_to(next, board)?, 0]))
             }
             Self::Distance { pose, memo, .. } => {
@@ -163,6 +169,7 @@ impl Index {
     fn move_to(&self, index: i64, board: &mut Blackboard) -> Result<i64, ValueError> {
         let index = if usize::try_from(index).is_ok_and(|index| index < self.children) { index } else { 0 };
         board.write(self.slot, Value::Int(index))?;
+        *board.memo(self.memo) = Some([Value::Int(index)].into());
         Ok(index)
     }
 }

@@ -135,7 +135,9 @@ impl Compiler<'_> {
                 };
                 match self.value(&attribute, &index.of.type_of())? {
                     // The assembly counts the children.
-                    Input::Entry(slot, _) => Nav2::Index(Index { slot, key: key.into(), children: 0 }),
+                    Input::Entry(slot, _) => {
+                        Nav2::Index(Index { slot, key: key.into(), children: 0, memo: self.names.next_memo() })
+                    }
                     Input::Constant(_) => return None,
                 }
             }

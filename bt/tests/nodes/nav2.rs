@@ -235,6 +235,12 @@ fn persistent_sequence_follows_its_entry() {
 }
 
 #[test]
+fn persistent_sequence_goes_on_after_a_child_that_changes_the_entry() {
+    let body = r#"<PersistentSequence current_child_idx="{i}"><a/><Script code="i := 0"/><b/></PersistentSequence>"#;
+    as_root(body, &["write i=0", "a=S b=R -> R | i=2", "b=S -> S | i=0"]);
+}
+
+#[test]
 fn persistent_sequence_needs_a_position() {
     let tree = tree(&with_abc(r#"PersistentSequence current_child_idx="{i}""#));
     let mut execution = Execution::new(tree.clone());
