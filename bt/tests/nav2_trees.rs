@@ -175,6 +175,6 @@ fn try_tree(file: &Path) -> Result<(), String> {
         told.push(answers);
     }
     let reached = tree.nodes().len();
-    println!("{}: {reached} nodes, {} leaves: {}", file.display(), tree.leaves().count(), told.join(" "));
+    eprintln!("{}: {reached} nodes, {} leaves: {}", file.display(), tree.leaves().count(), told.join(" "));
     Ok(())
 }

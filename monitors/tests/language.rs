@@ -234,7 +234,7 @@ fn fields_have_names_and_numbers() {
 /// A speaker that can be asked in four ways, and an action.
 fn speaker() -> Topology {
     let mut topology = Topology::default();
-    let [guide, speaker] = ["Guide", "Speaker"].map(|name| topology.process(name).unwrap());
+    let [guide, speaker] = ["Guide", "Speaker"].map(|name| topology.process(name).expect("a new name"));
     let shape = |heads: &[&str], fields: &[(&str, FieldKind)]| {
         let heads =
             heads.iter().zip(["request", "what"]).map(|(head, name)| (name.to_owned(), FieldKind::symbols([head])));
@@ -250,7 +250,7 @@ fn speaker() -> Topology {
         shape(&["beep"], &[("left", FieldKind::Bool)]),
         shape(&["beep"], &[("right", FieldKind::Bool)]),
     ];
-    topology.channel(guide, speaker, Capacity::One, Domain::new(shapes)).unwrap();
+    topology.channel(guide, speaker, Capacity::One, Domain::new(shapes)).expect("a new channel");
     topology
 }
 

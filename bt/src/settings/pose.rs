@@ -15,13 +15,12 @@ pub(super) fn position(pose: &str) -> Option<[f64; 2]> {
 /// Nav2's nine fields for each pose. An empty text is an empty path.
 pub(super) fn path(text: &str) -> Option<Vec<Vec<f64>>> {
     let fields: Vec<&str> = text.split(';').filter(|_| !text.is_empty()).collect();
-    let poses = if has_header(&fields) {
+    if has_header(&fields) {
         fields[2..].chunks(FIELDS).map(|pose| pose[2..].iter().map(|field| number(field)).collect()).collect()
     } else {
         let pairs = fields.chunks(2).map(|pair| pair.iter().map(|field| number(field)).collect());
-        pairs.collect::<Option<Vec<Vec<f64>>>>().filter(|_| fields.len() % 2 == 0)
-    };
-    poses
+        pairs.collect::<Option<Vec<Vec<f64>>>>().filter(|_| fields.len().is_multiple_of(2))
+    }
 }
 
 /// The length of a path in metres.

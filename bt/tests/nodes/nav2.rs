@@ -34,7 +34,7 @@ fn in_all_forms(body: &str, node: usize, lines: &[&str]) {
     // Skills cannot be skipped, and trees in a channel system are not halted from outside.
     if !lines.iter().any(|line| line.contains("=K") || line.starts_with("halt")) {
         let forms = [Form::Whole, Form::Nodes].into_iter().zip([1, 2]);
-        let stage = |(form, seed)| Player::System(Stage::new(&tree, form, &answers(lines), 0, seed));
+        let stage = |(form, seed)| Player::System(Box::new(Stage::new(&tree, form, &answers(lines), 0, seed)));
         players.extend(forms.map(stage));
     }
     for (number, mut player) in players.into_iter().enumerate() {
@@ -81,7 +81,7 @@ fn answers(lines: &[&str]) -> Answers {
 
 enum Player {
     Engine(Box<Execution>),
-    System(Stage),
+    System(Box<Stage>),
 }
 
 impl Player {

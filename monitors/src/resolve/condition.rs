@@ -239,7 +239,7 @@ fn any(mut conditions: Vec<MessageCondition>) -> MessageCondition {
     if conditions.len() == 1 { conditions.remove(0) } else { MessageCondition::Or(conditions) }
 }
 
-fn kind<'a>(shape: &'a Shape, number: usize) -> Option<&'a FieldKind> {
+fn kind(shape: &Shape, number: usize) -> Option<&FieldKind> {
     shape.fields().get(number - 1).map(|(_, kind)| kind)
 }
 
