@@ -6,8 +6,8 @@ use maps::{Point, Pose};
 use robot::{LaserSpec, RobotModel};
 
 use crate::config::{
-    BatteryConfig, DockingConfig, Door, DriftNoise, DriveConfig, ObstacleConfig, ObstacleMotion, OdometryConfig, Shape,
-    SimConfig, Walk,
+    BatteryConfig, DockingConfig, Door, DriftNoise, DriveConfig, Follow, ObstacleConfig, ObstacleMotion,
+    OdometryConfig, Shape, SimConfig, Walk,
 };
 use crate::error::BadSetting;
 
@@ -157,6 +157,7 @@ impl Check {
             ObstacleMotion::Fixed => {}
             ObstacleMotion::Movable { mass_kg } => self.positive(at("motion.mass_kg"), *mass_kg),
             ObstacleMotion::Person(walk) => self.walk(&at("motion"), walk),
+            ObstacleMotion::Follower(follow) => self.follow(&at("motion"), follow),
             ObstacleMotion::Door(door) => self.door(&at("motion"), door),
             ObstacleMotion::Route { waypoints, speed_mps, .. } => {
                 self.positive(at("motion.speed_mps"), *speed_mps);
@@ -179,6 +180,16 @@ impl Check {
                 manners.slow_within_m,
                 "greater than stop_within_m",
             );
+        }
+    }
+
+    fn follow(&mut self, path: &str, follow: &Follow) {
+        self.positive(format!("{path}.distance_m"), follow.distance_m);
+        self.positive(format!("{path}.meets_within_m"), follow.meets_within_m);
+        self.positive(format!("{path}.speed_mps"), follow.speed_mps);
+        for (number, (from, to)) in follow.stands.iter().enumerate() {
+            let setting = format!("{path}.stands[{number}]");
+            self.that(from < to, setting, to.as_secs_f64(), "later than the person begins to stand");
         }
     }
 
@@ -239,5 +250,28 @@ mod tests {
         let config = SimConfig { obstacles: vec![obstacle], ..SimConfig::default() };
         let bad: Vec<String> = config.bad_settings().into_iter().map(|bad| bad.setting).collect();
         assert_eq!(bad, ["obstacles[0].motion.speed_mps", "obstacles[0].motion.waypoints"]);
+    }
+
+    #[test]
+    fn a_follower_needs_distances_and_intervals() {
+        let stands = vec![(Duration::from_secs(9), Duration::from_secs(3))];
+        let follow = Follow { distance_m: 0.0, meets_within_m: f64::NAN, speed_mps: -1.0, stands };
+        let obstacle = ObstacleConfig {
+            name: "person".to_owned(),
+            shape: Shape::Disc { radius_m: 0.2 },
+            pose: Pose::identity(),
+            motion: ObstacleMotion::Follower(follow),
+        };
+        let config = SimConfig { obstacles: vec![obstacle], ..SimConfig::default() };
+        let bad: Vec<String> = config.bad_settings().into_iter().map(|bad| bad.to_string()).collect();
+        assert_eq!(
+            bad,
+            [
+                "obstacles[0].motion.distance_m is 0, must be greater than 0",
+                "obstacles[0].motion.meets_within_m is NaN, must be greater than 0",
+                "obstacles[0].motion.speed_mps is -1, must be greater than 0",
+                "obstacles[0].motion.stands[0] is 3, must be later than the person begins to stand",
+            ]
+        );
     }
 }

@@ -1,6 +1,7 @@
 //! The settings of a simulation, with their units and defaults.
 
 mod door;
+mod follow;
 mod walk;
 
 use std::time::Duration;
@@ -9,6 +10,7 @@ use maps::{Point, Pose};
 use robot::RobotModel;
 
 pub use door::{Door, Opening};
+pub use follow::Follow;
 pub use walk::{Manners, Pauses, RouteEnd, Walk};
 
 /// All settings of the simulated robot and its world, except the map, the poses of start and station, and the seed.
@@ -277,6 +279,8 @@ pub enum ObstacleMotion {
     },
     /// A walking person.
     Person(Walk),
+    /// A person who follows the robot.
+    Follower(Follow),
     /// A door's leaf.
     Door(Door),
     /// It stays in place until it is pushed.

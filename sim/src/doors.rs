@@ -1,4 +1,4 @@
-//! Doors: leaves that swing or slide, open and close on schedule, and never move onto the robot.
+//! Doors: leaves that swing or slide, open and close on schedule or on command, and never move onto the robot.
 
 use std::time::Duration;
 
@@ -9,6 +9,7 @@ use nalgebra::UnitComplex;
 use crate::clock::Clock;
 use crate::config::{Door, Opening, Shape};
 use crate::drive::Drive;
+use crate::faults::Faults;
 use crate::motion::RobotPose;
 use crate::obstacles::{Obstacle, ObstaclePose};
 use crate::physics::{Body, Physics};
@@ -26,6 +27,8 @@ pub(crate) struct Leaf {
     length_m: f64,
     /// How far it is open, from 0 to 1.
     open: f64,
+    /// Whether it should be open, whatever its schedule.
+    commanded: Option<bool>,
 }
 
 impl Leaf {
@@ -36,7 +39,17 @@ impl Leaf {
             Shape::Disc { radius_m } => 2.0 * radius_m,
         };
         let open = if door.is_closed_at(Duration::ZERO) { 0.0 } else { 1.0 };
-        Self { door: door.clone(), closed, length_m, open }
+        Self { door: door.clone(), closed, length_m, open, commanded: None }
+    }
+
+    /// How far it is open, from 0 to 1.
+    pub(crate) fn opening(&self) -> f64 {
+        self.open
+    }
+
+    /// Opens or closes it, instead of its schedule.
+    pub(crate) fn command(&mut self, open: bool) {
+        self.commanded = Some(open);
     }
 
     /// The pose of the leaf's centre.
@@ -59,7 +72,8 @@ impl Leaf {
 
     /// Moves one step towards the state required at this time; false if it stays.
     fn advance(&mut self, now: Duration, dt_s: f64, keeps_clear: impl Fn(&Pose) -> bool) -> bool {
-        let wanted = if self.door.is_closed_at(now) { 0.0 } else { 1.0 };
+        let opens = self.commanded.unwrap_or_else(|| !self.door.is_closed_at(now));
+        let wanted = if opens { 1.0 } else { 0.0 };
         if self.open == wanted {
             return false;
         }
@@ -75,15 +89,19 @@ impl Leaf {
     }
 }
 
-/// Moves all leaves by one step.
+/// Moves all leaves that are not stuck by one step.
 pub(crate) fn move_doors(
     clock: Res<Clock>,
+    faults: Res<Faults>,
     mut physics: ResMut<Physics>,
     robot: Single<(&RobotPose, &Drive)>,
     mut leaves: Query<(&Body, &Obstacle, &mut ObstaclePose, &mut Leaf)>,
 ) {
     let (robot, needed_m) = (Point::from(robot.0.0.translation.vector), robot.1.robot_radius_m() + ROBOT_GAP_M);
     for (body, obstacle, mut pose, mut leaf) in &mut leaves {
+        if faults.stuck_doors.contains(&obstacle.name) {
+            continue;
+        }
         let now_m = distance_to(&obstacle.shape, &pose.0, &robot);
         let keeps_clear = |pose: &Pose| distance_to(&obstacle.shape, pose, &robot) >= needed_m.min(now_m);
         if leaf.advance(clock.now, clock.dt_s(), keeps_clear) {
@@ -128,6 +146,15 @@ mod tests {
         let opens = course(&mut leaf, 13, |_| true);
         assert_eq!(opens, [1.0, 1.0, 1.0, 0.5, 0.0, 0.0, 0.5, 1.0, 1.0, 1.0, 1.0, 0.5, 0.0]);
         assert_eq!(door(Opening::Slide, [0, 6], None).open, 0.0);
+    }
+
+    #[test]
+    fn a_command_replaces_the_schedule() {
+        let mut leaf = door(Opening::Slide, [2, 4], Some(4));
+        leaf.command(false);
+        assert_eq!(course(&mut leaf, 5, |_| true), [0.5, 0.0, 0.0, 0.0, 0.0]);
+        leaf.command(true);
+        assert_eq!(course(&mut leaf, 5, |_| true), [0.5, 1.0, 1.0, 1.0, 1.0]);
     }
 
     #[test]

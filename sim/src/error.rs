@@ -65,6 +65,58 @@ pub enum SimError {
     },
 }
 
+/// Why a box cannot be picked up or put down.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum BoxError {
+    /// No movable obstacle has this name.
+    #[error("there is no box '{0}' that can be moved")]
+    Unknown(String),
+    /// It has been picked up already.
+    #[error("the box '{0}' has been picked up already")]
+    Lifted(String),
+    /// It has not been picked up.
+    #[error("the box '{0}' is on the floor")]
+    OnFloor(String),
+    /// It cannot be put down there.
+    #[error("there is no room for the box '{name}' at ({x_m:.2}, {y_m:.2}): {obstruction}")]
+    NoRoom {
+        /// Name of the box.
+        name: String,
+        /// x of the place in the `map` frame, in metres.
+        x_m: f64,
+        /// y of the place in the `map` frame, in metres.
+        y_m: f64,
+        /// The first thing in the way.
+        obstruction: Obstruction,
+    },
+}
+
+/// The thing that leaves no room for a box.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Obstruction {
+    /// The pose is not on the map.
+    Edge,
+    /// A wall.
+    Wall,
+    /// The robot.
+    Robot,
+    /// The obstacle with this name.
+    Obstacle(String),
+}
+
+impl fmt::Display for Obstruction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Edge => f.write_str("that is not on the map"),
+            Self::Wall => f.write_str("a wall is in the way"),
+            Self::Robot => f.write_str("the robot is in the way"),
+            Self::Obstacle(name) => write!(f, "'{name}' is in the way"),
+        }
+    }
+}
+
 /// The thing that is placed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]

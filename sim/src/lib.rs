@@ -40,6 +40,10 @@
 //! where in a step each acts. Instantaneous faults are methods ([`Simulation::kidnap`],
 //! [`Simulation::set_battery_charge`]).
 //!
+//! # Devices
+//! What a device does to the world is a method as well: [`Simulation::command_door`], [`Simulation::pick_up`],
+//! [`Simulation::put_down`]. What it measures is a question to [`Truth`]: [`Truth::door_opening`], [`Truth::sees`].
+//!
 //! # Determinism
 //! The same configuration, map, poses, root seed, commands and faults give the same bits in every build and on every
 //! machine of a target. Noise is off by default. Each consumer of randomness draws from its own stream (`sim/motion`,
@@ -50,6 +54,7 @@ mod arc;
 mod battery;
 mod beams;
 mod bodies;
+mod boxes;
 mod building;
 mod check;
 mod clock;
@@ -62,6 +67,7 @@ mod doors;
 mod drive;
 mod error;
 mod faults;
+mod floor;
 mod kidnapping;
 mod lasers;
 mod motion;
@@ -85,11 +91,11 @@ mod wheels;
 pub use beams::Beams;
 pub use building::Building;
 pub use config::{
-    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, LaserConfig, Manners, ObstacleConfig,
-    ObstacleMotion, OdometryConfig, Opening, Pauses, RouteEnd, Shape, SimConfig, Walk,
+    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, Follow, LaserConfig, Manners,
+    ObstacleConfig, ObstacleMotion, OdometryConfig, Opening, Pauses, RouteEnd, Shape, SimConfig, Walk,
 };
 pub use contacts::Contact;
-pub use error::{BadSetting, Placement, SimError};
+pub use error::{BadSetting, BoxError, Obstruction, Placement, SimError};
 pub use faults::{BaseFaults, BatteryFaults, BatteryReport, Faults, LaserFault, LaserTrouble, OdometryFaults};
 pub use ray_grid::{RayGrid, RayHit};
 pub use simulation::Simulation;

@@ -20,7 +20,7 @@ pub(crate) struct Obstacle {
     pub(crate) outline: SharedShape,
 }
 
-/// An obstacle's pose in the `map` frame.
+/// An obstacle's pose in the `map` frame. A box that has been picked up has none.
 #[derive(Component, Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ObstaclePose(pub(crate) Pose);
 
@@ -35,6 +35,14 @@ pub(crate) struct Movable;
 /// All obstacles: those of the configuration in order, then those of faults, in the order of their appearance.
 #[derive(Resource, Clone, Debug, Default)]
 pub(crate) struct Obstacles(pub(crate) Vec<Entity>);
+
+/// The obstacle with this name, if it has such a component.
+pub(crate) fn named<C: Component>(world: &World, name: &str) -> Option<Entity> {
+    let is_it = |entity: &&Entity| {
+        world.get::<C>(**entity).and(world.get::<Obstacle>(**entity)).is_some_and(|obstacle| obstacle.name == name)
+    };
+    world.resource::<Obstacles>().0.iter().find(is_it).copied()
+}
 
 /// Moves obstacles with routes by one step.
 pub(crate) fn move_obstacles(

@@ -80,6 +80,7 @@ impl Physics {
             ObstacleMotion::Fixed
             | ObstacleMotion::Route { .. }
             | ObstacleMotion::Person(_)
+            | ObstacleMotion::Follower(_)
             | ObstacleMotion::Door(_) => (RigidBodyBuilder::kinematic_position_based(), collider),
             ObstacleMotion::Movable { mass_kg } => {
                 let damped = RigidBodyBuilder::dynamic()
@@ -97,9 +98,15 @@ impl Physics {
         self.world.remove_body(body.rigid);
     }
 
+    /// Takes a body out of the world until it is [put](Self::put) back.
+    pub(crate) fn lift(&mut self, body: Body) {
+        self.world.bodies[body.rigid].set_enabled(false);
+    }
+
     /// Moves a body elsewhere, at rest.
     pub(crate) fn put(&mut self, body: Body, pose: &Pose) {
         let rigid = &mut self.world.bodies[body.rigid];
+        rigid.set_enabled(true);
         rigid.set_position(self.frame.pose_to_glam(pose), true);
         rigid.set_linvel(to_glam(Vector2::zeros()), true);
         rigid.set_angvel(0.0, true);

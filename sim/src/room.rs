@@ -39,17 +39,8 @@ pub(crate) fn check_room<'a>(
     Ok(())
 }
 
-/// Whether a person with this radius can walk straight from one point to another without touching a wall.
-pub(crate) fn is_walkable(walls: &RayGrid, from: &Point, to: &Point, radius_m: f64) -> bool {
-    let looks = ((to - from).norm() / (2.0 * walls.resolution_m())).ceil().max(1.0);
-    (0..=looks as u32).all(|look| {
-        let at = from + (to - from) * (f64::from(look) / looks);
-        walls.holds(&walls.to_grid(&at)) && nearest_wall(walls, &at, radius_m).is_none()
-    })
-}
-
 /// The centre of the occupied cell nearest to a point, and its distance, if that is below `within_m`.
-fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Option<(Point, f64)> {
+pub(crate) fn nearest_wall(walls: &RayGrid, point: &Point, within_m: f64) -> Option<(Point, f64)> {
     let at = walls.to_grid(point);
     let (width, height) = walls.extent();
     let reach = within_m / walls.resolution_m();

@@ -35,18 +35,10 @@ impl Route {
         // Waypoints may coincide: in a step, at most all of them are passed.
         for _ in 0..=self.waypoints.len() {
             let Some(next) = self.next else { break };
-            let way = self.waypoints[next].coords - at.translation.vector;
-            let distance_m = way.norm();
-            if distance_m > 0.0 {
-                let ahead = way / distance_m;
-                at.rotation = UnitComplex::from_cos_sin_unchecked(ahead.x, ahead.y);
-            }
-            if distance_m > left_m {
-                at.translation.vector += way * (left_m / distance_m);
-                break;
-            }
-            at.translation.vector = self.waypoints[next].coords;
-            left_m -= distance_m;
+            let (then, left) = walk_to(&at, &self.waypoints[next], left_m);
+            at = then;
+            let Some(left) = left else { break };
+            left_m = left;
             self.next = self.after(next);
             if stops(next) {
                 return (at, true);
@@ -89,6 +81,24 @@ impl Route {
             }
         }
     }
+}
+
+/// The pose of a walker at `from` after this distance straight to a point, facing it, and what is left of the distance
+/// when they have reached it; `None` if they have not.
+pub(crate) fn walk_to(from: &Pose, to: &Point, way_m: f64) -> (Pose, Option<f64>) {
+    let mut at = *from;
+    let way = to.coords - from.translation.vector;
+    let distance_m = way.norm();
+    if distance_m > 0.0 {
+        let ahead = way / distance_m;
+        at.rotation = UnitComplex::from_cos_sin_unchecked(ahead.x, ahead.y);
+    }
+    if distance_m > way_m {
+        at.translation.vector += way * (way_m / distance_m);
+        return (at, None);
+    }
+    at.translation.vector = to.coords;
+    (at, Some(way_m - distance_m))
 }
 
 #[cfg(test)]

@@ -11,22 +11,23 @@ use robot::{Reading, Robot, RobotModel, Streams, VelocityCommand};
 
 use crate::battery::{Battery, report_battery};
 use crate::bodies::{ExtraBodies, place_bodies};
+use crate::boxes::{pick_up, put_down};
 use crate::building::Building;
 use crate::clock::{Clock, advance_clock};
 use crate::config::SimConfig;
 use crate::contacts::{Contacts, count_contacts};
 use crate::docking::{Dock, Station, update_battery};
-use crate::doors::move_doors;
+use crate::doors::{Leaf, move_doors};
 use crate::drive::{Drive, drive_robot, settle_robot};
-use crate::error::{Placement, SimError};
+use crate::error::{BoxError, Placement, SimError};
 use crate::faults::Faults;
 use crate::kidnapping::{check_walls, kidnap};
 use crate::lasers::{Laser, scan};
 use crate::motion::{Motion, RobotPose};
 use crate::noise::Drift;
-use crate::obstacles::{Obstacles, move_obstacles, note_rest, settle_obstacles};
+use crate::obstacles::{Obstacles, move_obstacles, named, note_rest, settle_obstacles};
 use crate::odometer::{Odometer, measure_odometry};
-use crate::people::walk;
+use crate::people::{follow, walk};
 use crate::physics::{Physics, step_physics};
 use crate::readings::Readings;
 use crate::room::{check_on_map, check_room};
@@ -149,6 +150,31 @@ impl Simulation {
     pub fn check_kidnapping(&self, pose: &Pose) -> Result<(), SimError> {
         check_walls(&self.world, self.robot, pose)
     }
+
+    /// Opens or closes the door with this name: its leaf begins to move in the next step, and from then on ignores its
+    /// schedule. Returns whether there is such a door.
+    pub fn command_door(&mut self, name: &str, open: bool) -> bool {
+        let leaf = named::<Leaf>(&self.world, name).and_then(|door| self.world.get_mut::<Leaf>(door));
+        leaf.map(|mut leaf| leaf.command(open)).is_some()
+    }
+
+    /// Takes a [movable](crate::ObstacleMotion::Movable) obstacle off the floor, wherever it is: lasers no longer see
+    /// it, and nothing collides with it. One that a fault has added disappears when the fault ends.
+    ///
+    /// # Errors
+    /// If there is no movable obstacle with this name, or if it has been picked up already.
+    pub fn pick_up(&mut self, name: &str) -> Result<(), BoxError> {
+        pick_up(&mut self.world, name)
+    }
+
+    /// Puts a box that has been [picked up](Self::pick_up) down at a pose in the `map` frame, at rest.
+    ///
+    /// # Errors
+    /// If there is no movable obstacle with this name, if it has not been picked up, or if its centre would be outside
+    /// the map or its body would overlap a wall, the robot or another obstacle; then it stays where it is.
+    pub fn put_down(&mut self, name: &str, pose: Pose) -> Result<(), BoxError> {
+        put_down(&mut self.world, self.robot, name, pose)
+    }
 }
 
 impl fmt::Debug for Simulation {
@@ -227,7 +253,7 @@ fn schedule(world: &mut World) -> Schedule {
     schedule.set_executor(SingleThreadedExecutor::new());
     let ambiguity_detection = LogLevel::Error;
     schedule.set_build_settings(ScheduleBuildSettings { ambiguity_detection, ..ScheduleBuildSettings::default() });
-    let others = (move_obstacles, walk, move_doors).chain();
+    let others = (move_obstacles, walk, follow, move_doors).chain();
     let settling = (settle_robot, settle_obstacles, note_rest).chain();
     let motion = (others, drive_robot, step_physics, settling, count_contacts);
     let measurement = (measure_odometry, scan, report_battery);

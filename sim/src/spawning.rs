@@ -5,8 +5,9 @@ use maps::Pose;
 
 use crate::config::{ObstacleConfig, ObstacleMotion};
 use crate::doors::Leaf;
+use crate::floor::Opaque;
 use crate::obstacles::{Movable, Obstacle, ObstaclePose, Obstacles, Rest};
-use crate::people::Walker;
+use crate::people::{Follower, Walker};
 use crate::physics::{Body, Physics, parry_shape};
 use crate::route::Route;
 
@@ -26,12 +27,17 @@ pub(crate) fn spawn_obstacle(world: &mut World, config: &ObstacleConfig) -> Enti
     let obstacle = Obstacle { name: config.name.clone(), shape: config.shape, outline };
     let mut entity = world.spawn((obstacle, ObstaclePose(pose), Rest::default(), body));
     match &config.motion {
-        ObstacleMotion::Fixed => {}
+        ObstacleMotion::Fixed => {
+            entity.insert(Opaque);
+        }
         ObstacleMotion::Person(walk) => {
             entity.insert(Walker::new(walk));
         }
+        ObstacleMotion::Follower(follow) => {
+            entity.insert(Follower::new(follow));
+        }
         ObstacleMotion::Door(door) => {
-            entity.insert(Leaf::new(door, &config.shape, config.pose));
+            entity.insert((Leaf::new(door, &config.shape, config.pose), Opaque));
         }
         ObstacleMotion::Route { waypoints, speed_mps, end } => {
             entity.insert(Route::new(waypoints.clone(), *speed_mps, *end));

@@ -4,18 +4,21 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bevy_ecs::prelude::*;
-use maps::Pose;
+use maps::{Point, Pose};
 use robot::{BatteryState, LaserScan, Odometry};
 
 use crate::battery::Battery;
+use crate::building::Building;
 use crate::clock::Clock;
 use crate::config::Shape;
 use crate::contacts::{Contact, Contacts};
 use crate::docking::{Dock, Station};
+use crate::doors::Leaf;
 use crate::faults::Faults;
+use crate::floor::{Floor, Opaque};
 use crate::lasers::Laser;
 use crate::motion::{Motion, RobotPose};
-use crate::obstacles::{Obstacle, ObstaclePose, Obstacles};
+use crate::obstacles::{Obstacle, ObstaclePose, Obstacles, named};
 use crate::odometer::Odometer;
 
 /// The true state of the simulated world.
@@ -123,7 +126,8 @@ impl<'a> Truth<'a> {
     }
 
     /// All obstacles: those of [`SimConfig::obstacles`](crate::SimConfig::obstacles) in order, then those of
-    /// [`Faults::bodies`](crate::Faults::bodies) that have been placed, in the order of their appearance.
+    /// [`Faults::bodies`](crate::Faults::bodies) that have been placed, in the order of their appearance. Boxes that
+    /// have been [picked up](crate::Simulation::pick_up) are not among them.
     pub fn obstacles(&self) -> impl Iterator<Item = ObstacleTruth<'a>> + use<'a> {
         let world = self.world;
         world.resource::<Obstacles>().0.iter().filter_map(move |entity| {
@@ -131,6 +135,22 @@ impl<'a> Truth<'a> {
             let pose = world.get::<ObstaclePose>(*entity)?.0;
             Some(ObstacleTruth { name: &obstacle.name, shape: obstacle.shape, pose })
         })
+    }
+
+    /// How far the door with this name is open: 0 is closed, 1 is open. `None` if there is no such door.
+    #[must_use]
+    pub fn door_opening(&self, name: &str) -> Option<f64> {
+        Some(self.world.get::<Leaf>(named::<Leaf>(self.world, name)?)?.opening())
+    }
+
+    /// Whether nothing blocks the straight line from the robot's centre to a point of the `map` frame. Walls, doors'
+    /// leaves and fixed obstacles do; people and boxes that can be pushed do not.
+    #[must_use]
+    pub fn sees(&self, point: &Point) -> bool {
+        let world = self.world;
+        let opaque = world.resource::<Obstacles>().0.iter().filter(|entity| world.get::<Opaque>(**entity).is_some());
+        let bodies = opaque.filter_map(|entity| world.get::<Obstacle>(*entity).zip(world.get::<ObstaclePose>(*entity)));
+        Floor::new(world.resource::<Building>(), bodies).sees(&self.pose().translation.vector.into(), point)
     }
 
     fn clock(&self) -> Clock {

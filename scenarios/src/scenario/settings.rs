@@ -7,8 +7,8 @@ use maps::{Point, Pose};
 use recording::{SettingGroup, decimals};
 use robot::{LaserSpec, RobotModel};
 use sim::{
-    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, LaserConfig, Manners, ObstacleConfig,
-    ObstacleMotion, OdometryConfig, Opening, Pauses, Shape, SimConfig, Walk,
+    BatteryConfig, BodyConfig, DockingConfig, Door, DriftNoise, DriveConfig, Follow, LaserConfig, Manners,
+    ObstacleConfig, ObstacleMotion, OdometryConfig, Opening, Pauses, Shape, SimConfig, Walk,
 };
 
 use super::{Execution, Order, Policy, STEP, TreeForm};
@@ -224,6 +224,7 @@ fn obstacle_in_words(obstacle: &ObstacleConfig) -> String {
     let motion = match motion {
         ObstacleMotion::Fixed => "fixed".to_owned(),
         ObstacleMotion::Person(walk) => walk_in_words(walk),
+        ObstacleMotion::Follower(follow) => follow_in_words(follow),
         ObstacleMotion::Door(door) => door_in_words(door),
         ObstacleMotion::Movable { mass_kg } => format!("can be pushed, {}", with_unit(*mass_kg, "kg")),
         ObstacleMotion::Route { waypoints, speed_mps, end } => {
@@ -260,18 +261,33 @@ fn walk_in_words(walk: &Walk) -> String {
     )
 }
 
+fn follow_in_words(follow: &Follow) -> String {
+    let Follow { distance_m, meets_within_m, speed_mps, stands } = follow;
+    let stands = if stands.is_empty() { String::new() } else { format!(", stands {}", intervals(stands)) };
+    format!(
+        "follows the robot from {} on at a distance of {}, at most at {}{stands}",
+        with_unit(*meets_within_m, "m"),
+        with_unit(*distance_m, "m"),
+        with_unit(*speed_mps, "m/s"),
+    )
+}
+
 fn door_in_words(door: &Door) -> String {
     let Door { opening, moving, closed, every } = door;
-    let times: Vec<String> = closed.iter().map(|(from, to)| format!("{} to {}", duration(*from), until(*to))).collect();
     let opening = match opening {
         Opening::Slide => "slides",
         Opening::Left => "opens to the left",
         Opening::Right => "opens to the right",
     };
-    let times =
-        if times.is_empty() { "never closed".to_owned() } else { format!("closed from {}", times.join(", from ")) };
+    let times = if closed.is_empty() { "never closed".to_owned() } else { format!("closed {}", intervals(closed)) };
     let every = every.map_or_else(String::new, |every| format!(", every {}", duration(every)));
     format!("a door that {opening} within {}, {times}{every}", duration(*moving))
+}
+
+/// Times that have a beginning and an end: `from 1 s to 2 s, from 5 s to the end`.
+fn intervals(times: &[(Duration, Duration)]) -> String {
+    let each = times.iter().map(|(from, to)| format!("from {} to {}", duration(*from), until(*to)));
+    each.collect::<Vec<_>>().join(", ")
 }
 
 fn until(time: Duration) -> String {

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::check::Check;
-use crate::config::SimConfig;
+use crate::config::{ObstacleMotion, SimConfig};
 use crate::error::BadSetting;
 use crate::faults::{BaseFaults, BatteryFaults, Faults, LaserFault, LaserTrouble, OdometryFaults};
 
@@ -20,6 +20,7 @@ impl Faults {
         check.odometry_faults(&self.odometry);
         check.base_faults(&self.base);
         check.bodies(self, config);
+        check.stuck_doors(self, config);
         if let Some(station) = &self.station {
             check.pose("station", station);
         }
@@ -93,6 +94,14 @@ impl Check {
         }
     }
 
+    fn stuck_doors(&mut self, faults: &Faults, config: &SimConfig) {
+        for (index, name) in faults.stuck_doors.iter().enumerate() {
+            let mut doors = config.obstacles.iter().chain(&faults.bodies);
+            let known = doors.any(|door| door.name == *name && matches!(door.motion, ObstacleMotion::Door(_)));
+            self.that(known, format!("stuck_doors[{index}]"), name, "the name of a door");
+        }
+    }
+
     fn share(&mut self, setting: impl Into<String>, value: f64) {
         self.that((0.0..=1.0).contains(&value), setting, value, "from 0 to 1");
     }
@@ -100,11 +109,13 @@ impl Check {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use maps::pose;
     use robot::VelocityCommand;
 
     use super::*;
-    use crate::config::{ObstacleConfig, ObstacleMotion, Shape};
+    use crate::config::{Door, ObstacleConfig, Opening, Shape};
 
     fn problems(faults: &Faults) -> Vec<String> {
         faults.problems(&SimConfig::default()).iter().map(ToString::to_string).collect()
@@ -200,5 +211,16 @@ mod tests {
                 "bodies[2].shape.radius_m is -0.2, must be greater than 0",
             ]
         );
+    }
+
+    #[test]
+    fn only_doors_get_stuck() {
+        let door = Door { opening: Opening::Slide, moving: Duration::ZERO, closed: Vec::new(), every: None };
+        let door = ObstacleConfig { motion: ObstacleMotion::Door(door), ..person("door", 0.2) };
+        let config = SimConfig { obstacles: vec![door, person("Ann", 0.2)], ..SimConfig::default() };
+        let stuck_doors = ["door", "Ann"].map(str::to_owned).to_vec();
+        let found = Faults { stuck_doors, ..Faults::default() }.problems(&config);
+        let found: Vec<String> = found.iter().map(ToString::to_string).collect();
+        assert_eq!(found, ["stuck_doors[1] is Ann, must be the name of a door"]);
     }
 }

@@ -6,8 +6,8 @@ use std::time::Duration;
 use maps::{Point, Pose};
 use nalgebra::{UnitComplex, Vector2};
 
-use crate::ray_grid::RayGrid;
-use crate::room::is_walkable;
+use crate::floor::Floor;
+use crate::route::walk_to;
 
 /// The side clearance to the robot's path when stepping aside, in metres.
 const ROOM_M: f64 = 0.2;
@@ -20,8 +20,10 @@ const STEP_M: f64 = 0.15;
 /// A robot this far away no longer needs the room, in metres.
 const FAR_M: f64 = 2.5;
 
-/// The longest and the shortest time that they stand aside.
-const LONGEST: Duration = Duration::from_secs(8);
+/// The longest time that people with a route stand aside.
+pub(super) const LONGEST: Duration = Duration::from_secs(8);
+
+/// The shortest time that they stand aside.
 const SHORTEST: Duration = Duration::from_secs(1);
 
 /// A person and the robot.
@@ -35,6 +37,21 @@ pub(super) struct Meeting {
 }
 
 impl Meeting {
+    /// Where the person is.
+    pub(super) fn place(&self) -> Point {
+        self.at.translation.vector.into()
+    }
+
+    /// Where the robot is.
+    pub(super) fn robot_place(&self) -> Point {
+        self.robot.translation.vector.into()
+    }
+
+    /// The distance of the two centres, in metres.
+    pub(super) fn distance_m(&self) -> f64 {
+        (self.at.translation.vector - self.robot.translation.vector).norm()
+    }
+
     /// Whether the robot faces the person across a gap of at most `gap_m` metres.
     pub(super) fn is_faced_within(&self, gap_m: f64) -> bool {
         let seen = self.robot.inverse_transform_point(&self.at.translation.vector.into());
@@ -65,14 +82,14 @@ impl WayOut {
     /// The nearest place with a straight, free path that does not come nearer to the robot than the person is or than
     /// it needs, and from which the robot's path ahead is free. Of several equally near ones, the one with the most
     /// room for the robot.
-    pub(super) fn find(meeting: &Meeting, floor: &RayGrid) -> Option<Self> {
+    pub(super) fn find(meeting: &Meeting, floor: &Floor<'_>) -> Option<Self> {
         let from = meeting.at.translation.vector;
         let needed_m = meeting.apart_m + ROOM_M;
         let from_robot_m = needed_m.min((from - meeting.robot.translation.vector).norm() - 1e-6);
         let is_good = |place: &Vector2<f64>| {
             meeting.beside_m(place) >= needed_m
                 && meeting.nearest_m(place) >= from_robot_m
-                && is_walkable(floor, &from.into(), &(*place).into(), meeting.radius_m)
+                && floor.is_walkable(&from.into(), &(*place).into(), meeting.radius_m)
         };
         let distances = (1..).map(|step| f64::from(step) * STEP_M).take_while(|distance_m| *distance_m <= FARTHEST_M);
         distances.map(|distance_m| around(&from, distance_m)).find_map(|places| {
@@ -108,8 +125,8 @@ impl Aside {
     }
 
     /// Whether they stand and let the robot pass: until it is far away or past the place where they left their route,
-    /// or until they have stood long enough.
-    pub(super) fn stands(&mut self, meeting: &Meeting, now: Duration) -> bool {
+    /// or until they have stood for the longest time.
+    pub(super) fn stands(&mut self, meeting: &Meeting, now: Duration, longest: Duration) -> bool {
         let Some(since) = self.stands_since else { return false };
         let lasted = now.saturating_sub(since);
         let robot = Point::from(meeting.robot.translation.vector);
@@ -117,7 +134,7 @@ impl Aside {
         let seen = meeting.robot.inverse_transform_point(&left);
         let is_past = seen.x < 0.0 && seen.coords.norm() > meeting.apart_m + ROOM_M;
         let is_far = (robot - left).norm() > FAR_M;
-        if lasted < SHORTEST || (lasted < LONGEST && !is_past && !is_far) {
+        if lasted < SHORTEST || (lasted < longest && !is_past && !is_far) {
             return true;
         }
         (self.to, self.stands_since) = (None, None);
@@ -136,16 +153,10 @@ impl Aside {
     /// Walks a distance, facing forward. Returns whether they are back on their route.
     pub(super) fn go(&mut self, from: &Pose, way_m: f64, now: Duration) -> (Pose, bool) {
         let Some(aim) = self.aim() else { return (*from, true) };
-        let way = aim.coords - from.translation.vector;
-        let mut at = *from;
-        if let Some(ahead) = way.try_normalize(0.0) {
-            at.rotation = UnitComplex::from_cos_sin_unchecked(ahead.x, ahead.y);
-        }
-        if way.norm() > way_m {
-            at.translation.vector += way * (way_m / way.norm());
+        let (at, left_m) = walk_to(from, &aim, way_m);
+        if left_m.is_none() {
             return (at, false);
         }
-        at.translation.vector = aim.coords;
         if self.to.is_some() {
             self.stands_since = Some(now);
         } else {

@@ -1,9 +1,11 @@
 //! The simulation from its users' point of view.
 
 mod determinism;
+mod devices;
 mod docking;
 mod driving;
 mod faults;
+mod followers;
 mod lasers;
 mod obstacles;
 mod refusals;

@@ -163,7 +163,7 @@ fn a_body_that_the_robot_does_not_touch_only_affects_scans() {
 
 /// Faults of every field, each alone.
 fn one_of_each() -> Vec<Faults> {
-    let set: [fn(&mut Faults); 19] = [
+    let set: [fn(&mut Faults); 20] = [
         |faults| faults.battery.drain_factor = 3.0,
         |faults| faults.battery.capacity_factor = 0.3,
         |faults| faults.battery.charger_factor = 0.3,
@@ -182,6 +182,7 @@ fn one_of_each() -> Vec<Faults> {
         |faults| faults.base.emergency_stop = true,
         |faults| faults.base.command_delay = Duration::from_secs(1),
         |faults| faults.bodies.push(pillar()),
+        |faults| faults.stuck_doors.push("door".to_owned()),
         |faults| faults.station = Some(pose(4.0, 4.0, 0.0)),
     ];
     let fault = |set: &fn(&mut Faults)| {
