@@ -2,10 +2,11 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
 
 use serde_json::Value;
 use tempfile::TempDir;
+
+use crate::steward::{refusal, report};
 
 const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
   <BehaviorTree ID="Tour">
@@ -24,7 +25,7 @@ stop.at = []
 [components.Speaker]
 machine = "Speaker.scxml"
 interface = "speaker.toml"
-data.letters_per_s = 32
+data.seconds_per_letter = 0.03
 
 [expect]
 announced = "satisfied"
@@ -53,26 +54,19 @@ fn folder(more: &str) -> TempDir {
     folder
 }
 
-fn steward(folder: &TempDir, arguments: &[&str]) -> Output {
-    let run = Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().unwrap();
-    assert!(run.status.code().is_some(), "{arguments:?}");
-    run
-}
-
 /// The report of a run that must end as expected.
-fn report(folder: &TempDir, scenario: &str, arguments: &[&str]) -> Value {
-    let out = steward(folder, &[&["run", scenario, "--no-snapshots", "--out", "out"], arguments].concat());
-    let said = String::from_utf8_lossy(&out.stderr).into_owned() + &String::from_utf8_lossy(&out.stdout);
-    assert_eq!(out.status.code(), Some(0), "{arguments:?}: {said}");
-    serde_json::from_str(&fs::read_to_string(folder.path().join("out/report.json")).unwrap()).unwrap()
+fn run(folder: &TempDir, scenario: &str, arguments: &[&str]) -> Value {
+    let arguments = [&["--no-snapshots"], arguments].concat();
+    let scenario = folder.path().join(scenario);
+    let report = report(scenario.to_str().unwrap(), &folder.path().join("out"), &arguments);
+    let is_met = |expectation: &Value| expectation["difference"].is_null();
+    assert!(report["expectations"].as_array().unwrap().iter().all(is_met), "{arguments:?}: {report}");
+    report
 }
 
-/// The problems that are found in the variant, with their places.
-fn problems(more: &str) -> String {
-    let folder = folder(more);
-    let checked = steward(&folder, &["check", "variant.toml"]);
-    assert_eq!(checked.status.code(), Some(2), "{more}");
-    String::from_utf8(checked.stderr).unwrap() + &String::from_utf8(checked.stdout).unwrap()
+/// The problems that are found in a scenario, with their places.
+fn problems(folder: &TempDir, scenario: &str) -> String {
+    refusal(&["check", folder.path().join(scenario).to_str().unwrap()])
 }
 
 #[test]
@@ -80,7 +74,7 @@ fn a_speaker_runs_by_adding_files_under_every_policy() {
     let folder = folder("");
     for policy in ["policy=random", "policy=round-robin", "starve=Speaker", "starve=AnnounceArrival", "tree=nodes"] {
         for seed in ["1", "2"] {
-            report(&folder, "tour.toml", &["--set", &format!("execution.{policy}"), "--seed", seed]);
+            run(&folder, "tour.toml", &["--set", &format!("execution.{policy}"), "--seed", seed]);
         }
     }
 }
@@ -91,7 +85,7 @@ fn faults_of_components_channels_and_skills_hit_a_speaker() {
     let speaks = "when = \"(AnnounceArrival, Speaker, m[1] = <say>)\"";
     let outcome = |fault: &str, expected: &str| {
         let folder = folder(&format!("[[faults]]\n{fault}\n[expect]\nannounced = \"{expected}\"\n"));
-        report(&folder, "variant.toml", &[])
+        run(&folder, "variant.toml", &[])
     };
     outcome(&format!("kind = \"component_frozen\"\ncomponent = \"Speaker\"\n{arrives}"), "violated");
     outcome(&format!("kind = \"component_crash\"\ncomponent = \"Speaker\"\n{speaks}\nlasts_s = 5"), "violated");
@@ -119,14 +113,18 @@ fn each_mistake_has_one_message() {
         ),
         ("[[faults]]\nkind = \"component_crash\"\nat_s = 1\ncomponent = \"Speeker\"", "unknown component `Speeker`"),
     ] {
-        let said = problems(more);
+        let said = problems(&folder(more), "variant.toml");
         assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
         assert!(said.contains(message), "{more}: {said}");
     }
-    // What others ask must be in the interface.
+    // What others ask must be in the interface, and so must what it publishes.
     let folder = folder("");
+    let speaker = folder.path().join("Speaker.scxml");
+    let said = "<send type=\"channel\" targetexpr=\"listener\" event=\"ok\"/>";
+    let published = format!("{said}<send type=\"channel\" event=\"spoken\"/>");
+    fs::write(&speaker, fs::read_to_string(&speaker).unwrap().replace(said, &published)).unwrap();
     fs::write(folder.path().join("speaker.toml"), "[services.shout]\nrequest = { text = \"text\" }\n").unwrap();
-    let said = String::from_utf8(steward(&folder, &["check", "tour.toml"]).stderr).unwrap();
+    let said = problems(&folder, "tour.toml");
     assert!(said.contains("the channel AnnounceArrival → Speaker carries no <say>"), "{said}");
     assert!(said.contains("Speaker does not publish <spoken>"), "{said}");
 }

@@ -16,7 +16,7 @@ const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
   <TreeNodesModel><Action ID="AnnounceArrival"/></TreeNodesModel>
 </root>"#;
 
-const INTERFACE: &str = "[services.say]\nrequest = { text = \"text\" }\n";
+const INTERFACE: &str = include_str!("../../skills/examples/speaker.toml");
 
 const PROGRAM: &str = include_str!("../../components/programs/examples/speaker.py");
 
@@ -29,7 +29,7 @@ impl Stage {
     fn new(speaker: &str) -> Self {
         let folder = tempdir().unwrap();
         let skill = include_str!("../../skills/examples/AnnounceArrival.scxml");
-        let machine = include_str!("../../components/programs/examples/Speaker.scxml");
+        let machine = include_str!("../../skills/examples/Speaker.scxml");
         let scenario = format!(
             "tree = \"tree.xml\"\nskills = \"skills\"\nexecution.max_time_s = 20\n\n\
              [components.Speaker]\ninterface = \"speaker.toml\"\n{speaker}\n"
