@@ -10,6 +10,7 @@ mod check_command;
 mod command_line;
 mod components;
 mod determinism;
+mod devices;
 mod documentation;
 mod experiments;
 mod fault_combinations;

@@ -9,6 +9,7 @@ use channels::Symbol;
 use interfaces::{Interface, KEYS, KINDS as KINDS_OF_FIELDS};
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::faults::{KINDS, Parameter};
+use scenarios::scenario::DeviceKind;
 use scenarios::schema::Key;
 use serde_json::Value;
 use tempfile::tempdir;
@@ -82,6 +83,8 @@ fn interfaces() {
     compare_part("interfaces", "keys", &table(["key", "meaning", "takes"], rows));
     let rows = KINDS_OF_FIELDS.iter().map(|(kind, about)| [code(kind), format!("{about}.")]);
     compare_part("interfaces", "kinds", &table(["kind", "a field holds"], rows));
+    let device = |kind: DeviceKind| format!("`builtin = \"{}\"`:\n\n```toml\n{}```\n", kind.name(), kind.interface_file());
+    compare_part("interfaces", "devices", &DeviceKind::ALL.map(device).join("\n"));
 }
 
 #[test]

@@ -30,6 +30,7 @@ const FILES: &[(&str, &[u8])] = &[
     ("scenarios/corridor.toml", include_bytes!("../corridor.toml")),
     ("scenarios/populated.toml", include_bytes!("../populated.toml")),
     ("scenarios/published.toml", include_bytes!("../published.toml")),
+    ("scenarios/parcel.toml", include_bytes!("../parcel.toml")),
     ("scenarios/pick.toml", include_bytes!("../pick.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),

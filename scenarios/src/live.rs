@@ -74,7 +74,7 @@ impl Live {
     pub fn new(scenario: Arc<Scenario>, seed: u64, watch: bool) -> Result<Self, Error> {
         let streams = Streams::new(seed);
         let mut wired = wire(&scenario, &streams)?;
-        let world = World::new(scenario.premises.as_ref().zip(wired.ids.robot), &streams)?;
+        let world = World::new(scenario.premises.as_ref().zip(wired.ids.robot), &wired.system, &streams)?;
         let monitoring = watch.then(|| attach(&scenario, &mut wired.system)).transpose()?;
         let mut complaints = Complaints::default();
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
@@ -120,6 +120,8 @@ impl Live {
         self.skill_errors.note(&self.system, now);
         let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
         self.happenings.extend(given_up.map(|reason| Happening::GivenUp { reason: reason.to_string() }));
+        let speeches = self.world.new_speeches(&self.system);
+        self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
         self.note_verdicts();
         self.note_arrivals();
         Ok(())
@@ -330,7 +332,7 @@ impl Live {
     }
 
     fn scene(&self) -> Option<Scene> {
-        self.world.robot().map(SimulatedRobot::scene)
+        self.world.scene()
     }
 
     /// The end record of the run if it ends here, with the given detail.

@@ -37,6 +37,7 @@ pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, Watch
 pub use robot::STEP;
 pub use skill::Skill;
 pub use stop::{Stop, StopOnViolation};
+pub use devices::{DeviceKind, DeviceSettings};
 pub use world::WorldBody;
 
 use crate::Error;

@@ -13,6 +13,7 @@ use components::{
     BATTERY_READER, BLACKBOARD, BatteryReader, Blackboard, LOCALIZATION, Localization, NAVIGATION, Navigation,
     Operation, Processes, operations,
 };
+use devices::DeviceProcess;
 use diagnostics::{Problem, Spanned};
 use interfaces::Interface;
 use maps::Places;
@@ -74,9 +75,15 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
         processes.extend(skill.map(|skill| (id, Box::new(skill) as Box<dyn Process>)));
     }
     for (name, component) in &scenario.components {
-        if let Runs::Program { program, data, .. } = &component.runs {
-            let id = topology.find_process(name).expect("every component has just been declared");
-            processes.push((id, Box::new(ProgramProcess::new(&topology, id, Arc::clone(program), data.clone()))));
+        let id = topology.find_process(name).expect("every component has just been declared");
+        match &component.runs {
+            Runs::Machine(_) => {}
+            Runs::Program { program, data, .. } => {
+                processes.push((id, Box::new(ProgramProcess::new(&topology, id, Arc::clone(program), data.clone()))));
+            }
+            Runs::Device(settings) => {
+                processes.push((id, Box::new(DeviceProcess::new(&topology, id, settings))));
+            }
         }
     }
     processes.extend(builtin_components(scenario, &topology, &ids).map_err(refused)?);
@@ -148,7 +155,7 @@ impl<'a> Client<'a> {
     fn of_program((name, component): (&'a String, &'a Component)) -> Option<Self> {
         match &component.runs {
             Runs::Program { asks, .. } => Some(Self { name, machines: Vec::new(), components: asks }),
-            Runs::Machine(_) => None,
+            Runs::Machine(_) | Runs::Device(_) => None,
         }
     }
 

@@ -5,10 +5,12 @@ use std::time::Duration;
 use bt::Tree;
 use channels::{ChannelSystem, ProcessId};
 use components::{Processes, Software};
+use devices::{DeviceProcess, Surroundings};
+use maps::{Point, pose};
 use nav::{GiveUpReason, InitialPose};
 use recording::{Battery, Body, BodyShape, Navigation, RobotState, Scene, TraceHash, Truth};
-use robot::{Reading, Streams};
-use sim::Simulation;
+use robot::{Reading, Robot, Streams};
+use sim::{ObstacleConfig, ObstacleMotion, Simulation};
 
 use crate::Error;
 use crate::given_up::GivenUps;
@@ -17,26 +19,71 @@ use crate::scenario::{Premises, STEP};
 /// A robot slower than this counts as at rest, in m/s and rad/s.
 const AT_REST: f64 = 1e-3;
 
+/// The gap between the robot and a box that it has put down, in metres.
+const BESIDE_M: f64 = 0.05;
+
 /// The world of a run.
 pub(crate) struct World {
     now: Duration,
     robot: Option<SimulatedRobot>,
+    devices: Vec<Device>,
+}
+
+/// A device of the world.
+struct Device {
+    process: ProcessId,
+    /// What it was saying in the last step.
+    speech: Option<String>,
 }
 
 impl World {
-    /// The world at the start of a run, with these components of its robot if there is one.
-    pub(crate) fn new(robot: Option<(&Premises, Processes)>, streams: &Streams) -> Result<Self, Error> {
+    /// The world at the start of a run, with these components of its robot if there is one, and the devices of a
+    /// system.
+    pub(crate) fn new(
+        robot: Option<(&Premises, Processes)>,
+        system: &ChannelSystem,
+        streams: &Streams,
+    ) -> Result<Self, Error> {
         let robot = robot.map(|(premises, processes)| SimulatedRobot::new(premises, processes, streams));
-        Ok(Self { now: Duration::ZERO, robot: robot.transpose()? })
+        let devices = system.topology().processes().filter(|id| system.process::<DeviceProcess>(*id).is_some());
+        let devices = devices.map(|process| Device { process, speech: None }).collect();
+        Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
     }
 
-    /// Moves on by a step: physics and sensors, then the robot's software.
+    /// Moves on by a step: physics and sensors, then the robot's software and the devices.
     pub(crate) fn step(&mut self, system: &mut ChannelSystem) {
         self.now += STEP;
         if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
             sim.step();
             software.step(sim, system, self.now);
         }
+        let Some(robot) = &mut self.robot else { return };
+        for Device { process, .. } in &self.devices {
+            if !system.is_suspended(*process)
+                && let Some(device) = system.process_mut::<DeviceProcess>(*process)
+            {
+                device.act(&mut robot.around());
+            }
+        }
+    }
+
+    /// What speakers have begun to say since the last call, with their processes.
+    pub(crate) fn new_speeches(&mut self, system: &ChannelSystem) -> Vec<(ProcessId, String)> {
+        let mut new = Vec::new();
+        for Device { process, speech } in &mut self.devices {
+            let now = system.process::<DeviceProcess>(*process).and_then(DeviceProcess::speech);
+            if speech.as_deref() != now {
+                *speech = now.map(str::to_owned);
+                new.extend(speech.clone().map(|text| (*process, text)));
+            }
+        }
+        new
+    }
+
+    /// What is visible and heard now.
+    pub(crate) fn scene(&self) -> Option<Scene> {
+        let scene = self.robot.as_ref().map(SimulatedRobot::scene)?;
+        Some(Scene { speeches: self.devices.iter().filter_map(|device| device.speech.clone()).collect(), ..scene })
     }
 
     /// Time since the start of the run.
@@ -63,6 +110,8 @@ pub(crate) struct SimulatedRobot {
     pub(crate) sim: Simulation,
     pub(crate) software: Software,
     given_up: GivenUps,
+    /// The bodies of the world as they were described.
+    bodies: Vec<ObstacleConfig>,
     /// Whether it has been at each place.
     reached: Vec<bool>,
 }
@@ -73,6 +122,7 @@ impl SimulatedRobot {
             sim: simulate(premises, streams)?,
             software: software(premises, processes, streams)?,
             given_up: GivenUps::default(),
+            bodies: premises.entry.sim.obstacles.clone(),
             reached: vec![false; premises.places.iter().count()],
         })
     }
@@ -152,8 +202,19 @@ impl SimulatedRobot {
         })
     }
 
+    fn around(&mut self) -> Around<'_> {
+        Around { sim: &mut self.sim, bodies: &self.bodies }
+    }
+
+    /// Lets the box of a tray fall.
+    pub(crate) fn drop_box(&mut self, tray: ProcessId, system: &mut ChannelSystem) {
+        if let Some(tray) = system.process_mut::<DeviceProcess>(tray) {
+            tray.drop_box(&mut self.around());
+        }
+    }
+
     /// What is visible now.
-    pub(crate) fn scene(&self) -> Scene {
+    fn scene(&self) -> Scene {
         let (truth, software) = (self.sim.truth(), &self.software);
         let stride = software.particle_count().div_ceil(Scene::MAX_PARTICLES).max(1);
         Scene {
@@ -161,7 +222,84 @@ impl SimulatedRobot {
             particles: software.particles().step_by(stride).map(|pose| pose.translation.vector.into()).collect(),
             path: software.path().to_vec(),
             bodies: truth.obstacles().map(|obstacle| body_record(&obstacle)).collect(),
+            speeches: Vec::new(),
         }
+    }
+}
+
+/// The robot and what is around it, for devices.
+struct Around<'a> {
+    sim: &'a mut Simulation,
+    bodies: &'a [ObstacleConfig],
+}
+
+impl Around<'_> {
+    /// The description of a body; `None` for an unknown one.
+    fn config(&self, name: &str) -> Option<&ObstacleConfig> {
+        self.bodies.iter().chain(&self.sim.faults().bodies).find(|body| body.name == name)
+    }
+
+    fn is_person(&self, name: &str) -> bool {
+        self.config(name).is_some_and(|body| match body.motion {
+            ObstacleMotion::Person(_) | ObstacleMotion::Follower(_) => true,
+            ObstacleMotion::Route { .. } => matches!(body.shape, sim::Shape::Disc { .. }),
+            _ => false,
+        })
+    }
+
+    fn is_movable(&self, name: &str) -> bool {
+        self.config(name).is_some_and(|body| matches!(body.motion, ObstacleMotion::Movable { .. }))
+    }
+
+    fn position(&self) -> Point {
+        self.sim.truth().pose().translation.vector.into()
+    }
+
+    /// Puts a lifted box down near the robot, as near as possible to this direction from its heading, in degrees.
+    fn put_down_towards(&mut self, name: &str, direction_deg: f64) -> bool {
+        [0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0].into_iter().any(|turn_deg: f64| {
+            let robot = self.sim.truth().pose();
+            let half_m = self.config(name).map_or(0.0, |body| body.shape.bounding_radius_m());
+            let reach_m = self.sim.model().radius_m + half_m + BESIDE_M;
+            let there = robot * pose(0.0, 0.0, (direction_deg + turn_deg).to_radians()) * pose(reach_m, 0.0, 0.0);
+            self.sim.put_down(name, there).is_ok()
+        })
+    }
+}
+
+impl Surroundings for Around<'_> {
+    fn door_opening(&self, door: &str) -> Option<f64> {
+        self.sim.truth().door_opening(door)
+    }
+
+    fn move_door(&mut self, door: &str, open: bool) {
+        self.sim.command_door(door, open);
+    }
+
+    fn people_in_view(&self, names: &[String]) -> Vec<f64> {
+        let (truth, robot) = (self.sim.truth(), self.position());
+        let people = truth.obstacles().filter(|body| self.is_person(body.name));
+        let wanted = people.filter(|body| names.is_empty() || names.iter().any(|name| name == body.name));
+        let at = wanted.map(|body| Point::from(body.pose.translation.vector));
+        at.filter(|at| truth.sees(at)).map(|at| (at - robot).norm()).collect()
+    }
+
+    fn take_box(&mut self, reach_m: f64) -> Option<String> {
+        let (truth, robot) = (self.sim.truth(), self.position());
+        let within_m = self.sim.model().radius_m + reach_m;
+        let boxes = truth.obstacles().filter(|body| self.is_movable(body.name));
+        let boxes = boxes.map(|body| (body.distance_m(&robot), body.name));
+        let nearest = boxes.filter(|(distance_m, _)| *distance_m <= within_m).min_by(|a, b| a.0.total_cmp(&b.0));
+        let name = nearest?.1.to_owned();
+        self.sim.pick_up(&name).is_ok().then_some(name)
+    }
+
+    fn put_down(&mut self, name: &str) -> bool {
+        self.put_down_towards(name, 0.0)
+    }
+
+    fn drop_box(&mut self, name: &str) {
+        self.put_down_towards(name, 180.0);
     }
 }
 

@@ -81,6 +81,8 @@ pub struct Scene {
     pub faults: Vec<FaultMark>,
     /// People, closed doors, things in the way: whatever is solid and on no map.
     pub bodies: Vec<Body>,
+    /// What the robot is saying.
+    pub speeches: Vec<String>,
 }
 
 impl Scene {
@@ -102,6 +104,7 @@ impl Scene {
             places: Vec::new(),
             faults: Vec::new(),
             bodies: Vec::new(),
+            speeches: Vec::new(),
         }
     }
 }

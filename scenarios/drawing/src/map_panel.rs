@@ -109,6 +109,7 @@ impl MapDrawing<'_> {
         }
         self.robot();
         self.write_labels();
+        self.speeches();
     }
 
     /// Start and charging station.
@@ -266,6 +267,28 @@ impl MapDrawing<'_> {
         self.canvas.circle(believed, radius, paint);
         let site = Site { symbol: Area::around(believed, 2.0 * radius + 12.0, 2.0 * radius + 12.0), roomy: false };
         self.note(site, "estimate", theme::BELIEF, false);
+    }
+
+    /// What the robot is saying, in bubbles.
+    fn speeches(&mut self) {
+        let Some(robot) = self.spot(&self.scene.robot) else { return };
+        let radius = self.view.pixels(self.scene.robot_radius_m).max(7.0);
+        for speech in &self.scene.speeches {
+            let lines = self.font.wrap(speech, 260.0, 3);
+            let width = lines.iter().map(|line| self.font.width(line)).fold(0.0, f64::max) + 18.0;
+            let size = (width, lines.len() as f64 * self.font.line_height() + 12.0);
+            let site = Site { symbol: Area::around(robot, 4.0 * radius, 4.0 * radius), roomy: true };
+            let bubble = self.placer.place(&site, size, |_| 0.0);
+            self.placer.block(bubble);
+            let paint = Paint::fill(theme::PAPER).outlined(theme::INK, 1.4);
+            let (x, y) = (bubble.x + bubble.width / 2.0, bubble.y + bubble.height / 2.0);
+            self.canvas.line(robot, (x, y), Paint::stroke(theme::INK, 1.4));
+            self.canvas.rounded(bubble, 8.0, paint);
+            for (row, line) in lines.iter().enumerate() {
+                let at = (bubble.x + 9.0, bubble.y + 6.0 + (row as f64 + 0.5) * self.font.line_height());
+                self.canvas.centered_text(at, line, TextStyle::new(self.font, theme::INK));
+            }
+        }
     }
 
     /// Where a pose lies; `None` if it is not finite.

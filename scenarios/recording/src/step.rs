@@ -142,6 +142,13 @@ pub enum Happening {
         /// The verdict and its reason.
         decision: Decision,
     },
+    /// A speaker began to say something.
+    Said {
+        /// Its index in the topology.
+        by: usize,
+        /// The text.
+        text: String,
+    },
     /// The robot came to rest at a place for the first time.
     Arrival {
         /// Its index in the [header](crate::Header::places).
@@ -218,6 +225,8 @@ pub struct Scene {
     pub path: Vec<Point>,
     /// People, doors, boxes.
     pub bodies: Vec<Body>,
+    /// What speakers are saying.
+    pub speeches: Vec<String>,
 }
 
 impl Scene {

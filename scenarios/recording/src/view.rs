@@ -39,6 +39,7 @@ pub struct RunView {
     undone: Vec<UndoneFault>,
     tree_errors: Vec<TreeError>,
     given_up: Vec<GivenUp>,
+    said: Vec<Said>,
     /// By the index of the place in the header.
     reached: Vec<Option<Duration>>,
     tally: Tally,
@@ -78,6 +79,7 @@ impl RunView {
             undone: Vec::new(),
             tree_errors: Vec::new(),
             given_up: Vec::new(),
+            said: Vec::new(),
             reached: vec![None; header.places().len()],
             tally: Tally::default(),
             end: None,
@@ -131,6 +133,11 @@ impl RunView {
             }
             Happening::GivenUp { reason } => {
                 self.given_up.push(GivenUp { time: self.time, reason: reason.clone() });
+            }
+            Happening::Said { by, text } => {
+                let by = self.header.topology.processes().nth(*by).ok_or(Inconsistent)?;
+                let by = self.header.topology.name(by).to_owned();
+                self.said.push(Said { time: self.time, by, text: text.clone() });
             }
             Happening::Verdict { monitor, decision } => {
                 self.check_event(&decision.event)?;
@@ -346,6 +353,12 @@ impl RunView {
         &self.given_up
     }
 
+    /// What speakers have said so far.
+    #[must_use]
+    pub fn said(&self) -> &[Said] {
+        &self.said
+    }
+
     /// The places by name, with the time at which each was reached.
     pub fn visits(&self) -> impl Iterator<Item = (&str, Option<Duration>)> {
         self.header.places().iter().zip(&self.reached).map(|(place, reached)| (place.name.as_str(), *reached))
@@ -494,6 +507,17 @@ pub struct GivenUp {
     pub time: Duration,
     /// Why, in words.
     pub reason: String,
+}
+
+/// What a speaker said.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Said {
+    /// When it began, since the start of the run.
+    pub time: Duration,
+    /// The speaker's process.
+    pub by: String,
+    /// The text.
+    pub text: String,
 }
 
 /// Aggregates over the steps of a run.

@@ -88,6 +88,7 @@ impl Camera {
             places: other_places(premises),
             faults: view.fault_courses().iter().flat_map(fault_marks).collect(),
             bodies: seen.bodies.iter().map(body).collect(),
+            speeches: seen.speeches.clone(),
         })
     }
 

@@ -43,6 +43,9 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// What went wrong in the skills' machines, each thing once, in the order of its first time.
     pub skill_errors: Vec<SkillErrorReport>,
+    /// What speakers said, in order; absent if they said nothing.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub said: Vec<SaidReport>,
     /// The battery's charge; null without a battery.
     pub battery: Option<BatteryReport>,
     /// How the robot fared; null without a robot.
@@ -99,6 +102,17 @@ pub struct MonitorReport {
     pub vacuous: Vec<String>,
     /// What went wrong in the scripts of a monitor that is a machine, each thing once.
     pub errors: Vec<String>,
+}
+
+/// What a speaker said.
+#[derive(Clone, Debug, Serialize)]
+pub struct SaidReport {
+    /// When it began, in seconds.
+    pub time_s: f64,
+    /// The speaker's name.
+    pub by: String,
+    /// The text.
+    pub text: String,
 }
 
 /// A fault that took hold.

@@ -5,14 +5,14 @@ use std::time::Duration;
 use channels::EventKind;
 use monitors::{Sighting, Vacuity};
 use recording::{
-    BatteryTally, Decision, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, SkillError,
-    TreeError, Truth, UndoneFault, message_json,
+    BatteryTally, Decision, End, Ended, FaultRecord, GivenUp, LocalizationError, MonitorView, RunView, Said,
+    SkillError, TreeError, Truth, UndoneFault, message_json,
 };
 use serde_json::json;
 
 use crate::report::{
     BatteryReport, ExpectationReport, FaultReport, GivenUpReport, LocalizationReport, MonitorReport, OutcomeReport,
-    PlaceReport, Report, RobotReport, SkillErrorReport, SnapshotReport, TimingReport, TreeErrorReport,
+    PlaceReport, Report, RobotReport, SaidReport, SkillErrorReport, SnapshotReport, TimingReport, TreeErrorReport,
     UndoneFaultReport,
 };
 
@@ -47,6 +47,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         undone_faults: view.undone_faults().iter().map(undone_fault).collect(),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
         skill_errors: end.skill_errors.iter().map(skill_error).collect(),
+        said: view.said().iter().map(said).collect(),
         battery: battery(view),
         robot: robot(view),
         places: view.visits().map(place).collect(),
@@ -218,6 +219,10 @@ fn robot(view: &RunView) -> Option<RobotReport> {
 
 fn given_up(given_up: &GivenUp) -> GivenUpReport {
     GivenUpReport { time_s: given_up.time.as_secs_f64(), reason: given_up.reason.clone() }
+}
+
+fn said(said: &Said) -> SaidReport {
+    SaidReport { time_s: said.time.as_secs_f64(), by: said.by.clone(), text: said.text.clone() }
 }
 
 fn place((name, reached): (&str, Option<Duration>)) -> PlaceReport {

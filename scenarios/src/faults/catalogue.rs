@@ -3,6 +3,7 @@
 mod battery;
 mod behavior;
 mod channels;
+mod devices;
 mod lasers;
 mod motion;
 mod software;
@@ -61,6 +62,10 @@ pub const KINDS: &[&FaultKind] = &[
     &behavior::MUTATED,
     &behavior::LEAF_INVERTED,
     &behavior::HALT_LOST,
+    &devices::DOOR_STUCK,
+    &devices::DEVICE_DEAF,
+    &devices::SPEAKER_MUTE,
+    &devices::BOX_DROPPED,
     &world::DOOR,
     &world::OBSTACLE,
     &world::MOVING_OBSTACLE,

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
+use devices::DeviceKind;
 use diagnostics::Spanned;
 use maps::Pose;
 use skills::Mutation;
@@ -29,6 +30,13 @@ pub(crate) enum Effect {
         /// Whether it forgets everything.
         crashed: bool,
     },
+    /// A device does not work.
+    Device {
+        /// The component.
+        component: Spanned<String>,
+        /// What is wrong with it.
+        trouble: DeviceTrouble,
+    },
     /// The messages on some channels are damaged.
     Channels {
         /// The channels.
@@ -49,6 +57,28 @@ pub(crate) enum Effect {
         /// The machine.
         change: MachineChange,
     },
+}
+
+/// What is wrong with a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum DeviceTrouble {
+    /// A sensor notices nothing.
+    Deaf,
+    /// A speaker is not heard.
+    Mute,
+    /// A tray loses its box.
+    Drop,
+}
+
+impl DeviceTrouble {
+    /// Whether a device of this kind can have it.
+    pub(crate) fn can_befall(self, kind: DeviceKind) -> bool {
+        match self {
+            Self::Deaf => kind.is_sensor(),
+            Self::Mute => kind == DeviceKind::Speaker,
+            Self::Drop => kind == DeviceKind::Tray,
+        }
+    }
 }
 
 /// The channels that a fault affects.
@@ -110,7 +140,7 @@ impl Effect {
     /// The component that the fault of a component names.
     pub(crate) fn component(&self) -> Option<&Spanned<String>> {
         match self {
-            Self::Outage { component, .. } => Some(component),
+            Self::Outage { component, .. } | Self::Device { component, .. } => Some(component),
             Self::Channels { channels: Which::From(component) | Which::To(component), .. } => Some(component),
             _ => None,
         }
@@ -131,6 +161,7 @@ impl fmt::Debug for Effect {
             Self::World(_) => "World",
             Self::Map(_) => "Map",
             Self::Outage { .. } => "Outage",
+            Self::Device { .. } => "Device",
             Self::Channels { .. } => "Channels",
             Self::Ticks(_) => "Ticks",
             Self::Machine { .. } => "Machine",

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use channels::{ChannelSystem, Event, ProcessId};
 use components::Component;
+use devices::DeviceProcess;
 use maps::Places;
 use nav::InitialPose;
 use programs::ProgramProcess;
@@ -19,6 +20,7 @@ use skills::SkillProcess;
 
 use self::damage::Damages;
 use self::machines::Machines;
+use super::effect::DeviceTrouble;
 use super::{Change, Effect, Fault, Observation, TickTrouble, Timetable, stream_name};
 use crate::error::Complaints;
 use crate::scenario::Scenario;
@@ -119,6 +121,10 @@ impl Injector {
                 }
             }
             (Effect::Belief(pose), Some(robot)) => robot.software.believe(&InitialPose::at(*pose)),
+            (Effect::Device { component, trouble: DeviceTrouble::Drop }, Some(robot)) => {
+                let id = run.system.topology().find_process(&component.value).expect("a tray of the scenario");
+                robot.drop_box(id, run.system);
+            }
             (Effect::Channels { .. }, _) => damages.begin(run.system),
             _ => {}
         }
@@ -162,7 +168,7 @@ impl Injector {
         }
     }
 
-    /// The frozen components, with their processes and drivers.
+    /// The frozen components, with their processes and drivers, and the impaired devices.
     fn renew_outages(&self, run: &mut SystemUnderTest<'_>) {
         for (name, id) in &self.components {
             let is_out = self
@@ -173,6 +179,12 @@ impl Injector {
             }
             if run.system.is_suspended(*id) != is_out {
                 run.system.suspend(*id, is_out);
+            }
+            let is_impaired = self
+                .effects()
+                .any(|effect| matches!(effect, Effect::Device { component, .. } if component.value == *name));
+            if let Some(device) = run.system.process_mut::<DeviceProcess>(*id) {
+                device.impair(is_impaired);
             }
         }
     }
@@ -221,6 +233,8 @@ fn restart(id: ProcessId, name: &str, run: &mut SystemUnderTest<'_>) {
     } else if let Some(crashed) = run.system.process::<ProgramProcess>(id) {
         let successor = crashed.succeeding(crashed, run.world.time());
         run.system.replace(id, Box::new(successor)).expect("it runs the program that it had");
+    } else if let Some(device) = run.system.process_mut::<DeviceProcess>(id) {
+        device.restart(run.world.time());
     } else if let (Some(component), Some(robot)) = (Component::named(name), run.world.robot_mut()) {
         robot.software.restart(component, run.system);
     }

@@ -17,6 +17,8 @@ pub enum Place {
     Channels,
     /// Skills and tree.
     Behavior,
+    /// The devices of the world: doors, sensors, speakers, trays.
+    Devices,
     /// The robot's surroundings.
     World,
 }
@@ -32,6 +34,7 @@ impl Place {
             Self::Software => "localization, navigation, components",
             Self::Channels => "channels and ticks",
             Self::Behavior => "skills and tree",
+            Self::Devices => "devices",
             Self::World => "world",
         }
     }

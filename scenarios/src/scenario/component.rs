@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use channels::Symbol;
+use devices::DeviceSettings;
 use diagnostics::Spanned;
 use interfaces::Interface;
 use maps::Places;
 use programs::{Limits, Program, Word};
 use recording::TREE;
+use sim::ObstacleMotion;
 use skills::{Chart, Datum};
 
-use super::component_entry::RunsEntry;
+use super::component_entry::{ComponentEntry, RunsEntry};
 use super::file_reader::FileReader;
 use super::leaves::Data;
 use super::{ScenarioFile, Skill};
@@ -42,6 +44,8 @@ pub enum Runs {
         /// The components that it asks, and whose topics it reads.
         asks: Vec<String>,
     },
+    /// A device of the world.
+    Device(DeviceSettings),
 }
 
 impl Component {
@@ -50,7 +54,7 @@ impl Component {
     pub fn machine(&self) -> Option<&Skill> {
         match &self.runs {
             Runs::Machine(machine) => Some(machine),
-            Runs::Program { .. } => None,
+            Runs::Program { .. } | Runs::Device(_) => None,
         }
     }
 }
@@ -69,11 +73,12 @@ impl FileReader<'_> {
                 self.complaints.push(problem.with_label("this component").with_help(help));
                 continue;
             }
+            self.check_keys(entry);
             let runs = match &entry.runs {
                 RunsEntry::Unclear => {
                     let problem =
                         name.span.problem(format!("the component `{}` does not say what it runs", name.value));
-                    let help = "a component has either a `machine` or a `program`";
+                    let help = "a component has either a `machine`, a `program` or a `builtin` device";
                     self.complaints.push(problem.with_label("this component").with_help(help));
                     None
                 }
@@ -82,15 +87,20 @@ impl FileReader<'_> {
                     self.check_asked(file, asks);
                     self.program(command, *limits, &entry.data, asks)
                 }
+                RunsEntry::Device(device) => {
+                    self.check_device(file, device);
+                    Some(Runs::Device(device.value.clone()))
+                }
             };
-            let interface = entry.interface.as_ref().map_or_else(
-                || Some(Interface::default()),
-                |file| {
+            let interface = match (&entry.interface, &entry.runs) {
+                (_, RunsEntry::Device(device)) => Some(device.value.kind().interface()),
+                (None, _) => Some(Interface::default()),
+                (Some(file), _) => {
                     let read = |path: &Path| self.files.read(path);
                     let interface = Interface::load(&file.value, &places, &read);
                     self.loaded(file, "interface", interface)
-                },
-            );
+                }
+            };
             if let (Some(interface), Some(runs)) = (interface, runs) {
                 components.insert(name.value.clone(), Component { interface, runs });
             }
@@ -127,6 +137,56 @@ impl FileReader<'_> {
             data: data.unwrap_or_default(),
             asks: asks.iter().map(|name| name.value.clone()).collect(),
         })
+    }
+
+    /// Reports keys that mean nothing to what the component runs.
+    fn check_keys(&mut self, entry: &ComponentEntry) {
+        let (what, known) = entry.runs.keys();
+        for key in entry.keys.iter().filter(|key| !known.is_empty() && !known.contains(&key.value.as_str())) {
+            let problem = key.span.problem(format!("`{}` means nothing to a {what}", key.value));
+            let help = format!("a {what} has `{}`", known.join("`, `"));
+            self.complaints.push(problem.with_label("this key").with_help(help));
+        }
+    }
+
+    /// Reports a device that the scenario's world cannot have.
+    fn check_device(&mut self, file: &ScenarioFile, device: &Spanned<DeviceSettings>) {
+        let kind = device.value.kind();
+        let Some(premises) = &file.premises else {
+            if kind.needs_robot() {
+                let problem = device.span.problem(format!("a {} needs a world with a robot", kind.name()));
+                let help = "give the scenario a `map`";
+                self.complaints.push(problem.with_label("this device").with_help(help));
+            }
+            return;
+        };
+        let bodies = |is_wanted: fn(&ObstacleMotion) -> bool| {
+            let bodies = premises.world.iter().map(|body| &body.value);
+            bodies.filter(move |body| is_wanted(&body.motion)).map(|body| body.name.as_str())
+        };
+        let (what, names, known): (_, _, Vec<&str>) = match &device.value {
+            DeviceSettings::Door { door } => {
+                if door.is_empty() {
+                    let problem = device.span.problem("it is not said which door this is");
+                    let help = "set `door` to the name of one of the world's `[[doors]]`";
+                    self.complaints.push(problem.with_label("this device").with_help(help));
+                    return;
+                }
+                (
+                    "door",
+                    std::slice::from_ref(door),
+                    bodies(|motion| matches!(motion, ObstacleMotion::Door(_))).collect(),
+                )
+            }
+            DeviceSettings::People { only, .. } => {
+                ("person", &only[..], bodies(|motion| matches!(motion, ObstacleMotion::Person(_))).collect())
+            }
+            _ => return,
+        };
+        for name in names.iter().filter(|name| !known.contains(&name.as_str())) {
+            let name = Spanned { value: name.clone(), span: device.span.clone() };
+            self.complaints.push(unknown(what, &name, known.iter().copied()));
+        }
     }
 
     /// Reports unknown components that a program asks.

@@ -1,9 +1,11 @@
 //! The settings of components in a scenario: its table `components`.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
-use diagnostics::Spanned;
+use devices::{DeviceKind, DeviceSettings};
 use diagnostics::document::Table;
+use diagnostics::{Problem, Spanned};
 use programs::Limits;
 
 use super::leaves::{Data, read_data};
@@ -20,6 +22,18 @@ pub struct ComponentEntry {
     pub data: Data,
     /// The file with its interface, if others ask it or read its topics.
     pub interface: Option<Spanned<PathBuf>>,
+    /// The keys of the entry.
+    pub keys: Vec<Spanned<String>>,
+}
+
+impl ComponentEntry {
+    /// Which kind of device it is, if it is one.
+    pub(super) fn device(&self) -> Option<DeviceKind> {
+        match &self.runs {
+            RunsEntry::Device(device) => Some(device.value.kind()),
+            _ => None,
+        }
+    }
 }
 
 /// What the entry of a component says that it runs.
@@ -36,7 +50,9 @@ pub enum RunsEntry {
         /// The components that it asks, and whose topics it reads.
         asks: Vec<Spanned<String>>,
     },
-    /// Neither, or both: it is refused.
+    /// A device of the world.
+    Device(Spanned<DeviceSettings>),
+    /// None of these, or several: it is refused.
     Unclear,
 }
 
@@ -48,10 +64,36 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
         let runs = read_runs(&entry);
         let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
         let interface = entry.text("interface").try_map(|path, span| Ok(named(path, span))).spanned().optional();
+        let keys = entry.keys().map(|(key, span)| Spanned { value: key.to_owned(), span: span.clone() }).collect();
         let name = Spanned { value: name.to_owned(), span: span.clone() };
-        entries.push(ComponentEntry { name, runs, data, interface });
+        entries.push(ComponentEntry { name, runs, data, interface, keys });
     }
     entries
+}
+
+impl RunsEntry {
+    /// What it is in words, and the keys that mean something to it.
+    pub(super) fn keys(&self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Unclear => ("component", &[]),
+            Self::Machine(_) => ("machine", &["machine", "interface", "data"]),
+            Self::Program { .. } => {
+                ("program", &["program", "answer_within_s", "memory_mb", "asks", "interface", "data"])
+            }
+            Self::Device(device) => {
+                let kind = device.value.kind();
+                let keys: &[&str] = match kind {
+                    DeviceKind::Door => &["builtin", "door"],
+                    DeviceKind::People => &["builtin", "within_m", "only"],
+                    DeviceKind::Speaker => &["builtin", "letters_per_s"],
+                    DeviceKind::Button => &["builtin", "pressed_s"],
+                    DeviceKind::Microphone => &["builtin", "hears"],
+                    DeviceKind::Tray => &["builtin", "reach_m"],
+                };
+                (kind.name(), keys)
+            }
+        }
+    }
 }
 
 fn read_runs(entry: &Table<'_>) -> RunsEntry {
@@ -62,11 +104,46 @@ fn read_runs(entry: &Table<'_>) -> RunsEntry {
     let memory_mb = entry.get::<u64>("memory_mb").within(1..=1 << 20).or(default.memory_bytes >> 20);
     let limits = Limits { answer_within: answer_within.or(default.answer_within), memory_bytes: memory_mb << 20 };
     let asks = entry.get("asks").or(Vec::new());
-    match (machine, command) {
-        (Some(machine), None) => RunsEntry::Machine(machine),
-        (None, Some(command)) => RunsEntry::Program { command, limits, asks },
+    let device = read_device(entry);
+    match (machine, command, device) {
+        (Some(machine), None, None) => RunsEntry::Machine(machine),
+        (None, Some(command), None) => RunsEntry::Program { command, limits, asks },
+        (None, None, Some(device)) => RunsEntry::Device(device),
         _ => RunsEntry::Unclear,
     }
+}
+
+fn read_device(entry: &Table<'_>) -> Option<Spanned<DeviceSettings>> {
+    let kinds = DeviceKind::ALL.map(|kind| (kind.name(), kind));
+    let kind = entry.one_of("builtin", &kinds).spanned().optional();
+    let door = entry.text("door").optional();
+    let within_m = entry.number("within_m").within(0.1..=100.0).or(5.0);
+    let only = entry.get::<Vec<String>>("only").or(Vec::new());
+    let letters_per_s = entry.number("letters_per_s").within(0.1..=1000.0).or(15.0);
+    let pressed = entry.get::<Vec<Spanned<f64>>>("pressed_s");
+    let pressed = pressed.try_map(|times, _| times.iter().map(read_moment).collect()).or(Vec::new());
+    let hears = entry.tables("hears").each(|heard| {
+        let (at, text) = (heard.seconds("at_s").required(), heard.text("text").required());
+        Some((at?, text?))
+    });
+    let hears = hears.or(Vec::new());
+    let reach_m = entry.number("reach_m").within(0.0..=5.0).or(0.8);
+    let Spanned { value: kind, span } = kind?;
+    let value = match kind {
+        DeviceKind::Door => DeviceSettings::Door { door: door.unwrap_or_default() },
+        DeviceKind::People => DeviceSettings::People { within_m, only },
+        DeviceKind::Speaker => DeviceSettings::Speaker { letters_per_s },
+        DeviceKind::Button => DeviceSettings::Button { pressed },
+        DeviceKind::Microphone => DeviceSettings::Microphone { hears },
+        DeviceKind::Tray => DeviceSettings::Tray { reach_m },
+    };
+    Some(Spanned { value, span })
+}
+
+/// A time of the run.
+fn read_moment(seconds: &Spanned<f64>) -> Result<Duration, Problem> {
+    let wrong = || seconds.span.problem("this is not a time of the run").with_help("write seconds, 0 or more");
+    Duration::try_from_secs_f64(seconds.value).map_err(|_| wrong())
 }
 
 /// Whether two scenarios have the same components.
@@ -75,11 +152,12 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
         let data: Vec<_> = entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
         let interface = entry.interface.as_ref().map(|interface| interface.value.clone());
         let runs = match &entry.runs {
-            RunsEntry::Unclear => (None, None),
-            RunsEntry::Machine(machine) => (Some(machine.value.clone()), None),
+            RunsEntry::Unclear => (None, None, None),
+            RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None),
+            RunsEntry::Device(device) => (None, None, Some(device.value.clone())),
             RunsEntry::Program { command, limits, asks } => {
                 let asks: Vec<String> = asks.iter().map(|name| name.value.clone()).collect();
-                (None, Some((command.value.clone(), *limits, asks)))
+                (None, Some((command.value.clone(), *limits, asks)), None)
             }
         };
         (entry.name.value.clone(), runs, data, interface)

@@ -1,5 +1,6 @@
 //! The keys of a scenario file.
 
+use devices::DeviceKind;
 use serde_json::{Value, json};
 
 use crate::faults::KINDS;
@@ -179,7 +180,7 @@ fn execution() -> Vec<Key> {
         Key::new("components", "The components that skills ask, by the name of their process.", table(json!({}))),
         Key::new(
             "components.NAME",
-            "A component that answers others: an SCXML machine, or a program.",
+            "A component that answers others: an SCXML machine, a program, or a device of the world.",
             table(json!({})),
         ),
         Key::new("components.NAME.machine", "The file of its machine.", text()),
@@ -203,6 +204,40 @@ fn execution() -> Vec<Key> {
             "components.NAME.asks",
             "The components that a program asks, and whose topics it reads.",
             list("an array of texts", &text()),
+        ),
+        Key::new(
+            "components.NAME.builtin",
+            "A device of the world in place of a machine. Its interface is fixed.",
+            one_of(&DeviceKind::ALL.map(DeviceKind::name)),
+        ),
+        Key::new("components.NAME.door", "Of a door: its name in the world.", text()),
+        Key::new(
+            "components.NAME.within_m",
+            "Of a sensor of people: its range from the robot's centre, in metres.",
+            or(number(0.1, 100.0), 5),
+        ),
+        Key::new(
+            "components.NAME.only",
+            "Of a sensor of people: the names of those whom it notices; all without any.",
+            or(list("an array of texts", &text()), json!([])),
+        ),
+        Key::new(
+            "components.NAME.letters_per_s",
+            "Of a speaker: how fast it speaks, in letters per second.",
+            or(number(0.1, 1000.0), 15),
+        ),
+        Key::new(
+            "components.NAME.pressed_s",
+            "Of a button: when it is pressed, in seconds.",
+            or(list("an array of times in seconds", &seconds()), json!([])),
+        ),
+        Key::new("components.NAME.hears[]", "Of a microphone: a request that it hears.", table(json!({}))),
+        Key::new("components.NAME.hears[].at_s", "When, in seconds.", seconds()).required(),
+        Key::new("components.NAME.hears[].text", "What somebody says.", text()).required(),
+        Key::new(
+            "components.NAME.reach_m",
+            "Of a tray: how far from the robot's edge a box may be, in metres.",
+            or(number(0.0, 5.0), 0.8),
         ),
         Key::new("components.NAME.data", "What data of the machine hold at first.", table(json!({}))),
         Key::new(

@@ -9,6 +9,7 @@ use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile};
 use nav::Reach;
 use recording::Origin;
+use sim::ObstacleMotion;
 use skills::Chart;
 
 use super::file_reader::FileReader;
@@ -17,6 +18,7 @@ use super::{
     component_entry, leaves, places, robot, world,
 };
 use crate::error::{Complaints, Error};
+use crate::faults::Effect;
 use crate::names::unknown;
 use crate::processes::BUILTIN;
 use crate::wiring;
@@ -94,7 +96,7 @@ impl<'a> Loader<'a> {
         let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
         let machines = skills.as_ref().zip(components.as_ref());
         let machines = machines.map(|(skills, components)| self.reader.faulty_machines(&file, skills, components));
-        self.check_fault_components(&file);
+        self.check_fault_parts(&file);
         let properties = self.properties(&file);
         let watching = self.watching(&file);
         let same_monitors = |like: &&Scenario| {
@@ -247,8 +249,29 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Reports faults of unknown components.
-    fn check_fault_components(&mut self, file: &ScenarioFile) {
+    /// Reports faults of unknown components, lasers and doors.
+    fn check_fault_parts(&mut self, file: &ScenarioFile) {
+        let robot = file.premises.as_ref().map(|premises| (&premises.sim.model.lasers, &premises.world));
+        for fault in &file.faults {
+            let Some((lasers, world)) = robot else { break };
+            let named = |what: &str| {
+                let is_named = fault.kind().parameters.iter().any(|parameter| parameter.name == what);
+                is_named.then(|| fault.arguments().name(what))
+            };
+            let lasers = || lasers.iter().map(|laser| laser.name.as_str());
+            if let Some(name) =
+                named("laser").filter(|name| name.value != "all" && !lasers().any(|laser| laser == name.value))
+            {
+                self.reader.complaints.push(unknown("laser", &name, lasers()));
+            }
+            let doors = || {
+                let doors = world.iter().map(|body| &body.value);
+                doors.filter(|body| matches!(body.motion, ObstacleMotion::Door(_))).map(|door| door.name.as_str())
+            };
+            if let Some(name) = named("door").filter(|name| !doors().any(|door| door == name.value)) {
+                self.reader.complaints.push(unknown("door", &name, doors()));
+            }
+        }
         let own = || file.components.iter().map(|component| component.name.value.as_str());
         let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own());
         for fault in &file.faults {
@@ -256,6 +279,14 @@ impl<'a> Loader<'a> {
             let Some(component) = effect.component() else { continue };
             if !known().any(|name| name == component.value) {
                 self.reader.complaints.push(unknown("component", component, known()));
+            } else if let Effect::Device { trouble, .. } = effect
+                && !file.components.iter().any(|entry| {
+                    entry.name.value == component.value && entry.device().is_some_and(|kind| trouble.can_befall(kind))
+                })
+            {
+                let problem =
+                    component.span.problem(format!("`{}` is no device that can have this fault", component.value));
+                self.reader.complaints.push(problem.with_label("this component").with_help(fault.kind().about));
             }
         }
     }

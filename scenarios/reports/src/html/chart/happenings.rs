@@ -1,4 +1,4 @@
-//! What happened at one moment: faults, violations, arrivals.
+//! What happened at one moment: faults, violations, arrivals, speeches.
 
 use std::time::Duration;
 
@@ -66,7 +66,16 @@ pub(super) fn of(view: &RunView, timeline: &Timeline) -> Vec<Happening> {
         times: vec![at],
         held: Vec::new(),
     });
-    let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).collect();
+    let said = view.said().iter().map(|said| Happening {
+        time: said.time,
+        words: format!("“{}”", said.text),
+        icon: Icon::Open,
+        color: theme::MUTED,
+        across: false,
+        times: vec![said.time],
+        held: Vec::new(),
+    });
+    let mut happenings: Vec<Happening> = faults.chain(violations).chain(arrivals).chain(said).collect();
     happenings.sort_by_key(|happening| happening.time);
     happenings
 }

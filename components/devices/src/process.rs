@@ -1,0 +1,173 @@
+//! A device as a process of a channel system.
+
+use std::time::Duration;
+
+use channels::{Envelope, Offer, Process, ProcessId, Topology, TransitionId, Use};
+use skills::{ChannelAdapter, Datum};
+
+use crate::door::Door;
+use crate::people::People;
+use crate::signals::Signals;
+use crate::speaker::Speaker;
+use crate::tray::Tray;
+use crate::{DeviceSettings, Surroundings};
+
+/// A device that communicates over channels. Its interface is that of its [kind](crate::DeviceKind::interface).
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct DeviceProcess {
+    adapter: ChannelAdapter,
+    work: Work,
+    /// Whether a fault keeps it from noticing anything, or from being heard.
+    is_impaired: bool,
+}
+
+/// What a device does.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Work {
+    Door(Door),
+    People(People),
+    Speaker(Speaker),
+    Signals(Signals),
+    Tray(Tray),
+}
+
+/// How a device answers and publishes.
+pub(crate) struct Lines<'a>(&'a mut ChannelAdapter);
+
+impl Lines<'_> {
+    /// Answers a request with these fields.
+    pub(crate) fn answer<const N: usize>(&mut self, client: &str, fields: [(&str, Datum); N]) {
+        self.send(Some(client), "ok", fields);
+    }
+
+    /// Answers that a request cannot be fulfilled.
+    pub(crate) fn refuse(&mut self, client: &str, reason: &str) {
+        self.send(Some(client), "error", [("reason", Datum::text(reason))]);
+    }
+
+    /// Publishes a topic.
+    pub(crate) fn publish<const N: usize>(&mut self, topic: &str, fields: [(&str, Datum); N]) {
+        self.send(None, topic, fields);
+    }
+
+    fn send<const N: usize>(&mut self, target: Option<&str>, head: &str, fields: [(&str, Datum); N]) {
+        let data = Datum::object(fields).expect("a few fields");
+        self.0.send(target, head, &data).expect("a device answers each request once, as its interface says");
+    }
+}
+
+impl DeviceProcess {
+    /// The process of a topology that is this device.
+    #[must_use]
+    pub fn new(topology: &Topology, process: ProcessId, settings: &DeviceSettings) -> Self {
+        let work = match settings {
+            DeviceSettings::Door { door } => Work::Door(Door::new(door)),
+            DeviceSettings::People { within_m, only } => Work::People(People::new(*within_m, only)),
+            DeviceSettings::Speaker { letters_per_s } => Work::Speaker(Speaker::new(*letters_per_s)),
+            DeviceSettings::Button { pressed } => Work::Signals(Signals::of_button(pressed)),
+            DeviceSettings::Microphone { hears } => Work::Signals(Signals::of_microphone(hears)),
+            DeviceSettings::Tray { reach_m } => Work::Tray(Tray::new(*reach_m)),
+        };
+        Self { adapter: ChannelAdapter::new(topology, process), work, is_impaired: false }
+    }
+
+    /// Senses what is new in the surroundings, and does what it has been asked. To be called once per step.
+    pub fn act(&mut self, surroundings: &mut dyn Surroundings) {
+        let lines = &mut Lines(&mut self.adapter);
+        match &mut self.work {
+            Work::Door(door) => door.act(surroundings, lines),
+            Work::People(people) => people.look(surroundings, self.is_impaired, lines),
+            Work::Tray(tray) => tray.act(surroundings, lines),
+            Work::Speaker(_) | Work::Signals(_) => {}
+        }
+    }
+
+    /// Makes it notice nothing, if it is a sensor, or makes it silent, if it is a speaker; or undoes that.
+    pub fn impair(&mut self, is_impaired: bool) {
+        self.is_impaired = is_impaired;
+    }
+
+    /// Whether it is impaired.
+    #[must_use]
+    pub fn is_impaired(&self) -> bool {
+        self.is_impaired
+    }
+
+    /// Lets a tray's box fall.
+    pub fn drop_box(&mut self, surroundings: &mut dyn Surroundings) {
+        if let Work::Tray(tray) = &mut self.work {
+            tray.drop_box(surroundings);
+        }
+    }
+
+    /// What a speaker is saying, if anybody can hear it.
+    #[must_use]
+    pub fn speech(&self) -> Option<&str> {
+        match &self.work {
+            Work::Speaker(speaker) if !self.is_impaired => speaker.speech(),
+            _ => None,
+        }
+    }
+
+    /// Crashes and restarts it: it forgets its requests and what it has noticed. What is on a tray stays there.
+    pub fn restart(&mut self, now: Duration) {
+        self.adapter = self.adapter.succeeding();
+        match &mut self.work {
+            Work::Door(door) => door.restart(),
+            Work::People(people) => people.restart(),
+            Work::Speaker(speaker) => speaker.restart(),
+            Work::Signals(signals) => signals.restart(now),
+            Work::Tray(tray) => tray.restart(),
+        }
+    }
+}
+
+impl Process for DeviceProcess {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        self.adapter.offers(offers);
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
+        let Some(event) = self.adapter.take(transition, received.as_ref()) else { return };
+        let Some(client) = event.origin.as_deref() else { return };
+        let lines = &mut Lines(&mut self.adapter);
+        match &mut self.work {
+            Work::Door(door) => door.hear(&event.name, client, lines),
+            Work::People(people) => people.hear(client, lines),
+            Work::Speaker(speaker) => speaker.hear(client, &event.data, now, lines),
+            Work::Signals(signals) => signals.hear(client, lines),
+            Work::Tray(tray) => tray.hear(&event.name, client, lines),
+        }
+    }
+
+    fn next_timer(&self) -> Option<Duration> {
+        match &self.work {
+            Work::Speaker(speaker) => speaker.finishes(),
+            Work::Signals(signals) => signals.next(),
+            _ => None,
+        }
+    }
+
+    fn fire_timers(&mut self, now: Duration) {
+        let lines = &mut Lines(&mut self.adapter);
+        match &mut self.work {
+            Work::Speaker(speaker) => speaker.finish(now, self.is_impaired, lines),
+            Work::Signals(signals) => signals.notice(now, self.is_impaired, lines),
+            _ => {}
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        self.adapter.receives().chain(self.adapter.sends()).collect()
+    }
+
+    fn location(&self) -> String {
+        match &self.work {
+            Work::Door(door) => door.location().to_owned(),
+            Work::People(people) => people.location(),
+            Work::Speaker(speaker) => speaker.location().to_owned(),
+            Work::Signals(signals) => signals.location(),
+            Work::Tray(tray) => tray.location(),
+        }
+    }
+}

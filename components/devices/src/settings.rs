@@ -1,0 +1,125 @@
+//! The kinds of devices, and their settings.
+
+use std::path::Path;
+use std::time::Duration;
+
+use interfaces::Interface;
+
+/// A kind of device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum DeviceKind {
+    /// A door of the world: opens and closes on request.
+    Door,
+    /// A sensor on the robot that counts people in view.
+    People,
+    /// A speaker: says texts.
+    Speaker,
+    /// A button: pressed at set times.
+    Button,
+    /// A microphone: hears requests at set times.
+    Microphone,
+    /// A tray on the robot: carries a box.
+    Tray,
+}
+
+impl DeviceKind {
+    /// All kinds.
+    pub const ALL: [Self; 6] = [Self::Door, Self::People, Self::Speaker, Self::Button, Self::Microphone, Self::Tray];
+
+    /// Its name in a scenario.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Door => "door",
+            Self::People => "people",
+            Self::Speaker => "speaker",
+            Self::Button => "button",
+            Self::Microphone => "microphone",
+            Self::Tray => "tray",
+        }
+    }
+
+    /// Whether it is of no use without a robot in a world.
+    #[must_use]
+    pub const fn needs_robot(self) -> bool {
+        matches!(self, Self::Door | Self::People | Self::Tray)
+    }
+
+    /// Whether it notices something of its surroundings.
+    #[must_use]
+    pub const fn is_sensor(self) -> bool {
+        matches!(self, Self::People | Self::Button | Self::Microphone)
+    }
+
+    /// The file with its interface.
+    #[must_use]
+    pub const fn interface_file(self) -> &'static str {
+        match self {
+            Self::Door => include_str!("../interfaces/door.toml"),
+            Self::People => include_str!("../interfaces/people.toml"),
+            Self::Speaker => include_str!("../interfaces/speaker.toml"),
+            Self::Button => include_str!("../interfaces/button.toml"),
+            Self::Microphone => include_str!("../interfaces/microphone.toml"),
+            Self::Tray => include_str!("../interfaces/tray.toml"),
+        }
+    }
+
+    /// What it can be asked, and what it publishes.
+    #[must_use]
+    pub fn interface(self) -> Interface {
+        let read = |_: &Path| Ok(self.interface_file().as_bytes().to_vec());
+        Interface::load(Path::new(self.name()), &[], &read).expect("a test loads all of them")
+    }
+}
+
+/// A device of a scenario.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DeviceSettings {
+    /// A door of the world.
+    Door {
+        /// Its name in the world.
+        door: String,
+    },
+    /// A sensor that counts people.
+    People {
+        /// Its range from the robot's centre, in metres.
+        within_m: f64,
+        /// The people that it notices; all if there are none.
+        only: Vec<String>,
+    },
+    /// A speaker.
+    Speaker {
+        /// How fast it speaks.
+        letters_per_s: f64,
+    },
+    /// A button.
+    Button {
+        /// When it is pressed.
+        pressed: Vec<Duration>,
+    },
+    /// A microphone.
+    Microphone {
+        /// What it hears, and when.
+        hears: Vec<(Duration, String)>,
+    },
+    /// A tray.
+    Tray {
+        /// How far from the robot's edge a box may be, in metres.
+        reach_m: f64,
+    },
+}
+
+impl DeviceSettings {
+    /// What kind of device it is.
+    #[must_use]
+    pub fn kind(&self) -> DeviceKind {
+        match self {
+            Self::Door { .. } => DeviceKind::Door,
+            Self::People { .. } => DeviceKind::People,
+            Self::Speaker { .. } => DeviceKind::Speaker,
+            Self::Button { .. } => DeviceKind::Button,
+            Self::Microphone { .. } => DeviceKind::Microphone,
+            Self::Tray { .. } => DeviceKind::Tray,
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Buttons and microphones: what somebody presses or says, at set times.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use skills::Datum;
+
+use crate::process::Lines;
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Signals {
+    kind: Kind,
+    /// What will come, and when, in order.
+    coming: VecDeque<(Duration, String)>,
+    /// What has come, and nobody has asked for yet.
+    noticed: VecDeque<String>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Kind {
+    Button,
+    Microphone,
+}
+
+impl Signals {
+    pub(crate) fn of_button(pressed: &[Duration]) -> Self {
+        Self::new(Kind::Button, pressed.iter().map(|at| (*at, String::new())).collect())
+    }
+
+    pub(crate) fn of_microphone(hears: &[(Duration, String)]) -> Self {
+        Self::new(Kind::Microphone, hears.to_vec())
+    }
+
+    fn new(kind: Kind, mut coming: Vec<(Duration, String)>) -> Self {
+        coming.sort_by_key(|(at, _)| *at);
+        Self { kind, coming: coming.into(), noticed: VecDeque::new() }
+    }
+
+    /// What came while it was down is lost.
+    pub(crate) fn restart(&mut self, now: Duration) {
+        self.coming.retain(|(at, _)| *at > now);
+        self.noticed.clear();
+    }
+
+    pub(crate) fn next(&self) -> Option<Duration> {
+        self.coming.front().map(|(at, _)| *at)
+    }
+
+    /// Notices what has come until now, unless it is deaf.
+    pub(crate) fn notice(&mut self, now: Duration, is_deaf: bool, lines: &mut Lines<'_>) {
+        while self.next().is_some_and(|at| at <= now) {
+            let Some((_, text)) = self.coming.pop_front() else { return };
+            if is_deaf {
+                continue;
+            }
+            match self.kind {
+                Kind::Button => lines.publish("pressed", []),
+                Kind::Microphone => lines.publish("heard", [("text", Datum::text(&text))]),
+            }
+            self.noticed.push_back(text);
+        }
+    }
+
+    pub(crate) fn hear(&mut self, client: &str, lines: &mut Lines<'_>) {
+        match self.kind {
+            Kind::Button => {
+                lines.answer(client, [("pressed", Datum::from(!self.noticed.is_empty()))]);
+                self.noticed.clear();
+            }
+            Kind::Microphone => {
+                let text = self.noticed.pop_front().unwrap_or_default();
+                lines.answer(client, [("text", Datum::text(&text))]);
+            }
+        }
+    }
+
+    pub(crate) fn location(&self) -> String {
+        match (self.kind, self.noticed.front()) {
+            (Kind::Button, Some(_)) => "pressed".to_owned(),
+            (Kind::Microphone, Some(text)) => format!("heard: {text}"),
+            (_, None) => "idle".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! A speaker that says texts.
+
+use std::time::Duration;
+
+use skills::Datum;
+
+use crate::process::Lines;
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Speaker {
+    per_letter: Duration,
+    speech: Option<Speech>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Speech {
+    client: String,
+    text: String,
+    until: Duration,
+}
+
+impl Speaker {
+    pub(crate) fn new(letters_per_s: f64) -> Self {
+        Self { per_letter: Duration::from_secs_f64(1.0 / letters_per_s), speech: None }
+    }
+
+    pub(crate) fn restart(&mut self) {
+        self.speech = None;
+    }
+
+    pub(crate) fn hear(&mut self, client: &str, data: &Datum, now: Duration, lines: &mut Lines<'_>) {
+        if self.speech.is_some() {
+            lines.refuse(client, "busy");
+            return;
+        }
+        let Some(Datum::Text(text)) = data.member("text") else { return };
+        let letters = u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
+        let until = now.saturating_add(self.per_letter.saturating_mul(letters));
+        self.speech = Some(Speech { client: client.to_owned(), text: text.to_string(), until });
+    }
+
+    pub(crate) fn finishes(&self) -> Option<Duration> {
+        self.speech.as_ref().map(|speech| speech.until)
+    }
+
+    pub(crate) fn finish(&mut self, now: Duration, is_mute: bool, lines: &mut Lines<'_>) {
+        if let Some(Speech { client, text, .. }) = self.speech.take_if(|speech| speech.until <= now) {
+            lines.answer(&client, []);
+            if !is_mute {
+                lines.publish("spoken", [("text", Datum::text(&text))]);
+            }
+        }
+    }
+
+    pub(crate) fn speech(&self) -> Option<&str> {
+        self.speech.as_ref().map(|speech| speech.text.as_str())
+    }
+
+    pub(crate) fn location(&self) -> &'static str {
+        if self.speech.is_some() { "speaking" } else { "silent" }
+    }
+}

@@ -1,0 +1,56 @@
+//! Faults of the world's devices.
+
+use crate::faults::effect::{DeviceTrouble, Effect};
+use crate::faults::kind::{FaultKind, Place};
+use crate::faults::{ArgumentDomain, Arguments, Parameter};
+
+fn device(with: &Arguments, trouble: DeviceTrouble) -> Effect {
+    Effect::Device { component: with.name("component"), trouble }
+}
+
+pub(super) const DOOR_STUCK: FaultKind = FaultKind {
+    name: "door_stuck",
+    place: Place::Devices,
+    about: "a door of the world does not move",
+    parameters: &[Parameter::required("door", "the door's name in the world", ArgumentDomain::Text)],
+    momentary: false,
+    example: "at_s = 10\ndoor = \"gallery\"\nlasts_s = 60",
+    effect: |with| {
+        let door = with.text("door").to_owned();
+        Effect::world(move |faults| faults.stuck_doors.push(door.clone()))
+    },
+    words: |with| format!("the door {} is stuck", with.text("door")),
+};
+
+pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
+    name: "device_deaf",
+    place: Place::Devices,
+    about: "a button, a microphone or a sensor of people notices nothing",
+    parameters: &[Parameter::required("component", "which device", ArgumentDomain::Text)],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"CallButton\"\nlasts_s = 60",
+    effect: |with| device(with, DeviceTrouble::Deaf),
+    words: |with| format!("{} notices nothing", with.text("component")),
+};
+
+pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
+    name: "speaker_mute",
+    place: Place::Devices,
+    about: "a speaker is not heard, and does not know",
+    parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Text)],
+    momentary: false,
+    example: "at_s = 10\ncomponent = \"Speaker\"\nlasts_s = 60",
+    effect: |with| device(with, DeviceTrouble::Mute),
+    words: |with| format!("{} is not heard", with.text("component")),
+};
+
+pub(super) const BOX_DROPPED: FaultKind = FaultKind {
+    name: "box_dropped",
+    place: Place::Devices,
+    about: "the box on a tray falls behind the robot, and the tray does not notice",
+    parameters: &[Parameter::required("component", "which tray", ArgumentDomain::Text)],
+    momentary: true,
+    example: "at_s = 10\ncomponent = \"Tray\"",
+    effect: |with| device(with, DeviceTrouble::Drop),
+    words: |with| format!("the box falls off {}", with.text("component")),
+};

@@ -1,0 +1,249 @@
+//! Devices of the world: what skills ask of them, what they notice, and their faults.
+
+use std::fmt::Write;
+use std::fs;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::steward::{refusal, report};
+
+/// A leaf: its name, what it asks of which component, with which text, and under which condition the answer is enough.
+type Asks<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
+
+/// A skill that asks a device at every tick, until the condition holds.
+fn skill((name, component, request, text, condition): Asks<'_>) -> String {
+    let param = if text.is_empty() { String::new() } else { format!("<param name=\"text\" expr=\"'{text}'\"/>") };
+    format!(
+        r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="{name}">
+  <state id="idle">
+    <transition event="BT.tick" target="asking"/>
+    <transition event="BT.halt"><send type="channel" target="BT" event="halted"/></transition>
+  </state>
+  <state id="asking">
+    <onentry><send type="channel" target="{component}" event="{request}">{param}</send></onentry>
+    <transition event="BT.halt" target="idle"><send type="channel" target="BT" event="halted"/></transition>
+    <transition event="{component}.ok" cond="{condition}" target="idle">
+      <send type="channel" target="BT" event="success"/>
+    </transition>
+    <transition event="{component}.ok" target="idle"><send type="channel" target="BT" event="running"/></transition>
+    <transition event="{component}.error" target="idle"><send type="channel" target="BT" event="failure"/></transition>
+  </state>
+</scxml>"#
+    )
+}
+
+/// A folder with a scenario in this world whose tree runs these leaves one after the other. The property `done` holds if
+/// the last one succeeds. `devices.toml` is the scenario with these further lines.
+fn folder(world: &str, leaves: &[Asks<'_>], more: &str) -> TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::create_dir(folder.path().join("skills")).unwrap();
+    let (mut nodes, mut models) = (String::new(), String::new());
+    for leaf in leaves {
+        let name = leaf.0;
+        fs::write(folder.path().join(format!("skills/{name}.scxml")), skill(*leaf)).unwrap();
+        write!(nodes, "<{name}/>").unwrap();
+        write!(models, "<Action ID=\"{name}\"/>").unwrap();
+    }
+    let tree = format!(
+        "<root BTCPP_format=\"4\"><BehaviorTree ID=\"Main\"><SequenceWithMemory>{nodes}</SequenceWithMemory>\
+         </BehaviorTree><TreeNodesModel>{models}</TreeNodesModel></root>"
+    );
+    fs::write(folder.path().join("tree.xml"), tree).unwrap();
+    let (last, ..) = leaves.last().unwrap();
+    let property = format!("property done := eventually ({last}, BT, m[1] = <success>)");
+    fs::write(folder.path().join("done.scope"), property).unwrap();
+    let sound = format!("tree = \"tree.xml\"\nskills = \"skills\"\nproperties = [\"done.scope\"]\n{world}");
+    fs::write(folder.path().join("sound.toml"), sound).unwrap();
+    fs::write(folder.path().join("devices.toml"), format!("base = \"sound.toml\"\n{more}")).unwrap();
+    folder
+}
+
+fn run(folder: &TempDir, arguments: &[&str]) -> Value {
+    let scenario = folder.path().join("devices.toml");
+    let arguments = [&["--no-snapshots"], arguments].concat();
+    report(scenario.to_str().unwrap(), &folder.path().join("out"), &arguments)
+}
+
+/// Whether the last leaf has succeeded.
+fn is_done(report: &Value) -> bool {
+    report["monitors"][0]["verdict"] == "satisfied"
+}
+
+const CALLED: &[Asks<'_>] = &[
+    ("AwaitCall", "CallButton", "get_press", "", "_event.data.pressed"),
+    ("HearRequest", "Microphone", "get_request", "", "_event.data.text == 'to the exit'"),
+    ("Say", "Speaker", "say", "Follow me.", "true"),
+];
+
+/// A guide without a world: somebody presses a button, and asks for the exit.
+fn called(more: &str) -> TempDir {
+    let devices = r#"
+execution.max_time_s = 30
+[components.CallButton]
+builtin = "button"
+pressed_s = [4.5]
+[components.Microphone]
+builtin = "microphone"
+hears = [{ at_s = 2, text = "hello" }, { at_s = 8.5, text = "to the exit" }]
+[components.Speaker]
+builtin = "speaker"
+letters_per_s = 5
+"#;
+    folder(devices, CALLED, more)
+}
+
+#[test]
+fn a_button_a_microphone_and_a_speaker_need_no_robot() {
+    let folder = called("");
+    for policy in ["policy=random", "policy=round-robin", "starve=Speaker", "tree=nodes"] {
+        let report = run(&folder, &["--set", &format!("execution.{policy}")]);
+        assert!(is_done(&report), "{policy}: {report}");
+        let [said] = &report["said"].as_array().unwrap()[..] else { panic!("{report}") };
+        assert_eq!((&said["by"], &said["text"]), (&"Speaker".into(), &"Follow me.".into()));
+        // It hears the request at 8.5 s and is ticked next at 9 s; then the sequence goes on.
+        assert_eq!(said["time_s"], 9.0, "{policy}");
+    }
+}
+
+#[test]
+fn deaf_and_mute_devices_do_not_know() {
+    let deaf = |component: &str| format!("[[faults]]\nkind = \"device_deaf\"\ncomponent = \"{component}\"\nat_s = 1");
+    for component in ["CallButton", "Microphone"] {
+        let report = run(&called(&deaf(component)), &[]);
+        assert!(!is_done(&report) && report.get("said").is_none(), "{component}: {report}");
+    }
+    let report = run(&called(&format!("{}\nlasts_s = 2", deaf("CallButton"))), &[]);
+    assert!(is_done(&report), "the button is pressed later: {report}");
+    let mute = "[[faults]]\nkind = \"speaker_mute\"\ncomponent = \"Speaker\"\nat_s = 0";
+    let report = run(&called(mute), &[]);
+    assert!(is_done(&report) && report.get("said").is_none(), "{report}");
+}
+
+#[test]
+fn components_faults_hit_devices() {
+    for (fault, is_to_be_done) in [
+        ("kind = \"component_crash\"\ncomponent = \"CallButton\"\nat_s = 4\nlasts_s = 2", false),
+        ("kind = \"component_crash\"\ncomponent = \"CallButton\"\nat_s = 1\nlasts_s = 2", true),
+        ("kind = \"component_frozen\"\ncomponent = \"Speaker\"\nat_s = 5", false),
+        ("kind = \"component_slow\"\ncomponent = \"Microphone\"\nat_s = 5\ndelay_s = 0.5", true),
+        ("kind = \"message_lost\"\nfrom = \"Speaker\"\nto = \"Say\"\nat_s = 0", false),
+    ] {
+        let report = run(&called(&format!("[[faults]]\n{fault}")), &[]);
+        assert_eq!(is_done(&report), is_to_be_done, "{fault}: {report}");
+    }
+}
+
+/// A robot that stands at the start in a world with a door, a box and two people, of whom one is behind a wall.
+const WORLD: &str = r#"
+base = "errand"
+execution.max_time_s = 40
+stop.at = []
+[[doors]]
+name = "gate"
+at = [3.0, 0.0, 90]
+moves_s = 4
+closed_s = [[0]]
+[[boxes]]
+name = "parcel"
+at = [0.7, 0.0, 0]
+length_m = 0.3
+width_m = 0.3
+[[people]]
+name = "Ann"
+at = [0.0, 0.9]
+[[people]]
+name = "Ben"
+at = [-12.0, 14.0]
+[components.Gate]
+builtin = "door"
+door = "gate"
+[components.Eyes]
+builtin = "people"
+within_m = 50
+[components.Tray]
+builtin = "tray"
+"#;
+
+#[test]
+fn a_door_opens_on_request() {
+    let leaves: &[Asks<'_>] =
+        &[("Open", "Gate", "open", "", "true"), ("Pass", "Gate", "get_state", "", "_event.data.state == 'open'")];
+    assert!(is_done(&run(&folder(WORLD, leaves, ""), &[])));
+    let stuck = "[[faults]]\nkind = \"door_stuck\"\ndoor = \"gate\"\nat_s = 0";
+    assert!(!is_done(&run(&folder(WORLD, leaves, stuck), &[])));
+    let closing: &[Asks<'_>] = &[
+        ("Open", "Gate", "open", "", "true"),
+        ("Pass", "Gate", "get_state", "", "_event.data.state == 'open'"),
+        ("Close", "Gate", "close", "", "true"),
+        ("Moving", "Gate", "get_state", "", "_event.data.state == 'moving'"),
+        ("Closed", "Gate", "get_state", "", "_event.data.state == 'closed'"),
+    ];
+    assert!(is_done(&run(&folder(WORLD, closing, ""), &[])));
+}
+
+#[test]
+fn people_count_if_they_are_in_view() {
+    let sees = |condition: &str, more: &str| {
+        let leaves: &[Asks<'_>] = &[("Look", "Eyes", "get_people", "", condition)];
+        is_done(&run(&folder(WORLD, leaves, more), &[]))
+    };
+    let ann = "_event.data.count == 1 &amp;&amp; Math.abs(_event.data.nearest_m - 0.9) &lt; 0.05";
+    assert!(sees(ann, ""));
+    assert!(!sees("_event.data.count == 2", ""));
+    assert!(sees(
+        "_event.data.count == 0 &amp;&amp; _event.data.nearest_m == 50",
+        "[components.Eyes]\nonly = [\"Ben\"]"
+    ));
+    assert!(sees("_event.data.count == 0", "[[faults]]\nkind = \"device_deaf\"\ncomponent = \"Eyes\"\nat_s = 0"));
+}
+
+#[test]
+fn a_tray_takes_a_box_and_puts_it_down() {
+    let leaves: &[Asks<'_>] = &[
+        ("Take", "Tray", "take", "", "_event.data.box == 'parcel'"),
+        ("Check", "Tray", "get_load", "", "_event.data.box == 'parcel'"),
+        ("Put", "Tray", "put", "", "_event.data.box == 'parcel'"),
+        ("Empty", "Tray", "get_load", "", "_event.data.box == ''"),
+        ("TakeAgain", "Tray", "take", "", "_event.data.box == 'parcel'"),
+        ("Again", "Tray", "take", "", "true"),
+    ];
+    assert!(is_done(&run(&folder(WORLD, &leaves[..5], ""), &[])), "what was put down is in reach");
+    assert!(!is_done(&run(&folder(WORLD, leaves, ""), &[])), "a tray carries one box");
+    let far = "[components.Tray]\nreach_m = 0.1";
+    assert!(!is_done(&run(&folder(WORLD, &leaves[..1], far), &[])));
+    let dropped = "[[faults]]\nkind = \"box_dropped\"\ncomponent = \"Tray\"\nwhen = \"(Check, BT, m[1] = <success>)\"";
+    assert!(!is_done(&run(&folder(WORLD, &leaves[..3], dropped), &[])), "the box is gone");
+}
+
+#[test]
+fn each_mistake_has_one_message() {
+    for (more, message) in [
+        ("[components.Lamp]\nbuiltin = \"lamp\"", "unknown builtin `lamp`"),
+        ("[components.Gate]\nbuiltin = \"door\"\ndoor = \"gate\"", "a door needs a world with a robot"),
+        ("[components.Horn]\nbuiltin = \"speaker\"\npressed_s = [1]", "`pressed_s` means nothing to a speaker"),
+        ("[components.Horn]\nbuiltin = \"speaker\"\ninterface = \"x.toml\"", "`interface` means nothing to a speaker"),
+        ("[components.Horn]\nbuiltin = \"speaker\"\nmachine = \"x.scxml\"", "does not say what it runs"),
+        ("[components.Bell]\nbuiltin = \"button\"\npressed_s = [-1]", "this is not a time of the run"),
+        ("[components.Ear]\nbuiltin = \"microphone\"\nhears = [{ at_s = 1 }]", "`text`"),
+        ("[[faults]]\nkind = \"device_deaf\"\ncomponent = \"Speaker\"\nat_s = 1", "is no device that can have this"),
+        ("[[faults]]\nkind = \"speaker_mute\"\ncomponent = \"Spaeker\"\nat_s = 1", "unknown component `Spaeker`"),
+    ] {
+        let folder = called(more);
+        let said = refusal(&["check", folder.path().join("devices.toml").to_str().unwrap()]);
+        assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
+        assert!(said.contains(message), "{more}: {said}");
+    }
+    for (more, message) in [
+        ("[components.Gate]\ndoor = \"gaet\"", "unknown door `gaet`"),
+        ("[components.Eyes]\nonly = [\"Anne\"]", "unknown person `Anne`"),
+        ("[components.Door]\nbuiltin = \"door\"", "it is not said which door this is"),
+        ("[[faults]]\nkind = \"door_stuck\"\ndoor = \"gaet\"\nat_s = 1", "gaet"),
+    ] {
+        let leaves: &[Asks<'_>] = &[("Look", "Eyes", "get_people", "", "true")];
+        let folder = folder(WORLD, leaves, more);
+        let said = refusal(&["check", folder.path().join("devices.toml").to_str().unwrap()]);
+        assert_eq!(said.matches(" x ").count(), 1, "{more}: {said}");
+        assert!(said.contains(message), "{more}: {said}");
+    }
+}
