@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 21] = [
+const ROOMS: [(&str, &[&str]); 22] = [
     ("channels", &[]),
     ("diagnostics", &[]),
     ("interfaces", &["channels", "diagnostics"]),

@@ -83,7 +83,8 @@ fn interfaces() {
     compare_part("interfaces", "keys", &table(["key", "meaning", "takes"], rows));
     let rows = KINDS_OF_FIELDS.iter().map(|(kind, about)| [code(kind), format!("{about}.")]);
     compare_part("interfaces", "kinds", &table(["kind", "a field holds"], rows));
-    let device = |kind: DeviceKind| format!("`builtin = \"{}\"`:\n\n```toml\n{}```\n", kind.name(), kind.interface_file());
+    let device =
+        |kind: DeviceKind| format!("`builtin = \"{}\"`:\n\n```toml\n{}```\n", kind.name(), kind.interface_file());
     compare_part("interfaces", "devices", &DeviceKind::ALL.map(device).join("\n"));
 }
 

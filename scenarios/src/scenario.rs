@@ -28,6 +28,7 @@ use skills::Chart;
 
 pub use component::{Component, Runs};
 pub use component_entry::{ComponentEntry, RunsEntry};
+pub use devices::{DeviceKind, DeviceSettings};
 pub use faulty::FaultyMachines;
 pub use file::{Execution, Expectations, Order, Policy, ScenarioFile, TreeForm};
 pub use find::Found;
@@ -37,7 +38,6 @@ pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, Watch
 pub use robot::STEP;
 pub use skill::Skill;
 pub use stop::{Stop, StopOnViolation};
-pub use devices::{DeviceKind, DeviceSettings};
 pub use world::WorldBody;
 
 use crate::Error;

@@ -20,6 +20,7 @@ use crate::lasers::Laser;
 use crate::motion::{Motion, RobotPose};
 use crate::obstacles::{Obstacle, ObstaclePose, Obstacles, named};
 use crate::odometer::Odometer;
+use crate::room::distance_to;
 
 /// The true state of the simulated world.
 ///
@@ -42,6 +43,14 @@ pub struct ObstacleTruth<'a> {
     pub shape: Shape,
     /// Pose of its centre in the `map` frame.
     pub pose: Pose,
+}
+
+impl ObstacleTruth<'_> {
+    /// Its distance from a point in the `map` frame, in metres; 0 inside.
+    #[must_use]
+    pub fn distance_m(&self, point: &Point) -> f64 {
+        distance_to(&self.shape, &self.pose, point)
+    }
 }
 
 impl<'a> Truth<'a> {

@@ -178,9 +178,11 @@ impl FileReader<'_> {
                     bodies(|motion| matches!(motion, ObstacleMotion::Door(_))).collect(),
                 )
             }
-            DeviceSettings::People { only, .. } => {
-                ("person", &only[..], bodies(|motion| matches!(motion, ObstacleMotion::Person(_))).collect())
-            }
+            DeviceSettings::People { only, .. } => (
+                "person",
+                &only[..],
+                bodies(|motion| matches!(motion, ObstacleMotion::Person(_) | ObstacleMotion::Follower(_))).collect(),
+            ),
             _ => return,
         };
         for name in names.iter().filter(|name| !known.contains(&name.as_str())) {
