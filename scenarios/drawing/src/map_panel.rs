@@ -269,16 +269,19 @@ impl MapDrawing<'_> {
         self.note(site, "estimate", theme::BELIEF, false);
     }
 
-    /// What the robot is saying, in bubbles.
+    /// What the robot is saying, in bubbles, as far as there is room.
     fn speeches(&mut self) {
         let Some(robot) = self.spot(&self.scene.robot) else { return };
         let radius = self.view.pixels(self.scene.robot_radius_m).max(7.0);
         for speech in &self.scene.speeches {
-            let lines = self.font.wrap(speech, 260.0, 3);
-            let width = lines.iter().map(|line| self.font.width(line)).fold(0.0, f64::max) + 18.0;
-            let size = (width, lines.len() as f64 * self.font.line_height() + 12.0);
             let site = Site { symbol: Area::around(robot, 4.0 * radius, 4.0 * radius), roomy: true };
-            let bubble = self.placer.place(&site, size, |_| 0.0);
+            let placed = [(260.0, 3), (140.0, 1)].into_iter().find_map(|(room, rows)| {
+                let lines = self.font.wrap(speech, room, rows);
+                let width = lines.iter().map(|line| self.font.width(line)).fold(0.0, f64::max) + 18.0;
+                let size = (width, lines.len() as f64 * self.font.line_height() + 12.0);
+                Some((self.placer.place_free(&site, size, |_| 0.0)?, lines))
+            });
+            let Some((bubble, lines)) = placed else { continue };
             self.placer.block(bubble);
             let paint = Paint::fill(theme::PAPER).outlined(theme::INK, 1.4);
             let (x, y) = (bubble.x + bubble.width / 2.0, bubble.y + bubble.height / 2.0);

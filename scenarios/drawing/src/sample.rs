@@ -134,6 +134,7 @@ fn scene() -> Scene {
                 label: String::new(),
             },
         ],
+        speeches: Vec::new(),
     }
 }
 
@@ -369,6 +370,7 @@ pub(super) fn crowded_frame() -> Frame {
     }
     let scene = frame.scene.as_mut().expect("the sample has one");
     scene.bodies[1].label = long.into();
+    scene.speeches = vec![long.repeat(3), "Hello!".into()];
     for fault in 0..4 {
         let position = Point::new(-6.9 + 0.05 * f64::from(fault), 4.2);
         scene.faults.push(FaultMark { position, label: format!("fault {fault}: {long}") });
