@@ -68,7 +68,7 @@ fn every_fault_meets_its_expectations_and_changes_nothing_before_its_onset() {
             (first["kind"] == name, format!("{name}: the first fault is {first}")),
             (before(sound) == before(&faulty), format!("{name}: the runs differ before {onset} s")),
             (
-                *sound != faulty || kind["place"] == "devices" && report.get("said") != announced.get("said"),
+                *sound != faulty || kind["place"] == "devices" && report["said"] != announced["said"],
                 format!("{name} shows in no message, and nothing else is said"),
             ),
         ];

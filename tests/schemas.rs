@@ -127,9 +127,27 @@ fn examples() -> [(Kind, Vec<Value>); 2] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
+    let component = "program = [\"program\", \"argument\"]\nasks = [\"Navigation\"]\n";
+    assert!(SCENARIO.contains(component));
+    let with_component = |other: &str| as_json(&SCENARIO.replace(component, &format!("{other}\n")));
+    let others = [
+        "machine = \"a.scxml\"\ndata = { ID = 1 }",
+        "builtin = \"door\"\ndoor = \"a\"",
+        "builtin = \"people\"",
+        "builtin = \"speaker\"",
+        "builtin = \"button\"",
+        "builtin = \"microphone\"\nhears = [{ at_s = 1, text = \"a\" }]",
+        "builtin = \"tray\"",
+    ];
     let mapless = "tree = \"trees/pick.xml\"\nskills = \"skills/pick\"";
     [
-        (scenarios(), vec![as_json(SCENARIO), as_json(&figure), as_json(mapless)]),
+        (
+            scenarios(),
+            [as_json(SCENARIO), as_json(&figure), as_json(mapless)]
+                .into_iter()
+                .chain(others.map(with_component))
+                .collect(),
+        ),
         (campaigns(), CAMPAIGNS.map(as_json).to_vec()),
     ]
 }

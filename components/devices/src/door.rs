@@ -3,7 +3,7 @@
 use skills::Datum;
 
 use crate::Surroundings;
-use crate::process::Lines;
+use crate::lines::Lines;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Door {

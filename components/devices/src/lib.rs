@@ -9,6 +9,7 @@
 //! [sense and act](DeviceProcess::act) in its surroundings.
 
 mod door;
+mod lines;
 mod people;
 mod process;
 mod settings;

@@ -3,7 +3,7 @@
 use skills::Datum;
 
 use crate::Surroundings;
-use crate::process::Lines;
+use crate::lines::Lines;
 
 /// Lengths are in millimetres, so that states can be compared.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -3,9 +3,10 @@
 use std::time::Duration;
 
 use channels::{Envelope, Offer, Process, ProcessId, Topology, TransitionId, Use};
-use skills::{ChannelAdapter, Datum};
+use skills::ChannelAdapter;
 
 use crate::door::Door;
+use crate::lines::Lines;
 use crate::people::People;
 use crate::signals::Signals;
 use crate::speaker::Speaker;
@@ -31,31 +32,6 @@ enum Work {
     Tray(Tray),
 }
 
-/// How a device answers and publishes.
-pub(crate) struct Lines<'a>(&'a mut ChannelAdapter);
-
-impl Lines<'_> {
-    /// Answers a request with these fields.
-    pub(crate) fn answer<const N: usize>(&mut self, client: &str, fields: [(&str, Datum); N]) {
-        self.send(Some(client), "ok", fields);
-    }
-
-    /// Answers that a request cannot be fulfilled.
-    pub(crate) fn refuse(&mut self, client: &str, reason: &str) {
-        self.send(Some(client), "error", [("reason", Datum::text(reason))]);
-    }
-
-    /// Publishes a topic.
-    pub(crate) fn publish<const N: usize>(&mut self, topic: &str, fields: [(&str, Datum); N]) {
-        self.send(None, topic, fields);
-    }
-
-    fn send<const N: usize>(&mut self, target: Option<&str>, head: &str, fields: [(&str, Datum); N]) {
-        let data = Datum::object(fields).expect("a few fields");
-        self.0.send(target, head, &data).expect("a device answers each request once, as its interface says");
-    }
-}
-
 impl DeviceProcess {
     /// The process of a topology that is this device.
     #[must_use]
@@ -73,7 +49,7 @@ impl DeviceProcess {
 
     /// Senses what is new in the surroundings, and does what it has been asked. To be called once per step.
     pub fn act(&mut self, surroundings: &mut dyn Surroundings) {
-        let lines = &mut Lines(&mut self.adapter);
+        let lines = &mut Lines::new(&mut self.adapter);
         match &mut self.work {
             Work::Door(door) => door.act(surroundings, lines),
             Work::People(people) => people.look(surroundings, self.is_impaired, lines),
@@ -130,7 +106,7 @@ impl Process for DeviceProcess {
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
         let Some(event) = self.adapter.take(transition, received.as_ref()) else { return };
         let Some(client) = event.origin.as_deref() else { return };
-        let lines = &mut Lines(&mut self.adapter);
+        let lines = &mut Lines::new(&mut self.adapter);
         match &mut self.work {
             Work::Door(door) => door.hear(&event.name, client, lines),
             Work::People(people) => people.hear(client, lines),
@@ -149,7 +125,7 @@ impl Process for DeviceProcess {
     }
 
     fn fire_timers(&mut self, now: Duration) {
-        let lines = &mut Lines(&mut self.adapter);
+        let lines = &mut Lines::new(&mut self.adapter);
         match &mut self.work {
             Work::Speaker(speaker) => speaker.finish(now, self.is_impaired, lines),
             Work::Signals(signals) => signals.notice(now, self.is_impaired, lines),

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use skills::Datum;
 
-use crate::process::Lines;
+use crate::lines::Lines;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Speaker {

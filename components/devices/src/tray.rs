@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use skills::Datum;
 
 use crate::Surroundings;
-use crate::process::Lines;
+use crate::lines::Lines;
 
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Tray {

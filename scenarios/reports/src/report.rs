@@ -43,8 +43,7 @@ pub struct Report {
     pub tree_errors: Vec<TreeErrorReport>,
     /// What went wrong in the skills' machines, each thing once, in the order of its first time.
     pub skill_errors: Vec<SkillErrorReport>,
-    /// What speakers said, in order; absent if they said nothing.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    /// What speakers said, in order.
     pub said: Vec<SaidReport>,
     /// The battery's charge; null without a battery.
     pub battery: Option<BatteryReport>,

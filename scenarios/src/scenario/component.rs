@@ -14,7 +14,7 @@ use recording::TREE;
 use sim::ObstacleMotion;
 use skills::{Chart, Datum};
 
-use super::component_entry::{ComponentEntry, RunsEntry};
+use super::component_entry::RunsEntry;
 use super::file_reader::FileReader;
 use super::leaves::Data;
 use super::{ScenarioFile, Skill};
@@ -73,15 +73,7 @@ impl FileReader<'_> {
                 self.complaints.push(problem.with_label("this component").with_help(help));
                 continue;
             }
-            self.check_keys(entry);
             let runs = match &entry.runs {
-                RunsEntry::Unclear => {
-                    let problem =
-                        name.span.problem(format!("the component `{}` does not say what it runs", name.value));
-                    let help = "a component has either a `machine`, a `program` or a `builtin` device";
-                    self.complaints.push(problem.with_label("this component").with_help(help));
-                    None
-                }
                 RunsEntry::Machine(path) => self.component_machine(path, &entry.data).map(Runs::Machine),
                 RunsEntry::Program { command, limits, asks } => {
                     self.check_asked(file, asks);
@@ -137,16 +129,6 @@ impl FileReader<'_> {
             data: data.unwrap_or_default(),
             asks: asks.iter().map(|name| name.value.clone()).collect(),
         })
-    }
-
-    /// Reports keys that mean nothing to what the component runs.
-    fn check_keys(&mut self, entry: &ComponentEntry) {
-        let (what, known) = entry.runs.keys();
-        for key in entry.keys.iter().filter(|key| !known.is_empty() && !known.contains(&key.value.as_str())) {
-            let problem = key.span.problem(format!("`{}` means nothing to a {what}", key.value));
-            let help = format!("a {what} has `{}`", known.join("`, `"));
-            self.complaints.push(problem.with_label("this key").with_help(help));
-        }
     }
 
     /// Reports a device that the scenario's world cannot have.

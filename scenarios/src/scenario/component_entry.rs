@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use devices::{DeviceKind, DeviceSettings};
 use diagnostics::document::Table;
-use diagnostics::{Problem, Spanned};
+use diagnostics::{Problem, Span, Spanned};
 use programs::Limits;
 
 use super::leaves::{Data, read_data};
@@ -22,8 +22,6 @@ pub struct ComponentEntry {
     pub data: Data,
     /// The file with its interface, if others ask it or read its topics.
     pub interface: Option<Spanned<PathBuf>>,
-    /// The keys of the entry.
-    pub keys: Vec<Spanned<String>>,
 }
 
 impl ComponentEntry {
@@ -52,8 +50,6 @@ pub enum RunsEntry {
     },
     /// A device of the world.
     Device(Spanned<DeviceSettings>),
-    /// None of these, or several: it is refused.
-    Unclear,
 }
 
 /// Reads the table `components`.
@@ -61,42 +57,37 @@ pub(super) fn read_components(table: Table<'_>) -> Vec<ComponentEntry> {
     let mut entries = Vec::new();
     for (name, span) in table.keys() {
         let Some(entry) = table.table(name).required() else { continue };
-        let runs = read_runs(&entry);
+        let runs = read_runs(&entry, name, span);
         let data = entry.table("data").optional().map_or_else(Vec::new, read_data);
         let interface = entry.text("interface").try_map(|path, span| Ok(named(path, span))).spanned().optional();
-        let keys = entry.keys().map(|(key, span)| Spanned { value: key.to_owned(), span: span.clone() }).collect();
         let name = Spanned { value: name.to_owned(), span: span.clone() };
-        entries.push(ComponentEntry { name, runs, data, interface, keys });
+        entries.extend(runs.map(|runs| ComponentEntry { name, runs, data, interface }));
     }
     entries
 }
 
-impl RunsEntry {
-    /// What it is in words, and the keys that mean something to it.
-    pub(super) fn keys(&self) -> (&'static str, &'static [&'static str]) {
-        match self {
-            Self::Unclear => ("component", &[]),
-            Self::Machine(_) => ("machine", &["machine", "interface", "data"]),
-            Self::Program { .. } => {
-                ("program", &["program", "answer_within_s", "memory_mb", "asks", "interface", "data"])
-            }
-            Self::Device(device) => {
-                let kind = device.value.kind();
-                let keys: &[&str] = match kind {
-                    DeviceKind::Door => &["builtin", "door"],
-                    DeviceKind::People => &["builtin", "within_m", "only"],
-                    DeviceKind::Speaker => &["builtin", "letters_per_s"],
-                    DeviceKind::Button => &["builtin", "pressed_s"],
-                    DeviceKind::Microphone => &["builtin", "hears"],
-                    DeviceKind::Tray => &["builtin", "reach_m"],
-                };
-                (kind.name(), keys)
-            }
-        }
-    }
+/// What a component may be: the key that says so, the kind of a device, what it is called, and its keys.
+pub(super) type Form = (&'static str, Option<DeviceKind>, &'static str, &'static [&'static str]);
+
+/// All that a component may be.
+pub(super) fn forms() -> impl Iterator<Item = Form> {
+    let machine: Form = ("machine", None, "machine", &["machine", "interface", "data"]);
+    let program: &[&str] = &["program", "answer_within_s", "memory_mb", "asks", "interface", "data"];
+    let device = |kind: DeviceKind| {
+        let keys: &[&str] = match kind {
+            DeviceKind::Door => &["builtin", "door"],
+            DeviceKind::People => &["builtin", "within_m", "only"],
+            DeviceKind::Speaker => &["builtin", "letters_per_s"],
+            DeviceKind::Button => &["builtin", "pressed_s"],
+            DeviceKind::Microphone => &["builtin", "hears"],
+            DeviceKind::Tray => &["builtin", "reach_m"],
+        };
+        ("builtin", Some(kind), kind.name(), keys)
+    };
+    [machine, ("program", None, "program", program)].into_iter().chain(DeviceKind::ALL.into_iter().map(device))
 }
 
-fn read_runs(entry: &Table<'_>) -> RunsEntry {
+fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
     let machine = entry.text("machine").try_map(|path, span| Ok(named(path, span))).spanned().optional();
     let command = entry.get("program").spanned().optional();
     let default = Limits::default();
@@ -105,12 +96,29 @@ fn read_runs(entry: &Table<'_>) -> RunsEntry {
     let limits = Limits { answer_within: answer_within.or(default.answer_within), memory_bytes: memory_mb << 20 };
     let asks = entry.get("asks").or(Vec::new());
     let device = read_device(entry);
-    match (machine, command, device) {
-        (Some(machine), None, None) => RunsEntry::Machine(machine),
-        (None, Some(command), None) => RunsEntry::Program { command, limits, asks },
-        (None, None, Some(device)) => RunsEntry::Device(device),
-        _ => RunsEntry::Unclear,
+    let given = ["machine", "program", "builtin"].map(|key| entry.keys().any(|(given, _)| given == key));
+    if given.into_iter().filter(|is_given| *is_given).count() != 1 {
+        let problem = span.problem(format!("the component `{name}` does not say what it runs"));
+        let help = "a component has either a `machine`, a `program` or a `builtin` device";
+        entry.report(problem.with_label("this component").with_help(help));
+        return None;
     }
+    let (key, kind, runs) = match (machine, command, device) {
+        (Some(machine), ..) => ("machine", None, RunsEntry::Machine(machine)),
+        (_, Some(command), _) => ("program", None, RunsEntry::Program { command, limits, asks }),
+        (.., Some(device)) => ("builtin", Some(device.value.kind()), RunsEntry::Device(device)),
+        _ => return None,
+    };
+    let form = forms().find(|form| (form.0, form.1) == (key, kind));
+    let (_, _, what, known) = form.expect("there is a form for each");
+    for (key, span) in entry.keys().filter(|(key, _)| !known.contains(key)) {
+        // Keys that are unknown altogether are reported elsewhere.
+        if forms().any(|(.., keys)| keys.contains(&key)) {
+            let problem = span.problem(format!("`{key}` means nothing to a {what}")).with_label("this key");
+            entry.report(problem.with_help(format!("a {what} has `{}`", known.join("`, `"))));
+        }
+    }
+    Some(runs)
 }
 
 fn read_device(entry: &Table<'_>) -> Option<Spanned<DeviceSettings>> {
@@ -152,7 +160,6 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
         let data: Vec<_> = entry.data.iter().map(|(id, value)| (id.value.clone(), value.clone())).collect();
         let interface = entry.interface.as_ref().map(|interface| interface.value.clone());
         let runs = match &entry.runs {
-            RunsEntry::Unclear => (None, None, None),
             RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None),
             RunsEntry::Device(device) => (None, None, Some(device.value.clone())),
             RunsEntry::Program { command, limits, asks } => {

@@ -3,6 +3,7 @@
 use devices::DeviceKind;
 use serde_json::{Value, json};
 
+use super::component_entry::{Form, forms};
 use crate::faults::KINDS;
 use crate::schema::{
     Key, flag, json_schema, list, number, one_of, or, point, points, pose, scalar, seconds, some_seconds, table, text,
@@ -174,6 +175,19 @@ fn robot() -> Vec<Key> {
     keys
 }
 
+/// A component has one of its forms, and the keys of that form.
+fn component_forms() -> Value {
+    let form = |(key, kind, _, keys): Form| {
+        let is_kind = kind.map_or_else(|| json!(true), |kind| json!({ "const": kind.name() }));
+        json!({
+            "if": { "required": [key], "properties": { (key): is_kind } },
+            "then": { "propertyNames": { "enum": keys } },
+        })
+    };
+    let one = ["machine", "program", "builtin"].map(|key| json!({ "required": [key] }));
+    json!({ "oneOf": one, "allOf": forms().map(form).collect::<Vec<_>>() })
+}
+
 fn execution() -> Vec<Key> {
     let least_tick = json!({ "type": "number", "minimum": 0.02, "maximum": 1_000_000_000 });
     vec![
@@ -181,7 +195,7 @@ fn execution() -> Vec<Key> {
         Key::new(
             "components.NAME",
             "A component that answers others: an SCXML machine, a program, or a device of the world.",
-            table(json!({})),
+            table(component_forms()),
         ),
         Key::new("components.NAME.machine", "The file of its machine.", text()),
         Key::new(
