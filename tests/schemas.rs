@@ -127,6 +127,7 @@ fn examples() -> [(Kind, Vec<Value>); 2] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
+    let figure = figure.replace("[[people]]", "[[people]]\nfollows = true");
     let component = "program = [\"program\", \"argument\"]\nasks = [\"Navigation\"]\n";
     assert!(SCENARIO.contains(component));
     let with_component = |other: &str| as_json(&SCENARIO.replace(component, &format!("{other}\n")));
@@ -222,7 +223,7 @@ fn probes(key: &Key) -> Vec<Value> {
 }
 
 /// What only a reader knows: a file that is not there, a rule that binds two keys, a language inside of a text.
-const ONLY_THE_READER: [&str; 16] = [
+const ONLY_THE_READER: [&str; 17] = [
     "base",
     "doors[].closed_s",
     "faults[].in_state",
@@ -236,6 +237,7 @@ const ONLY_THE_READER: [&str; 16] = [
     "parameters[].name",
     "parameters[].normal.min",
     "parameters[].to",
+    "people[].stands_s",
     "repeats",
     "robot.lasers[]",
     "robot.lasers[].at",
@@ -393,6 +395,8 @@ fn broken_files_are_refused_by_both() {
         "faults = [{ kind = \"battery_level\", at_s = 1, level_pct = 10, lasts_s = 3 }]",
         "faults = [{ kind = \"battery_level\", at_s = 1 }]",
         "people = [{ at = [1, 2], speed_mps = 9 }]",
+        "people = [{ at = [1, 2], follows = true, route = [[3, 4]] }]",
+        "people = [{ at = [1, 2], distance_m = 2 }]",
         "seed = -1",
         "stop = { at = 3 }",
     ] {

@@ -319,8 +319,21 @@ fn execution() -> Vec<Key> {
 fn world() -> Vec<Key> {
     let side = |default| or(number(0.05, 20.0), default);
     let span = json!({ "type": "array", "items": { "type": "number", "minimum": 0 }, "minItems": 1, "maxItems": 2 });
+    let spans = || or(list("[[from, to], …] in seconds", &span), json!([]));
+    let following = ["distance_m", "meets_within_m", "stands_s"];
+    let of_followers = [&["name", "at", "radius_m", "speed_mps", "follows"], &following[..]].concat();
+    let kinds = json!({
+        "if": { "required": ["follows"], "properties": { "follows": { "const": true } } },
+        "then": { "propertyNames": { "enum": of_followers } },
+        "else": { "propertyNames": { "not": { "enum": following } } },
+    });
+    let metres = |default| or(number(0.1, 20.0), default);
     vec![
-        Key::new("people[]", "Somebody who stands or walks.", table(json!({}))),
+        Key::new(
+            "people[]",
+            "Somebody who stands, walks along a route, or with `follows` follows the robot.",
+            table(kinds),
+        ),
         Key::new("people[].name", "The name in reports. If not given, `person 1`, `person 2`, …", name()),
         Key::new("people[].at", "Where the person is at first.", point()).required(),
         Key::new("people[].radius_m", "Radius of the body, in metres.", or(number(0.05, 1.0), 0.25)),
@@ -334,7 +347,11 @@ fn world() -> Vec<Key> {
             "At the end of the route: walk it `back`, go `around` to its beginning, or `stop`.",
             or(one_of(&["back", "around", "stop"]), "back"),
         ),
-        Key::new("people[].speed_mps", "Walking speed, in metres per second.", or(number(0.05, 3.0), 0.8)),
+        Key::new(
+            "people[].speed_mps",
+            "Walking speed, in metres per second; of somebody who follows the robot, the highest.",
+            or(number(0.05, 3.0), 0.8),
+        ),
         Key::new("people[].sets_out_s", "When the person sets out, in seconds.", or(seconds(), 0)),
         Key::new("people[].pause_s", "How long the person pauses, in seconds.", or(seconds(), 0)),
         Key::new(
@@ -348,6 +365,27 @@ fn world() -> Vec<Key> {
             "After this time, in seconds, a blocked person steps aside to clear the robot's path, or turns back.",
             or(seconds(), 3),
         ),
+        Key::new(
+            "people[].follows",
+            "Whether the person follows the robot, once they have met it. Such a person has no `route`.",
+            or(flag(), false),
+        ),
+        Key::new(
+            "people[].distance_m",
+            "With `follows`: the distance that the person keeps from the robot's centre, in metres.",
+            metres(1.2),
+        ),
+        Key::new(
+            "people[].meets_within_m",
+            "With `follows`: how near the robot's centre must come, in metres, with a free way between them.",
+            metres(2.0),
+        ),
+        Key::new(
+            "people[].stands_s",
+            "With `follows`: when the person stands still and falls behind, in seconds. `[from]` lasts to the end of \
+             the run.",
+            spans(),
+        ),
         Key::new("doors[]", "A door, which never closes onto the robot.", table(json!({}))),
         Key::new("doors[].name", "The name in reports. If not given, `door 1`, `door 2`, …", name()),
         Key::new("doors[].at", "The middle of the closed leaf.", pose()).required(),
@@ -358,11 +396,7 @@ fn world() -> Vec<Key> {
             or(one_of(&["slide", "left", "right"]), "slide"),
         ),
         Key::new("doors[].moves_s", "How long it takes to open or close, in seconds.", or(seconds(), 2)),
-        Key::new(
-            "doors[].closed_s",
-            "When it is closed, in seconds. `[from]` lasts to the end of the run.",
-            or(list("[[from, to], …] in seconds", &span), json!([])),
-        ),
+        Key::new("doors[].closed_s", "When it is closed, in seconds. `[from]` lasts to the end of the run.", spans()),
         Key::new(
             "doors[].every_s",
             "After how many seconds `closed_s` begins again. Without it, never.",

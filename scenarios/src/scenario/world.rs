@@ -5,7 +5,7 @@ use std::time::Duration;
 use diagnostics::document::Table;
 use diagnostics::{Problem, Spanned};
 use maps::{Cell, OccupancyGrid, Point, Pose, pose};
-use sim::{Door, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
+use sim::{Door, Follow, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
 
 use crate::error::Complaints;
 
@@ -53,14 +53,42 @@ fn read_each(
 fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     let at = table.get::<[f64; 2]>("at").required();
     let radius_m = table.number("radius_m").within(0.05..=1.0).or(0.25);
+    let speed_mps = table.number("speed_mps").within(0.05..=3.0).or(0.8);
+    let motion = if table.boolean("follows").or(false) {
+        ObstacleMotion::Follower(read_follow(table, speed_mps))
+    } else {
+        ObstacleMotion::Person(read_walk(table, speed_mps))
+    };
+    let [x, y] = at?;
+    Some((Shape::Disc { radius_m }, pose(x, y, 0.0), motion))
+}
+
+fn read_follow(table: Table<'_>, speed_mps: f64) -> Follow {
+    if let Some((_, route)) = table.keys().find(|(key, _)| *key == "route") {
+        table.know("route");
+        let problem = route.problem("somebody who follows the robot has no route of their own");
+        table.report(problem.with_label("this route").with_help("leave out either `route` or `follows`"));
+    }
+    let defaults = Follow::default();
+    let metres = |key, default| table.number(key).within(0.1..=20.0).or(default);
+    let stands = table.get::<Vec<Spanned<Vec<f64>>>>("stands_s");
+    Follow {
+        distance_m: metres("distance_m", defaults.distance_m),
+        meets_within_m: metres("meets_within_m", defaults.meets_within_m),
+        speed_mps,
+        stands: stands.try_map(|spans, _| spans.iter().map(read_span).collect()).or(Vec::new()),
+    }
+}
+
+fn read_walk(table: Table<'_>, speed_mps: f64) -> Walk {
     let waypoints = table.get::<Vec<[f64; 2]>>("route").or(Vec::new());
     let defaults = Manners::default();
     let patience = table.seconds("patience_s").or(defaults.patience);
     let gives_way = table.boolean("gives_way").or(true);
     let ends = [("back", RouteEnd::BackAndForth), ("around", RouteEnd::Loop), ("stop", RouteEnd::Stop)];
-    let walk = Walk {
+    Walk {
         waypoints: waypoints.into_iter().map(|[x, y]| Point::new(x, y)).collect(),
-        speed_mps: table.number("speed_mps").within(0.05..=3.0).or(0.8),
+        speed_mps,
         end: table.one_of("then", &ends).or(RouteEnd::BackAndForth),
         sets_out: table.seconds("sets_out_s").or(Duration::ZERO),
         pause: table.seconds("pause_s").or(Duration::ZERO),
@@ -68,9 +96,7 @@ fn read_person(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
             .one_of("pauses", &[("waypoints", Pauses::Waypoints), ("ends", Pauses::Ends)])
             .or(Pauses::Waypoints),
         manners: gives_way.then_some(Manners { patience, ..defaults }),
-    };
-    let [x, y] = at?;
-    Some((Shape::Disc { radius_m }, pose(x, y, 0.0), ObstacleMotion::Person(walk)))
+    }
 }
 
 fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
@@ -87,7 +113,7 @@ fn read_door(table: Table<'_>) -> Option<(Shape, Pose, ObstacleMotion)> {
     Some((Shape::Box { length_m, width_m: LEAF_M }, at?, ObstacleMotion::Door(door)))
 }
 
-/// The time interval in which a door is closed; until the end if only the beginning is given.
+/// A time interval; until the end if only the beginning is given.
 fn read_span(times: &Spanned<Vec<f64>>) -> Result<(Duration, Duration), Problem> {
     let time = |seconds: f64| Duration::try_from_secs_f64(seconds).ok();
     let span = match times.value.as_slice() {
@@ -132,6 +158,12 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
                 "x and y are in metres, in the map's frame",
             );
             continue;
+        }
+        if let (ObstacleMotion::Follower(_), Shape::Disc { radius_m }) = (&body.motion, body.shape)
+            && !map.has_room(&at, radius_m)
+        {
+            let message = format!("`{}` has no room at {at}, with a radius of {radius_m} m", body.name);
+            complain(message, "whoever follows the robot must be on free floor with the whole body");
         }
         let ObstacleMotion::Person(walk) = &body.motion else { continue };
         let closes = walk.end == RouteEnd::Loop && walk.waypoints.len() > 1;
@@ -199,6 +231,21 @@ mod tests {
         for part in ["speed_mps", "rout", "not a time interval"] {
             assert!(said.contains(part), "{part}: {said}");
         }
+    }
+
+    #[test]
+    fn somebody_who_follows_has_no_route_and_needs_room() {
+        let ann = "[[people]]\nname = \"Ann\"\nfollows = true\nat = ";
+        let follows = "\ndistance_m = 1.5\nmeets_within_m = 3\nspeed_mps = 1\nstands_s = [[60, 90], [120]]";
+        assert_eq!(problems(&format!("{ann}[-3.0, 6.4]{follows}")), "");
+        let both = problems(&format!("{ann}[-3.0, 6.4]\nroute = [[-5.0, 6.4]]"));
+        assert_eq!(both, "somebody who follows the robot has no route of their own\n");
+        let walks = problems(&format!("{ann}[-3.0, 6.4]\npause_s = 3"));
+        assert!(walks.starts_with("unknown key `pause_s`"), "{walks}");
+        let stands = problems("[[people]]\nat = [-3.0, 6.4]\nstands_s = [[60, 90]]");
+        assert!(stands.starts_with("unknown key `stands_s`"), "{stands}");
+        let narrow = problems(&format!("{ann}[-3.0, 8.0]\nradius_m = 0.9"));
+        assert!(narrow.contains("`Ann` has no room at"), "{narrow}");
     }
 
     #[test]
