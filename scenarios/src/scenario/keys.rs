@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use super::component_entry::{Form, forms};
 use crate::faults::KINDS;
 use crate::schema::{
-    Key, flag, json_schema, list, number, one_of, or, point, points, pose, scalar, seconds, some_seconds, table, text,
-    whole, with,
+    Key, flag, json_schema, list, number, one_of, or, plain, point, points, pose, scalar, seconds, some_seconds, table,
+    text, whole, with,
 };
 
 /// The triggers of a fault, of which it has one.
@@ -327,7 +327,7 @@ fn world() -> Vec<Key> {
         "then": { "propertyNames": { "enum": of_followers } },
         "else": { "propertyNames": { "not": { "enum": following } } },
     });
-    let metres = |default| or(number(0.1, 20.0), default);
+    let metres = |default| or(number(0.1, 20.0), plain(default));
     vec![
         Key::new(
             "people[]",
