@@ -1,7 +1,12 @@
 //! Scenarios without a map: tree, skills and components run alone.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
 
+use recording::Detail;
+use scenarios::live::Live;
+use scenarios::scenario::{Scenario, find};
 use serde_json::{Value, json};
 use tempfile::tempdir;
 
@@ -127,4 +132,40 @@ fn a_campaign_has_no_measures_of_a_robot_without_one() {
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("there is no robot to measure `distance_m` of"), "{said}");
+}
+
+#[test]
+fn a_state_that_a_timer_alone_changes_is_recorded_when_it_changes() {
+    let folder = tempdir().unwrap();
+    let machine = r#"<scxml xmlns="http://www.w3.org/2005/07/scxml" version="1.0" datamodel="ecmascript" name="Rest">
+      <state id="idle">
+        <transition event="BT.tick" target="resting"><send type="channel" target="BT" event="running"/></transition>
+        <transition event="BT.halt"><send type="channel" target="BT" event="halted"/></transition>
+      </state>
+      <state id="resting">
+        <onentry><send event="over" delay="300ms"/></onentry>
+        <transition event="over" target="idle"/>
+      </state>
+    </scxml>"#;
+    let tree = r#"<root BTCPP_format="4"><BehaviorTree ID="Main"><Rest/></BehaviorTree>
+      <TreeNodesModel><Action ID="Rest"/></TreeNodesModel></root>"#;
+    let file = |name: &str, text: &str| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        path
+    };
+    file("Rest.scxml", machine);
+    file("tree.xml", tree);
+    let scenario = file("rest.toml", "tree = \"tree.xml\"\nskills = \".\"\n");
+    let scenario = Scenario::load(&find::find(scenario.to_str().unwrap()).unwrap(), &[]).unwrap();
+    let mut live = Live::new(Arc::new(scenario), 1, true).unwrap();
+    let mut changes = Vec::new();
+    while live.time() < Duration::from_millis(1600) {
+        live.step().unwrap();
+        let step = live.record(Detail::Full);
+        let locations = step.details.unwrap().locations;
+        changes.extend(locations.into_iter().map(|(_, location)| (step.time.as_millis(), location)));
+    }
+    let changes: Vec<(u128, &str)> = changes.iter().map(|(time, location)| (*time, location.as_str())).collect();
+    assert_eq!(changes, [(20, "resting"), (320, "idle"), (1020, "resting"), (1320, "idle")]);
 }

@@ -298,10 +298,7 @@ impl Live {
             self.told.outcomes.clone_from(&outcomes);
             details.outcomes = Some(outcomes);
         }
-        // Everything else changes only when a message is received or a tick is generated.
-        if self.events.is_empty() && !self.time().is_zero() {
-            return details;
-        }
+        // Machines and programs also move when a timer fires or a fault restarts them, without any message.
         let skills = self.scenario.skills.keys().map(String::as_str);
         let names: Vec<&str> = skills.chain(self.scenario.component_names()).collect();
         self.told.locations.resize(names.len(), None);
@@ -312,6 +309,10 @@ impl Live {
                 details.locations.push((process.index(), location.clone()));
                 *told = Some(location);
             }
+        }
+        // Monitors move only when a message is received or a tick is generated.
+        if self.events.is_empty() && !self.time().is_zero() {
+            return details;
         }
         let is_start = self.told.monitors.is_empty();
         self.told.monitors.resize(self.decided.len(), MonitorState::default());
