@@ -51,6 +51,7 @@ fn write_outcome(text: &mut Text, report: &Report) -> fmt::Result {
 
 fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result {
     let widest = report.monitors.iter().map(|monitor| monitor.name.chars().count()).fold(7, usize::max).min(32);
+    let widest = report.skill_errors.iter().map(|error| error.kind.len()).fold(widest, usize::max);
     for monitor in &report.monitors {
         write!(text, "  {:<widest$}  ", monitor.name)?;
         let evidence = evidence(monitor);
@@ -70,7 +71,7 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
         fact("tree", format_args!("{label} (node {node}): {message}; first in tick {tick}, {time_s:.2} s"))?;
     }
     for error in &report.skill_errors {
-        fact("skill", format_args!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s))?;
+        fact(error.kind, format_args!("{}: {}; first at {:.2} s", error.place(), error.words(), error.time_s))?;
     }
     if let Some(BatteryReport { initial, minimum, r#final: last }) = report.battery {
         fact(
@@ -90,7 +91,8 @@ fn write_summary(text: &mut Text, report: &Report, folder: &Path) -> fmt::Result
         }
         fact("reached", format_args!("{}", reached(report)))?;
     } else {
-        fact("time", format_args!("{:.0} s, {} ticks", report.sim_time_s, report.ticks))?;
+        let ticks = if report.ticks == 1 { "1 tick".to_owned() } else { format!("{} ticks", report.ticks) };
+        fact("time", format_args!("{:.0} s, {ticks}", report.sim_time_s))?;
     }
     fact("ended", format_args!("{}", report.ended_because))?;
     let pictures = match report.snapshots.len() {

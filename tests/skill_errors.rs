@@ -42,7 +42,7 @@ fn an_expression_that_fails_is_reported_with_its_skill_its_state_and_how_often()
     let errors = &report["skill_errors"];
     let (message, times) = ("undefined has no member level", errors[0]["times"].as_u64().unwrap());
     let expected = json!([{
-        "skill": "BatteryLevel", "state": "get", "message": message, "time_s": errors[0]["time_s"], "times": times,
+        "kind": "skill", "skill": "BatteryLevel", "state": "get", "message": message, "time_s": errors[0]["time_s"], "times": times,
     }]);
     assert_eq!(*errors, expected);
     assert!(times > 1, "it is asked at every tick");

@@ -9,7 +9,7 @@ use serde_json::Value;
 use tempfile::{TempDir, tempdir};
 
 use super::conversation::{has_python, left_over};
-use crate::steward::{refusal, report};
+use crate::steward::{refusal, report, steward};
 
 const TREE: &str = r#"<root BTCPP_format="4" main_tree_to_execute="Tour">
   <BehaviorTree ID="Tour"><AnnounceArrival/></BehaviorTree>
@@ -111,12 +111,17 @@ fn a_program_that_fails_is_in_the_report_and_the_run_goes_on() {
     let stage = Stage::of_program(&PROGRAM.replace("duration = max", "duration = 1 / 0 + max"));
     let report = stage.report(&[]);
     let [error] = report["skill_errors"].as_array().unwrap().as_slice() else { panic!("{report}") };
-    assert_eq!((&error["skill"], &error["state"], &error["times"]), (&"Speaker".into(), &"silent".into(), &1.into()));
+    let said = ["kind", "skill", "state", "times"].map(|field| error[field].clone());
+    assert_eq!(said, ["component".into(), "Speaker".into(), "silent".into(), Value::from(1)]);
     let message = error["message"].as_str().unwrap();
     let begins = "the program, told `say` by AnnounceArrival, ended with exit status 1 before it answered; on stderr: ";
     assert!(message.starts_with(begins) && message.ends_with(" / ZeroDivisionError: division by zero"), "{message}");
     let page = fs::read_to_string(stage.folder.path().join("out/report.html")).unwrap();
-    assert!(page.contains("ZeroDivisionError"));
+    assert!(page.contains("ZeroDivisionError") && page.contains(">component</th>"), "{page}");
+    let out = stage.folder.path().join("out");
+    let ran = steward(&["run", stage.scenario().to_str().unwrap(), "--no-snapshots", "--out", out.to_str().unwrap()]);
+    let summary = String::from_utf8(ran.stdout).unwrap();
+    assert!(summary.contains("  component  Speaker, state silent: the program, told `say`"), "{summary}");
 }
 
 #[test]

@@ -158,7 +158,8 @@ fn way(view: &RunView, timeline: &Timeline, report: &Report) -> Markup {
                 (facts::stages(&activities, scene.is_some()))
                 (facts::faults(report))
                 (facts::tree_errors(report))
-                (facts::skill_errors(report))
+                (facts::skill_errors(report, "skill"))
+                (facts::skill_errors(report, "component"))
             }
             (facts::numbers(report))
         }

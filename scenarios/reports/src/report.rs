@@ -41,7 +41,8 @@ pub struct Report {
     pub undone_faults: Vec<UndoneFaultReport>,
     /// What went wrong in nodes of the tree, each thing once, in the order of its first time.
     pub tree_errors: Vec<TreeErrorReport>,
-    /// What went wrong in the skills' machines, each thing once, in the order of its first time.
+    /// What went wrong in the machines and programs of skills and components, each thing once, in the order of its
+    /// first time.
     pub skill_errors: Vec<SkillErrorReport>,
     /// What speakers said, in order.
     pub said: Vec<SaidReport>,
@@ -161,12 +162,16 @@ pub struct TreeErrorReport {
     pub time_s: f64,
 }
 
-/// Something that went wrong in a skill's machine: an expression or a script that failed.
+/// Something that went wrong in the machine or program of a skill or component: an expression or a script that failed,
+/// a program that ended.
 #[derive(Clone, Debug, Serialize)]
 pub struct SkillErrorReport {
-    /// The skill's name.
+    /// `skill` or `component`.
+    pub kind: &'static str,
+    /// The name of the skill or component.
     pub skill: String,
-    /// The state in which the machine's file has what failed; null for what stands outside of states.
+    /// The state in which the machine's file has what failed, or in which the program said that it is; null for what
+    /// stands outside of states.
     pub state: Option<String>,
     /// What went wrong, in words.
     pub message: String,
@@ -177,7 +182,7 @@ pub struct SkillErrorReport {
 }
 
 impl SkillErrorReport {
-    /// The skill, and the state of its machine: `BatteryLevel, state get`.
+    /// The skill or component, and the state that it was in: `BatteryLevel, state get`.
     pub fn place(&self) -> String {
         self.state.as_ref().map_or_else(|| self.skill.clone(), |state| format!("{}, state {state}", self.skill))
     }

@@ -46,7 +46,7 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
         faults: faults(view, end),
         undone_faults: view.undone_faults().iter().map(undone_fault).collect(),
         tree_errors: view.tree_errors().iter().map(|error| tree_error(view, error)).collect(),
-        skill_errors: end.skill_errors.iter().map(skill_error).collect(),
+        skill_errors: end.skill_errors.iter().map(|error| skill_error(view, error)).collect(),
         said: view.said().iter().map(said).collect(),
         battery: battery(view),
         robot: robot(view),
@@ -56,9 +56,10 @@ pub(crate) fn report(view: &RunView, end: &End, snapshots: Vec<SnapshotReport>, 
     }
 }
 
-fn skill_error(error: &SkillError) -> SkillErrorReport {
+fn skill_error(view: &RunView, error: &SkillError) -> SkillErrorReport {
     let SkillError { skill, state, message, time, times } = error.clone();
-    SkillErrorReport { skill, state, message, time_s: time.as_secs_f64(), times }
+    let kind = if view.header().components.contains(&skill) { "component" } else { "skill" };
+    SkillErrorReport { kind, skill, state, message, time_s: time.as_secs_f64(), times }
 }
 
 /// What the scenario expects of the run, and where it is not so.

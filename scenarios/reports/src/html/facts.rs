@@ -86,13 +86,13 @@ pub(super) fn tree_errors(report: &Report) -> Markup {
     troubles(["first at", "node of the tree", "what went wrong in it"], &lines.collect::<Vec<_>>())
 }
 
-/// What went wrong in the skills; empty if nothing did.
-pub(super) fn skill_errors(report: &Report) -> Markup {
-    let lines = report.skill_errors.iter().map(|error| {
+/// What went wrong in the skills, or in the components; empty if nothing did.
+pub(super) fn skill_errors(report: &Report, kind: &str) -> Markup {
+    let lines = report.skill_errors.iter().filter(|error| error.kind == kind).map(|error| {
         let first = words::time(Duration::from_secs_f64(error.time_s));
         [first, error.place(), error.words()]
     });
-    troubles(["first at", "skill", "what went wrong in its machine"], &lines.collect::<Vec<_>>())
+    troubles(["first at", kind, "what went wrong in it"], &lines.collect::<Vec<_>>())
 }
 
 /// What the tree was doing, stage by stage; with how far a robot drove if it `drives`.
