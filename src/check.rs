@@ -7,7 +7,9 @@ use std::sync::Arc;
 
 use bt::Tree;
 use campaigns::{Error, Plan};
+use channels::Symbol;
 use clap::Args;
+use interfaces::Interface;
 use maps::Cell;
 use miette::Diagnostic;
 use scenarios::files::shipped_campaigns;
@@ -30,10 +32,11 @@ const ELSEWHERE: &str =
 /// What to check.
 #[derive(Debug, Args)]
 pub(crate) struct CheckArgs {
-    /// Scenarios, campaigns, maps, places, trees, skills and properties: files, or names (see `steward list`)
+    /// Scenarios, campaigns, maps, places, trees, skills, interfaces and properties: files, or names (see `steward
+    /// list`)
     #[arg(value_name = "NAME|FILE", required = true)]
     files: Vec<String>,
-    /// The scenario whose processes and channels property files mention
+    /// The scenario whose processes and channels property files mention, and whose places interfaces do
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
     scenario: String,
     /// Prints the findings as JSON
@@ -137,6 +140,7 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
         Some("ini") => places(path),
         Some("toml") => match Toml::of_file(path) {
             Toml::Campaign => campaign(path),
+            Toml::Interface => interface(path, scenario),
             Toml::Places => places(path),
             Toml::Scenario => of_scenario(file),
         },
@@ -144,8 +148,8 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
         None => of_scenario(file),
         Some(_) => Err(Error::refused(
             format!("{file} is not a kind of file that can be checked"),
-            "scenarios, campaigns and places (also .ini) end in .toml, maps in .yaml, trees in .xml, skills in .scxml, and properties \
-             in .scope",
+            "scenarios, campaigns, interfaces and places (also .ini) end in .toml, maps in .yaml, trees in .xml, skills \
+             in .scxml, and properties in .scope",
         )),
     }
 }
@@ -163,6 +167,7 @@ fn of_model(path: &Path) -> Result<Checked, Error> {
 pub(crate) enum Toml {
     Scenario,
     Campaign,
+    Interface,
     Places,
 }
 
@@ -172,11 +177,14 @@ impl Toml {
         named_files::text(path).map_or(Self::Scenario, |text| Self::of(&text))
     }
 
-    fn of(text: &str) -> Self {
+    /// What a text seems to be.
+    pub(crate) fn of(text: &str) -> Self {
         let table: toml::Table = text.parse().unwrap_or_default();
         let is_place = |value: &toml::Value| value.get("position_m").or(value.get("corners_m")).is_some();
         if table.contains_key("scenario") {
             Self::Campaign
+        } else if ["services", "topics", "actions"].iter().any(|key| table.contains_key(*key)) {
+            Self::Interface
         } else if !table.contains_key("map") && table.values().any(is_place) {
             Self::Places
         } else {
@@ -200,7 +208,8 @@ pub(crate) fn tree(file: &Path) -> Result<(Tree, Checked), Error> {
 /// A machine, and what is to be said of it.
 pub(crate) fn machine(file: &Path) -> Result<(Arc<Chart>, Checked), Error> {
     let chart = named_files::machine(file, Strictness::Strict)?;
-    let summary = format!("{} states, {} transitions", chart.states().count(), chart.transitions().count());
+    let [states, transitions] = [chart.states().count(), chart.transitions().count()];
+    let summary = format!("{}, {}", counted(states, "state"), counted(transitions, "transition"));
     let elsewhere = chart.sends_elsewhere(&HEARERS, ELSEWHERE);
     let concerns = chart.concerns().into_iter().chain(elsewhere).map(|concerns| Box::new(concerns) as _).collect();
     Ok((chart, Checked { summary, concerns }))
@@ -232,6 +241,17 @@ fn map(file: &Path) -> Result<Checked, Error> {
 fn places(file: &Path) -> Result<Checked, Error> {
     let places = named_files::places(file)?;
     Ok(Checked { summary: counted(places.places().iter().count(), "place"), concerns: Vec::new() })
+}
+
+fn interface(file: &Path, scenario: &str) -> Result<Checked, Error> {
+    let scenario = Scenario::load(&find::find(scenario)?, &[])?;
+    let places = scenario.premises.iter().flat_map(|premises| premises.places.iter());
+    let places: Vec<Symbol> = places.map(|(name, _)| Symbol::new(name)).collect();
+    let Interface { services, topics, actions } = named_files::interface(file, &places)?;
+    let counts = [(services.len(), "service"), (topics.len(), "topic"), (actions.len(), "action")];
+    let counts: Vec<String> =
+        counts.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| counted(count, what)).collect();
+    Ok(Checked { summary: format!("an interface with {}", counts.join(", ")), concerns: Vec::new() })
 }
 
 fn campaign(file: &Path) -> Result<Checked, Error> {

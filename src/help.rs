@@ -4,7 +4,7 @@ use campaigns::Error;
 use clap::{Args, Command, ValueEnum};
 use monitors::{GRAMMAR, OPERATORS};
 use scenarios::scenario::keys as scenario;
-use scenarios::schema::Key;
+use scenarios::schema::{Key, interface};
 
 use crate::entry::{column, entry, meaning};
 use crate::output::{explain, print};
@@ -26,6 +26,8 @@ pub(crate) enum SchemaFile {
     Scenario,
     /// Campaign files
     Campaign,
+    /// Interface files
+    Interface,
 }
 
 /// Prints the help of a command of `cli`, or of a topic.
@@ -58,6 +60,7 @@ pub(crate) fn schema(file: SchemaFile) -> Result<(), Error> {
     let schema = match file {
         SchemaFile::Scenario => scenario::schema(),
         SchemaFile::Campaign => campaigns::keys::schema(),
+        SchemaFile::Interface => interface::schema(),
     };
     print(&format!("{schema:#}\n"))
 }

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bt::{Loader, Tree};
+use channels::Symbol;
+use interfaces::Interface;
 use maps::{OccupancyGrid, PlacesFile};
 use scenarios::Error;
 use scenarios::files::{Files, Kind};
@@ -69,4 +71,9 @@ pub(crate) fn map(argument: &Path) -> Result<OccupancyGrid, Error> {
 pub(crate) fn places(argument: &Path) -> Result<PlacesFile, Error> {
     let (path, _) = read(Kind::Places, argument)?;
     PlacesFile::load(&path, &|path: &Path| files().read(path)).map_err(Error::bad_input)
+}
+
+/// Loads an interface, in which fields of the kind `place` take these places.
+pub(crate) fn interface(path: &Path, places: &[Symbol]) -> Result<Interface, Error> {
+    Interface::load(path, places, &|path: &Path| files().read(path)).map_err(Error::bad_input)
 }

@@ -63,6 +63,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
             "robot",
             "nav",
             "bt",
+            "interfaces",
             "skills",
             "roaml",
             "programs",

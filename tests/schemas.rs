@@ -1,4 +1,4 @@
-//! The JSON schemas of scenario and campaign files, against the readers of these files.
+//! The JSON schemas of scenario, campaign and interface files, against the readers of these files.
 //!
 //! A schema may accept what only the reader knows to be wrong. It never refuses what the reader accepts.
 
@@ -8,11 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use campaigns::CampaignFile;
+use channels::Symbol;
 use diagnostics::FileProblems;
+use interfaces::Interface;
 use scenarios::faults::{KINDS, Parameter};
 use scenarios::files::{Files, shipped_campaigns, shipped_paths};
 use scenarios::scenario::ScenarioFile;
-use scenarios::schema::Key;
+use scenarios::schema::{Key, interface};
 use serde_json::{Value, json};
 
 use self::validator::problem;
@@ -35,6 +37,24 @@ fn scenarios() -> Kind {
 fn campaigns() -> Kind {
     let read = |text: &str| CampaignFile::parse("a.toml", text).map(|file| without_places(&format!("{file:?}")));
     Kind { schema: campaigns::keys::schema(), keys: campaigns::keys::keys(), read }
+}
+
+fn interfaces() -> Kind {
+    let read = |text: &str| {
+        let file = |path: &Path| match path.extension().and_then(|ending| ending.to_str()) {
+            Some("toml") => Ok(text.as_bytes().to_vec()),
+            Some("msg") => Ok(b"float32 text".to_vec()),
+            Some("srv") => Ok(b"bool text\n---\nbool text".to_vec()),
+            Some("action") => Ok(b"bool text\n---\nbool text\n---\nbool text".to_vec()),
+            _ => Err(std::io::ErrorKind::NotFound.into()),
+        };
+        match Interface::load(Path::new("a.toml"), &[Symbol::new("Dock")], &file) {
+            Ok(interface) => Ok(format!("{interface:?}")),
+            Err(diagnostics::Error::Problems(problems)) => Err(problems),
+            Err(other) => panic!("{other}"),
+        }
+    };
+    Kind { schema: interface::schema(), keys: interface::keys(), read }
 }
 
 /// What was read without the places where it stands: `range: 3..7`.
@@ -122,8 +142,18 @@ const CAMPAIGNS: [&str; 4] = [
     "scenario = \"errand\"\nsampling = \"grid\"\n[[parameters]]\nkey = \"seed\"\nvalues = [1, 2]",
 ];
 
+/// One interface with its own fields, one with those of definitions.
+const INTERFACES: [&str; 2] = [
+    "packages = []\nservices.NAME = { request = { a = \"text\" }, reply = {} }\n\
+     topics.NAME = { fields = { a = [\"open\", \"closed\"] } }\n\
+     actions.NAME = { goal = { at = \"place?\" }, feedback = {}, result = {} }",
+    "services.NAME = { ros = \"p/srv/S.srv\", request = { a = \"text\" } }\n\
+     topics.NAME = { ros = \"p/msg/M.msg\", fields = [\"text\"] }\n\
+     actions.NAME = { ros = \"p/action/A.action\" }",
+];
+
 /// Every kind of files, with examples that together have all of their tables; faults apart.
-fn examples() -> [(Kind, Vec<Value>); 2] {
+fn examples() -> [(Kind, Vec<Value>); 3] {
     let figure =
         SCENARIO.split_inclusive('\n').filter(|line| !line.starts_with("violated_in") && !line.starts_with("events"));
     let figure = figure.collect::<String>().replace("machine = \"a.scxml\"", "figure = \"5 (a)\"");
@@ -150,6 +180,7 @@ fn examples() -> [(Kind, Vec<Value>); 2] {
                 .collect(),
         ),
         (campaigns(), CAMPAIGNS.map(as_json).to_vec()),
+        (interfaces(), INTERFACES.map(as_json).to_vec()),
     ]
 }
 
@@ -222,8 +253,13 @@ fn probes(key: &Key) -> Vec<Value> {
     probes
 }
 
-/// What only a reader knows: a file that is not there, a rule that binds two keys, a language inside of a text.
-const ONLY_THE_READER: [&str; 17] = [
+/// What only a reader knows: a file that is not there, what another file has, a rule that binds two keys, a language
+/// inside of a text.
+const ONLY_THE_READER: [&str; 26] = [
+    "actions.NAME.feedback",
+    "actions.NAME.goal",
+    "actions.NAME.result",
+    "actions.NAME.ros",
     "base",
     "doors[].closed_s",
     "faults[].in_state",
@@ -241,6 +277,11 @@ const ONLY_THE_READER: [&str; 17] = [
     "repeats",
     "robot.lasers[]",
     "robot.lasers[].at",
+    "services.NAME.reply",
+    "services.NAME.request",
+    "services.NAME.ros",
+    "topics.NAME.fields",
+    "topics.NAME.ros",
 ];
 
 #[test]
@@ -334,6 +375,7 @@ fn the_keys_are_those_for_which_the_reader_asks() {
         }
         // In these the file chooses the keys; what a fault may have depends on its kind.
         let chosen = [
+            "actions",
             "components",
             "components.NAME.data",
             "expect",
@@ -341,6 +383,8 @@ fn the_keys_are_those_for_which_the_reader_asks() {
             "leaves.NAME.data",
             "monitors[].events[].data",
             "faults[]",
+            "services",
+            "topics",
         ];
         for (table, keys) in tables.iter().filter(|(table, _)| !chosen.contains(&table.as_str())) {
             let found: BTreeSet<String> = files.iter().filter_map(|file| known(&kind, file, table)).flatten().collect();
@@ -373,6 +417,14 @@ fn every_file_that_comes_with_the_program_is_valid() {
         if let Some(error) = problem(&kind.schema, &as_json(text)) {
             panic!("{name}: {error}");
         }
+    }
+}
+
+#[test]
+fn interface_files_of_the_examples_are_valid() {
+    let kind = interfaces();
+    for text in [include_str!("../skills/examples/speaker.toml"), INTERFACES[0], INTERFACES[1]] {
+        assert!(matches!(kind.judged(&as_json(text)), Judged::Accepted(_)), "{text}");
     }
 }
 
@@ -420,13 +472,27 @@ fn broken_files_are_refused_by_both() {
     ] {
         assert!(campaign(text), "{text}");
     }
+    for text in [
+        "service = {}",
+        "services.say = { requests = {} }",
+        "services.say.request.text = \"txet\"",
+        "services.say.request.text = []",
+        "services.say = { ros = \"p/srv/S.srv\", request = { a = [\"open\"] } }",
+        "topics.said = { reply = {} }",
+        "actions.go.goal = [\"place\"]",
+        "packages = \"/opt\"",
+    ] {
+        assert!(refused(&interfaces(), text), "{text}");
+    }
 }
 
 #[test]
 fn the_program_prints_the_schemas_that_the_repository_has() {
-    for (name, file) in
-        [("scenario", "scenarios/scenario.schema.json"), ("campaign", "scenarios/campaigns/campaign.schema.json")]
-    {
+    for (name, file) in [
+        ("scenario", "scenarios/scenario.schema.json"),
+        ("campaign", "scenarios/campaigns/campaign.schema.json"),
+        ("interface", "channels/interfaces/interface.schema.json"),
+    ] {
         let printed = String::from_utf8(steward(&["schema", name]).stdout).unwrap();
         crate::reference::compare(file, &printed);
     }

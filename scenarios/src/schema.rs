@@ -3,6 +3,8 @@
 //! From this one description come the file's JSON schema, which editors use, its chapter of the reference, and what
 //! `steward help` says of it. Tests check it against the reader: keys, types, ranges and defaults.
 
+pub mod interface;
+
 use serde_json::{Value, json};
 
 /// A key of a file that people write.

@@ -9,10 +9,11 @@ import sys
 
 import jsonschema
 
-scenarios = pathlib.Path(__file__).parents[2] / "scenarios"
+root = pathlib.Path(__file__).parents[2]
+files = ["scenarios/scenario", "scenarios/campaigns/campaign", "channels/interfaces/interface"]
 validators = {}
-for file in [scenarios / "scenario.schema.json", scenarios / "campaigns" / "campaign.schema.json"]:
-    schema = json.loads(file.read_text())
+for file in files:
+    schema = json.loads((root / f"{file}.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
     validators[schema["title"]] = jsonschema.Draft202012Validator(schema)
 count = {True: 0, False: 0}
