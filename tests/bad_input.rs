@@ -57,6 +57,10 @@ fn an_unknown_scenario_is_refused_with_the_most_similar_name() {
         &refusal(&["--scenario", "batery_fault"]),
         &["unknown scenario `batery_fault`", "did you mean `battery_fault`?"],
     );
+    says(
+        &refusal(&["run", "faults/batery_level"]),
+        &["cannot read the scenario faults/batery_level", "did you mean `faults/battery_level`?"],
+    );
 }
 
 #[test]

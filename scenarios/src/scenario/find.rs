@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::faults::KINDS;
 use crate::files::{Files, shipped_scenarios};
 
 /// A scenario's text, and where its other files are looked up.
@@ -54,7 +53,7 @@ fn by_name(name: &str) -> Result<Found, Error> {
 fn on_disk(path: &Path) -> Result<Found, Error> {
     let text = diagnostics::text_from_disk(path).map_err(|error| {
         let message = format!("cannot read the scenario {}: {error}", path.display());
-        Error::refused(message, format!("a scenario is a TOML file, or one of {}", names()))
+        Error::refused(message, help(path, "a scenario is a TOML file, or one of", ""))
     })?;
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
@@ -64,13 +63,17 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
 }
 
 fn unknown(name: &str) -> Error {
-    let faults = KINDS.iter().map(|kind| format!("faults/{}", kind.name));
-    let known: Vec<String> = shipped_scenarios().into_iter().map(str::to_owned).chain(faults).collect();
-    let help = match diagnostics::did_you_mean(name, known.iter().map(String::as_str)) {
-        Some(meant) => format!("{meant} The scenarios are {}; or give the path of a file", names()),
-        None => format!("the scenarios are {}; or give the path of a file", names()),
-    };
+    let help = help(Path::new(name), "the scenarios are", "; or give the path of a file");
     Error::refused(format!("unknown scenario `{name}`"), help)
+}
+
+/// The shipped scenario that a name or path nearly is, or else all of them, between these words.
+fn help(path: &Path, before: &str, after: &str) -> String {
+    let known = crate::files::shipped_paths().filter_map(name_of);
+    match path.to_str().and_then(|path| diagnostics::did_you_mean(path, known)) {
+        Some(meant) => format!("{meant} `steward list` names all scenarios"),
+        None => format!("{before} {}{after}", names()),
+    }
 }
 
 fn names() -> String {
