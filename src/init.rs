@@ -1,75 +1,60 @@
-//! `steward init`: a copy of a scenario with everything it names, for editing.
+//! `steward init`: an application to start from, for editing.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Component, Path, PathBuf};
 
 use campaigns::Error;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use diagnostics::Staging;
 use scenarios::scenario::{Scenario, ScenarioFile, find, keys};
 
+use crate::check::Toml;
 use crate::names::ScenarioName;
 use crate::output::say;
 
-/// What to copy, and where to.
+/// What to start from, and where to write it.
 #[derive(Debug, Args)]
 pub(crate) struct InitArgs {
     /// The folder to write to; it must be new or empty
     dir: PathBuf,
-    /// The scenario to copy: a name (see `steward list`) or a file
-    #[arg(long, value_name = "NAME|FILE", default_value = "battery_fault", value_parser = ScenarioName,
+    /// The application to start from; `recharge` if nothing is said
+    #[arg(long, value_name = "NAME", default_value = "recharge", hide_default_value = true)]
+    template: Template,
+    /// Copies this scenario instead, with all that it names: a name (see `steward list`) or a file
+    #[arg(long, value_name = "NAME|FILE", conflicts_with = "template", value_parser = ScenarioName,
           hide_possible_values = true)]
-    scenario: String,
+    scenario: Option<String>,
 }
 
-/// What a file of a scenario is, by how its name ends.
+/// An application to start from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Template {
+    /// The paper's robot: it recharges on its way through a house
+    Recharge,
+    /// The least that runs: one leaf, its machine and a property, without a map
+    Empty,
+}
+
+/// The files of the empty application; the first one is its scenario.
+const EMPTY: [(&str, &str); 4] = [
+    ("scenario.toml", include_str!("init/empty/scenario.toml")),
+    ("tree.xml", include_str!("init/empty/tree.xml")),
+    ("skills/Greet.scxml", include_str!("init/empty/skills/Greet.scxml")),
+    ("properties.scope", include_str!("init/empty/properties.scope")),
+];
+
+/// What a file of an application is, by how its name ends.
 const KINDS: &[(&str, &str)] = &[
-    (".places.toml", "the places on the map, in metres and degrees"),
     (".schema.json", "what may stand in a scenario: editors that know `#:schema` complete and check keys with it"),
-    (".toml", "a scenario that the first one is based on"),
     (".yaml", "the map: its picture, resolution and origin"),
     (".pgm", "the map's picture: dark is a wall"),
     (".png", "the map's picture: dark is a wall"),
     (".xml", "the behavior tree"),
-    (".scxml", "the skill of a leaf, or a monitor: a state machine"),
-    (".scope", "a property that is monitored"),
+    (".scxml", "a state machine: the skill of a leaf, a component or a monitor"),
+    (".scope", "properties that are monitored"),
+    (".py", "a component: a program"),
 ];
-
-/// Writes a scenario and all that it names to `dir`, so that the paths in the scenario hold there.
-pub(crate) fn init(InitArgs { dir, scenario }: &InitArgs) -> Result<(), Error> {
-    let mut found = find::find(scenario)?;
-    let copies = Staging::begin(dir)?;
-    if !copies.is_alone()? {
-        let message = format!("{} is not empty", dir.display());
-        return Err(Error::refused(message, "name a new folder: nothing is overwritten"));
-    }
-    found.files = found.files.remembering();
-    let loaded = Scenario::load(&found, &[])?;
-    let mut paths: BTreeSet<PathBuf> = ScenarioFile::bases(&found).map_err(Error::bad_input)?.into_iter().collect();
-    paths.extend(found.files.remembered());
-    let is_inside = |part: Component<'_>| matches!(part, Component::Normal(_) | Component::CurDir);
-    if let Some(path) = paths.iter().find(|path| !path.components().all(is_inside)) {
-        let message = format!("{} names {}, which lies outside its folder", found.path, path.display());
-        return Err(Error::refused(message, "a copy has all files in its own folder: move the file there first"));
-    }
-    for path in &paths {
-        let bytes = found.files.read(path).map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
-        copies.write(path, bytes)?;
-    }
-    let name = Path::new(&found.path).file_name().unwrap_or_default();
-    let directive = format!("#:schema {SCHEMA}\n");
-    let text = if found.text.starts_with("#:schema") { found.text } else { directive + &found.text };
-    copies.write(name, text)?;
-    copies.write(SCHEMA, format!("{:#}\n", keys::schema()))?;
-    paths.insert(SCHEMA.into());
-    let name = name.to_string_lossy();
-    if !paths.contains(Path::new(README)) {
-        copies.write(README, readme(&name, &paths, loaded.premises.is_some()))?;
-    }
-    copies.publish(&[&*name])?;
-    say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&*name).display()))
-}
 
 /// The schema of scenario files, which the scenario names in its first line.
 const SCHEMA: &str = "scenario.schema.json";
@@ -77,17 +62,86 @@ const SCHEMA: &str = "scenario.schema.json";
 /// The file that describes the folder.
 const README: &str = "README.md";
 
-fn readme(name: &str, paths: &BTreeSet<PathBuf>, has_robot: bool) -> String {
+/// Writes an application to its folder, where the paths in its files hold.
+pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<(), Error> {
+    let mut application = match (scenario, template) {
+        (Some(scenario), _) => Application::copy(scenario)?,
+        (None, Template::Recharge) => Application::copy("battery_fault")?,
+        (None, Template::Empty) => Application::empty(),
+    };
+    application.describe();
+    let copies = Staging::begin(dir)?;
+    if !copies.is_alone()? {
+        let message = format!("{} is not empty", dir.display());
+        return Err(Error::refused(message, "name a new folder: nothing is overwritten"));
+    }
+    for (path, contents) in &application.files {
+        copies.write(path, contents)?;
+    }
+    copies.publish(&[&application.start])?;
+    say(format!("wrote {0}; run it with: steward run {0}\n", dir.join(&application.start).display()))
+}
+
+/// Files that together can be run.
+struct Application {
+    /// The name of the scenario.
+    start: String,
+    has_robot: bool,
+    files: BTreeMap<PathBuf, Vec<u8>>,
+}
+
+impl Application {
+    fn empty() -> Self {
+        let files = EMPTY.iter().map(|(name, text)| (PathBuf::from(name), text.as_bytes().to_vec()));
+        Self { start: EMPTY[0].0.to_owned(), has_robot: false, files: files.collect() }
+    }
+
+    /// A scenario with all that it names.
+    fn copy(scenario: &str) -> Result<Self, Error> {
+        let mut found = find::find(scenario)?;
+        found.files = found.files.remembering();
+        let has_robot = Scenario::load(&found, &[])?.premises.is_some();
+        let bases = ScenarioFile::bases(&found).map_err(Error::bad_input)?;
+        let mut files = BTreeMap::new();
+        for path in bases.into_iter().chain(found.files.remembered()) {
+            if !path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
+                let message = format!("{} names {}, which lies outside its folder", found.path, path.display());
+                return Err(Error::refused(
+                    message,
+                    "a copy has all files in its own folder: move the file there first",
+                ));
+            }
+            let contents =
+                found.files.read(&path).map_err(|source| diagnostics::Error::Read { path: path.clone(), source })?;
+            files.insert(path, contents);
+        }
+        let start = Path::new(&found.path).file_name().unwrap_or_default().to_string_lossy().into_owned();
+        files.insert(start.clone().into(), found.text.into_bytes());
+        Ok(Self { start, has_robot, files })
+    }
+
+    /// Adds the schema of scenarios and a README, unless there is one.
+    fn describe(&mut self) {
+        self.files.entry(SCHEMA.into()).or_insert_with(|| format!("{:#}\n", keys::schema()).into());
+        let start = self.files.entry(PathBuf::from(&self.start)).or_default();
+        if !start.starts_with(b"#:schema") {
+            start.splice(..0, format!("#:schema {SCHEMA}\n").into_bytes());
+        }
+        let readme = readme(&self.start, &self.files, self.has_robot);
+        self.files.entry(README.into()).or_insert_with(|| readme.into());
+    }
+}
+
+fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> String {
     let mut text = format!(
         "# {name}\n\nA scenario for `steward`, with its files. Change them and run it again.\n\n\
          | file | what it is |\n|---|---|\n| `{name}` | the scenario: start here |\n"
     );
-    for path in paths.iter().map(|path| path.display().to_string()) {
-        let kind = KINDS.iter().find(|(ending, _)| path.ends_with(ending)).map_or("", |(_, kind)| kind);
+    for (path, contents) in files.iter().filter(|(path, _)| *path != Path::new(name)) {
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "| `{path}` | {kind} |");
+        let _ = writeln!(text, "| `{}` | {} |", path.display(), kind(path, contents));
     }
-    let some = |ending: &str| paths.iter().find(|path| path.extension().is_some_and(|is| is == ending));
+    let some = |ending: &str| files.keys().find(|path| path.extension().is_some_and(|is| is == ending));
     let value = if has_robot { "battery.initial_pct=50" } else { "execution.tick_s=0.5" };
     let mut commands = vec![
         (format!("steward check {name}"), "what is wrong with it, without a run"),
@@ -96,12 +150,27 @@ fn readme(name: &str, paths: &BTreeSet<PathBuf>, has_robot: bool) -> String {
     ];
     let show = |path: &PathBuf, what: &str| format!("steward {what} {}", path.display());
     commands.extend(some("xml").map(|tree| (show(tree, "tree show"), "the behavior tree as an outline")));
-    commands.extend(some("scxml").map(|skill| (show(skill, "skill show"), "a skill's states and transitions")));
-    commands.extend(some("scope").map(|property| (show(property, "monitor explain"), "a property in words")));
+    commands.extend(some("scxml").map(|skill| (show(skill, "skill show"), "a machine's states and transitions")));
+    let explain = |property: &PathBuf| format!("{} --scenario {name}", show(property, "monitor explain"));
+    commands.extend(some("scope").map(|property| (explain(property), "a property in words")));
     let widest = commands.iter().map(|(command, _)| command.chars().count()).max().unwrap_or(0);
     text += "\n```sh\n";
     for (command, about) in commands {
         let _ = writeln!(text, "{command:<widest$}  # {about}");
     }
     text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
+}
+
+/// What a file is.
+fn kind(path: &Path, contents: &[u8]) -> &'static str {
+    let name = path.to_string_lossy();
+    if name.ends_with(".toml") {
+        return match Toml::of(&String::from_utf8_lossy(contents)) {
+            Toml::Campaign => "a campaign: many runs with varied values",
+            Toml::Interface => "the interface of a component: what it can be asked",
+            Toml::Places => "the places on the map, in metres and degrees",
+            Toml::Scenario => "a scenario that the first one is based on",
+        };
+    }
+    KINDS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, kind)| kind)
 }

@@ -91,7 +91,7 @@ enum Command {
     List,
     /// Lists the kinds of faults; of one kind, its parameters and an example
     Faults(faults::FaultsArgs),
-    /// Copies a scenario with all its files, for editing
+    /// Writes an application to start from: a scenario with all its files
     Init(init::InitArgs),
     /// Runs a scenario many times with varied values, and says how likely each violation is
     Campaign(campaign::CampaignArgs),
@@ -120,7 +120,7 @@ enum Command {
     Map(map::MapArgs),
     /// Explains a command or a topic: scenario, campaign, faults, scope
     Help(help::HelpArgs),
-    /// Prints the JSON schema of scenario or campaign files, for editors
+    /// Prints the JSON schema of scenario, campaign or interface files, for editors
     Schema {
         /// Of which files
         file: help::SchemaFile,

@@ -2,12 +2,13 @@
 
 mod help;
 
+use std::path::Path;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
 use tempfile::tempdir;
 
-use crate::steward::{picture_size, report, steward};
+use crate::steward::{picture_size, refusal, report, steward};
 
 #[test]
 fn a_run_ends_with_a_summary_a_report_and_pictures() {
@@ -129,7 +130,7 @@ fn an_interrupted_run_leaves_a_report_of_what_happened_until_then() {
 }
 
 /// The binary in a folder of its own: what it says, and its exit status.
-fn said_in(folder: &std::path::Path, arguments: &[&str]) -> (String, Option<i32>) {
+fn said_in(folder: &Path, arguments: &[&str]) -> (String, Option<i32>) {
     let output = Command::new(env!("CARGO_BIN_EXE_steward")).args(arguments).current_dir(folder).output().unwrap();
     let said = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
     (said.concat(), output.status.code())
@@ -214,7 +215,7 @@ fn an_unknown_command_that_is_nearly_a_scenario_gets_a_tip() {
         ("noise_short", "to run a campaign: steward campaign noise_short"),
         ("checks", "a similar subcommand exists: 'check'"),
     ] {
-        let said = crate::steward::refusal(&[name]);
+        let said = refusal(&[name]);
         assert!(said.contains(tip), "{said}");
     }
 }
@@ -227,7 +228,7 @@ fn a_report_is_opened_in_the_browser() {
     let (browser, opened) = (folder.path().join("browser"), folder.path().join("opened"));
     std::fs::write(&browser, format!("#!/bin/sh\necho \"$@\" > {}\n", opened.display())).unwrap();
     std::fs::set_permissions(&browser, std::fs::Permissions::from_mode(0o755)).unwrap();
-    let run = |browser: &std::path::Path| {
+    let run = |browser: &Path| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_steward"));
         command.args(["run", "battery_fault", "--no-snapshots", "--open"]).current_dir(folder.path());
         command.env("BROWSER", browser).env("PATH", "").output().unwrap()
@@ -238,7 +239,7 @@ fn a_report_is_opened_in_the_browser() {
         std::thread::yield_now();
     }
     assert!(std::fs::read_to_string(&opened).unwrap().contains("out/battery_fault/report.html"));
-    let output = run(std::path::Path::new("/nowhere/browser"));
+    let output = run(Path::new("/nowhere/browser"));
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && said.starts_with("note: cannot open out/battery_fault/report.html"), "{said}");
 }
@@ -283,28 +284,42 @@ fn an_initialised_copy_runs_like_the_original() {
     assert_eq!(original, copied);
 }
 
-/// A copy has what the scenario names and nothing else, and a README whose commands work.
+/// The files below a folder, in alphabetical order.
+fn files_below(folder: &Path) -> Vec<String> {
+    let entries = glob::glob(&format!("{}/**/*", folder.display())).unwrap().map(Result::unwrap);
+    let files = entries.filter(|path| path.is_file());
+    files.map(|path| path.strip_prefix(folder).unwrap().to_str().unwrap().to_owned()).collect()
+}
+
+/// It has what its scenario names and nothing else, and a README that names all files and whose commands work.
 #[test]
-fn an_initialised_copy_says_what_it_is() {
-    let folder = tempdir().unwrap();
-    let copy = folder.path().join("copy");
-    std::fs::create_dir(&copy).unwrap();
-    assert_eq!(said_in(folder.path(), &["init", "copy"]).1, Some(0));
-    let mut names: Vec<_> =
-        std::fs::read_dir(copy.join("maps")).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    names.sort();
-    assert_eq!(names, ["house.pgm", "house.places.toml", "house.yaml"]);
-    assert!(!copy.join("skills/original").exists() && copy.join("skills/BatteryLevel.scxml").is_file());
-    let readme = std::fs::read_to_string(copy.join("README.md")).unwrap();
-    insta::assert_snapshot!(readme);
-    let block = readme.split("```").nth(1).unwrap();
-    for line in block.lines().filter_map(|line| line.strip_prefix("steward ")) {
-        let command = line.split('#').next().unwrap().replace("--open", "--no-snapshots");
-        let (said, status) = said_in(&copy, &command.split_whitespace().collect::<Vec<_>>());
-        // With a battery of 50 % the run is another one.
-        let wanted = if command.contains("--set") { &[Some(0), Some(1)][..] } else { &[Some(0)] };
-        assert!(wanted.contains(&status), "{command}: {said}");
+fn every_template_says_what_it_is_and_runs_at_once() {
+    for template in ["recharge", "empty"] {
+        let folder = tempdir().unwrap();
+        let copy = folder.path().join("copy");
+        std::fs::create_dir(&copy).unwrap();
+        assert_eq!(said_in(folder.path(), &["init", "copy", "--template", template]).1, Some(0));
+        let readme = std::fs::read_to_string(copy.join("README.md")).unwrap();
+        for file in files_below(&copy) {
+            assert!(file == "README.md" || readme.contains(&format!("| `{file}` | ")), "{template}: {file}");
+        }
+        insta::assert_snapshot!(template, readme);
+        let block = readme.split("```").nth(1).unwrap();
+        for line in block.lines().filter_map(|line| line.strip_prefix("steward ")) {
+            let command = line.split('#').next().unwrap().replace("--open", "--no-snapshots");
+            let (said, status) = said_in(&copy, &command.split_whitespace().collect::<Vec<_>>());
+            // With a battery of 50 % the run is another one.
+            let wanted = if command.contains("--set battery") { &[Some(0), Some(1)][..] } else { &[Some(0)] };
+            assert!(wanted.contains(&status), "{template}: {command}: {said}");
+            assert!(!command.starts_with("check") || said.ends_with("no problems found\n"), "{template}: {said}");
+        }
     }
+}
+
+#[test]
+fn a_template_is_not_a_scenario() {
+    let said = refusal(&["init", "copy", "--template", "empty", "--scenario", "pick"]);
+    assert!(said.contains("'--template <NAME>' cannot be used with '--scenario <NAME|FILE>'"), "{said}");
 }
 
 /// A scenario of one's own, with what it names beside it.
@@ -406,6 +421,33 @@ fn an_assignment_names_files_in_the_current_folder() {
     }
     let said = run("none.scope");
     assert!(said.contains("cannot read the property file ./none.scope: there is no such file"), "{said}");
+}
+
+/// As the README does it, with `--set map=… --set places=…`.
+#[test]
+fn an_assignment_names_a_map_and_places_in_the_current_folder() {
+    let folder = tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("floors")).unwrap();
+    let maps = Path::new(env!("CARGO_MANIFEST_DIR")).join("maps");
+    for (from, to) in [
+        ("house.yaml", "floors/own.yaml"),
+        ("house.pgm", "floors/house.pgm"),
+        ("house.places.toml", "floors/own.places.toml"),
+    ] {
+        std::fs::copy(maps.join(from), folder.path().join(to)).unwrap();
+    }
+    let run = |map: &str, places: &str| {
+        let set = [format!("map={map}"), format!("places={places}")];
+        let short = "execution.max_time_s=1";
+        said_in(folder.path(), &["run", "errand", "--no-snapshots", "--set", &set[0], "--set", &set[1], "--set", short])
+    };
+    let (said, status) = run("floors/own.yaml", "floors/own.places.toml");
+    assert!(status == Some(1) && said.contains("the limit of 1 s was reached"), "{said}");
+    let (said, status) = run("own.yaml", "own.places.toml");
+    assert_eq!(status, Some(2), "{said}");
+    for file in ["./own.yaml", "./own.places.toml"] {
+        assert!(said.contains(file), "{file}: {said}");
+    }
 }
 
 #[test]
