@@ -189,10 +189,11 @@ impl ChannelSystem {
     }
 
     /// Sets the time of the run, releases the messages that were held until then, and fires the timers that are due,
-    /// process by process.
-    pub fn advance(&mut self, now: Duration) {
+    /// process by process. Returns whether any did.
+    pub fn advance(&mut self, now: Duration) -> bool {
         self.clock.time = now;
         self.disturbances.release(now);
+        let mut fired = false;
         for (id, process) in self.processes.iter_mut().enumerate() {
             if let Some(process) = process
                 && !self.suspended[id]
@@ -200,8 +201,10 @@ impl ChannelSystem {
             {
                 process.fire_timers(now);
                 self.cache.stale[id] = true;
+                fired = true;
             }
         }
+        fired
     }
 
     /// Generates a tick: its event, and a message if `generator` can deliver it now. If the previous tick is

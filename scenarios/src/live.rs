@@ -38,6 +38,8 @@ pub struct Live {
     ids: Ids,
     /// The events of the last step.
     events: Vec<Event>,
+    /// Whether a timer or a fault moved a process in the last step.
+    stirred: bool,
     /// `None` in a run without monitors.
     monitoring: Option<Arc<Monitoring>>,
     injector: Injector,
@@ -92,6 +94,7 @@ impl Live {
             scheduler: wired.scheduler,
             ids: wired.ids,
             events: Vec::new(),
+            stirred: false,
             monitoring,
             injector,
             happenings: Vec::new(),
@@ -114,7 +117,7 @@ impl Live {
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
         }
-        self.system.advance(now);
+        self.stirred |= self.system.advance(now);
         self.communicate(now)?;
         self.note_tree_errors();
         self.skill_errors.note(&self.system, now);
@@ -130,6 +133,7 @@ impl Live {
     fn apply_faults(&mut self) {
         let Self { world, system, events, injector, .. } = self;
         let changes = injector.act(&mut SystemUnderTest { world, system, events });
+        self.stirred = !changes.is_empty();
         let (time, tick) = (self.world.time(), self.system.ticks().checked_sub(1));
         let position = self.world.robot().map(|robot| robot.sim.truth().pose().translation.vector.into());
         self.happenings.extend(changes.into_iter().map(|change| match change {
@@ -298,11 +302,13 @@ impl Live {
             self.told.outcomes.clone_from(&outcomes);
             details.outcomes = Some(outcomes);
         }
-        // Machines and programs also move when a timer fires or a fault restarts them, without any message.
-        let skills = self.scenario.skills.keys().map(String::as_str);
-        let names: Vec<&str> = skills.chain(self.scenario.component_names()).collect();
-        self.told.locations.resize(names.len(), None);
-        for (name, told) in names.into_iter().zip(&mut self.told.locations) {
+        let is_quiet = self.events.is_empty() && !self.time().is_zero();
+        let skills = self.scenario.skills.keys().map(|name| (name.as_str(), !is_quiet || self.stirred));
+        // The world moves components, too.
+        let components = self.scenario.component_names().map(|name| (name, true));
+        let parts: Vec<(&str, bool)> = skills.chain(components).collect();
+        self.told.locations.resize(parts.len(), None);
+        for ((name, _), told) in parts.into_iter().zip(&mut self.told.locations).filter(|((_, moved), _)| *moved) {
             let Some(process) = self.system.topology().find_process(name) else { continue };
             let Some(location) = self.system.location(process) else { continue };
             if told.as_ref() != Some(&location) {
@@ -311,7 +317,7 @@ impl Live {
             }
         }
         // Monitors move only when a message is received or a tick is generated.
-        if self.events.is_empty() && !self.time().is_zero() {
+        if is_quiet {
             return details;
         }
         let is_start = self.told.monitors.is_empty();
