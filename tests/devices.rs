@@ -127,11 +127,32 @@ fn components_faults_hit_devices() {
         ("kind = \"component_crash\"\ncomponent = \"CallButton\"\nat_s = 1\nlasts_s = 2", true),
         ("kind = \"component_frozen\"\ncomponent = \"Speaker\"\nat_s = 5", false),
         ("kind = \"component_slow\"\ncomponent = \"Microphone\"\nat_s = 5\ndelay_s = 0.5", true),
+        // Deaf when the button is pressed, and hanging when it could notice.
+        (
+            "kind = \"device_deaf\"\ncomponent = \"CallButton\"\nat_s = 4\nlasts_s = 2\n\
+             [[faults]]\nkind = \"component_frozen\"\ncomponent = \"CallButton\"\nat_s = 4\nlasts_s = 4",
+            false,
+        ),
         ("kind = \"message_lost\"\nfrom = \"Speaker\"\nto = \"Say\"\nat_s = 0", false),
     ] {
         let report = run(&called(&format!("[[faults]]\n{fault}")), &[]);
         assert_eq!(is_done(&report), is_to_be_done, "{fault}: {report}");
     }
+}
+
+#[test]
+fn each_speech_is_told_once() {
+    let twice: &[Asks<'_>] =
+        &[("Say", "Speaker", "say", "Hello", "true"), ("Again", "Speaker", "say", "Hello", "true")];
+    let world = "execution.max_time_s = 4\n[components.Speaker]\nbuiltin = \"speaker\"\nletters_per_s = 10";
+    let times = |more: &str| -> Vec<f64> {
+        let report = run(&folder(world, twice, more), &[]);
+        report["said"].as_array().unwrap().iter().map(|said| said["time_s"].as_f64().unwrap()).collect()
+    };
+    let sound = times("");
+    assert!(sound.len() > 2, "{sound:?}");
+    let muted = "[[faults]]\nkind = \"speaker_mute\"\ncomponent = \"Speaker\"\nat_s = 0.2\nlasts_s = 0.1";
+    assert_eq!(times(muted), sound, "an interruption makes no second speech");
 }
 
 /// A robot that stands at the start in a world with a door, a box and two people, of whom one is behind a wall.
@@ -212,6 +233,11 @@ fn a_tray_takes_a_box_and_puts_it_down() {
     assert!(!is_done(&run(&folder(WORLD, leaves, ""), &[])), "a tray carries one box");
     let far = "[components.Tray]\nreach_m = 0.1";
     assert!(!is_done(&run(&folder(WORLD, &leaves[..1], far), &[])));
+    let closed = "[[doors]]\nname = \"gate\"\nat = [0.4, 0.0, 90]\nclosed_s = [[0]]";
+    assert!(!is_done(&run(&folder(WORLD, &leaves[..1], closed), &[])), "a closed door is in between");
+    let empty = "[[faults]]\nkind = \"box_dropped\"\ncomponent = \"Tray\"\nat_s = 0";
+    let report = run(&folder(WORLD, &leaves[..1], empty), &[]);
+    assert_eq!(report["undone_faults"][0]["reason"], "there is no box on the tray", "{report}");
     let dropped = "[[faults]]\nkind = \"box_dropped\"\ncomponent = \"Tray\"\nwhen = \"(Check, BT, m[1] = <success>)\"";
     assert!(!is_done(&run(&folder(WORLD, &leaves[..3], dropped), &[])), "the box is gone");
 }
@@ -223,10 +249,17 @@ fn each_mistake_has_one_message() {
         ("[components.Gate]\nbuiltin = \"door\"\ndoor = \"gate\"", "a door needs a world with a robot"),
         ("[components.Horn]\nbuiltin = \"speaker\"\npressed_s = [1]", "`pressed_s` means nothing to a speaker"),
         ("[components.Horn]\nbuiltin = \"speaker\"\ninterface = \"x.toml\"", "`interface` means nothing to a speaker"),
-        ("[components.Horn]\nbuiltin = \"speaker\"\nmachine = \"x.scxml\"", "does not say what it runs"),
-        ("[components.Bell]\nbuiltin = \"button\"\npressed_s = [-1]", "this is not a time of the run"),
+        ("[components.Horn]\nbuiltin = \"speaker\"\nmachine = \"x.scxml\"", "has both a `builtin` and a `machine`"),
+        ("[components.Bell]\nbuiltin = \"button\"\npressed_s = [-1]", "a number of seconds from 0 to 1e9"),
+        (
+            "[components.Ear]\nbuiltin = \"microphone\"\nhears = [{ at_s = 1, text = \"\" }]",
+            "`text` must have 1 to 1000 letters",
+        ),
         ("[components.Ear]\nbuiltin = \"microphone\"\nhears = [{ at_s = 1 }]", "`text`"),
-        ("[[faults]]\nkind = \"device_deaf\"\ncomponent = \"Speaker\"\nat_s = 1", "is no device that can have this"),
+        (
+            "[[faults]]\nkind = \"device_deaf\"\ncomponent = \"Speaker\"\nat_s = 1",
+            "cannot have the fault `device_deaf`",
+        ),
         ("[[faults]]\nkind = \"speaker_mute\"\ncomponent = \"Spaeker\"\nat_s = 1", "unknown component `Spaeker`"),
     ] {
         let folder = called(more);
@@ -237,7 +270,7 @@ fn each_mistake_has_one_message() {
     for (more, message) in [
         ("[components.Gate]\ndoor = \"gaet\"", "unknown door `gaet`"),
         ("[components.Eyes]\nonly = [\"Anne\"]", "unknown person `Anne`"),
-        ("[components.Door]\nbuiltin = \"door\"", "it is not said which door this is"),
+        ("[components.Door]\nbuiltin = \"door\"", "`door` is missing"),
         ("[[faults]]\nkind = \"door_stuck\"\ndoor = \"gaet\"\nat_s = 1", "gaet"),
     ] {
         let leaves: &[Asks<'_>] = &[("Look", "Eyes", "get_people", "", "true")];

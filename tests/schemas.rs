@@ -324,6 +324,16 @@ fn in_fault(key: Key) -> Key {
 }
 
 #[test]
+fn a_scenario_with_a_base_may_change_a_part_of_a_component() {
+    let changed = as_json("base = \"parcel\"\n[components.CallButton]\npressed_s = [9]");
+    assert_eq!(problem(&scenarios().schema, &changed), None);
+    let [_, _, whole, ..] = &examples()[0].1[..] else { panic!("there are examples") };
+    let mut nothing = whole.clone();
+    nothing["components"] = json!({ "A": { "pressed_s": [9] } });
+    assert!(problem(&scenarios().schema, &nothing).is_some());
+}
+
+#[test]
 fn a_default_is_what_the_reader_takes() {
     let check = |kind: &Kind, file: &Value, key: &Key| {
         let Some(default) = key.takes.get("default") else { return false };

@@ -92,8 +92,17 @@ impl Fault {
 
     /// The laser that it affects, if it affects a single one.
     pub(crate) fn laser(&self) -> Option<Spanned<String>> {
-        let has_laser = self.kind.parameters.iter().any(|parameter| parameter.name == "laser");
-        has_laser.then(|| self.arguments.name("laser")).filter(|laser| laser.value != "all")
+        self.named("laser").filter(|laser| laser.value != "all")
+    }
+
+    /// The door that it affects, if it affects one.
+    pub(crate) fn door(&self) -> Option<Spanned<String>> {
+        self.named("door")
+    }
+
+    fn named(&self, parameter: &str) -> Option<Spanned<String>> {
+        let is_there = self.kind.parameters.iter().any(|known| known.name == parameter);
+        is_there.then(|| self.arguments.name(parameter))
     }
 
     pub(crate) fn effect(&self) -> Effect {

@@ -139,9 +139,7 @@ impl Live {
         self.happenings.extend(changes.into_iter().map(|change| match change {
             faults::Happening::Begun(fault) => Happening::FaultBegan { fault, time, tick, position },
             faults::Happening::Ended(fault) => Happening::FaultEnded { fault, time },
-            faults::Happening::LeftUndone(fault, error) => {
-                Happening::FaultLeftUndone { fault, time, reason: error.to_string() }
-            }
+            faults::Happening::LeftUndone(fault, reason) => Happening::FaultLeftUndone { fault, time, reason },
         }));
     }
 

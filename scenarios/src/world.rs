@@ -32,8 +32,10 @@ pub(crate) struct World {
 /// A device of the world.
 struct Device {
     process: ProcessId,
-    /// What it was saying in the last step.
+    /// What it is heard saying.
     speech: Option<String>,
+    /// When the last speech began that was heard.
+    last: Option<Duration>,
 }
 
 impl World {
@@ -46,7 +48,7 @@ impl World {
     ) -> Result<Self, Error> {
         let robot = robot.map(|(premises, processes)| SimulatedRobot::new(premises, processes, streams));
         let devices = system.topology().processes().filter(|id| system.process::<DeviceProcess>(*id).is_some());
-        let devices = devices.map(|process| Device { process, speech: None }).collect();
+        let devices = devices.map(|process| Device { process, speech: None, last: None }).collect();
         Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
     }
 
@@ -70,11 +72,13 @@ impl World {
     /// What speakers have begun to say since the last call, with their processes.
     pub(crate) fn new_speeches(&mut self, system: &ChannelSystem) -> Vec<(ProcessId, String)> {
         let mut new = Vec::new();
-        for Device { process, speech } in &mut self.devices {
-            let now = system.process::<DeviceProcess>(*process).and_then(DeviceProcess::speech);
-            if speech.as_deref() != now {
-                *speech = now.map(str::to_owned);
-                new.extend(speech.clone().map(|text| (*process, text)));
+        for Device { process, speech, last } in &mut self.devices {
+            let device = system.process::<DeviceProcess>(*process).filter(|_| !system.is_suspended(*process));
+            let heard = device.and_then(DeviceProcess::speech);
+            *speech = heard.map(|(_, text)| text.to_owned());
+            if let Some((since, text)) = heard.filter(|(since, _)| *last != Some(*since)) {
+                *last = Some(since);
+                new.push((*process, text.to_owned()));
             }
         }
         new
@@ -206,11 +210,10 @@ impl SimulatedRobot {
         Around { sim: &mut self.sim, bodies: &self.bodies }
     }
 
-    /// Lets the box of a tray fall.
-    pub(crate) fn drop_box(&mut self, tray: ProcessId, system: &mut ChannelSystem) {
-        if let Some(tray) = system.process_mut::<DeviceProcess>(tray) {
-            tray.drop_box(&mut self.around());
-        }
+    /// Lets the box of a tray fall, or says why it does not.
+    pub(crate) fn drop_box(&mut self, tray: ProcessId, system: &mut ChannelSystem) -> Result<(), &'static str> {
+        let tray = system.process_mut::<DeviceProcess>(tray).expect("the fault is that of a tray");
+        tray.drop_box(&mut self.around())
     }
 
     /// What is visible now.
@@ -242,6 +245,7 @@ impl Around<'_> {
     fn is_person(&self, name: &str) -> bool {
         self.config(name).is_some_and(|body| match body.motion {
             ObstacleMotion::Person(_) | ObstacleMotion::Follower(_) => true,
+            // The people of the fault `people`, unless they give way.
             ObstacleMotion::Route { .. } => matches!(body.shape, sim::Shape::Disc { .. }),
             _ => false,
         })
@@ -255,14 +259,15 @@ impl Around<'_> {
         self.sim.truth().pose().translation.vector.into()
     }
 
-    /// Puts a lifted box down near the robot, as near as possible to this direction from its heading, in degrees.
+    /// Puts a lifted box down beside the robot and in its view, as near as possible to this direction from its heading,
+    /// in degrees.
     fn put_down_towards(&mut self, name: &str, direction_deg: f64) -> bool {
+        let robot = self.sim.truth().pose();
+        let half_m = self.config(name).map_or(0.0, |body| body.shape.bounding_radius_m());
+        let reach_m = self.sim.model().radius_m + half_m + BESIDE_M;
         [0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0].into_iter().any(|turn_deg: f64| {
-            let robot = self.sim.truth().pose();
-            let half_m = self.config(name).map_or(0.0, |body| body.shape.bounding_radius_m());
-            let reach_m = self.sim.model().radius_m + half_m + BESIDE_M;
             let there = robot * pose(0.0, 0.0, (direction_deg + turn_deg).to_radians()) * pose(reach_m, 0.0, 0.0);
-            self.sim.put_down(name, there).is_ok()
+            self.sim.truth().sees(&there.translation.vector.into()) && self.sim.put_down(name, there).is_ok()
         })
     }
 }
@@ -288,6 +293,7 @@ impl Surroundings for Around<'_> {
         let (truth, robot) = (self.sim.truth(), self.position());
         let within_m = self.sim.model().radius_m + reach_m;
         let boxes = truth.obstacles().filter(|body| self.is_movable(body.name));
+        let boxes = boxes.filter(|body| truth.sees(&body.pose.translation.vector.into()));
         let boxes = boxes.map(|body| (body.distance_m(&robot), body.name));
         let nearest = boxes.filter(|(distance_m, _)| *distance_m <= within_m).min_by(|a, b| a.0.total_cmp(&b.0));
         let name = nearest?.1.to_owned();
@@ -298,8 +304,8 @@ impl Surroundings for Around<'_> {
         self.put_down_towards(name, 0.0)
     }
 
-    fn drop_box(&mut self, name: &str) {
-        self.put_down_towards(name, 180.0);
+    fn drop_box(&mut self, name: &str) -> bool {
+        self.put_down_towards(name, 180.0)
     }
 }
 

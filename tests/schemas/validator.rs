@@ -61,6 +61,7 @@ fn holds(keyword: &str, wanted: &Value, all: &serde_json::Map<String, Value>, va
         "exclusiveMinimum" => number(f64::gt),
         "exclusiveMaximum" => number(f64::lt),
         "minLength" => value.as_str().is_none_or(|text| text.chars().count() >= count()),
+        "maxLength" => value.as_str().is_none_or(|text| text.chars().count() <= count()),
         "minItems" => value.as_array().is_none_or(|items| items.len() >= count()),
         "maxItems" => value.as_array().is_none_or(|items| items.len() <= count()),
         "items" => {

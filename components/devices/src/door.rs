@@ -59,6 +59,7 @@ impl Door {
         match self.state {
             Some(State::Open) => "open",
             Some(State::Closed) => "closed",
+            // Nobody can ask before the first step.
             Some(State::Moving) | None => "moving",
         }
     }

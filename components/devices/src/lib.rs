@@ -32,13 +32,13 @@ pub trait Surroundings {
     /// if there are no names.
     fn people_in_view(&self, names: &[String]) -> Vec<f64>;
 
-    /// Takes the nearest movable box within `reach_m` metres of the robot's edge from the floor. Returns its name, if
-    /// there is one.
+    /// Takes the nearest movable box in view within `reach_m` metres of the robot's edge from the floor. Returns its
+    /// name, if there is one.
     fn take_box(&mut self, reach_m: f64) -> Option<String>;
 
     /// Puts a box down in front of the robot; false if there is no room.
     fn put_down(&mut self, name: &str) -> bool;
 
-    /// Lets a box fall behind the robot.
-    fn drop_box(&mut self, name: &str);
+    /// Lets a box fall behind the robot; false if there is no room.
+    fn drop_box(&mut self, name: &str) -> bool;
 }

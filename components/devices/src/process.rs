@@ -58,27 +58,31 @@ impl DeviceProcess {
         }
     }
 
-    /// Makes it notice nothing, if it is a sensor, or makes it silent, if it is a speaker; or undoes that.
-    pub fn impair(&mut self, is_impaired: bool) {
+    /// Makes it notice nothing, if it is a sensor, or makes it silent, if it is a speaker; or undoes that. What happens
+    /// until then is never noticed, even if the device hangs.
+    pub fn impair(&mut self, is_impaired: bool, now: Duration) {
+        if self.is_impaired
+            && let Work::Signals(signals) = &mut self.work
+        {
+            signals.miss(now);
+        }
         self.is_impaired = is_impaired;
     }
 
-    /// Whether it is impaired.
-    #[must_use]
-    pub fn is_impaired(&self) -> bool {
-        self.is_impaired
-    }
-
     /// Lets a tray's box fall.
-    pub fn drop_box(&mut self, surroundings: &mut dyn Surroundings) {
-        if let Work::Tray(tray) = &mut self.work {
-            tray.drop_box(surroundings);
+    ///
+    /// # Errors
+    /// Why none falls, in words.
+    pub fn drop_box(&mut self, surroundings: &mut dyn Surroundings) -> Result<(), &'static str> {
+        match &mut self.work {
+            Work::Tray(tray) => tray.drop_box(surroundings),
+            _ => Err("it is no tray"),
         }
     }
 
-    /// What a speaker is saying, if anybody can hear it.
+    /// What a speaker is saying, and since when, if anybody can hear it.
     #[must_use]
-    pub fn speech(&self) -> Option<&str> {
+    pub fn speech(&self) -> Option<(Duration, &str)> {
         match &self.work {
             Work::Speaker(speaker) if !self.is_impaired => speaker.speech(),
             _ => None,

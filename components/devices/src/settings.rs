@@ -39,7 +39,16 @@ impl DeviceKind {
         }
     }
 
-    /// Whether it is of no use without a robot in a world.
+    /// What it is called in messages.
+    #[must_use]
+    pub const fn noun(self) -> &'static str {
+        match self {
+            Self::People => "sensor of people",
+            other => other.name(),
+        }
+    }
+
+    /// Whether it needs a robot in a world.
     #[must_use]
     pub const fn needs_robot(self) -> bool {
         matches!(self, Self::Door | Self::People | Self::Tray)

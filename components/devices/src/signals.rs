@@ -12,7 +12,7 @@ pub(crate) struct Signals {
     kind: Kind,
     /// What will come, and when, in order.
     coming: VecDeque<(Duration, String)>,
-    /// What has come, and nobody has asked for yet.
+    /// What has come and has not been asked for.
     noticed: VecDeque<String>,
 }
 
@@ -38,8 +38,13 @@ impl Signals {
 
     /// What came while it was down is lost.
     pub(crate) fn restart(&mut self, now: Duration) {
-        self.coming.retain(|(at, _)| *at > now);
+        self.miss(now);
         self.noticed.clear();
+    }
+
+    /// Never notices what has come until now and has not been noticed yet.
+    pub(crate) fn miss(&mut self, now: Duration) {
+        self.coming.retain(|(at, _)| *at > now);
     }
 
     pub(crate) fn next(&self) -> Option<Duration> {

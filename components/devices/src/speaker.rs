@@ -16,6 +16,7 @@ pub(crate) struct Speaker {
 struct Speech {
     client: String,
     text: String,
+    since: Duration,
     until: Duration,
 }
 
@@ -36,7 +37,7 @@ impl Speaker {
         let Some(Datum::Text(text)) = data.member("text") else { return };
         let letters = u32::try_from(text.chars().count()).unwrap_or(u32::MAX);
         let until = now.saturating_add(self.per_letter.saturating_mul(letters));
-        self.speech = Some(Speech { client: client.to_owned(), text: text.to_string(), until });
+        self.speech = Some(Speech { client: client.to_owned(), text: text.to_string(), since: now, until });
     }
 
     pub(crate) fn finishes(&self) -> Option<Duration> {
@@ -52,8 +53,8 @@ impl Speaker {
         }
     }
 
-    pub(crate) fn speech(&self) -> Option<&str> {
-        self.speech.as_ref().map(|speech| speech.text.as_str())
+    pub(crate) fn speech(&self) -> Option<(Duration, &str)> {
+        self.speech.as_ref().map(|speech| (speech.since, speech.text.as_str()))
     }
 
     pub(crate) fn location(&self) -> &'static str {

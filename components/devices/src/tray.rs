@@ -7,6 +7,8 @@ use skills::Datum;
 use crate::Surroundings;
 use crate::lines::Lines;
 
+const NO_ROOM: &str = "there is no room for the box";
+
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Tray {
     /// How far from the robot's edge a box may be, in millimetres, so that states can be compared.
@@ -73,14 +75,13 @@ impl Tray {
             return Ok(name);
         }
         self.load = Some(name);
-        Err("there is no room for the box")
+        Err(NO_ROOM)
     }
 
-    pub(crate) fn drop_box(&mut self, surroundings: &mut dyn Surroundings) {
-        if let Some(name) = self.load.as_deref().filter(|_| !self.is_gone) {
-            surroundings.drop_box(name);
-            self.is_gone = true;
-        }
+    pub(crate) fn drop_box(&mut self, surroundings: &mut dyn Surroundings) -> Result<(), &'static str> {
+        let name = self.load.as_deref().filter(|_| !self.is_gone).ok_or("there is no box on the tray")?;
+        self.is_gone = surroundings.drop_box(name);
+        if self.is_gone { Ok(()) } else { Err(NO_ROOM) }
     }
 
     pub(crate) fn location(&self) -> String {

@@ -107,7 +107,7 @@ pub struct MonitorReport {
 /// What a speaker said.
 #[derive(Clone, Debug, Serialize)]
 pub struct SaidReport {
-    /// When it began, in seconds.
+    /// When it was first heard, in seconds.
     pub time_s: f64,
     /// The speaker's name.
     pub by: String,

@@ -228,7 +228,7 @@ impl Arguments {
     }
 
     /// A text and its place.
-    pub(crate) fn name(&self, name: &str) -> Spanned<String> {
+    pub(super) fn name(&self, name: &str) -> Spanned<String> {
         Spanned { value: self.text(name).to_owned(), span: self.span_of(name) }
     }
 

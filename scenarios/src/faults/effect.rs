@@ -71,6 +71,15 @@ pub(crate) enum DeviceTrouble {
 }
 
 impl DeviceTrouble {
+    /// Which devices can have it, in words.
+    pub(crate) fn befalls(self) -> &'static str {
+        match self {
+            Self::Deaf => "a button, a microphone or a sensor of people",
+            Self::Mute => "a speaker",
+            Self::Drop => "a tray",
+        }
+    }
+
     /// Whether a device of this kind can have it.
     pub(crate) fn can_befall(self, kind: DeviceKind) -> bool {
         match self {

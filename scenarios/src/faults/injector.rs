@@ -15,7 +15,7 @@ use programs::ProgramProcess;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use robot::{Streams, normal};
-use sim::{SimError, Simulation};
+use sim::Simulation;
 use skills::SkillProcess;
 
 use self::damage::Damages;
@@ -61,7 +61,7 @@ pub(crate) enum Happening {
     /// It ended.
     Ended(usize),
     /// It was due but could not be applied.
-    LeftUndone(usize, SimError),
+    LeftUndone(usize, String),
 }
 
 impl Injector {
@@ -117,13 +117,15 @@ impl Injector {
             (Effect::Charge(charge_pct), Some(robot)) => robot.sim.set_battery_charge(*charge_pct),
             (Effect::Kidnap(to), Some(robot)) => {
                 if let Err(error) = robot.sim.kidnap(to.value) {
-                    return Happening::LeftUndone(index, error);
+                    return Happening::LeftUndone(index, error.to_string());
                 }
             }
             (Effect::Belief(pose), Some(robot)) => robot.software.believe(&InitialPose::at(*pose)),
             (Effect::Device { component, trouble: DeviceTrouble::Drop }, Some(robot)) => {
                 let id = run.system.topology().find_process(&component.value).expect("a tray of the scenario");
-                robot.drop_box(id, run.system);
+                if let Err(reason) = robot.drop_box(id, run.system) {
+                    return Happening::LeftUndone(index, reason.to_owned());
+                }
             }
             (Effect::Channels { .. }, _) => damages.begin(run.system),
             _ => {}
@@ -184,7 +186,7 @@ impl Injector {
                 .effects()
                 .any(|effect| matches!(effect, Effect::Device { component, .. } if component.value == *name));
             if let Some(device) = run.system.process_mut::<DeviceProcess>(*id) {
-                device.impair(is_impaired);
+                device.impair(is_impaired, run.world.time());
             }
         }
     }

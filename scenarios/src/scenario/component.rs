@@ -5,18 +5,18 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use channels::Symbol;
-use devices::DeviceSettings;
+use devices::{DeviceKind, DeviceSettings};
 use diagnostics::Spanned;
 use interfaces::Interface;
 use maps::Places;
 use programs::{Limits, Program, Word};
 use recording::TREE;
-use sim::ObstacleMotion;
 use skills::{Chart, Datum};
 
 use super::component_entry::RunsEntry;
 use super::file_reader::FileReader;
 use super::leaves::Data;
+use super::world::{doors, people};
 use super::{ScenarioFile, Skill};
 use crate::names::unknown;
 use crate::processes::{BUILTIN, TICK_GENERATOR};
@@ -79,13 +79,13 @@ impl FileReader<'_> {
                     self.check_asked(file, asks);
                     self.program(command, *limits, &entry.data, asks)
                 }
-                RunsEntry::Device(device) => {
-                    self.check_device(file, device);
-                    Some(Runs::Device(device.value.clone()))
+                RunsEntry::Device { settings, names } => {
+                    self.check_device(file, settings, names);
+                    Some(Runs::Device(settings.value.clone()))
                 }
             };
             let interface = match (&entry.interface, &entry.runs) {
-                (_, RunsEntry::Device(device)) => Some(device.value.kind().interface()),
+                (_, RunsEntry::Device { settings, .. }) => Some(settings.value.kind().interface()),
                 (None, _) => Some(Interface::default()),
                 (Some(file), _) => {
                     let read = |path: &Path| self.files.read(path);
@@ -132,44 +132,26 @@ impl FileReader<'_> {
     }
 
     /// Reports a device that the scenario's world cannot have.
-    fn check_device(&mut self, file: &ScenarioFile, device: &Spanned<DeviceSettings>) {
+    fn check_device(&mut self, file: &ScenarioFile, device: &Spanned<DeviceSettings>, names: &[Spanned<String>]) {
         let kind = device.value.kind();
+        let mut complain = |message: String, help: &str| {
+            self.complaints.push(device.span.problem(message).with_label("this device").with_help(help));
+        };
         let Some(premises) = &file.premises else {
             if kind.needs_robot() {
-                let problem = device.span.problem(format!("a {} needs a world with a robot", kind.name()));
-                let help = "give the scenario a `map`";
-                self.complaints.push(problem.with_label("this device").with_help(help));
+                complain(format!("a {} needs a world with a robot", kind.noun()), "give the scenario a `map`");
             }
             return;
         };
-        let bodies = |is_wanted: fn(&ObstacleMotion) -> bool| {
-            let bodies = premises.world.iter().map(|body| &body.value);
-            bodies.filter(move |body| is_wanted(&body.motion)).map(|body| body.name.as_str())
+        if kind == DeviceKind::Door && names.is_empty() {
+            complain("`door` is missing".to_owned(), "name one of the world's `[[doors]]`");
+        }
+        let (what, known): (_, Vec<&str>) = match kind {
+            DeviceKind::Door => ("door", doors(&premises.world).collect()),
+            _ => ("person", people(&premises.world).collect()),
         };
-        let (what, names, known): (_, _, Vec<&str>) = match &device.value {
-            DeviceSettings::Door { door } => {
-                if door.is_empty() {
-                    let problem = device.span.problem("it is not said which door this is");
-                    let help = "set `door` to the name of one of the world's `[[doors]]`";
-                    self.complaints.push(problem.with_label("this device").with_help(help));
-                    return;
-                }
-                (
-                    "door",
-                    std::slice::from_ref(door),
-                    bodies(|motion| matches!(motion, ObstacleMotion::Door(_))).collect(),
-                )
-            }
-            DeviceSettings::People { only, .. } => (
-                "person",
-                &only[..],
-                bodies(|motion| matches!(motion, ObstacleMotion::Person(_) | ObstacleMotion::Follower(_))).collect(),
-            ),
-            _ => return,
-        };
-        for name in names.iter().filter(|name| !known.contains(&name.as_str())) {
-            let name = Spanned { value: name.clone(), span: device.span.clone() };
-            self.complaints.push(unknown(what, &name, known.iter().copied()));
+        for name in names.iter().filter(|name| !known.contains(&name.value.as_str())) {
+            self.complaints.push(unknown(what, name, known.iter().copied()));
         }
     }
 

@@ -1,11 +1,10 @@
 //! The settings of components in a scenario: its table `components`.
 
 use std::path::PathBuf;
-use std::time::Duration;
 
 use devices::{DeviceKind, DeviceSettings};
 use diagnostics::document::Table;
-use diagnostics::{Problem, Span, Spanned};
+use diagnostics::{Span, Spanned};
 use programs::Limits;
 
 use super::leaves::{Data, read_data};
@@ -28,7 +27,7 @@ impl ComponentEntry {
     /// Which kind of device it is, if it is one.
     pub(super) fn device(&self) -> Option<DeviceKind> {
         match &self.runs {
-            RunsEntry::Device(device) => Some(device.value.kind()),
+            RunsEntry::Device { settings, .. } => Some(settings.value.kind()),
             _ => None,
         }
     }
@@ -49,7 +48,12 @@ pub enum RunsEntry {
         asks: Vec<Spanned<String>>,
     },
     /// A device of the world.
-    Device(Spanned<DeviceSettings>),
+    Device {
+        /// What it is.
+        settings: Spanned<DeviceSettings>,
+        /// The doors or people of the world that it names.
+        names: Vec<Spanned<String>>,
+    },
 }
 
 /// Reads the table `components`.
@@ -82,7 +86,7 @@ pub(super) fn forms() -> impl Iterator<Item = Form> {
             DeviceKind::Microphone => &["builtin", "hears"],
             DeviceKind::Tray => &["builtin", "reach_m"],
         };
-        ("builtin", Some(kind), kind.name(), keys)
+        ("builtin", Some(kind), kind.noun(), keys)
     };
     [machine, ("program", None, "program", program)].into_iter().chain(DeviceKind::ALL.into_iter().map(device))
 }
@@ -96,17 +100,30 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
     let limits = Limits { answer_within: answer_within.or(default.answer_within), memory_bytes: memory_mb << 20 };
     let asks = entry.get("asks").or(Vec::new());
     let device = read_device(entry);
-    let given = ["machine", "program", "builtin"].map(|key| entry.keys().any(|(given, _)| given == key));
-    if given.into_iter().filter(|is_given| *is_given).count() != 1 {
-        let problem = span.problem(format!("the component `{name}` does not say what it runs"));
-        let help = "a component has either a `machine`, a `program` or a `builtin` device";
-        entry.report(problem.with_label("this component").with_help(help));
-        return None;
+    let is_form = |key: &str| ["machine", "program", "builtin"].contains(&key);
+    let given: Vec<(&str, &Span)> = entry.keys().filter(|(key, _)| is_form(key)).collect();
+    match given[..] {
+        [_] => {}
+        [(first, _), (second, span), ..] => {
+            let problem = span.problem(format!("the component `{name}` has both a `{first}` and a `{second}`"));
+            let help =
+                "a component has one of `machine`, `program` and `builtin`; it also takes over the keys of a `base`";
+            entry.report(problem.with_label("the second one").with_help(help));
+            return None;
+        }
+        [] => {
+            let problem = span.problem(format!("the component `{name}` does not say what it runs"));
+            let help = "give it a `machine`, a `program` or a `builtin` device";
+            entry.report(problem.with_label("this component").with_help(help));
+            return None;
+        }
     }
     let (key, kind, runs) = match (machine, command, device) {
         (Some(machine), ..) => ("machine", None, RunsEntry::Machine(machine)),
         (_, Some(command), _) => ("program", None, RunsEntry::Program { command, limits, asks }),
-        (.., Some(device)) => ("builtin", Some(device.value.kind()), RunsEntry::Device(device)),
+        (.., Some((settings, names))) => {
+            ("builtin", Some(settings.value.kind()), RunsEntry::Device { settings, names })
+        }
         _ => return None,
     };
     let form = forms().find(|form| (form.0, form.1) == (key, kind));
@@ -121,37 +138,35 @@ fn read_runs(entry: &Table<'_>, name: &str, span: &Span) -> Option<RunsEntry> {
     Some(runs)
 }
 
-fn read_device(entry: &Table<'_>) -> Option<Spanned<DeviceSettings>> {
+fn read_device(entry: &Table<'_>) -> Option<(Spanned<DeviceSettings>, Vec<Spanned<String>>)> {
     let kinds = DeviceKind::ALL.map(|kind| (kind.name(), kind));
     let kind = entry.one_of("builtin", &kinds).spanned().optional();
-    let door = entry.text("door").optional();
+    let door = entry.text("door").spanned().optional();
     let within_m = entry.number("within_m").within(0.1..=100.0).or(5.0);
-    let only = entry.get::<Vec<String>>("only").or(Vec::new());
+    let only = entry.get::<Vec<Spanned<String>>>("only").or(Vec::new());
     let letters_per_s = entry.number("letters_per_s").within(0.1..=1000.0).or(15.0);
-    let pressed = entry.get::<Vec<Spanned<f64>>>("pressed_s");
-    let pressed = pressed.try_map(|times, _| times.iter().map(read_moment).collect()).or(Vec::new());
+    let pressed = entry.get("pressed_s").or(Vec::new());
     let hears = entry.tables("hears").each(|heard| {
-        let (at, text) = (heard.seconds("at_s").required(), heard.text("text").required());
+        let text =
+            heard.text("text").check(|text| (1..=1000).contains(&text.chars().count()), "have 1 to 1000 letters");
+        let (at, text) = (heard.seconds("at_s").required(), text.required());
         Some((at?, text?))
     });
     let hears = hears.or(Vec::new());
     let reach_m = entry.number("reach_m").within(0.0..=5.0).or(0.8);
     let Spanned { value: kind, span } = kind?;
-    let value = match kind {
-        DeviceKind::Door => DeviceSettings::Door { door: door.unwrap_or_default() },
-        DeviceKind::People => DeviceSettings::People { within_m, only },
-        DeviceKind::Speaker => DeviceSettings::Speaker { letters_per_s },
-        DeviceKind::Button => DeviceSettings::Button { pressed },
-        DeviceKind::Microphone => DeviceSettings::Microphone { hears },
-        DeviceKind::Tray => DeviceSettings::Tray { reach_m },
+    let name = |name: &Spanned<String>| name.value.clone();
+    let (value, names) = match kind {
+        DeviceKind::Door => {
+            (DeviceSettings::Door { door: door.as_ref().map(name).unwrap_or_default() }, door.into_iter().collect())
+        }
+        DeviceKind::People => (DeviceSettings::People { within_m, only: only.iter().map(name).collect() }, only),
+        DeviceKind::Speaker => (DeviceSettings::Speaker { letters_per_s }, Vec::new()),
+        DeviceKind::Button => (DeviceSettings::Button { pressed }, Vec::new()),
+        DeviceKind::Microphone => (DeviceSettings::Microphone { hears }, Vec::new()),
+        DeviceKind::Tray => (DeviceSettings::Tray { reach_m }, Vec::new()),
     };
-    Some(Spanned { value, span })
-}
-
-/// A time of the run.
-fn read_moment(seconds: &Spanned<f64>) -> Result<Duration, Problem> {
-    let wrong = || seconds.span.problem("this is not a time of the run").with_help("write seconds, 0 or more");
-    Duration::try_from_secs_f64(seconds.value).map_err(|_| wrong())
+    Some((Spanned { value, span }, names))
 }
 
 /// Whether two scenarios have the same components.
@@ -161,7 +176,7 @@ pub(super) fn same_components(these: &[ComponentEntry], those: &[ComponentEntry]
         let interface = entry.interface.as_ref().map(|interface| interface.value.clone());
         let runs = match &entry.runs {
             RunsEntry::Machine(machine) => (Some(machine.value.clone()), None, None),
-            RunsEntry::Device(device) => (None, None, Some(device.value.clone())),
+            RunsEntry::Device { settings, .. } => (None, None, Some(settings.value.clone())),
             RunsEntry::Program { command, limits, asks } => {
                 let asks: Vec<String> = asks.iter().map(|name| name.value.clone()).collect();
                 (None, Some((command.value.clone(), *limits, asks)), None)

@@ -24,7 +24,10 @@ pub fn schema() -> Value {
     let whole = json!({
         "required": ["tree", "skills"],
         "dependentRequired": dependent,
-        "properties": { "sites": { "required": ["start"] } },
+        "properties": {
+            "sites": { "required": ["start"] },
+            "components": { "additionalProperties": { "anyOf": COMPONENT_FORMS.map(|key| json!({ "required": [key] })) } },
+        },
     });
     json_schema("A scenario of steward", json!({ "anyOf": [{ "required": ["base"] }, whole] }), &keys())
 }
@@ -175,7 +178,10 @@ fn robot() -> Vec<Key> {
     keys
 }
 
-/// A component has one of its forms, and the keys of that form.
+/// The keys that say what a component runs.
+const COMPONENT_FORMS: [&str; 3] = ["machine", "program", "builtin"];
+
+/// A component has one form at most, the rest being in its base, and the keys of that form.
 fn component_forms() -> Value {
     let form = |(key, kind, _, keys): Form| {
         let is_kind = kind.map_or_else(|| json!(true), |kind| json!({ "const": kind.name() }));
@@ -184,8 +190,8 @@ fn component_forms() -> Value {
             "then": { "propertyNames": { "enum": keys } },
         })
     };
-    let one = ["machine", "program", "builtin"].map(|key| json!({ "required": [key] }));
-    json!({ "oneOf": one, "allOf": forms().map(form).collect::<Vec<_>>() })
+    let both = [[0, 1], [0, 2], [1, 2]].map(|pair| json!({ "required": pair.map(|form| COMPONENT_FORMS[form]) }));
+    json!({ "not": { "anyOf": both }, "allOf": forms().map(form).collect::<Vec<_>>() })
 }
 
 fn execution() -> Vec<Key> {
@@ -232,7 +238,7 @@ fn execution() -> Vec<Key> {
         ),
         Key::new(
             "components.NAME.only",
-            "Of a sensor of people: the names of those whom it notices; all without any.",
+            "Of a sensor of people: the people that it notices; everyone if empty.",
             or(list("an array of texts", &text()), json!([])),
         ),
         Key::new(
@@ -247,7 +253,8 @@ fn execution() -> Vec<Key> {
         ),
         Key::new("components.NAME.hears[]", "Of a microphone: a request that it hears.", table(json!({}))),
         Key::new("components.NAME.hears[].at_s", "When, in seconds.", seconds()).required(),
-        Key::new("components.NAME.hears[].text", "What somebody says.", text()).required(),
+        Key::new("components.NAME.hears[].text", "What somebody says.", with(name(), json!({ "maxLength": 1000 })))
+            .required(),
         Key::new(
             "components.NAME.reach_m",
             "Of a tray: how far from the robot's edge a box may be, in metres.",

@@ -9,7 +9,6 @@ use diagnostics::Spanned;
 use maps::{OccupancyGrid, Places, PlacesFile};
 use nav::Reach;
 use recording::Origin;
-use sim::ObstacleMotion;
 use skills::Chart;
 
 use super::file_reader::FileReader;
@@ -96,7 +95,7 @@ impl<'a> Loader<'a> {
         let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
         let machines = skills.as_ref().zip(components.as_ref());
         let machines = machines.map(|(skills, components)| self.reader.faulty_machines(&file, skills, components));
-        self.check_fault_parts(&file);
+        self.check_fault_components(&file);
         let properties = self.properties(&file);
         let watching = self.watching(&file);
         let same_monitors = |like: &&Scenario| {
@@ -158,6 +157,7 @@ impl<'a> Loader<'a> {
             .and_then(|places| places::check_places(file, entry, places.places(), self.reader.complaints));
         let reach = map.as_ref().and_then(|map| self.reach(file, entry, map));
         robot::check_lasers(&file.faults, &entry.sim.model, self.reader.complaints);
+        world::check_doors(&file.faults, &entry.world, self.reader.complaints);
         let wrong_map = self.reader.wrong_map(file);
         if let Some(map) = &map {
             world::check_world(&entry.world, map, self.reader.complaints);
@@ -249,29 +249,8 @@ impl<'a> Loader<'a> {
         }
     }
 
-    /// Reports faults of unknown components, lasers and doors.
-    fn check_fault_parts(&mut self, file: &ScenarioFile) {
-        let robot = file.premises.as_ref().map(|premises| (&premises.sim.model.lasers, &premises.world));
-        for fault in &file.faults {
-            let Some((lasers, world)) = robot else { break };
-            let named = |what: &str| {
-                let is_named = fault.kind().parameters.iter().any(|parameter| parameter.name == what);
-                is_named.then(|| fault.arguments().name(what))
-            };
-            let lasers = || lasers.iter().map(|laser| laser.name.as_str());
-            if let Some(name) =
-                named("laser").filter(|name| name.value != "all" && !lasers().any(|laser| laser == name.value))
-            {
-                self.reader.complaints.push(unknown("laser", &name, lasers()));
-            }
-            let doors = || {
-                let doors = world.iter().map(|body| &body.value);
-                doors.filter(|body| matches!(body.motion, ObstacleMotion::Door(_))).map(|door| door.name.as_str())
-            };
-            if let Some(name) = named("door").filter(|name| !doors().any(|door| door == name.value)) {
-                self.reader.complaints.push(unknown("door", &name, doors()));
-            }
-        }
+    /// Reports faults of components that are unknown or cannot have them.
+    fn check_fault_components(&mut self, file: &ScenarioFile) {
         let own = || file.components.iter().map(|component| component.name.value.as_str());
         let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own());
         for fault in &file.faults {
@@ -284,9 +263,9 @@ impl<'a> Loader<'a> {
                     entry.name.value == component.value && entry.device().is_some_and(|kind| trouble.can_befall(kind))
                 })
             {
-                let problem =
-                    component.span.problem(format!("`{}` is no device that can have this fault", component.value));
-                self.reader.complaints.push(problem.with_label("this component").with_help(fault.kind().about));
+                let problem = format!("`{}` cannot have the fault `{}`", component.value, fault.kind().name);
+                let problem = component.span.problem(problem).with_label("this component");
+                self.reader.complaints.push(problem.with_help(format!("only {} can", trouble.befalls())));
             }
         }
     }

@@ -1,5 +1,6 @@
 //! The contents of a scenario's world besides walls: people, doors and boxes.
 
+use std::sync::Arc;
 use std::time::Duration;
 
 use diagnostics::document::Table;
@@ -8,6 +9,8 @@ use maps::{Cell, OccupancyGrid, Point, Pose, pose};
 use sim::{Door, Follow, Manners, ObstacleConfig, ObstacleMotion, Opening, Pauses, RouteEnd, Shape, Walk};
 
 use crate::error::Complaints;
+use crate::faults::Fault;
+use crate::names::unknown;
 
 /// Thickness of a door's leaf, in metres.
 const LEAF_M: f64 = 0.06;
@@ -178,6 +181,30 @@ pub(super) fn check_world(bodies: &[WorldBody], map: &OccupancyGrid, complaints:
             complain(format!("`{}` is in a wall", body.name), "people must be on free floor");
         }
     }
+}
+
+/// Checks that the doors that faults name exist.
+pub(super) fn check_doors(faults: &[Arc<Fault>], bodies: &[WorldBody], complaints: &mut Complaints) {
+    for door in faults.iter().filter_map(|fault| fault.door()) {
+        if !doors(bodies).any(|known| known == door.value) {
+            complaints.push(unknown("door", &door, doors(bodies)));
+        }
+    }
+}
+
+/// The names of the doors.
+pub(super) fn doors(bodies: &[WorldBody]) -> impl Iterator<Item = &str> {
+    named(bodies, |motion| matches!(motion, ObstacleMotion::Door(_)))
+}
+
+/// The names of the people.
+pub(super) fn people(bodies: &[WorldBody]) -> impl Iterator<Item = &str> {
+    named(bodies, |motion| matches!(motion, ObstacleMotion::Person(_) | ObstacleMotion::Follower(_)))
+}
+
+fn named(bodies: &[WorldBody], is_wanted: fn(&ObstacleMotion) -> bool) -> impl Iterator<Item = &str> {
+    let bodies = bodies.iter().map(|body| &body.value);
+    bodies.filter(move |body| is_wanted(&body.motion)).map(|body| body.name.as_str())
 }
 
 /// Where a line first meets a wall, or leaves the map.

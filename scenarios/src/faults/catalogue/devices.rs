@@ -36,12 +36,12 @@ pub(super) const DEVICE_DEAF: FaultKind = FaultKind {
 pub(super) const SPEAKER_MUTE: FaultKind = FaultKind {
     name: "speaker_mute",
     place: Place::Devices,
-    about: "a speaker is not heard, and does not know",
+    about: "a speaker cannot be heard, and does not notice",
     parameters: &[Parameter::required("component", "which speaker", ArgumentDomain::Text)],
     momentary: false,
     example: "at_s = 10\ncomponent = \"Speaker\"\nlasts_s = 60",
     effect: |with| device(with, DeviceTrouble::Mute),
-    words: |with| format!("{} is not heard", with.text("component")),
+    words: |with| format!("{} cannot be heard", with.text("component")),
 };
 
 pub(super) const BOX_DROPPED: FaultKind = FaultKind {
