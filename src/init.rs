@@ -32,6 +32,8 @@ pub(crate) struct InitArgs {
 enum Template {
     /// The paper's robot: it recharges on its way through a house
     Recharge,
+    /// A robot that guides visitors through a museum; one of its components is a program in Python
+    Guide,
     /// The least that runs: one leaf, its machine and a property, without a map
     Empty,
 }
@@ -67,6 +69,7 @@ pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<()
     let mut application = match (scenario, template) {
         (Some(scenario), _) => Application::copy(scenario)?,
         (None, Template::Recharge) => Application::copy("battery_fault")?,
+        (None, Template::Guide) => Application::copy("guide")?,
         (None, Template::Empty) => Application::empty(),
     };
     application.describe();

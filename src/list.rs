@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use campaigns::{CampaignFile, Error};
-use scenarios::files::{Files, shipped_campaigns, shipped_scenarios};
+use scenarios::files::{Files, scenario_names, shipped_campaigns, shipped_scenarios};
 use scenarios::scenario::ScenarioFile;
 
 use crate::output::say;
@@ -12,18 +12,27 @@ use crate::output::say;
 pub(crate) fn list() -> Result<(), Error> {
     let mut text = String::from("Scenarios, for `steward run NAME`:\n");
     for name in shipped_scenarios() {
-        let path = format!("scenarios/{name}.toml");
-        let source = Files::shipped().read_text(Path::new(&path)).unwrap_or_default();
-        let file = ScenarioFile::parse(&path, &source, &Files::shipped(), []).map_err(Error::bad_input)?;
-        text.push_str(&format!("{name:<15}  {}\n", file.about));
+        text.push_str(&format!("{name:<15}  {}\n", about(name)?));
     }
     text.push_str(
         "faults/KIND      One kind of fault, as `steward faults` lists them: faults/joypad, faults/kidnap, …\n",
     );
+    text.push_str("\nWhat may go wrong in `guide`; `steward run 'guide/*'` runs all of them:\n");
+    for name in scenario_names().filter(|name| name.starts_with("guide/")) {
+        text.push_str(&format!("{name:<23}  {}\n", about(name)?));
+    }
     text.push_str("\nCampaigns, for `steward campaign NAME`:\n");
     for (name, source) in shipped_campaigns() {
         let file = CampaignFile::parse(name, source).map_err(Error::bad_input)?;
         text.push_str(&format!("{name:<15}  {}\n", file.about));
     }
     say(text)
+}
+
+/// What a shipped scenario shows.
+fn about(name: &str) -> Result<String, Error> {
+    let path = format!("scenarios/{name}.toml");
+    let source = Files::shipped().read_text(Path::new(&path)).unwrap_or_default();
+    let file = ScenarioFile::parse(&path, &source, &Files::shipped(), []).map_err(Error::bad_input)?;
+    Ok(file.about)
 }

@@ -3,13 +3,16 @@
 //! A page is typed from top to bottom in a folder of its own. A `console` block has commands (`$ …`) and what they
 //! print; a line that is `…` stands for any lines, a `…` within a line for any text. A block after "`name`:" is a file
 //! of that name. A page with `<!-- continues: PAGE -->` goes on in the folder of that page. Whatever is not run says
-//! so: `<!-- not run: reason -->`. `STEWARD_BLESS=1` writes into the pages what commands print.
+//! so: `<!-- not run: reason -->`. A page with `<!-- needs: python3 -->` is run where there is Python.
+//! `STEWARD_BLESS=1` writes into the pages what commands print.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::{env, fs};
+
+use crate::programs::has_python;
 
 /// Ends what a command prints; its exit status follows.
 const MARK: char = '\u{1e}';
@@ -28,6 +31,7 @@ struct Page {
     text: String,
     steps: Vec<Step>,
     continues: Option<PathBuf>,
+    needs_python: bool,
 }
 
 fn root() -> &'static Path {
@@ -83,7 +87,8 @@ impl Page {
         let (blocks, prose) = blocks(&text);
         let continues = prose.iter().find_map(|line| between(line, "<!-- continues: ", " -->"));
         let continues = continues.map(|other| path.with_file_name(other));
-        let mut page = Self { path: path.into(), steps: Vec::new(), continues, text: String::new() };
+        let needs_python = prose.contains(&"<!-- needs: python3 -->");
+        let mut page = Self { path: path.into(), steps: Vec::new(), continues, needs_python, text: String::new() };
         blocks.into_iter().for_each(|block| page.block(block, &text));
         Self { text, ..page }
     }
@@ -240,7 +245,9 @@ fn pages() -> Vec<(PathBuf, bool)> {
 fn commands_print_what_is_shown() {
     let bless = env::var_os("STEWARD_BLESS").is_some();
     let run = markdown(&book()).into_iter().chain([root().join("README.md")]);
-    let pages: Vec<Page> = run.map(|path| Page::parse(&path, read(&path))).collect();
+    let mut pages: Vec<Page> = run.map(|path| Page::parse(&path, read(&path))).collect();
+    let python = has_python();
+    pages.retain(|page| python || !page.needs_python);
     let followed = batch::run(&chains(&pages), |chain| follow(chain, bless), |_| {});
     let problems: Vec<String> = followed.into_iter().flatten().collect();
     assert!(problems.is_empty() || bless, "{}\n\nSTEWARD_BLESS=1 writes it into the pages.", problems.join("\n\n"));

@@ -10,7 +10,7 @@ use tempfile::tempdir;
 use crate::steward::{refusal, report, steward};
 
 /// Checks all items on both of a small machine's cores and fails with everything that is wrong with any of them.
-fn check_each<T: Send>(items: Vec<T>, check: impl Fn(T) -> Result<(), String> + Sync) {
+pub(crate) fn check_each<T: Send>(items: Vec<T>, check: impl Fn(T) -> Result<(), String> + Sync) {
     let items = Mutex::new(items);
     let wrong = Mutex::new(Vec::new());
     let next = || items.lock().unwrap().pop();

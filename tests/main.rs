@@ -15,6 +15,7 @@ mod documentation;
 mod experiments;
 mod fault_combinations;
 mod faults;
+mod guide;
 mod leaves;
 mod localize_command;
 mod monitors;

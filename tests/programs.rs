@@ -3,3 +3,5 @@
 mod conversation;
 mod hostile;
 mod runs;
+
+pub(crate) use conversation::has_python;

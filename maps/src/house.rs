@@ -19,18 +19,16 @@
 //! distance between 1 m and 2 m, so passing by is not docking. The rooms differ in shape, size and furniture, so a
 //! laser scan identifies where it was taken.
 //!
-//! `cargo run -p steward-maps --example draw_house` draws the map's files; a test checks that they are up to date.
+//! `cargo run -p steward-maps --example draw_maps` draws the map's files; a test checks that they are up to date.
 
-mod pen;
 mod plan;
 
 #[cfg(feature = "files")]
 use std::{io, path::Path};
 
-use crate::{Cell, OccupancyGrid};
+use crate::OccupancyGrid;
 #[cfg(feature = "files")]
 use crate::{Places, PlacesFile};
-use pen::{Pen, Rect};
 
 /// File name of the map.
 pub const YAML_NAME: &str = "house.yaml";
@@ -63,30 +61,5 @@ pub fn places() -> Places {
 /// Draws the map. The result equals the map loaded from [`FILES`].
 #[must_use]
 pub fn draw() -> OccupancyGrid {
-    let mut pen = Pen::new(plan::SHEET, plan::RESOLUTION_M);
-    for room in plan::ROOMS {
-        pen.rect(walls_around(room), Cell::Occupied);
-    }
-    for room in plan::ROOMS.into_iter().chain(plan::DOORWAYS) {
-        pen.rect(room, Cell::Free);
-    }
-    let (from, to) = plan::SLANTED_WALL;
-    pen.beyond(from, to, Cell::Unknown);
-    pen.stroke(from, to, plan::WALL_M, Cell::Occupied);
-    for furniture in plan::BOXES {
-        pen.rect(furniture, Cell::Occupied);
-    }
-    for (center, radius_m) in plan::ROUNDS {
-        pen.disc(center, radius_m, Cell::Occupied);
-    }
-    for (from, to, width_m) in plan::STROKES {
-        pen.stroke(from, to, width_m, Cell::Occupied);
-    }
-    pen.finish()
-}
-
-/// A room with its walls.
-fn walls_around(Rect { x_m, y_m }: Rect) -> Rect {
-    let grown = |(from, to): (f64, f64)| (from - plan::WALL_M, to + plan::WALL_M);
-    Rect { x_m: grown(x_m), y_m: grown(y_m) }
+    plan::HOUSE.draw()
 }

@@ -25,7 +25,7 @@
 //! People write these files by hand, so a reader never stops at the first mistake: it collects
 //! [`diagnostics::FileProblems`], each with its place and with what is accepted there.
 //!
-//! [`house`] is the project's own map. Read [`load_map`] for what pixels mean.
+//! [`house`] and [`museum`] are the project's own maps. Read [`load_map`] for what pixels mean.
 //!
 //! Files are read and written with the feature `files`, which is on by default. Without it the crate has geometry and
 //! cells only, and depends only on nalgebra.
@@ -36,9 +36,12 @@ mod grid;
 pub mod house;
 #[cfg(feature = "files")]
 mod map_file;
+pub mod museum;
+mod pen;
 mod places;
 #[cfg(feature = "files")]
 mod places_file;
+mod plan;
 #[cfg(feature = "files")]
 mod polygon;
 mod pose;

@@ -16,7 +16,7 @@ const COMFORT_M: f64 = 0.70;
 fn the_committed_map_is_what_the_generator_draws() {
     let drawn = map_files(&house::draw(), "house.pgm", ImageFormat::Pgm).unwrap();
     let [(_, yaml), (_, image), _] = house::FILES;
-    let advice = "run `cargo run -p steward-maps --example draw_house`";
+    let advice = "run `cargo run -p steward-maps --example draw_maps`";
     assert!(drawn.yaml.as_bytes() == yaml && drawn.image == image, "the map's files are out of date: {advice}");
 }
 

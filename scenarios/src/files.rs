@@ -9,9 +9,11 @@ use diagnostics::Span;
 use include_dir::{Dir, include_dir};
 
 /// The shipped folders, by the paths that scenarios use.
-static FOLDERS: [(&str, Dir<'static>); 4] = [
+static FOLDERS: [(&str, Dir<'static>); 6] = [
+    ("components/guide", include_dir!("$CARGO_MANIFEST_DIR/../components/guide")),
     ("properties", include_dir!("$CARGO_MANIFEST_DIR/../monitors/properties")),
     ("scenarios/faults", include_dir!("$CARGO_MANIFEST_DIR/faults")),
+    ("scenarios/guide", include_dir!("$CARGO_MANIFEST_DIR/guide")),
     ("skills", include_dir!("$CARGO_MANIFEST_DIR/../skills/machines")),
     ("trees", include_dir!("$CARGO_MANIFEST_DIR/../bt/trees")),
 ];
@@ -32,12 +34,16 @@ const FILES: &[(&str, &[u8])] = &[
     ("scenarios/published.toml", include_bytes!("../published.toml")),
     ("scenarios/parcel.toml", include_bytes!("../parcel.toml")),
     ("scenarios/pick.toml", include_bytes!("../pick.toml")),
+    ("scenarios/guide.toml", include_bytes!("../guide.toml")),
     ("maps/house.yaml", include_bytes!("../../maps/house.yaml")),
     ("maps/house_shifted.yaml", include_bytes!("../../maps/house_shifted.yaml")),
     ("maps/house_corridor.yaml", include_bytes!("../../maps/house_corridor.yaml")),
     ("maps/house_corridor.places.toml", include_bytes!("../../maps/house_corridor.places.toml")),
     ("maps/house.pgm", include_bytes!("../../maps/house.pgm")),
     ("maps/house.places.toml", include_bytes!("../../maps/house.places.toml")),
+    ("maps/museum.yaml", include_bytes!("../../maps/museum.yaml")),
+    ("maps/museum.pgm", include_bytes!("../../maps/museum.pgm")),
+    ("maps/museum.places.toml", include_bytes!("../../maps/museum.places.toml")),
     // WaitForUser is not a skill of the paper's published system; it has the ordinary one.
     ("skills/original/WaitForUser.scxml", include_bytes!("../../skills/machines/WaitForUser.scxml")),
 ];
@@ -58,6 +64,7 @@ fn add(name: &str, folder: &Dir<'static>, files: &mut BTreeMap<String, &[u8]>) {
 const CAMPAIGNS: &[(&str, &str)] = &[
     ("scenarios/campaigns/battery_reserve.toml", include_str!("../campaigns/battery_reserve.toml")),
     ("scenarios/campaigns/bug_hunt.toml", include_str!("../campaigns/bug_hunt.toml")),
+    ("scenarios/campaigns/guide_patience.toml", include_str!("../campaigns/guide_patience.toml")),
     ("scenarios/campaigns/noise.toml", include_str!("../campaigns/noise.toml")),
     ("scenarios/campaigns/noise_short.toml", include_str!("../campaigns/noise_short.toml")),
     ("scenarios/campaigns/people.toml", include_str!("../campaigns/people.toml")),
@@ -247,11 +254,16 @@ pub fn shipped_campaigns() -> impl Iterator<Item = (&'static str, &'static str)>
     CAMPAIGNS.iter().filter_map(move |(path, text)| Some((name(path)?, *text)))
 }
 
-/// The names of the shipped scenarios in alphabetical order, without those that demonstrate a kind of fault.
+/// The names of the shipped scenarios in alphabetical order, without those of folders: `faults/KIND` for each kind of
+/// fault, and what can go wrong in the tour of `guide`.
 #[must_use]
 pub fn shipped_scenarios() -> Vec<&'static str> {
-    let name = |path: &'static str| path.strip_prefix("scenarios/")?.strip_suffix(".toml");
-    shipped_paths().filter_map(name).filter(|name| !name.contains('/')).collect()
+    scenario_names().filter(|name| !name.contains('/')).collect()
+}
+
+/// The names of all shipped scenarios, in alphabetical order.
+pub fn scenario_names() -> impl Iterator<Item = &'static str> {
+    shipped_paths().filter_map(|path| path.strip_prefix("scenarios/")?.strip_suffix(".toml"))
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use campaigns::Error;
 use glob::Pattern;
-use scenarios::files::{Files, shipped_paths};
+use scenarios::files::{Files, scenario_names};
 use scenarios::scenario::{Found, ScenarioFile, find};
 
 use crate::check::Toml;
@@ -53,10 +53,9 @@ fn meant(name: &str) -> Result<Vec<Found>, Error> {
     if found.is_empty() { Err(Error::refused(format!("no scenario matches `{name}`"), help)) } else { Ok(found) }
 }
 
-/// The names of the scenarios that come with the program, those of faults last.
+/// The names of the scenarios that come with the program, those in folders last.
 fn shipped_names() -> impl Iterator<Item = &'static str> {
-    let mut names: Vec<&str> =
-        shipped_paths().filter_map(|path| path.strip_prefix("scenarios/")?.strip_suffix(".toml")).collect();
+    let mut names: Vec<&str> = scenario_names().collect();
     names.sort_by_key(|name| (name.contains('/'), *name));
     names.into_iter()
 }

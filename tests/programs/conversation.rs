@@ -14,7 +14,7 @@ use skills::Datum;
 use tempfile::TempDir;
 
 /// Whether there is Python. A test that needs it says if not.
-pub(super) fn has_python() -> bool {
+pub(crate) fn has_python() -> bool {
     let found = Command::new("python3").arg("--version").output().is_ok_and(|output| output.status.success());
     if !found {
         eprintln!("not run here: no python3");

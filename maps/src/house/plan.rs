@@ -1,24 +1,19 @@
 //! The plan of the house: rooms, doorways and furniture, in metres in the `map` frame, on the 0.05 m grid.
 
-use super::pen::Rect;
+use crate::pen::{Rect, rect};
+use crate::plan::{Plan, Position};
 
-/// Side of a cell.
-pub(super) const RESOLUTION_M: f64 = 0.05;
+pub(super) const HOUSE: Plan = Plan {
+    sheet: rect((-16.0, 14.0), (-6.0, 18.0)),
+    rooms: &ROOMS,
+    doorways: &DOORWAYS,
+    slanted_wall: Some(SLANTED_WALL),
+    boxes: &BOXES,
+    rounds: &ROUNDS,
+    strokes: &STROKES,
+};
 
-/// Thickness of a wall. Rooms that share a wall are this far apart; rooms that touch are one room.
-pub(super) const WALL_M: f64 = 0.15;
-
-/// What the map covers: the floor and a metre of unknown space around it.
-pub(super) const SHEET: Rect = rect((-16.0, 14.0), (-6.0, 18.0));
-
-/// A point: x, y.
-pub(super) type Position = (f64, f64);
-
-const fn rect(x_m: (f64, f64), y_m: (f64, f64)) -> Rect {
-    Rect { x_m, y_m }
-}
-
-pub(super) const ROOMS: [Rect; 17] = [
+const ROOMS: [Rect; 17] = [
     rect((-14.85, 12.85), (5.6, 8.0)),     // the corridor
     rect((-12.4, -10.2), (8.0, 12.0)),     // its branch to the kitchen
     rect((-8.5, -6.5), (8.0, 10.0)),       // the niche with the charging station
@@ -38,7 +33,7 @@ pub(super) const ROOMS: [Rect; 17] = [
     rect((6.45, 12.85), (-4.85, 0.75)),    // dining room
 ];
 
-pub(super) const DOORWAYS: [Rect; 15] = [
+const DOORWAYS: [Rect; 15] = [
     rect((-11.9, -10.7), (12.0, 12.15)), // branch – kitchen
     rect((-12.55, -12.4), (9.0, 10.1)),  // branch – broom closet
     rect((-5.4, -4.2), (8.0, 8.15)),     // corridor – bedroom
@@ -57,10 +52,10 @@ pub(super) const DOORWAYS: [Rect; 15] = [
 ];
 
 /// Cuts off the upper right corner of the store.
-pub(super) const SLANTED_WALL: (Position, Position) = ((10.2, 16.85), (12.85, 13.8));
+const SLANTED_WALL: (Position, Position) = ((10.2, 16.85), (12.85, 13.8));
 
 /// Furniture with straight sides.
-pub(super) const BOXES: [Rect; 53] = [
+const BOXES: [Rect; 53] = [
     // Corridor: pilasters, cupboards, a copier, a bench.
     rect((-9.2, -8.9), (5.6, 5.8)),
     rect((-3.9, -2.3), (5.6, 6.0)),
@@ -132,7 +127,7 @@ pub(super) const BOXES: [Rect; 53] = [
 ];
 
 /// Round furniture: centre and radius.
-pub(super) const ROUNDS: [(Position, f64); 19] = [
+const ROUNDS: [(Position, f64); 19] = [
     ((-14.45, 7.55), 0.3), // corridor: plant
     ((-1.0, 10.6), 0.6),   // meeting room: the table's ends
     ((1.8, 10.6), 0.6),
@@ -155,7 +150,7 @@ pub(super) const ROUNDS: [(Position, f64); 19] = [
 ];
 
 /// Slanted furniture: a stroke from one point to the other and its width.
-pub(super) const STROKES: [(Position, Position, f64); 4] = [
+const STROKES: [(Position, Position, f64); 4] = [
     ((2.7, 8.9), (3.1, 9.9), 0.1),     // meeting room: flip chart
     ((-7.6, -4.2), (-7.0, -3.4), 0.4), // cellar: a board
     ((5.2, -4.4), (5.9, -3.7), 0.5),   // living room: piano

@@ -79,7 +79,8 @@ fn name(monitor: &Monitor, width: f64) -> String {
 pub(super) fn wanted_height(monitors: &[Monitor], width: f64) -> f64 {
     let room = width - 2.0 * panel::MARGIN;
     let details = monitors.iter().map(|monitor| Detail::new(monitor, room).height());
-    panel::HEAD + details.sum::<f64>() + meanings_height(monitors, room)
+    let diagrams: Vec<&Diagram> = monitors.iter().map(|monitor| &monitor.diagram).collect();
+    panel::HEAD + details.sum::<f64>() + meanings_height(&diagrams, room)
 }
 
 /// What the names of locations mean, in lines.
@@ -108,9 +109,8 @@ fn wrapped(items: &[String], width: f64) -> Vec<String> {
     lines.iter().map(|line| SMALL.fit(line, width)).collect()
 }
 
-fn meanings_height(monitors: &[Monitor], width: f64) -> f64 {
-    let diagrams: Vec<&Diagram> = monitors.iter().map(|monitor| &monitor.diagram).collect();
-    lines_height(meanings(&diagrams, width).len())
+fn meanings_height(diagrams: &[&Diagram], width: f64) -> f64 {
+    lines_height(meanings(diagrams, width).len())
 }
 
 fn lines_height(lines: usize) -> f64 {
@@ -134,10 +134,10 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
         let nothing = TextStyle::new(WORDS, theme::MUTED);
         canvas.centered_text((inner.x, inner.y + 11.0), "No property is being monitored.", nothing);
     }
-    let meanings = meanings_height(monitors, inner.width);
-    let room = Area { height: area.bottom() - 6.0 - meanings - inner.y, ..inner };
+    let room = Area { height: area.bottom() - 6.0 - inner.y, ..inner };
     let (details, hidden) = details(monitors, room);
-    let shown: Vec<&Diagram> = monitors[..details.len()].iter().map(|monitor| &monitor.diagram).collect();
+    let shown = diagrams(monitors, &details);
+    let room = Area { height: room.height - meanings_height(&shown, room.width), ..room };
     draw_meanings(canvas, Area { y: room.bottom(), ..room }, &shown);
     let used: f64 = details.iter().map(Detail::height).sum();
     let spare = ((room.height - used) / details.len().max(1) as f64).clamp(0.0, 26.0);
@@ -167,7 +167,10 @@ pub(super) fn draw(canvas: &mut Canvas, area: Area, monitors: &[Monitor]) {
 /// is drawn as chips; then the last ones show only their verdict; then they are left out.
 fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
     let mut details: Vec<Detail> = monitors.iter().map(|monitor| Detail::new(monitor, room.width)).collect();
-    let fits = |details: &[Detail]| details.iter().map(Detail::height).sum::<f64>() - GAP <= room.height;
+    let fits = |details: &[Detail]| {
+        let meanings = meanings_height(&diagrams(monitors, details), room.width);
+        details.iter().map(Detail::height).sum::<f64>() - GAP + meanings <= room.height
+    };
     for shorter in [|| Body::Chips, || Body::Nothing] {
         for i in (0..details.len()).rev() {
             if !fits(&details) {
@@ -180,6 +183,12 @@ fn details(monitors: &[Monitor], room: Area) -> (Vec<Detail>, usize) {
     }
     let hidden = monitors.len() - details.len();
     (details, hidden)
+}
+
+/// The diagrams whose locations are drawn.
+fn diagrams<'a>(monitors: &'a [Monitor], details: &[Detail]) -> Vec<&'a Diagram> {
+    let drawn = monitors.iter().zip(details).filter(|(_, detail)| !matches!(detail.body, Body::Nothing));
+    drawn.map(|(monitor, _)| &monitor.diagram).collect()
 }
 
 /// Name, description and verdict in one line.

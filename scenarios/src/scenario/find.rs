@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::Error;
-use crate::files::{Files, shipped_scenarios};
+use crate::files::{Files, scenario_names, shipped_scenarios};
 
 /// A scenario's text, and where its other files are looked up.
 #[derive(Clone, Debug)]
@@ -69,8 +69,7 @@ fn unknown(name: &str) -> Error {
 
 /// The shipped scenario that a name or path nearly is, or else all of them, between these words.
 fn help(path: &Path, before: &str, after: &str) -> String {
-    let known = crate::files::shipped_paths().filter_map(name_of);
-    match path.to_str().and_then(|path| diagnostics::did_you_mean(path, known)) {
+    match path.to_str().and_then(|path| diagnostics::did_you_mean(path, scenario_names())) {
         Some(meant) => format!("{meant} `steward list` names all scenarios"),
         None => format!("{before} {}{after}", names()),
     }
@@ -78,5 +77,8 @@ fn help(path: &Path, before: &str, after: &str) -> String {
 
 fn names() -> String {
     let names: Vec<String> = shipped_scenarios().into_iter().map(|name| format!("`{name}`")).collect();
-    format!("{}, `faults/KIND` for each kind of fault (`steward faults`)", names.join(", "))
+    format!(
+        "{}, `guide/…` with something wrong, `faults/KIND` for each kind of fault (`steward faults`)",
+        names.join(", ")
+    )
 }

@@ -1,0 +1,62 @@
+//! A plan of a floor: rooms, doorways and furniture, in metres in the `map` frame.
+
+use crate::pen::{Pen, Rect};
+use crate::{Cell, OccupancyGrid};
+
+/// Side of a cell.
+const RESOLUTION_M: f64 = 0.05;
+
+/// Thickness of a wall. Rooms that share a wall are this far apart; rooms that touch are one room.
+const WALL_M: f64 = 0.15;
+
+/// A point: x, y.
+pub(crate) type Position = (f64, f64);
+
+/// A floor. What comes later is drawn over what comes before.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Plan {
+    /// What the map covers: the floor and a metre of unknown space around it.
+    pub(crate) sheet: Rect,
+    pub(crate) rooms: &'static [Rect],
+    pub(crate) doorways: &'static [Rect],
+    /// A wall from one point to another. Everything to its left is unknown.
+    pub(crate) slanted_wall: Option<(Position, Position)>,
+    /// Furniture with straight sides.
+    pub(crate) boxes: &'static [Rect],
+    /// Round furniture: centre and radius.
+    pub(crate) rounds: &'static [(Position, f64)],
+    /// Slanted furniture: a stroke from one point to the other and its width.
+    pub(crate) strokes: &'static [(Position, Position, f64)],
+}
+
+impl Plan {
+    pub(crate) fn draw(&self) -> OccupancyGrid {
+        let mut pen = Pen::new(self.sheet, RESOLUTION_M);
+        for &room in self.rooms {
+            pen.rect(walls_around(room), Cell::Occupied);
+        }
+        for &room in self.rooms.iter().chain(self.doorways) {
+            pen.rect(room, Cell::Free);
+        }
+        if let Some((from, to)) = self.slanted_wall {
+            pen.beyond(from, to, Cell::Unknown);
+            pen.stroke(from, to, WALL_M, Cell::Occupied);
+        }
+        for &furniture in self.boxes {
+            pen.rect(furniture, Cell::Occupied);
+        }
+        for &(center, radius_m) in self.rounds {
+            pen.disc(center, radius_m, Cell::Occupied);
+        }
+        for &(from, to, width_m) in self.strokes {
+            pen.stroke(from, to, width_m, Cell::Occupied);
+        }
+        pen.finish()
+    }
+}
+
+/// A room with its walls.
+fn walls_around(Rect { x_m, y_m }: Rect) -> Rect {
+    let grown = |(from, to): (f64, f64)| (from - WALL_M, to + WALL_M);
+    Rect { x_m: grown(x_m), y_m: grown(y_m) }
+}

@@ -1,0 +1,69 @@
+//! The tour guide: the tour, and what may go wrong in it.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use scenarios::files::{Kind, scenario_names};
+use serde_json::Value;
+use tempfile::tempdir;
+
+use crate::faults::check_each;
+use crate::programs::has_python;
+use crate::steward::report;
+
+fn faulty() -> Vec<&'static str> {
+    scenario_names().filter(|name| name.starts_with("guide/")).collect()
+}
+
+fn run(scenario: &str, arguments: &[&str]) -> Value {
+    let out = tempdir().unwrap();
+    report(scenario, out.path(), &[&["--no-snapshots"], arguments].concat())
+}
+
+fn violated(report: &Value) -> BTreeSet<String> {
+    let monitors = report["monitors"].as_array().unwrap().iter();
+    let violated = monitors.filter(|monitor| monitor["verdict"] == "violated");
+    violated.map(|monitor| monitor["name"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn every_tour_ends_as_expected_and_every_property_is_violated_in_one() {
+    if !has_python() {
+        return;
+    }
+    let broken = std::sync::Mutex::new(BTreeMap::new());
+    check_each([faulty(), vec!["guide"]].concat(), |name| {
+        let report = run(name, &["--seed", "2"]);
+        broken.lock().unwrap().insert(name, violated(&report));
+        if report["outcome"] == "as_expected" { Ok(()) } else { Err(format!("{name}: {}", report["differences"])) }
+    });
+    let broken = broken.into_inner().unwrap();
+    let by_some: BTreeSet<&str> = broken.values().flatten().map(String::as_str).collect();
+    let properties: BTreeSet<&str> = Kind::Properties.names().filter_map(|name| name.strip_prefix("guide/")).collect();
+    assert_eq!(by_some, properties, "each property notices something");
+    let kinds: BTreeSet<&BTreeSet<String>> = broken.values().collect();
+    assert!(kinds.len() >= 12, "what goes wrong is told apart: {broken:?}");
+    let tolerated = broken.values().filter(|violated| violated.is_empty()).count();
+    assert!(tolerated >= 4, "the guide copes with some of it: {broken:?}");
+}
+
+#[test]
+fn the_planner_is_a_program_whose_failure_is_told() {
+    if !has_python() {
+        return;
+    }
+    // It is told a text that is not what it expects.
+    let report = run("guide", &["--set", "components.TourPlanner.data.stops=\"Dinosaurs\""]);
+    let [error] = report["skill_errors"].as_array().unwrap().as_slice() else { panic!("{report}") };
+    assert_eq!(error["skill"], "TourPlanner");
+    let message = error["message"].as_str().unwrap();
+    assert!(message.contains("KeyError: 'Dinosaurs'"), "{message}");
+}
+
+#[test]
+fn the_guide_has_skills_components_and_properties_of_its_own() {
+    let names = |kind: Kind| kind.names().filter(|name| name.starts_with("guide/")).count();
+    assert!((names(Kind::Skill), names(Kind::Properties)) >= (10, 8));
+    let scenario = include_str!("../scenarios/guide.toml");
+    assert!(scenario.matches("[components.").count() >= 5);
+    assert!(faulty().len() >= 12);
+}
