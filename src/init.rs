@@ -7,7 +7,8 @@ use std::path::{Component, Path, PathBuf};
 use campaigns::Error;
 use clap::{Args, ValueEnum};
 use diagnostics::Staging;
-use scenarios::scenario::{Scenario, ScenarioFile, find, keys};
+use scenarios::files::{shipped_campaigns, shipped_paths};
+use scenarios::scenario::{Found, Scenario, ScenarioFile, find, keys};
 
 use crate::check::Toml;
 use crate::names::ScenarioName;
@@ -67,9 +68,9 @@ const README: &str = "README.md";
 /// Writes an application to its folder, where the paths in its files hold.
 pub(crate) fn init(InitArgs { dir, template, scenario }: &InitArgs) -> Result<(), Error> {
     let mut application = match (scenario, template) {
-        (Some(scenario), _) => Application::copy(scenario)?,
-        (None, Template::Recharge) => Application::copy("battery_fault")?,
-        (None, Template::Guide) => Application::copy("guide")?,
+        (Some(scenario), _) => Application::of(find::find(scenario)?)?,
+        (None, Template::Recharge) => Application::of(find::find("battery_fault")?)?,
+        (None, Template::Guide) => Application::with_variants("guide")?,
         (None, Template::Empty) => Application::empty(),
     };
     application.describe();
@@ -100,8 +101,7 @@ impl Application {
     }
 
     /// A scenario with all that it names.
-    fn copy(scenario: &str) -> Result<Self, Error> {
-        let mut found = find::find(scenario)?;
+    fn of(mut found: Found) -> Result<Self, Error> {
         found.files = found.files.remembering();
         let has_robot = Scenario::load(&found, &[])?.premises.is_some();
         let bases = ScenarioFile::bases(&found).map_err(Error::bad_input)?;
@@ -121,6 +121,26 @@ impl Application {
         let start = Path::new(&found.path).file_name().unwrap_or_default().to_string_lossy().into_owned();
         files.insert(start.clone().into(), found.text.into_bytes());
         Ok(Self { start, has_robot, files })
+    }
+
+    /// A shipped scenario, those in the folder of its name, which are based on it, and its campaigns, side by side.
+    fn with_variants(name: &str) -> Result<Self, Error> {
+        let mut all = Self::of(find::find(name)?)?;
+        for path in shipped_paths().filter(|path| path.starts_with(&format!("scenarios/{name}/"))) {
+            let Self { start, mut files, .. } = Self::of(find::find(path)?)?;
+            // What it is based on is there already, beside it.
+            files.retain(|path, _| !path.starts_with("scenarios"));
+            let text = files.entry(start.into()).or_default();
+            *text = beside(&String::from_utf8_lossy(text), "base", name).into();
+            all.files.extend(files);
+        }
+        for (campaign, text) in shipped_campaigns() {
+            let own = beside(text, "scenario", name);
+            if own != text {
+                all.files.insert(format!("{campaign}.toml").into(), own.into());
+            }
+        }
+        Ok(all)
     }
 
     /// Adds the schema of scenarios and a README, unless there is one.
@@ -152,6 +172,14 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
         (format!("steward run {name} --set {value}"), "run it with another value"),
     ];
     let show = |path: &PathBuf, what: &str| format!("steward {what} {}", path.display());
+    let other = |is: Toml| {
+        let beside = files.iter().filter(|(path, _)| path.components().count() == 1 && *path != Path::new(name));
+        let mut of_toml = beside.filter(|(path, _)| path.extension().is_some_and(|ending| ending == "toml"));
+        of_toml.find(|(_, contents)| Toml::of(&String::from_utf8_lossy(contents)) == is).map(|(path, _)| path)
+    };
+    commands.extend(other(Toml::Scenario).map(|_| ("steward run .".to_owned(), "run all scenarios of the folder")));
+    let campaign = |path| format!("{} --runs 8", show(path, "campaign"));
+    commands.extend(other(Toml::Campaign).map(|path| (campaign(path), "run it many times, with varied values")));
     commands.extend(some("xml").map(|tree| (show(tree, "tree show"), "the behavior tree as an outline")));
     commands.extend(some("scxml").map(|skill| (show(skill, "skill show"), "a machine's states and transitions")));
     let explain = |property: &PathBuf| format!("{} --scenario {name}", show(property, "monitor explain"));
@@ -164,16 +192,30 @@ fn readme(name: &str, files: &BTreeMap<PathBuf, Vec<u8>>, has_robot: bool) -> St
     text + "```\n\nKeys of a scenario: `steward help scenario`. Kinds of faults: `steward faults`.\n"
 }
 
+/// The text, in which the key names a file beside it where it names this scenario or one of its variants.
+fn beside(text: &str, key: &str, scenario: &str) -> String {
+    let own = |line: &str| {
+        let named = line.strip_prefix(&format!("{key} = \""))?.strip_suffix("\"\n")?;
+        let named = named.strip_prefix("scenarios/").unwrap_or(named).trim_end_matches(".toml");
+        let (folder, name) = named.rsplit_once('/').unwrap_or((named, named));
+        (folder == scenario).then(|| format!("{key} = \"{name}.toml\"\n"))
+    };
+    text.split_inclusive('\n').map(|line| own(line).unwrap_or_else(|| line.to_owned())).collect()
+}
+
 /// What a file is.
-fn kind(path: &Path, contents: &[u8]) -> &'static str {
+fn kind(path: &Path, contents: &[u8]) -> String {
     let name = path.to_string_lossy();
-    if name.ends_with(".toml") {
-        return match Toml::of(&String::from_utf8_lossy(contents)) {
-            Toml::Campaign => "a campaign: many runs with varied values",
-            Toml::Interface => "the interface of a component: what it can be asked",
-            Toml::Places => "the places on the map, in metres and degrees",
-            Toml::Scenario => "a scenario that the first one is based on",
-        };
+    if let Some((_, kind)) = KINDS.iter().find(|(ending, _)| name.ends_with(ending)) {
+        return (*kind).to_owned();
     }
-    KINDS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, kind)| kind)
+    let text = String::from_utf8_lossy(contents);
+    let table: toml::Table = text.parse().unwrap_or_default();
+    let about = table.get("about").and_then(|about| about.as_str()).unwrap_or_default();
+    match Toml::of(&text) {
+        Toml::Campaign => format!("a campaign: {about}"),
+        Toml::Scenario => format!("a scenario: {about}"),
+        Toml::Interface => "the interface of a component: what it can be asked".to_owned(),
+        Toml::Places => "the places on the map, in metres and degrees".to_owned(),
+    }
 }
