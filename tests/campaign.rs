@@ -119,7 +119,7 @@ fn begun(file: &Path, name: &str) -> Child {
 #[test]
 fn a_killed_campaign_resumes_without_losing_repeating_or_changing_a_run() {
     let (_folder, file) = campaign(SOME);
-    survives(&file, 24, 50);
+    survives(&file, 24, 25);
 }
 
 #[cfg(feature = "ecmascript")]

@@ -58,7 +58,7 @@ fn battery_fault_violates_phi1_at_the_first_reading_below_twenty() {
     }
 }
 
-/// Every way to schedule and both forms of the tree; the seeds are few here, `.ci/seeds` runs twenty.
+/// Every way to schedule and both forms of the tree, each for every other scenario; `.ci/seeds` runs them all.
 #[test]
 fn verdicts_do_not_depend_on_the_scheduler() {
     let variants: [&[&str]; 8] = [
@@ -73,8 +73,8 @@ fn verdicts_do_not_depend_on_the_scheduler() {
     ];
     let scenarios =
         ["battery_fault", "skill_bug", "joypad", "never_arrives", "already_there", "late_halt", "early_release"];
-    for scenario in scenarios {
-        for variant in variants {
+    for (index, scenario) in scenarios.into_iter().enumerate() {
+        for variant in variants.into_iter().skip(index % 2).step_by(2) {
             let report = changed(scenario, variant);
             assert_eq!(report["outcome"], "as_expected", "{scenario} {variant:?}: {}", report["differences"]);
         }
