@@ -15,7 +15,6 @@ use reports::{Outputs, file_name};
 use scenarios::live::Live;
 use scenarios::scenario::Scenario;
 
-use crate::model;
 use crate::names::CampaignName;
 use crate::output::{BAD, GOOD, HEAD, Text, note, print_json, say};
 use crate::progress::CampaignBar;
@@ -124,16 +123,6 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<ExitCode, Error> {
         None => {}
     }
     let file = Path::new(args.file.as_deref().unwrap_or_default());
-    if model::is_model(file) {
-        let shard = ("--shard", args.shard.is_some());
-        model::refuse(&[
-            shard,
-            ("--only", args.only.is_some()),
-            ("--out", args.out.is_some()),
-            ("--fresh", args.fresh),
-        ])?;
-        return model::campaign(file, args.runs, args.quiet);
-    }
     let plan = Plan::load(file)?;
     let plan = args.runs.map_or(Ok(plan.clone()), |runs| plan.with_runs(runs))?;
     let name = file.file_stem().map_or_else(|| "campaign".into(), |stem| file_name(&stem.to_string_lossy()));
@@ -243,6 +232,13 @@ fn findings(summary: &Summary, folder: &Path) -> Vec<(String, String)> {
     }
     for Estimate { of, count, rate, interval } in &summary.properties {
         let (happened, runs, rate) = (count.happened(), count.runs(), rate.unwrap_or(0.0));
+        // The campaign of a RoAML model.
+        if summary.campaign.ends_with(".xml") {
+            let (held, interval) = (runs - happened, interval.complement());
+            let rate = held as f64 / runs.max(1) as f64;
+            line(of, format!("true in {held} of {runs}: {rate:.4} (95 %: {interval:.4})"));
+            continue;
+        }
         line(of, format!("violated in {happened} of {runs}: {rate:.4} (95 %: {interval:.4})"));
     }
     if let Some(goal) = &summary.goal {

@@ -19,7 +19,6 @@ use scenarios::scenario::{Scenario, find};
 use serde_json::json;
 use skills::{Chart, Strictness};
 
-use crate::model;
 use crate::monitor::System;
 use crate::named_files;
 use crate::output::{complain, print_json, say, warn};
@@ -132,7 +131,7 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
     let path = Path::new(file);
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     match ending.as_deref() {
-        Some("xml") if model::is_model(path) => of_model(path),
+        Some("xml") if find::is_model(path) => of_scenario(file),
         Some("xml") => tree(path).map(|(_, checked)| checked),
         Some("scxml") => machine(path).map(|(_, checked)| checked),
         Some("scope") => properties(path, scenario),
@@ -152,14 +151,6 @@ fn examine(file: &str, scenario: &str) -> Result<Checked, Error> {
              in .scxml, and properties in .scope",
         )),
     }
-}
-
-fn of_model(path: &Path) -> Result<Checked, Error> {
-    let model = roaml::Model::load(path).map_err(Error::bad_input)?;
-    let (machines, properties) = (model.machines().count(), model.properties.len());
-    let summary = format!("a RoAML model: {}, {}", counted(machines, "machine"), counted_properties(properties));
-    let concerns = model.warnings.iter().map(|warning| Box::new(warning.clone()) as _).collect();
-    Ok(Checked { summary, concerns })
 }
 
 /// What a TOML file is about.
@@ -277,14 +268,21 @@ fn of_scenario(name: &str) -> Result<Checked, Error> {
 fn ready(scenario: &Arc<Scenario>) -> Result<Checked, Error> {
     let live = Live::new(Arc::clone(scenario), scenario.file.seed, true)?;
     let mut concerns: Vec<Box<dyn Diagnostic + Send + Sync>> = Vec::new();
-    concerns.extend(scenario.tree.concerns().map(|concerns| Box::new(concerns.clone()) as _));
+    concerns.extend(scenario.model_concerns().iter().map(|concern| Box::new(concern.clone()) as _));
+    let tree = scenario.tree.as_ref();
+    concerns.extend(tree.and_then(|tree| tree.concerns()).map(|concerns| Box::new(concerns.clone()) as _));
     concerns.extend(scenario.leaf_concerns().map(|concerns| Box::new(concerns) as _));
+    // A model has told its own warnings.
+    let own = scenario.model.is_none().then_some(());
     let machines: BTreeMap<&Path, &Arc<Chart>> =
-        scenario.skills.values().map(|skill| (&*skill.path, &skill.machine)).collect();
+        own.iter().flat_map(|_| scenario.skills.values()).map(|skill| (&*skill.path, &skill.machine)).collect();
     concerns.extend(machines.values().filter_map(|chart| chart.concerns()).map(|concerns| Box::new(concerns) as _));
     concerns.extend(scenario.place_concerns().into_iter().map(|concern| Box::new(concern) as _));
     concerns.extend(live.warnings().iter().map(|warnings| Box::new(warnings.clone()) as _));
-    let mut parts = vec![counted(scenario.tree.leaves().count(), "leaf").replace("leafs", "leaves")];
+    let mut parts = match &scenario.model {
+        Some(_) => vec![format!("a RoAML model of {}", counted(scenario.machine_processes().count(), "machine"))],
+        None => vec![counted(tree.map_or(0, |tree| tree.leaves().count()), "leaf").replace("leafs", "leaves")],
+    };
     parts.extend(scenario.premises.as_ref().map(|premises| counted(premises.places.iter().count(), "place")));
     parts.push(counted_properties(live.properties().count()));
     parts.push(counted(scenario.file.faults.len(), "fault"));

@@ -17,7 +17,6 @@ mod localize;
 mod man;
 mod map;
 mod matrix;
-mod model;
 mod monitor;
 mod named_files;
 mod names;

@@ -18,7 +18,6 @@ use scenarios::scenario::{Found, Scenario, find};
 
 use monitors::Warnings;
 
-use crate::model;
 use crate::names::ScenarioName;
 use crate::output::{note, print_json, warn};
 use crate::progress::{Bar, Progress};
@@ -28,8 +27,8 @@ use crate::{browser, interrupt, summary};
 /// Which scenarios to run.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct RunArgs {
-    /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'; or one RoAML
-    /// model
+    /// Scenarios: names (see `steward list`), files, folders, or patterns of names such as 'faults/*'; or RoAML
+    /// models
     #[arg(value_name = "NAME|FILE", required_unless_present_any = ["all", "filter"], value_parser = ScenarioName,
           hide_possible_values = true)]
     scenarios: Vec<String>,
@@ -98,11 +97,6 @@ pub(crate) fn scenario(name: &str, options: &RunOptions) -> Result<ExitCode, Err
 /// Runs the scenarios that are asked for.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Error> {
     let options = &args.options;
-    if let [only] = args.scenarios.as_slice()
-        && model::is_model(Path::new(only))
-    {
-        return options.run_model(Path::new(only));
-    }
     let found = select::select(&args.scenarios, &args.filter)?;
     if let [only] = found.as_slice() {
         return one(&Job::load(only, options, false)?, options);
@@ -128,20 +122,6 @@ impl RunOptions {
         }
     }
 
-    /// Runs a RoAML model once.
-    fn run_model(&self, file: &Path) -> Result<ExitCode, Error> {
-        model::refuse(&[
-            ("--out", self.out.is_some()),
-            ("--set", !self.set.is_empty()),
-            ("--gif", self.gif.is_some()),
-            ("--record", self.record.is_some()),
-            ("--junit", self.junit.is_some()),
-            ("--open", self.open),
-            ("--no-monitors", self.no_monitors),
-        ])?;
-        model::run(file, self.seed, self.json, self.quiet)
-    }
-
     /// Whether there is neither progress nor summary.
     fn is_silent(&self) -> bool {
         self.quiet || self.json
@@ -152,7 +132,7 @@ impl Job {
     /// Loads a scenario, alone or one of `several`.
     fn load(found: &Found, options: &RunOptions, several: bool) -> Result<Self, scenarios::Error> {
         let scenario = Arc::new(Scenario::load(found, &options.set)?);
-        scenario.place_concerns().iter().for_each(|concern| warn(concern));
+        scenario.model_concerns().iter().chain(&scenario.place_concerns()).for_each(|concern| warn(concern));
         let seed = options.seed.unwrap_or(scenario.file.seed);
         let name = options.seed.map_or(scenario.name.clone(), |seed| format!("{}-seed-{seed}", scenario.name));
         let parts = name.split('/').map(file_name);

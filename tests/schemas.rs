@@ -255,7 +255,7 @@ fn probes(key: &Key) -> Vec<Value> {
 
 /// What only a reader knows: a file that is not there, what another file has, a rule that binds two keys, a language
 /// inside of a text.
-const ONLY_THE_READER: [&str; 26] = [
+const ONLY_THE_READER: [&str; 27] = [
     "actions.NAME.feedback",
     "actions.NAME.goal",
     "actions.NAME.result",
@@ -266,6 +266,7 @@ const ONLY_THE_READER: [&str; 26] = [
     "faults[].times",
     "goal.bound",
     "goal.indifference",
+    "model",
     "model.quantity",
     "parameters[]",
     "parameters[].from",

@@ -41,6 +41,11 @@ pub trait Monitor: Any + Debug + Send + Sync {
     /// The monitor's current location, by name.
     fn location(&self) -> String;
 
+    /// The verdict of a run that ends now; the one so far, if the end decides nothing.
+    fn verdict_at_end(&self) -> Verdict {
+        self.verdict()
+    }
+
     /// Whether an obligation is still pending: a run that ends now ends without a verdict.
     fn is_open(&self) -> bool;
 

@@ -49,6 +49,15 @@ pub struct Attached {
     pub decided: Option<Event>,
 }
 
+impl Attached {
+    /// Notes the event if it has decided the monitor.
+    fn note(&mut self, event: &Event) {
+        if self.decided.is_none() && self.monitor.verdict() != Verdict::Inconclusive {
+            self.decided = Some(event.clone());
+        }
+    }
+}
+
 /// What events are stamped with.
 #[derive(Clone, Debug, Default)]
 struct Clock {
@@ -113,6 +122,14 @@ impl ChannelSystem {
     #[must_use]
     pub fn monitors(&self) -> &[Attached] {
         &self.monitors
+    }
+
+    /// Lets the monitors see more than events, after the last one. If that decides them, this event has.
+    pub fn inform_monitors(&mut self, last: &Event, mut inform: impl FnMut(&mut dyn Monitor)) {
+        for attached in &mut self.monitors {
+            inform(attached.monitor.as_mut());
+            attached.note(last);
+        }
     }
 
     /// What a channel holds.
@@ -207,6 +224,13 @@ impl ChannelSystem {
         fired
     }
 
+    /// When the next timer is due, or has been: that of any process that is not suspended.
+    #[must_use]
+    pub fn next_timer(&self) -> Option<Duration> {
+        let processes = self.processes.iter().zip(&self.suspended).filter(|(_, suspended)| !**suspended);
+        processes.filter_map(|(process, _)| process.as_ref()?.next_timer()).min()
+    }
+
     /// Generates a tick: its event, and a message if `generator` can deliver it now. If the previous tick is
     /// unfinished, nothing waits for a tick; the tick is then lost, and the result is `false`.
     ///
@@ -217,14 +241,21 @@ impl ChannelSystem {
         self.clock.ticks += 1;
         let event = self.event(EventKind::Tick);
         self.show_monitors(&event);
-        let process = self.process::<TickGenerator>(generator).expect("ticks come from a TickGenerator");
-        let (channel, pending) = (process.output(), process.is_pending());
-        let ready = !pending && !self.suspended[generator.0];
-        let taken = ready && self.contents[channel.0].is_none() && self.awaits_tick(channel);
+        let taken = !self.suspended[generator.0] && self.is_ready_for_tick(generator);
         if taken && let Some(process) = self.process_mut::<TickGenerator>(generator) {
             process.generate(tick);
         }
         (event, taken)
+    }
+
+    /// Whether the tree has finished the last tick, and waits for the next one of this generator.
+    ///
+    /// # Panics
+    /// If `generator` is not a [`TickGenerator`].
+    pub fn is_ready_for_tick(&mut self, generator: ProcessId) -> bool {
+        let process = self.process::<TickGenerator>(generator).expect("ticks come from a TickGenerator");
+        let (channel, pending) = (process.output(), process.is_pending());
+        !pending && self.contents[channel.0].is_none() && self.awaits_tick(channel)
     }
 
     fn awaits_tick(&mut self, channel: ChannelId) -> bool {
@@ -392,11 +423,9 @@ impl ChannelSystem {
     }
 
     fn show_monitors(&mut self, event: &Event) {
-        for Attached { monitor, decided } in &mut self.monitors {
-            monitor.observe(event);
-            if decided.is_none() && monitor.verdict() != Verdict::Inconclusive {
-                *decided = Some(event.clone());
-            }
+        for attached in &mut self.monitors {
+            attached.monitor.observe(event);
+            attached.note(event);
         }
     }
 

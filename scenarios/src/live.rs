@@ -1,8 +1,10 @@
 //! A running scenario: the world, the channel system and the monitors, step by step.
 
+use std::any::Any;
 use std::sync::Arc;
 use std::time::Duration;
 
+use bt::{Outcome, Status};
 use channels::{ChannelSystem, Event, GraphMonitor, Monitor, Scheduler, Verdict};
 use maps::Place;
 use monitors::{ScopeMonitor, Warnings, scope_monitor};
@@ -10,6 +12,7 @@ use recording::{
     Decision, Detail, Details, End, Ended, Happening, Header, MonitorEnd, MonitorState, Navigation, RobotBody, Scene,
     SceneClock, Step, TraceHash, event_line,
 };
+use roaml::PropertyMonitor;
 use robot::{RobotModel, Streams};
 
 use crate::error::{Complaints, Error, StepError};
@@ -18,16 +21,15 @@ use crate::monitoring::{MachineMonitor, Monitoring};
 use crate::names::unknown;
 use crate::scenario::{Premises, STEP, Scenario, settings};
 use crate::skill_errors::SkillErrors;
-use crate::tick_clock::TickClock;
+use crate::tick_clock::{AFTER_THE_START, TickClock};
 use crate::tree_errors::TreeErrors;
-use crate::wiring::{Ids, start_programs, wire};
+use crate::wiring::{Ids, TreeIds, start_programs, wire};
 use crate::world::{SimulatedRobot, World};
 
 /// A running scenario.
 ///
 /// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
-/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. A run is described
-/// by its records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. Each step of a RoAML model is at the time of an event. A run is described by its records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
 /// [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
@@ -50,7 +52,12 @@ pub struct Live {
     /// Whether each monitor has given its verdict.
     decided: Vec<bool>,
     overruns: u64,
-    tick_clock: TickClock,
+    /// `None` if the tree gets no more ticks.
+    tick_clock: Option<TickClock>,
+    /// Whether the first step has been made.
+    begun: bool,
+    /// Whether no step may be longer than [`STEP`].
+    is_fine: bool,
     hash: TraceHash,
     scene_clock: SceneClock,
     told: Told,
@@ -82,10 +89,14 @@ impl Live {
         let injector = Injector::new(&scenario, &world, &wired.system, &streams, &mut complaints);
         complaints.check()?;
         start_programs(&scenario, &mut wired.system)?;
+        let tick = scenario.file.execution.tick;
+        let first_tick = if scenario.model.is_some() { tick } else { AFTER_THE_START };
         Ok(Self {
             decided: vec![false; wired.system.monitors().len()],
             skill_errors: SkillErrors::of(&wired.system),
-            tick_clock: TickClock::new(scenario.file.execution.tick),
+            tick_clock: wired.ids.tree.map(|_| TickClock::new(tick, first_tick)),
+            begun: false,
+            is_fine: !scenario.file.faults.is_empty(),
             scene_clock: SceneClock::new(&scenario.file.snapshots),
             scenario,
             seed,
@@ -112,13 +123,18 @@ impl Live {
     pub fn step(&mut self) -> Result<(), StepError> {
         self.happenings.clear();
         self.apply_faults();
-        self.world.step(&mut self.system);
-        let now = self.world.time();
+        let now = self.next_time();
+        self.begun = true;
+        self.world.step(now, &mut self.system);
         if let Some(robot) = self.world.robot() {
             robot.enter_into_trace(&mut self.hash);
         }
-        self.stirred |= self.system.advance(now);
-        self.communicate(now)?;
+        self.events.clear();
+        self.happen(now)?;
+        // What is due at one time in a model happens one after the other, and the tick comes last.
+        while self.scenario.model.is_some() && self.next_event().is_some_and(|next| next <= now) {
+            self.happen(now)?;
+        }
         self.note_tree_errors();
         self.skill_errors.note(&self.system, now);
         let given_up = self.world.robot_mut().and_then(SimulatedRobot::note_given_up);
@@ -127,6 +143,38 @@ impl Live {
         self.happenings.extend(speeches.into_iter().map(|(by, text)| Happening::Said { by: by.index(), text }));
         self.note_verdicts();
         self.note_arrivals();
+        Ok(())
+    }
+
+    /// The time of the next step. The first step of a model is at the start, and each of the others at the time of the
+    /// next event. If there are faults, or someone sees the details of the run, there is also a step at every multiple of
+    /// [`STEP`].
+    fn next_time(&self) -> Duration {
+        let now = self.world.time();
+        if self.scenario.model.is_none() {
+            return now + STEP;
+        }
+        if !self.begun {
+            return now;
+        }
+        let steps = u32::try_from(now.as_nanos() / STEP.as_nanos()).unwrap_or(u32::MAX).saturating_add(1);
+        let regular = self.is_fine.then(|| STEP.saturating_mul(steps));
+        let end = self.scenario.file.execution.max_time;
+        self.next_event().into_iter().chain(regular).fold(end, Duration::min).max(now)
+    }
+
+    /// When the next timer or tick is due.
+    fn next_event(&self) -> Option<Duration> {
+        self.system.next_timer().into_iter().chain(self.tick_clock.as_ref().map(TickClock::next)).min()
+    }
+
+    /// Lets everything happen that is due now; in a model, timers before the tick.
+    fn happen(&mut self, now: Duration) -> Result<(), StepError> {
+        let fired = self.system.advance(now);
+        self.stirred |= fired;
+        if self.communicate(now, !fired || self.scenario.model.is_none())? {
+            self.follow_tree();
+        }
         Ok(())
     }
 
@@ -143,20 +191,23 @@ impl Live {
         }));
     }
 
-    /// Generates a tick if it is due and runs the channel system until it is quiet.
-    fn communicate(&mut self, now: Duration) -> Result<(), StepError> {
+    /// Generates a tick if it is due and `may` come, and runs the channel system until it is quiet. Returns whether there
+    /// was a tick.
+    fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
         let topology = Arc::clone(self.system.topology());
         let Self { system, scheduler, events, hash, .. } = self;
-        events.clear();
         let mut enter = |event: Event| {
             hash.line(&event_line(&event, &topology));
             events.push(event);
         };
-        if self.tick_clock.is_due(now, || self.injector.delay_of_tick()) {
-            if let Some(robot) = self.world.robot() {
-                robot.tell(&self.scenario.tree, system, self.ids.tree);
+        let clock = self.tick_clock.as_mut().filter(|_| may);
+        let is_due = clock.is_some_and(|clock| clock.is_due(now, || self.injector.delay_of_tick()));
+        let ticked = self.ids.tree.filter(|_| is_due);
+        if let Some(TreeIds { tick_generator, tree }) = ticked {
+            if let (Some(robot), Some(of)) = (self.world.robot(), &self.scenario.tree) {
+                robot.tell(of, system, tree);
             }
-            let (event, delivered) = system.generate_tick(self.ids.tick_generator);
+            let (event, delivered) = system.generate_tick(tick_generator);
             self.overruns += u64::from(!delivered);
             enter(event);
         }
@@ -172,14 +223,37 @@ impl Live {
         match failure {
             Some(error) => Err(error.into()),
             None if self.system.steps() > limit => Err(StepError::Budget(limit)),
-            None => Ok(()),
+            None => Ok(ticked.is_some()),
+        }
+    }
+
+    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model says so.
+    fn follow_tree(&mut self) {
+        let Self { scenario, system, ids: Ids { tree, .. }, .. } = self;
+        let (Some(model), Some(of), Some(ids), Some(last)) =
+            (&scenario.model, &scenario.tree, tree, self.events.last())
+        else {
+            return;
+        };
+        if !system.is_ready_for_tick(ids.tick_generator) {
+            return;
+        }
+        let (states, step) = (bt::states_in(of, system, ids.tree), system.steps());
+        system.inform_monitors(last, |monitor| {
+            if let Some(property) = (monitor as &mut dyn Any).downcast_mut::<PropertyMonitor>() {
+                property.see_tree(&states, step);
+            }
+        });
+        let is_running = states.first().is_some_and(|root| root.outcome == Some(Outcome::Answered(Status::Running)));
+        if !is_running && !model.parameters.tick_if_not_running {
+            self.tick_clock = None;
         }
     }
 
     fn note_tree_errors(&mut self) {
-        if !self.events.is_empty() {
+        if let Some(TreeIds { tree, .. }) = self.ids.tree.filter(|_| !self.events.is_empty()) {
             let tick = self.system.ticks().saturating_sub(1);
-            let new = self.tree_errors.note(bt::faults_in(&self.system, self.ids.tree));
+            let new = self.tree_errors.note(bt::faults_in(&self.system, tree));
             self.happenings.extend(new.into_iter().map(|error| Happening::TreeError {
                 node: error.node.index(),
                 message: error.message,
@@ -243,13 +317,17 @@ impl Live {
             scenario: name.clone(),
             about: file.about.clone(),
             origin: origin.clone(),
-            settings: settings::in_effect(file.premises.as_ref().map(|entry| &entry.sim), &file.execution),
+            settings: settings::in_effect(
+                file.premises.as_ref().map(|entry| &entry.sim),
+                file.model.is_some(),
+                &file.execution,
+            ),
             seed: self.seed,
             tick: file.execution.tick,
-            dt: STEP,
+            dt: if file.model.is_some() { Duration::ZERO } else { STEP },
             unwatched: self.decided.is_empty() && !file.properties.is_empty(),
             topology: Arc::clone(self.system.topology()),
-            tree: tree.nodes().iter().map(recording::Node::from).collect(),
+            tree: tree.iter().flat_map(|tree| tree.nodes()).map(recording::Node::from).collect(),
             skills: self.scenario.skills.keys().cloned().collect(),
             components: self.scenario.component_names().map(str::to_owned).collect(),
             monitors: self.monitoring.as_ref().map_or_else(|| Arc::from([]), |monitoring| monitoring.told()),
@@ -264,6 +342,7 @@ impl Live {
     /// The record of the last step, or of the initial state, with the given detail. Call it once before the first step
     /// and once after each.
     pub fn record(&mut self, detail: Detail) -> Step {
+        self.is_fine |= detail > Detail::Verdicts;
         let robot = self.world.robot_state();
         let (time, happenings) = (self.time(), std::mem::take(&mut self.happenings));
         let is_start = time.is_zero();
@@ -294,7 +373,8 @@ impl Live {
             scene: if with_scene { self.scene() } else { None },
             ..Details::default()
         };
-        let states = bt::states_in(&self.scenario.tree, &self.system, self.ids.tree);
+        let tree = self.scenario.tree.as_ref().zip(self.ids.tree);
+        let states = tree.map(|(tree, ids)| bt::states_in(tree, &self.system, ids.tree)).unwrap_or_default();
         let outcomes: Vec<_> = states.iter().map(|state| state.outcome).collect();
         if self.told.outcomes != outcomes {
             self.told.outcomes.clone_from(&outcomes);
@@ -363,7 +443,7 @@ fn monitor_end(monitor: &dyn Monitor) -> MonitorEnd {
         locations.iter().map(|location| graph.visits(location)).collect()
     };
     MonitorEnd {
-        state: MonitorState::of(monitor),
+        state: MonitorState { verdict: monitor.verdict_at_end(), ..MonitorState::of(monitor) },
         open: scope.map(ScopeMonitor::open_obligations).unwrap_or_default(),
         vacuous: scope.map(ScopeMonitor::vacuous).unwrap_or_default(),
         errors: MachineMonitor::of(monitor).map_or_else(Vec::new, |machine| machine.errors().to_vec()),

@@ -11,6 +11,7 @@ use channels::{Monitor, Topology};
 use diagnostics::Span;
 use monitors::{Property, ScopeMonitor, Warnings, scope_monitor};
 use recording::Graph;
+use roaml::Model;
 use skills::Chart;
 
 use crate::Error;
@@ -30,6 +31,15 @@ pub(crate) struct Watched {
     summary: String,
 }
 
+/// What a scenario says about its monitors.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Described<'a> {
+    pub(crate) file: &'a ScenarioFile,
+    pub(crate) model: Option<&'a Model>,
+    pub(crate) properties: &'a [(String, String)],
+    pub(crate) watching: &'a BTreeMap<usize, Arc<Chart>>,
+}
+
 /// The monitors of a scenario in their initial state.
 #[derive(Debug)]
 pub(crate) struct Monitoring {
@@ -42,15 +52,13 @@ pub(crate) struct Monitoring {
 }
 
 impl Monitoring {
-    /// Makes the monitors of a scenario's `properties`, given by the names and texts of its property files, followed by
-    /// the ready-made ones; `watching` contains the machines among these, by index.
+    /// Makes the monitors of a model's properties, then those of the property files, given by their names and texts,
+    /// then the ready-made ones; `watching` contains the machines among these, by index.
     ///
     /// # Errors
     /// [`Error::BadInput`] with everything that is wrong with the files.
     pub(crate) fn new(
-        file: &ScenarioFile,
-        properties: &[(String, String)],
-        watching: &BTreeMap<usize, Arc<Chart>>,
+        Described { file, model, properties, watching }: Described<'_>,
         topology: &Arc<Topology>,
     ) -> Result<Self, Error> {
         let tick = file.execution.tick;
@@ -62,6 +70,17 @@ impl Monitoring {
             warnings: Vec::new(),
             told: OnceLock::new(),
         };
+        if let (Some(model), Some(entry)) = (model, &file.model) {
+            for (property, monitor) in model.properties.iter().zip(model.monitors(topology)) {
+                let roaml::Property { name, formula, .. } = property.clone();
+                let summary = formula.clone();
+                made.add(
+                    Property { name, formula, summary, monitor: Box::new(monitor) },
+                    &entry.path.span,
+                    &mut complaints,
+                );
+            }
+        }
         for ((name, text), place) in properties.iter().zip(&file.properties) {
             let Some(file) = complaints.note(monitors::load(name, text, topology, tick)) else { continue };
             for property in file.properties {

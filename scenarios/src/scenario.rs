@@ -9,6 +9,7 @@ pub mod find;
 pub mod keys;
 mod leaves;
 mod load;
+mod model;
 mod places;
 mod premises;
 mod ready_made;
@@ -23,7 +24,9 @@ use std::sync::{Arc, OnceLock};
 
 use bt::Tree;
 use channels::Topology;
+use diagnostics::Problem;
 use recording::Origin;
+use roaml::Model;
 use skills::Chart;
 
 pub use component::{Component, Runs};
@@ -33,6 +36,7 @@ pub use faulty::FaultyMachines;
 pub use file::{Execution, Expectations, Order, Policy, ScenarioFile, TreeForm};
 pub use find::Found;
 pub use leaves::LeafEntry;
+pub use model::ModelEntry;
 pub use premises::{Premises, PremisesEntry, Sites, Start};
 pub use ready_made::{Content, EventRule, Figure, ReadyMade, ReadyMadeKind, WatchingMachine};
 pub use robot::STEP;
@@ -41,7 +45,7 @@ pub use stop::{Stop, StopOnViolation};
 pub use world::WorldBody;
 
 use crate::Error;
-use crate::monitoring::Monitoring;
+use crate::monitoring::{Described, Monitoring};
 use crate::processes::BUILTIN;
 
 /// A scenario, ready to be run: its file and everything that the file names, loaded and checked.
@@ -55,11 +59,13 @@ pub struct Scenario {
     pub origin: Origin,
     /// The map on which its robot drives; without one, tree, skills and components run alone.
     pub premises: Option<Premises>,
-    /// The behavior tree.
-    pub tree: Arc<Tree>,
+    /// The RoAML model from which tree, skills and components come; without one, they come from files of their own.
+    pub model: Option<Arc<Model>>,
+    /// The behavior tree; only a model may have none.
+    pub tree: Option<Arc<Tree>>,
     /// The skill of each leaf, by the name of the leaf's process.
     pub skills: BTreeMap<String, Skill>,
-    /// The components from files, by the name of their process.
+    /// The components from files, by the name of their process; of a model, all that is no leaf.
     pub components: BTreeMap<String, Component>,
     /// The machines that skills and components run while faults change them, by the name of the process.
     pub machines: BTreeMap<String, FaultyMachines>,
@@ -82,7 +88,9 @@ impl Scenario {
         if let Some(made) = self.monitoring.get().filter(|made| made.fits(topology, tick)) {
             return Ok(Arc::clone(made));
         }
-        let made = Arc::new(Monitoring::new(&self.file, &self.properties, &self.watching, topology)?);
+        let Self { file, model, properties, watching, .. } = self;
+        let described = Described { file, model: model.as_deref(), properties, watching };
+        let made = Arc::new(Monitoring::new(described, topology)?);
         // If a scenario with other channels shares it, there is one already, which stays.
         let _ = self.monitoring.set(Arc::clone(&made));
         Ok(made)
@@ -108,10 +116,17 @@ impl Scenario {
         of_robot.filter(move |name| !is_replaced(name)).chain(self.components.keys().map(String::as_str))
     }
 
+    /// The warnings about the files of the model, to be rendered.
+    #[must_use]
+    pub fn model_concerns(&self) -> &[Problem] {
+        self.model.as_ref().map_or(&[], |model| &model.warnings)
+    }
+
     /// The warnings about the tree and its skills, to be rendered; `None` if there are none.
     #[must_use]
     pub fn leaf_concerns(&self) -> Option<bt::TreeError> {
-        let concerns = skill::concerns(&self.tree, &self.skills);
-        (!concerns.is_empty()).then(|| self.tree.error(&concerns))
+        let tree = self.tree.as_ref().filter(|_| self.model.is_none())?;
+        let concerns = skill::concerns(tree, &self.skills);
+        (!concerns.is_empty()).then(|| tree.error(&concerns))
     }
 }

@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
-/// A periodic timer, from time 0 on, which faults may disturb.
+/// The first time after the start of a run.
+pub(crate) const AFTER_THE_START: Duration = Duration::from_nanos(1);
+
+/// A periodic timer, which faults may disturb.
 #[derive(Clone, Debug)]
 pub(crate) struct TickClock {
     period: Duration,
@@ -13,18 +16,24 @@ pub(crate) struct TickClock {
 }
 
 impl TickClock {
-    pub(crate) fn new(period: Duration) -> Self {
-        Self { period, next: Duration::ZERO, late: Vec::new() }
+    /// The timer that is due for the first time at `first`.
+    pub(crate) fn new(period: Duration, first: Duration) -> Self {
+        Self { period, next: first, late: Vec::new() }
+    }
+
+    /// When it is due next, or may be.
+    pub(crate) fn next(&self) -> Duration {
+        self.late.iter().copied().fold(self.next, Duration::min)
     }
 
     /// Whether a tick must be generated in this step. `delay` returns the delay of a tick that is due, or `None` if it
     /// is missed.
     pub(crate) fn is_due(&mut self, now: Duration, delay: impl FnOnce() -> Option<Duration>) -> bool {
-        if now > self.next {
+        if now >= self.next {
             self.late.extend(delay().map(|delay| self.next + delay));
             self.next += self.period;
         }
-        let due = self.late.iter().position(|at| now > *at);
+        let due = self.late.iter().position(|at| now >= *at);
         due.map(|index| self.late.swap_remove(index)).is_some()
     }
 }
@@ -35,7 +44,7 @@ mod tests {
 
     /// The first 200 steps of 20 ms at which ticks are generated, with the given delay of the n-th tick.
     fn ticks(delay: impl Fn(usize) -> Option<Duration>) -> Vec<u64> {
-        let mut clock = TickClock::new(Duration::from_secs(1));
+        let mut clock = TickClock::new(Duration::from_secs(1), AFTER_THE_START);
         let mut number = 0;
         let mut is_due = |step: u64| {
             clock.is_due(Duration::from_millis(20 * step), || {

@@ -19,6 +19,7 @@ use interfaces::Interface;
 use maps::Places;
 use programs::ProgramProcess;
 use recording::TREE;
+use roaml::{Model, Wiring};
 use robot::Streams;
 use skills::{Chart, Datum, LeafOfSystem, SkillOfSystem, SkillProcess, check_system};
 
@@ -43,10 +44,17 @@ pub(crate) struct Wired {
 /// The processes that the run must know.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ids {
-    pub(crate) tick_generator: ProcessId,
-    pub(crate) tree: ProcessId,
+    /// The tree and what generates its ticks, if there is a tree.
+    pub(crate) tree: Option<TreeIds>,
     /// The components of a robot, if there is one.
     pub(crate) robot: Option<Processes>,
+}
+
+/// The tree and what generates its ticks.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TreeIds {
+    pub(crate) tick_generator: ProcessId,
+    pub(crate) tree: ProcessId,
 }
 
 /// Wires tree, skills and components of a scenario.
@@ -54,20 +62,21 @@ pub(crate) struct Ids {
 /// # Errors
 /// [`Error::BadInput`] with everything that does not fit together.
 pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Error> {
+    let tree = match (&scenario.model, &scenario.tree) {
+        (Some(model), _) => return wire_model(scenario, model, streams),
+        (None, tree) => tree.as_ref().expect("only a model may have no tree"),
+    };
     let mut complaints = Complaints::default();
     let mut topology = Topology::default();
     let machines =
         scenario.machine_processes().map(|(name, skill)| Client::new(name, scenario.machines_of(name, skill)));
     let clients = machines.chain(scenario.components.iter().filter_map(Client::of_program));
-    let parts = Parts { tree: &scenario.tree, skills: &scenario.skills, components: &scenario.components };
+    let parts = Parts { tree, skills: &scenario.skills, components: &scenario.components };
     let places = scenario.premises.as_ref().map(|premises| &premises.places);
-    let ids = declare(&parts, &clients.collect::<Vec<_>>(), places, &mut topology).map_err(refused)?;
-    let tree_processes = tree_processes(scenario, &mut topology, ids.tree).map_err(refused)?;
+    let (ids, robot) = declare(&parts, &clients.collect::<Vec<_>>(), places, &mut topology).map_err(refused)?;
+    let mut processes = tree_processes(scenario, tree, &mut topology, ids).map_err(refused)?;
     let topology = Arc::new(topology);
 
-    let mut processes = tree_processes;
-    let ticks = topology.find_channel(TICK_GENERATOR, TREE).expect("the tree's channels have just been declared");
-    processes.push((ids.tick_generator, Box::new(TickGenerator::new(ticks))));
     for (name, skill) in scenario.machine_processes() {
         let id = topology.find_process(name).expect("every machine's process has just been declared");
         let data = skill.data_of(&skill.machine);
@@ -86,11 +95,38 @@ pub(crate) fn wire(scenario: &Scenario, streams: &Streams) -> Result<Wired, Erro
             }
         }
     }
-    processes.extend(builtin_components(scenario, &topology, &ids).map_err(refused)?);
+    processes.extend(builtin_components(scenario, &topology, robot).map_err(refused)?);
     let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
     complaints.check()?;
     let system = ChannelSystem::new(topology, processes).map_err(refused)?;
-    Ok(Wired { system, scheduler: scheduler.expect("an unknown process was complained about"), ids })
+    let scheduler = scheduler.expect("an unknown process was complained about");
+    Ok(Wired { system, scheduler, ids: Ids { tree: Some(ids), robot } })
+}
+
+/// Wires a model.
+fn wire_model(scenario: &Scenario, model: &Model, streams: &Streams) -> Result<Wired, Error> {
+    let mut complaints = Complaints::default();
+    let mut topology = Topology::default();
+    let tree = model.tree.as_ref().map(|_| TreeIds::declare(&mut topology)).transpose().map_err(refused)?;
+    let ids = tree.map(|ids| (ids.tick_generator, ids.tree));
+    let wiring = Wiring::declare(model, &mut topology, ids).map_err(refused)?;
+    let mut processes: Vec<WiredProcess> = Vec::new();
+    if let Some((tree, ids)) = model.tree.as_ref().zip(tree) {
+        processes.extend(tree_processes(scenario, tree, &mut topology, ids).map_err(refused)?);
+    }
+    let topology = Arc::new(topology);
+    processes.extend(wiring.processes(&topology, streams));
+    let scheduler = scheduler(scenario, &topology, streams, &mut complaints);
+    complaints.check()?;
+    let system = ChannelSystem::new(topology, processes).map_err(refused)?;
+    let scheduler = scheduler.expect("an unknown process was complained about");
+    Ok(Wired { system, scheduler, ids: Ids { tree, robot: None } })
+}
+
+impl TreeIds {
+    fn declare(topology: &mut Topology) -> Result<Self, WiringError> {
+        Ok(Self { tick_generator: topology.process(TICK_GENERATOR)?, tree: topology.process(TREE)? })
+    }
 }
 
 /// Starts the programs among the components.
@@ -243,9 +279,8 @@ fn declare(
     clients: &[Client<'_>],
     places: Option<&Places>,
     topology: &mut Topology,
-) -> Result<Ids, WiringError> {
-    let tick_generator = topology.process(TICK_GENERATOR)?;
-    let bt = topology.process(TREE)?;
+) -> Result<(TreeIds, Option<Processes>), WiringError> {
+    let tree = TreeIds::declare(topology)?;
     for name in parts.tree.leaves().map(|leaf| leaf.process()).collect::<BTreeSet<_>>() {
         topology.process(name)?;
     }
@@ -257,7 +292,7 @@ fn declare(
     let components = builtin.iter().copied().chain(parts.components.keys().map(String::as_str));
     let components: Vec<(&str, ProcessId)> =
         components.map(|name| Ok((name, topology.process(name)?))).collect::<Result<_, WiringError>>()?;
-    bt::declare_channels(parts.tree, topology, bt, tick_generator)?;
+    bt::declare_channels(parts.tree, topology, tree.tree, tree.tick_generator)?;
     let operations = operations(places.unwrap_or(&Places::default()));
     let mut lines = Lines::default();
     for (name, component) in components {
@@ -280,7 +315,7 @@ fn declare(
         localization: id(LOCALIZATION),
         navigation: id(NAVIGATION),
     });
-    Ok(Ids { tick_generator, tree: bt, robot })
+    Ok((tree, robot))
 }
 
 /// Something that a component does for others: what they send, and what they receive.
@@ -374,25 +409,34 @@ fn declare_offers(
     }
 }
 
+/// The tree and what generates its ticks.
 fn tree_processes(
     scenario: &Scenario,
+    tree: &Arc<Tree>,
     topology: &mut Topology,
-    tree: ProcessId,
+    ids: TreeIds,
 ) -> Result<Vec<WiredProcess>, WiringError> {
     let leaf_timeout = scenario.file.execution.leaf_timeout;
-    match scenario.file.execution.tree {
+    let mut processes: Vec<WiredProcess> = match scenario.file.execution.tree {
         TreeForm::Whole => {
-            let process = TreeProcess::new(Arc::clone(&scenario.tree), topology, TREE, TICK_GENERATOR)?;
-            Ok(vec![(tree, Box::new(process.with_leaf_timeout(leaf_timeout)))])
+            let process = TreeProcess::new(Arc::clone(tree), topology, TREE, TICK_GENERATOR)?;
+            vec![(ids.tree, Box::new(process.with_leaf_timeout(leaf_timeout)))]
         }
-        TreeForm::Nodes => bt::node_processes(&scenario.tree, topology, TREE, TICK_GENERATOR, leaf_timeout),
-    }
+        TreeForm::Nodes => bt::node_processes(tree, topology, TREE, TICK_GENERATOR, leaf_timeout)?,
+    };
+    let ticks = topology.find_channel(TICK_GENERATOR, TREE).expect("the tree's channels have just been declared");
+    processes.push((ids.tick_generator, Box::new(TickGenerator::new(ticks))));
+    Ok(processes)
 }
 
-fn builtin_components(scenario: &Scenario, topology: &Topology, ids: &Ids) -> Result<Vec<WiredProcess>, WiringError> {
+fn builtin_components(
+    scenario: &Scenario,
+    topology: &Topology,
+    robot: Option<Processes>,
+) -> Result<Vec<WiredProcess>, WiringError> {
     let mut processes: Vec<WiredProcess> = Vec::new();
     let is_builtin = |name| !scenario.components.contains_key(name);
-    if let Some(Processes { battery_reader, localization, navigation }) = ids.robot {
+    if let Some(Processes { battery_reader, localization, navigation }) = robot {
         if is_builtin(BATTERY_READER) {
             processes.push((battery_reader, Box::new(BatteryReader::new(topology, battery_reader)?)));
         }

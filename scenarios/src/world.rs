@@ -14,7 +14,7 @@ use sim::{ObstacleConfig, ObstacleMotion, Simulation};
 
 use crate::Error;
 use crate::given_up::GivenUps;
-use crate::scenario::{Premises, STEP};
+use crate::scenario::Premises;
 
 /// A robot slower than this counts as at rest, in m/s and rad/s.
 const AT_REST: f64 = 1e-3;
@@ -52,9 +52,9 @@ impl World {
         Ok(Self { now: Duration::ZERO, robot: robot.transpose()?, devices })
     }
 
-    /// Moves on by a step: physics and sensors, then the robot's software and the devices.
-    pub(crate) fn step(&mut self, system: &mut ChannelSystem) {
-        self.now += STEP;
+    /// Moves on to a time, with a robot by a step: physics and sensors, then the robot's software and the devices.
+    pub(crate) fn step(&mut self, to: Duration, system: &mut ChannelSystem) {
+        self.now = to;
         if let Some(SimulatedRobot { sim, software, .. }) = &mut self.robot {
             sim.step();
             software.step(sim, system, self.now);

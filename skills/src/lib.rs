@@ -125,7 +125,9 @@ pub use datum::{Array, Datum, Object, TooLarge};
 pub use error::{Concerns, SkillError};
 pub use machine::{Event, EventKind, Host, Machine, Note, Outgoing, Params, Status, Transcript, Undelivered};
 pub use mutation::{Mutation, SendPlace, TransitionPlace, mutate, mutate_all, mutations};
-pub use process::{CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system};
+pub use process::{
+    Adapter, AdapterState, CLIENT, ChannelAdapter, LeafOfSystem, Mishap, SkillOfSystem, SkillProcess, check_system,
+};
 pub use rehearsal::{Cue, Cues, Ending, Line, LineKind, rehearse};
 pub use shipped::{ORIGINAL, SHIPPED, shipped};
 

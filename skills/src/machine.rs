@@ -81,6 +81,8 @@ pub struct Machine {
     generation: u32,
     /// The position in the sequence of `Math.random`.
     random: u64,
+    /// Whether the caller has set where the sequence begins.
+    is_seeded: bool,
     /// The data of the final state in which it ended.
     result: Datum,
     scratch: Unobserved<Scratch>,
@@ -183,6 +185,7 @@ impl Machine {
         let scratch = Scratch { entering: BitSet::new(states), by_default: BitSet::new(states), ..Scratch::default() };
         Self {
             random: session.seed(),
+            is_seeded: false,
             session,
             given: Vec::new(),
             status: Status::Ready,
@@ -232,7 +235,9 @@ impl Machine {
     /// Sets `_sessionid`, which is the chart's name otherwise.
     pub(crate) fn set_session(&mut self, session: &str) {
         self.session = Session::new(session);
-        self.random = self.session.seed();
+        if !self.is_seeded {
+            self.random = self.session.seed();
+        }
     }
 
     /// Whether it has room for another event. The caller's events and errors are taken in any case.
@@ -242,13 +247,26 @@ impl Machine {
 
     /// Another machine before its start, with the same chart, parameters and session.
     pub(crate) fn unstarted(&self) -> Self {
-        let (given, session) = (self.given.clone(), Arc::clone(&self.session));
-        Self { random: session.seed(), given, session, ..Self::new(Arc::clone(&self.chart)) }
+        Self { given: self.given.clone(), ..self.unstarted_with(&self.chart) }
+    }
+
+    /// Another machine before its start, with another chart and the same session.
+    pub(crate) fn unstarted_with(&self, chart: &Arc<Chart>) -> Self {
+        let session = Arc::clone(&self.session);
+        Self { random: session.seed(), session, ..Self::new(Arc::clone(chart)) }
     }
 
     /// Sets the seed of `Math.random`; by default it is derived from the session's name.
     pub fn set_seed(&mut self, seed: u64) {
         self.random = seed;
+        self.is_seeded = true;
+    }
+
+    /// Continues the sequence of a machine whose seed was set.
+    pub(crate) fn draw_after(&mut self, other: &Self) {
+        if other.is_seeded {
+            self.set_seed(other.random);
+        }
     }
 
     /// Stores a value in the datum of the whole machine with this id, if there is one.

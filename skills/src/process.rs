@@ -1,6 +1,7 @@
 //! A machine as a process of a channel system.
 
 mod adapter;
+mod channel_adapter;
 mod check;
 mod mishap;
 mod system;
@@ -8,18 +9,19 @@ mod translate;
 mod wiring;
 
 use std::collections::VecDeque;
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{Envelope, Offer, Process, Topology, TransitionId, Use};
 use diagnostics::nearest_or_all;
 
-use crate::chart::{Attribute, Chart};
+use crate::chart::Chart;
 use crate::machine::{Host, Machine, Note, Outgoing, Undelivered};
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
-pub use adapter::ChannelAdapter;
-use check::Constants;
+pub use adapter::{Adapter, AdapterState};
+pub use channel_adapter::ChannelAdapter;
 pub use mishap::Mishap;
 use mishap::Mishaps;
 pub use system::{LeafOfSystem, SkillOfSystem, check_system};
@@ -29,14 +31,14 @@ pub use wiring::CLIENT;
 const MAX_NOTES: usize = 1_000;
 
 /// A machine that communicates over channels. The crate's documentation describes how messages become events and events
-/// become messages.
+/// become messages; a process with [another adapter](Self::connected) has other rules.
 ///
 /// A machine that has reached a final state, or was stopped because it did not come to rest, continues to receive and
 /// answers nothing.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug)]
 pub struct SkillProcess {
     machine: Machine,
-    adapter: ChannelAdapter,
+    adapter: Box<dyn Adapter>,
     journal: Unobserved<Journal>,
 }
 
@@ -50,7 +52,7 @@ struct Journal {
 
 /// What a machine sends to and notes while it runs.
 struct Outside<'a> {
-    adapter: &'a mut ChannelAdapter,
+    adapter: &'a mut dyn Adapter,
     journal: &'a mut Journal,
 }
 
@@ -84,19 +86,35 @@ impl SkillProcess {
         if !problems.is_empty() {
             return Err(SkillError::Wiring { process: name.to_owned(), text: chart.file().clone(), problems });
         }
-        Ok(Self::started(machine, adapter, Mishaps::default(), Duration::ZERO))
+        Ok(Self::started(machine, Box::new(adapter), Mishaps::default(), Duration::ZERO))
     }
 
-    fn started(machine: Machine, adapter: ChannelAdapter, mishaps: Mishaps, now: Duration) -> Self {
+    /// The process `name`, which runs a machine from its initial state and has this adapter between the machine and its
+    /// channels. What does not fit the channels is an error of the run.
+    #[must_use]
+    pub fn connected(name: &str, mut machine: Machine, adapter: impl Adapter) -> Self {
+        machine.set_session(name);
+        Self::started(machine, Box::new(adapter), Mishaps::default(), Duration::ZERO)
+    }
+
+    /// The same process with another machine, at its start.
+    #[must_use]
+    pub fn with_chart(&self, chart: &Arc<Chart>) -> Self {
+        let machine = self.machine.unstarted_with(chart);
+        Self::started(machine, self.adapter.succeeding(), Mishaps::default(), Duration::ZERO)
+    }
+
+    fn started(machine: Machine, adapter: Box<dyn Adapter>, mishaps: Mishaps, now: Duration) -> Self {
         let journal = Journal { notes: VecDeque::new(), mishaps, chart: Arc::clone(machine.chart()) };
         let mut skill = Self { machine, adapter, journal: Unobserved(journal) };
-        let (machine, mut outside) = skill.parts();
-        machine.start(now, &mut outside);
+        skill.run(|machine, outside| machine.start(now, outside));
         skill
     }
 
-    fn parts(&mut self) -> (&mut Machine, Outside<'_>) {
-        (&mut self.machine, Outside { adapter: &mut self.adapter, journal: &mut self.journal })
+    /// Lets the machine do something, and completes what it has sent.
+    fn run(&mut self, act: impl FnOnce(&mut Machine, &mut Outside<'_>)) {
+        act(&mut self.machine, &mut Outside { adapter: self.adapter.as_mut(), journal: &mut self.journal });
+        self.adapter.complete(&mut self.machine);
     }
 
     /// A new process with the same machine and parameters that replaces `predecessor`, a process of the same skill. It
@@ -105,7 +123,9 @@ impl SkillProcess {
     #[must_use]
     pub fn succeeding(&self, predecessor: &Self, now: Duration) -> Self {
         let adapter = predecessor.adapter.succeeding();
-        Self::started(self.machine.unstarted(), adapter, predecessor.journal.mishaps.clone(), now)
+        let mut machine = self.machine.unstarted();
+        machine.draw_after(&predecessor.machine);
+        Self::started(machine, adapter, predecessor.journal.mishaps.clone(), now)
     }
 
     /// The machine: its active states, its data, its chart.
@@ -148,15 +168,11 @@ impl Process for SkillProcess {
     }
 
     fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
-        let Some(event) = self.adapter.take(transition, received.as_ref()) else { return };
-        let ports = self.adapter.is_client(transition).then(|| Arc::clone(&self.adapter.wiring));
-        for port in ports.iter().flat_map(|wiring| wiring.inputs()) {
-            if let Some(value) = event.data.member(port) {
-                self.machine.put(port, value.clone());
-            }
+        let mut event = self.adapter.take(transition, received.as_ref(), &mut self.machine);
+        while let Some(next) = event {
+            self.run(|machine, outside| machine.handle(next, now, outside));
+            event = self.adapter.waiting();
         }
-        let (machine, mut outside) = self.parts();
-        machine.handle(event, now, &mut outside);
     }
 
     fn next_timer(&self) -> Option<Duration> {
@@ -164,34 +180,30 @@ impl Process for SkillProcess {
     }
 
     fn fire_timers(&mut self, now: Duration) {
-        let (machine, mut outside) = self.parts();
-        machine.fire_timers(now, &mut outside);
+        self.run(|machine, outside| machine.fire_timers(now, outside));
     }
 
     fn uses(&self) -> Vec<Use> {
-        let wiring = &self.adapter.wiring;
-        let mut uses: Vec<Use> = self.adapter.receives().collect();
-        let constants = Constants::of(&self.machine, wiring);
-        self.machine.chart().visit_sends(&mut |send| {
-            if !check::goes_by_channel(send) {
-                return;
-            }
-            let literal = |attribute: &Option<Attribute>| attribute.as_ref()?.literal().cloned();
-            match literal(&send.target) {
-                Some(peer) => uses.extend(wiring.outgoing_to(&peer).map(|out| {
-                    let out = &wiring.outgoing[out];
-                    let message = literal(&send.event).and_then(|head| constants.message(&head, send, out));
-                    Use::Sends(out.channel, message)
-                })),
-                // The target is computed, or there is none: it may be any process.
-                None => uses.extend(self.adapter.sends()),
-            }
-        });
-        uses
+        self.adapter.uses(&self.machine)
     }
 
     /// The ids of the active states that have no children.
     fn location(&self) -> String {
         self.machine.active_ids().collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl PartialEq for SkillProcess {
+    fn eq(&self, other: &Self) -> bool {
+        self.machine == other.machine && *self.adapter == *other.adapter
+    }
+}
+
+impl Eq for SkillProcess {}
+
+impl Hash for SkillProcess {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.machine.hash(state);
+        self.adapter.hash(state);
     }
 }

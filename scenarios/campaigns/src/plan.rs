@@ -84,6 +84,9 @@ impl Plan {
             None if is_name => return Err(no_campaign(&name)),
             None => {}
         }
+        if find::is_model(path) {
+            return Self::parse(&name, &of_model(path));
+        }
         let text = diagnostics::text_from_disk(path).map_err(|error| {
             let message = format!("cannot read the campaign {name}: {error}");
             let help = "a campaign is a TOML file that names a scenario and the parameters to vary";
@@ -303,6 +306,15 @@ fn no_campaign(name: &str) -> Error {
 
 fn campaign_names() -> String {
     shipped_campaigns().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}
+
+/// The campaign that estimates the probabilities of a RoAML model: run k has the seed k, and ends when all properties
+/// have their verdicts.
+fn of_model(path: &Path) -> String {
+    let file = path.file_name().unwrap_or_default().to_string_lossy();
+    // JSON writes texts as TOML does.
+    let file = serde_json::Value::from(file);
+    format!("scenario = {file}\nruns = 1000\nseed = 0\nset = [\"stop.when_settled=true\"]\n")
 }
 
 /// One dimension per parameter; none for a grid.

@@ -31,7 +31,7 @@ pub struct Header {
     pub seed: u64,
     /// Time between ticks.
     pub tick: Duration,
-    /// Time between steps.
+    /// Time between steps; zero if they follow the events of a model.
     pub dt: Duration,
     /// Whether the scenario has properties that were not watched in this run.
     pub unwatched: bool,

@@ -1,5 +1,6 @@
 //! What is made of a run's records: pictures at the named moments, an animation, the report and its page.
 
+use std::cell::LazyCell;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -122,7 +123,8 @@ pub fn report_recording(path: &Path, outputs: &Outputs) -> Result<Report, Error>
 struct RunPictures {
     /// None where no pictures are wanted.
     camera: Option<Camera>,
-    renderer: Renderer,
+    /// Made for the first picture: that takes longer than a short run.
+    renderer: LazyCell<Renderer>,
     /// Whether snapshots are taken.
     snapshots: bool,
     clock: SceneClock,
@@ -143,7 +145,7 @@ impl RunPictures {
         let animation = gif.map(|path| Animation::begin(path, clock.clone())).transpose()?;
         Ok(Self {
             camera: (snapshots || animation.is_some()).then(|| Camera::new(view)),
-            renderer: Renderer::new(),
+            renderer: LazyCell::new(Renderer::new),
             snapshots,
             clock,
             taken: Vec::new(),

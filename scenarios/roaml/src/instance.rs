@@ -13,7 +13,7 @@ pub(crate) type Fields = Vec<(String, Kind)>;
 pub(crate) const CLOCK_EVENT: &str = "topic_clock_msg";
 
 /// The names of the processes that every model has.
-pub(crate) const TICK_GENERATOR: &str = "TickGenerator";
+const TICK_GENERATOR: &str = "TickGenerator";
 pub(crate) const CLOCK: &str = "Clock";
 pub(crate) const RECORDER: &str = "Recorder";
 /// The names that no machine may have.
@@ -46,6 +46,7 @@ pub(crate) fn events(machines: &[Instance]) -> BTreeMap<String, Fields> {
 }
 
 /// A machine that becomes a process: an instance of the model, or one of its threads.
+#[derive(Debug)]
 pub(crate) struct Part<'m> {
     pub(crate) name: String,
     pub(crate) machine: &'m Machine,

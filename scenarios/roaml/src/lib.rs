@@ -1,8 +1,9 @@
-//! RoAML: the models of AS2FM, read, checked and run as channel systems.
+//! RoAML: the models of AS2FM, read, checked, and made processes of a channel system.
 //!
 //! A model is a main file, `<roaml>`, which names a behavior tree, machines in `.ascxml` files (nodes of ROS, and
 //! plugins for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything
-//! that is wrong at its place. [`Run`] runs it.
+//! that is wrong at its place. [`Wiring`] makes processes and channels of it, and [`Model::monitors`] the monitors of its
+//! properties. A scenario runs them.
 //!
 //! # From RoAML to channels
 //! - Every node of ROS is a process with the name of its machine, and every leaf of the tree is one with the name of
@@ -12,7 +13,8 @@
 //!   the event's name and its fields: `[<topic_level_msg>, 99]`. Arrays and structures are text in JSON.
 //! - What a topic carries goes to each subscriber; none of it is lost. A server gets the next request when it has
 //!   answered. A server of an action knows its clients by `goal_id`.
-//! - Machines never block: they always receive, and drop what the current state has no transition for.
+//! - A machine is a [`skills::SkillProcess`] with an adapter of its own. It never blocks: it always receives, and drops
+//!   what the current state has no transition for.
 //! - The process `Clock` has the timers. The process `Recorder` gets a copy of each message that a property is about.
 //!
 //! # Chance
@@ -28,10 +30,9 @@ mod instance;
 mod machine;
 mod model;
 mod property;
-mod run;
 mod system;
 
 pub use machine::Machine;
-pub use model::{Model, Parameters, is_model};
-pub use property::Property;
-pub use run::{Ended, Outcome, Run};
+pub use model::{Model, ModelProcess, Parameters, is_model};
+pub use property::{Property, PropertyMonitor};
+pub use system::Wiring;

@@ -17,7 +17,7 @@ use roxmltree::Node;
 use skills::{Chart, SkillError};
 
 pub(crate) use declarations::{Interface, PortDirection};
-pub(crate) use kind::Kind;
+pub(crate) use kind::{Kind, nested};
 pub(crate) use port::{TREE, input_datum, output_datum};
 pub(crate) use translate::Sent;
 pub(crate) use vocabulary::{Role, Way};
@@ -30,6 +30,10 @@ use translate::Translator;
 #[derive(Clone, Debug)]
 pub struct Machine {
     pub(crate) chart: Arc<Chart>,
+    /// The machine in SCXML.
+    scxml: Arc<str>,
+    /// The constant values of a leaf's input ports, and the names of the model's own types.
+    given: (BTreeMap<String, String>, Vec<String>),
     pub(crate) interfaces: Vec<Interface>,
     /// The ports that it declares, with their kinds.
     pub(crate) ports: BTreeMap<String, (PortDirection, Kind)>,
@@ -51,6 +55,21 @@ impl Machine {
     #[must_use]
     pub fn chart(&self) -> &Arc<Chart> {
         &self.chart
+    }
+
+    /// The machine in SCXML, which the chart was compiled from.
+    #[must_use]
+    pub fn scxml(&self) -> &str {
+        &self.scxml
+    }
+
+    /// Reads a machine that can take the place of this one.
+    ///
+    /// # Errors
+    /// As for [`load`](Self::load).
+    pub fn load_instead(&self, file: &str, text: &str) -> Result<Self, Vec<Problem>> {
+        let (ports, structures) = &self.given;
+        Self::load(file, text, ports, structures)
     }
 
     /// Reads a machine. `ports` are the constant values of a leaf's input ports, as the tree's file has them, and
@@ -87,7 +106,9 @@ impl Machine {
             threads.extend(machine.map(|machine| Thread { count, machine }));
         }
         match whole {
-            Some(machine) if !problems.iter().any(Problem::is_error) => Ok(Self { threads, ..machine }),
+            Some(machine) if !problems.iter().any(Problem::is_error) => {
+                Ok(Self { threads, given: (ports.clone(), structures.to_vec()), ..machine })
+            }
             _ => {
                 problems.sort_by_key(Problem::offset);
                 Err(of(problems))
@@ -112,6 +133,8 @@ fn build(
     match Chart::load_translated(file, text, translated.plain.text(), &|range| translated.plain.place(range)) {
         Ok(chart) => Some(Machine {
             chart,
+            scxml: translated.plain.text().into(),
+            given: Default::default(),
             interfaces: declarations.interfaces.clone(),
             ports: declarations.ports(),
             sends: translated.sends,

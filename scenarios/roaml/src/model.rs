@@ -1,18 +1,20 @@
 //! A model: the main file, and everything that it names.
 
 use std::collections::BTreeMap;
+use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use bt::{Loader, Tree};
+use channels::Topology;
 use diagnostics::xml::name_span;
-use diagnostics::{FileProblems, Problem, Source, nearest_or_all, text_from_disk};
+use diagnostics::{FileProblems, Problem, Source, nearest_or_all};
 use roxmltree::Node;
 
-use crate::instance::{Instance, RESERVED, events};
+use crate::instance::{Instance, RESERVED, events, parts};
 use crate::machine::{Machine, is, parse, value_span};
-use crate::property::Property;
+use crate::property::{Property, PropertyMonitor};
 
 /// The parameters of a model.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,17 @@ pub struct Model {
     pub warnings: Vec<Problem>,
 }
 
+/// A process of a model that runs a machine.
+#[derive(Debug)]
+pub struct ModelProcess<'m> {
+    /// Its name.
+    pub name: String,
+    /// Whether it is a leaf of the tree.
+    pub is_leaf: bool,
+    /// Its machine.
+    pub machine: &'m Machine,
+}
+
 /// Whether a text is the main file of a model.
 #[must_use]
 pub fn is_model(text: &str) -> bool {
@@ -52,17 +65,17 @@ pub fn is_model(text: &str) -> bool {
 const ROOTS: [&str; 2] = ["roaml", "convince_mc_tc"];
 
 impl Model {
-    /// Loads a model from its main file.
+    /// Loads a model from its main file. `read` reads this file and those that it names.
     ///
     /// # Errors
     /// Everything that is wrong with the file and those that it names, each at its place.
-    pub fn load(path: &Path) -> Result<Self, FileProblems> {
+    pub fn load(path: &Path, read: &dyn Fn(&Path) -> io::Result<String>) -> Result<Self, FileProblems> {
         let name = path.display().to_string();
-        let text = text_from_disk(path)
+        let text = read(path)
             .map_err(|error| FileProblems::from(Problem::new(format!("cannot read the model {name}: {error}"))))?;
         let source = Source::new(&name, text.as_str());
         let folder = path.parent().unwrap_or_else(|| Path::new("")).to_owned();
-        let mut reader = Reader { folder, source: source.clone(), problems: Vec::new() };
+        let mut reader = Reader { folder, read, source: source.clone(), problems: Vec::new() };
         let model = match parse(&text) {
             Ok(document) => reader.model(path, document.root_element()),
             Err(problem) => {
@@ -75,9 +88,19 @@ impl Model {
         Ok(Self { warnings, ..model.expect("what could not be loaded was complained about") })
     }
 
-    /// The names of the processes that run a machine, in order: those of nodes, and then those of the tree's leaves.
-    pub fn machines(&self) -> impl Iterator<Item = (&str, &Machine)> {
-        self.machines.iter().map(|instance| (instance.name.as_str(), &instance.machine))
+    /// The processes that run a machine, with their names: first those of nodes, then those of the tree's leaves.
+    pub fn processes(&self) -> impl Iterator<Item = ModelProcess<'_>> {
+        parts(&self.machines).into_iter().map(|part| ModelProcess {
+            name: part.name,
+            is_leaf: part.instance.leaf.is_some() && part.thread.is_none(),
+            machine: part.machine,
+        })
+    }
+
+    /// The monitors of the properties, in order, for a system with this topology.
+    pub fn monitors(&self, topology: &Topology) -> impl Iterator<Item = PropertyMonitor> {
+        let events = events(&self.machines);
+        self.properties.iter().map(move |property| PropertyMonitor::new(property, &events, topology))
     }
 
     /// The events that properties are about.
@@ -93,13 +116,14 @@ struct Named<'t> {
     node: Node<'t, 't>,
 }
 
-struct Reader {
+struct Reader<'r> {
     folder: PathBuf,
+    read: &'r dyn Fn(&Path) -> io::Result<String>,
     source: Source,
     problems: Vec<Problem>,
 }
 
-impl Reader {
+impl Reader<'_> {
     fn report(&mut self, problem: Problem) {
         self.problems.push(problem.of(&self.source));
     }
@@ -246,7 +270,7 @@ impl Reader {
                 continue;
             }
             let path = self.folder.join(src);
-            match text_from_disk(&path) {
+            match (self.read)(&path) {
                 Ok(text) => files.push(Named { path, text, node }),
                 Err(error) => {
                     let problem = Problem::new(format!("cannot read {}: {error}", path.display()));

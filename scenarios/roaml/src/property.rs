@@ -4,13 +4,16 @@ mod formula;
 mod read;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use bt::{NodeState, Outcome, Status};
+use channels::{ChannelId, Event, EventKind, Monitor, Topology, Verdict};
 use diagnostics::Problem;
 
-pub(crate) use formula::State;
-use formula::{Path, Variable};
+use formula::{Path, State, Variable};
 
-use crate::instance::Fields;
+use crate::instance::{Fields, RECORDER};
+use crate::machine::nested;
 
 /// A property of a model: in a run it becomes true or false, and over many runs it has a probability.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,32 +49,103 @@ impl Property {
     }
 }
 
-/// The verdict of a property while a run continues.
+/// A property that watches a run: the monitor of a formula about the latest messages.
 #[derive(Clone, Debug)]
-pub(crate) struct Watch<'p> {
-    property: &'p Property,
+pub struct PropertyMonitor {
+    property: Arc<Property>,
+    /// The channels on which the messages arrive that the formula is about, and the fields of these.
+    channels: Arc<[ChannelId]>,
+    fields: Arc<BTreeMap<String, Fields>>,
+    state: State,
     verdict: Option<bool>,
 }
 
-impl<'p> Watch<'p> {
-    pub(crate) fn new(property: &'p Property) -> Self {
-        Self { property, verdict: None }
+impl PropertyMonitor {
+    /// The monitor in a system with this topology. `events` are the fields of the model's events.
+    pub(crate) fn new(property: &Property, events: &BTreeMap<String, Fields>, topology: &Topology) -> Self {
+        let recorder = topology.find_process(RECORDER);
+        let channels = topology.channels().filter(|channel| Some(topology.get(*channel).target) == recorder);
+        let fields = property.events().filter_map(|event| Some((event.to_owned(), events.get(event)?.clone())));
+        let mut monitor = Self {
+            property: Arc::new(property.clone()),
+            channels: channels.collect(),
+            fields: Arc::new(fields.collect()),
+            state: State::default(),
+            verdict: None,
+        };
+        monitor.judge(0);
+        monitor
     }
 
-    /// Takes the next state, after `step` communications.
-    pub(crate) fn observe(&mut self, state: &State, step: u64) {
+    /// Sees the nodes of the tree, which has finished a tick, after `step` communications.
+    pub fn see_tree(&mut self, nodes: &[NodeState], step: u64) {
+        self.state.nodes.resize(nodes.len(), 0);
+        for (known, node) in self.state.nodes.iter_mut().zip(nodes) {
+            match node.outcome {
+                Some(Outcome::Answered(Status::Success)) => *known = 1,
+                Some(Outcome::Answered(Status::Failure)) => *known = 2,
+                Some(Outcome::Answered(Status::Running)) => *known = 3,
+                _ => {}
+            }
+        }
+        self.judge(step);
+    }
+
+    /// Judges the present state, after `step` communications.
+    fn judge(&mut self, step: u64) {
         if self.verdict.is_none() {
-            self.verdict = self.property.path.verdict(state, step);
+            self.verdict = self.property.path.verdict(&self.state, step);
         }
     }
+}
 
-    /// The verdict, if it is final.
-    pub(crate) fn verdict(&self) -> Option<bool> {
-        self.verdict
+fn in_words(verdict: Option<bool>) -> Verdict {
+    match verdict {
+        Some(true) => Verdict::True,
+        Some(false) => Verdict::False,
+        None => Verdict::Inconclusive,
+    }
+}
+
+impl Monitor for PropertyMonitor {
+    fn name(&self) -> &str {
+        &self.property.name
     }
 
-    /// The verdict of a run that ends here.
-    pub(crate) fn conclude(&self) -> bool {
-        self.verdict.unwrap_or(self.property.path.at_end)
+    fn boxed_clone(&self) -> Box<dyn Monitor> {
+        Box::new(self.clone())
+    }
+
+    fn observe(&mut self, event: &Event) {
+        let EventKind::Received { channel, message } = &event.kind else { return };
+        if self.verdict.is_some() {
+            return;
+        }
+        if self.channels.contains(channel)
+            && let Some((head, fields)) = message.head().and_then(|head| self.fields.get_key_value(head))
+        {
+            let values = fields.iter().zip(message.fields().iter().skip(1));
+            let values = values.map(|((name, kind), value)| (name.clone(), kind.datum(value)));
+            self.state.latest.insert(head.clone(), nested(values.collect()));
+        } else if !self.property.path.counts_steps() {
+            return;
+        }
+        self.judge(event.step);
+    }
+
+    fn verdict(&self) -> Verdict {
+        in_words(self.verdict)
+    }
+
+    fn verdict_at_end(&self) -> Verdict {
+        in_words(self.verdict.or(Some(self.property.path.at_end)))
+    }
+
+    fn location(&self) -> String {
+        self.verdict.map_or_else(|| "undecided".to_owned(), |verdict| verdict.to_string())
+    }
+
+    fn is_open(&self) -> bool {
+        self.verdict.is_none() && !self.property.path.at_end
     }
 }

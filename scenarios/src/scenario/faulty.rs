@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use diagnostics::{Span, Spanned};
 use maps::OccupancyGrid;
+use roaml::Model;
 use skills::{Chart, Mutation, SkillError, mutate_all, mutations};
 
 use super::file_reader::FileReader;
@@ -48,6 +49,7 @@ impl FileReader<'_> {
     pub(super) fn faulty_machines(
         &mut self,
         file: &ScenarioFile,
+        model: Option<&Model>,
         skills: &BTreeMap<String, Skill>,
         components: &BTreeMap<String, Component>,
     ) -> BTreeMap<String, FaultyMachines> {
@@ -66,10 +68,17 @@ impl FileReader<'_> {
         let mut machines = BTreeMap::new();
         for (skill, faults) in faults {
             let Some(Skill { path, .. }) = machine(&skill) else { continue };
-            let Some(text) = self.text(&file.skills.span, "machine", path) else { continue };
+            // Faults change the SCXML to which a model's machine was translated.
+            let translated = model.and_then(|model| model.processes().find(|process| process.name == skill));
+            let text = match &translated {
+                Some(process) => Some(process.machine.scxml().to_owned()),
+                None => self.text(&file.skills.span, "machine", path),
+            };
+            let Some(text) = text else { continue };
             let sound = (path.display().to_string(), text);
             let changing = faults.into_iter().filter_map(|(index, fault, change)| {
-                let change = self.change(change, &skill, &sound)?;
+                let of_model = translated.as_ref().map(|process| process.machine);
+                let change = self.change(change, &skill, &sound, of_model)?;
                 Some(Changing { index, fault, change })
             });
             let changing: Vec<Changing<'_>> = changing.collect();
@@ -78,10 +87,26 @@ impl FileReader<'_> {
         machines
     }
 
-    fn change(&mut self, change: MachineChange, skill: &str, (name, text): &MachineFile) -> Option<Change> {
+    fn change(
+        &mut self,
+        change: MachineChange,
+        skill: &str,
+        (name, text): &MachineFile,
+        of_model: Option<&roaml::Machine>,
+    ) -> Option<Change> {
         Some(match change {
             MachineChange::Replaced(Spanned { value: path, span }) => {
-                Change::Replaced((path.display().to_string(), self.text(&span, "machine", &path)?))
+                let (name, mut text) = (path.display().to_string(), self.text(&span, "machine", &path)?);
+                if let Some(machine) = of_model {
+                    match machine.load_instead(&name, &text) {
+                        Ok(other) => text = other.scxml().to_owned(),
+                        Err(problems) => {
+                            problems.into_iter().for_each(|problem| self.complaints.push(problem));
+                            return None;
+                        }
+                    }
+                }
+                Change::Replaced((name, text))
             }
             MachineChange::Mutated(mutation) => Change::Mutated(mutation),
             MachineChange::MutatedAs(mistake) => {

@@ -13,6 +13,7 @@ use recording::{Expected, SnapshotOccasion, Snapshots};
 use super::component_entry::{ComponentEntry, read_components};
 use super::find::{self, Found};
 use super::leaves::{LeafEntry, read_leaves};
+use super::model::ModelEntry;
 use super::premises::PremisesEntry;
 use super::ready_made::ReadyMade;
 use super::robot::STEP;
@@ -31,9 +32,11 @@ pub struct ScenarioFile {
     pub folder: Option<Spanned<PathBuf>>,
     /// The map and the robot on it; without one, tree, skills and components run alone.
     pub premises: Option<PremisesEntry>,
-    /// The behavior tree.
+    /// The model that runs in place of tree, skills and components.
+    pub model: Option<ModelEntry>,
+    /// The file with the behavior tree; the model's, if there is one.
     pub tree: Spanned<PathBuf>,
-    /// The folder with the machines of the tree's leaves: `<Leaf>.scxml`.
+    /// The folder with the machines of the tree's leaves: `<Leaf>.scxml`; the model's file, if there is one.
     pub skills: Spanned<PathBuf>,
     /// Leaves whose machines are in other files, or start with other data.
     pub leaves: Vec<LeafEntry>,
@@ -225,7 +228,11 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
     let seed = root.get::<u64>("seed").or(1);
     let folder = root.text("folder").map(PathBuf::from).spanned().optional();
     let premises = PremisesEntry::read(root);
-    let (tree, skills) = (path("tree"), path("skills"));
+    let model = ModelEntry::read(root);
+    let (tree, skills) = match &model {
+        Some(model) => (Some(model.path.clone()), Some(model.path.clone())),
+        None => (path("tree"), path("skills")),
+    };
     let properties = root.get::<Vec<Spanned<String>>>("properties").spanned().optional();
     let (properties, said) = properties.map_or_else(Default::default, |said| (said.value, Some(said.span)));
     let properties = properties.into_iter().map(|Spanned { value, span }| Spanned { value: named(value, &span), span });
@@ -245,6 +252,7 @@ fn read_file(root: Table<'_>) -> Option<ScenarioFile> {
         seed,
         folder,
         premises: premises?,
+        model,
         tree: tree?,
         skills: skills?,
         leaves,

@@ -55,11 +55,35 @@ fn on_disk(path: &Path) -> Result<Found, Error> {
         let message = format!("cannot read the scenario {}: {error}", path.display());
         Error::refused(message, help(path, "a scenario is a TOML file, or one of", ""))
     })?;
+    if is_model_with(path, &text) {
+        return Ok(of_model(path));
+    }
     let folder = path.parent().map_or_else(PathBuf::new, Path::to_owned);
     let folder = if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder };
     let name = path.file_stem().map_or_else(|| "scenario".into(), |stem| stem.to_string_lossy());
     let argument = path.display().to_string();
     Ok(Found { name: name.into_owned(), path: argument.clone(), argument, text, files: Files::beside(folder) })
+}
+
+/// Whether a file is the main file of a RoAML model, which is a scenario as it is.
+#[must_use]
+pub fn is_model(path: &Path) -> bool {
+    diagnostics::text_from_disk(path).is_ok_and(|text| is_model_with(path, &text))
+}
+
+fn is_model_with(path: &Path, text: &str) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("xml")) && roaml::is_model(text)
+}
+
+/// The scenario that runs a RoAML model as it is.
+fn of_model(path: &Path) -> Found {
+    let argument = path.display().to_string();
+    let name = path.file_stem().map_or_else(|| "model".into(), |stem| stem.to_string_lossy()).into_owned();
+    // JSON writes texts as TOML does.
+    let text = |text: &str| serde_json::Value::from(text).to_string();
+    let about = text(&format!("The RoAML model {argument}."));
+    let text = format!("about = {about}\nmodel = {}\n", text(&argument));
+    Found { name, path: argument.clone(), argument, text, files: Files::beside(".") }
 }
 
 fn unknown(name: &str) -> Error {

@@ -29,7 +29,11 @@ pub fn schema() -> Value {
             "components": { "additionalProperties": { "anyOf": COMPONENT_FORMS.map(|key| json!({ "required": [key] })) } },
         },
     });
-    json_schema("A scenario of steward", json!({ "anyOf": [{ "required": ["base"] }, whole] }), &keys())
+    json_schema(
+        "A scenario of steward",
+        json!({ "anyOf": [{ "required": ["base"] }, { "required": ["model"] }, whole] }),
+        &keys(),
+    )
 }
 
 /// All keys of a scenario file but the parameters of its faults, which depend on their [kinds](KINDS).
@@ -75,10 +79,20 @@ fn files() -> Vec<Key> {
             text(),
         ),
         Key::new("places", "The places on the map: a TOML file, or a locations file of YARP (`.ini`).", text()),
-        Key::new("tree", "The behavior tree: an XML file of BehaviorTree.CPP. Needed without a `base`.", text()),
+        Key::new(
+            "model",
+            "A RoAML model: its main file. It takes the place of `tree`, `skills`, `leaves` and `components`, and has no \
+             map. It also gives `execution.tick_s` and `execution.max_time_s`, unless they are set.",
+            text(),
+        ),
+        Key::new(
+            "tree",
+            "The behavior tree: an XML file of BehaviorTree.CPP. Needed without a `base` or a `model`.",
+            text(),
+        ),
         Key::new(
             "skills",
-            "The folder of the SCXML machines that carry out the tree's leaves. Needed without a `base`.",
+            "The folder of the SCXML machines that carry out the tree's leaves. Needed without a `base` or a `model`.",
             text(),
         ),
         Key::new(

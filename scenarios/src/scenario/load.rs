@@ -14,7 +14,7 @@ use skills::Chart;
 use super::file_reader::FileReader;
 use super::{
     Component, Found, Premises, PremisesEntry, ReadyMadeKind, Scenario, ScenarioFile, Skill, WatchingMachine,
-    component_entry, leaves, places, robot, world,
+    component_entry, leaves, model, places, robot, world,
 };
 use crate::error::{Complaints, Error};
 use crate::faults::Effect;
@@ -70,6 +70,10 @@ fn places_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
     file.premises.as_ref().and_then(|premises| premises.places.as_ref())
 }
 
+fn model_of(file: &ScenarioFile) -> Option<&Spanned<PathBuf>> {
+    file.model.as_ref().map(|model| &model.path)
+}
+
 /// Loads the files that a scenario names and records their problems.
 struct Loader<'a> {
     found: &'a Found,
@@ -80,26 +84,44 @@ struct Loader<'a> {
 }
 
 impl<'a> Loader<'a> {
-    fn load(&mut self, file: ScenarioFile) -> Option<Scenario> {
-        let floor = file.premises.as_ref().map(|entry| (self.map(&file, entry), self.places(&file, entry)));
-        let tree = self.tree(&file);
-        let skills = tree.as_ref().map(|tree| self.skills_of(&file, tree));
-        let places = floor.as_ref().map(|(_, places)| places.as_deref());
-        let components = self.components_of(&file, places.flatten());
-        let driven_to = match (&tree, &skills, &components) {
-            (Some(tree), Some(skills), Some(components)) => {
-                self.check_machines(&file, &wiring::Parts { tree, skills, components }, places)
+    fn load(&mut self, mut file: ScenarioFile) -> Option<Scenario> {
+        let model = match file.model.clone() {
+            Some(entry) => {
+                let known = self.like.filter(|_| self.shares(&file, model_of)).and_then(|like| like.model.as_ref());
+                Some(self.reader.model(&entry, known, &mut file.execution)?)
             }
-            _ => BTreeMap::new(),
+            None => None,
+        };
+        let floor = file.premises.as_ref().map(|entry| (self.map(&file, entry), self.places(&file, entry)));
+        let places = floor.as_ref().map(|(_, places)| places.as_deref());
+        let (tree, skills, components, driven_to) = match &model {
+            Some(model) => {
+                let (skills, components) = model::machines(model);
+                (Some(model.tree.clone()), Some(skills), Some(components), BTreeMap::new())
+            }
+            None => {
+                let tree = self.tree(&file);
+                let skills = tree.as_ref().map(|tree| self.skills_of(&file, tree));
+                let components = self.components_of(&file, places.flatten());
+                let driven_to = match (&tree, &skills, &components) {
+                    (Some(tree), Some(skills), Some(components)) => {
+                        self.check_machines(&file, &wiring::Parts { tree, skills, components }, places)
+                    }
+                    _ => BTreeMap::new(),
+                };
+                (tree.map(Some), skills, components, driven_to)
+            }
         };
         let premises = floor.map(|(map, places)| self.premises(&file, map, places, driven_to));
         let machines = skills.as_ref().zip(components.as_ref());
-        let machines = machines.map(|(skills, components)| self.reader.faulty_machines(&file, skills, components));
-        self.check_fault_components(&file);
+        let machines = machines
+            .map(|(skills, components)| self.reader.faulty_machines(&file, model.as_deref(), skills, components));
+        self.check_fault_components(&file, components.as_ref());
         let properties = self.properties(&file);
         let watching = self.watching(&file);
         let same_monitors = |like: &&Scenario| {
-            like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty()
+            let same_model = self.shares(&file, model_of) || model.is_none() && like.model.is_none();
+            same_model && like.properties == properties && like.file.monitors.is_empty() && file.monitors.is_empty()
         };
         let monitoring = self.like.filter(same_monitors).map(|like| like.monitoring.clone());
         Some(Scenario {
@@ -108,6 +130,7 @@ impl<'a> Loader<'a> {
                 Some(premises) => Some(premises?),
                 None => None,
             },
+            model,
             tree: tree?,
             skills: skills?,
             components: components?,
@@ -226,7 +249,7 @@ impl<'a> Loader<'a> {
 
     fn tree(&mut self, file: &ScenarioFile) -> Option<Arc<Tree>> {
         if let Some(like) = self.like.filter(|_| self.shares(file, |file| Some(&file.tree))) {
-            return Some(Arc::clone(&like.tree));
+            return like.tree.clone();
         }
         let text = self.reader.text(&file.tree.span, "tree", &file.tree.value)?;
         self.reader.complaints.note(Tree::from_xml(&file.tree.value, &text)).map(Arc::new)
@@ -250,9 +273,15 @@ impl<'a> Loader<'a> {
     }
 
     /// Reports faults of components that are unknown or cannot have them.
-    fn check_fault_components(&mut self, file: &ScenarioFile) {
-        let own = || file.components.iter().map(|component| component.name.value.as_str());
-        let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own());
+    fn check_fault_components<'c>(
+        &mut self,
+        file: &'c ScenarioFile,
+        components: Option<&'c BTreeMap<String, Component>>,
+    ) {
+        let written = || file.components.iter().map(|component| component.name.value.as_str()).collect();
+        let loaded = |components: &'c BTreeMap<_, _>| components.keys().map(String::as_str).collect();
+        let own: Vec<&str> = components.map_or_else(written, loaded);
+        let known = || BUILTIN.into_iter().filter(|_| file.premises.is_some()).chain(own.iter().copied());
         for fault in &file.faults {
             let effect = fault.effect();
             let Some(component) = effect.component() else { continue };

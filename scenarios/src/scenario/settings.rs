@@ -26,8 +26,8 @@ fn duration(time: Duration) -> String {
 }
 
 /// All parameters of robot, world and execution. Every field is named here, so that a new one cannot be forgotten.
-pub(crate) fn in_effect(sim: Option<&SimConfig>, execution: &Execution) -> Vec<SettingGroup> {
-    let mut groups = vec![self::execution(execution, sim.is_some())];
+pub(crate) fn in_effect(sim: Option<&SimConfig>, has_model: bool, execution: &Execution) -> Vec<SettingGroup> {
+    let mut groups = vec![self::execution(execution, sim.is_some(), has_model)];
     groups.extend(sim.into_iter().flat_map(simulation));
     groups.retain(|group| !group.rows.is_empty());
     groups
@@ -51,7 +51,7 @@ fn simulation(sim: &SimConfig) -> Vec<SettingGroup> {
     ]
 }
 
-fn execution(execution: &Execution, has_robot: bool) -> SettingGroup {
+fn execution(execution: &Execution, has_robot: bool, has_model: bool) -> SettingGroup {
     let Execution { tick, policy, starved, orders, stops, tree, leaf_timeout, max_time, step_budget, run_budget } =
         execution;
     let policy = match policy {
@@ -84,7 +84,12 @@ fn execution(execution: &Execution, has_robot: bool) -> SettingGroup {
             ("communications per run, at most", run_budget.to_string()),
         ],
     );
-    group.rows.retain(|(name, _)| has_robot || name != "a stop of navigation");
+    group.rows.retain(|(name, _)| match &**name {
+        "a stop of navigation" => has_robot,
+        // The steps of a model follow its events.
+        "step of the simulation" => !has_model,
+        _ => true,
+    });
     let in_words = |order: &Order| format!("{} before {}", order.first.value, order.then.value);
     group.rows.extend(orders.iter().map(|order| ("received in this order".to_owned(), in_words(order))));
     group

@@ -1,214 +1,88 @@
-//! Between a process that knows named events and its channels: which conversation a message belongs to.
+//! What stands between a machine and its channels.
 
-use std::collections::VecDeque;
-use std::sync::Arc;
+use std::any::Any;
+use std::fmt::Debug;
+use std::hash::{Hash, Hasher};
 
-use channels::{Action, Envelope, Offer, Pattern, ProcessId, RequestNumber, Role, Symbol, Topology, TransitionId, Use};
+use channels::{Envelope, Offer, TransitionId, Use};
 
-use super::wiring::Wiring;
-use crate::machine::{MAX_WAITING, Undelivered};
-use crate::{CHANNEL_PROCESSOR, Datum, Event};
+use crate::Datum;
+use crate::machine::{Event, Machine, Undelivered};
 
-/// Turns the messages of a process's channels into events, and what it sends into messages.
+/// Turns the messages of a machine's channels into events, and what the machine sends into messages.
 ///
-/// A message of [`Role::Request`] or [`Role::Goal`] opens a conversation and numbers it; everything that belongs to it
-/// carries the number. So an answer to an abandoned request is ignored, a request is answered once, and a goal ends
-/// once. Each channel has at most one open request, and one open goal per action: a client that asks anew abandons what
-/// it asked before, and a process that serves others takes a client's next request only when it has answered the last
-/// one. (The tree is different: its requests are always taken, since a halt must reach a leaf that has not answered.)
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
-pub struct ChannelAdapter {
-    pub(super) wiring: Arc<Wiring>,
-    /// Messages to be sent, by outgoing channel.
-    outboxes: Vec<VecDeque<Envelope>>,
-    /// What this process has asked and not been answered, by outgoing channel.
-    asked: Vec<Open>,
-    /// What others have asked this process and not been answered, by incoming channel.
-    pending: Vec<Open>,
-    last_request: u64,
-}
+/// Like that of a process, its state is a value ([`AdapterState`] follows from `Clone + Eq + Hash`).
+pub trait Adapter: AdapterState + Debug + Send {
+    /// Appends the transitions that the process can take.
+    fn offers(&self, offers: &mut Vec<Offer>);
 
-/// The open conversations on a channel: the action of each, or none for a service, and its number.
-type Open = Vec<(Option<Arc<str>>, RequestNumber)>;
+    /// Takes one of the transitions. Returns the event that the machine must process, if the message received is one;
+    /// what comes with it may be stored in the machine's data.
+    fn take(&mut self, transition: TransitionId, received: Option<&Envelope>, machine: &mut Machine) -> Option<Event>;
 
-fn find(open: &Open, action: Option<&str>) -> Option<RequestNumber> {
-    open.iter().find(|(known, _)| known.as_deref() == action).map(|(_, number)| *number)
-}
-
-fn begin(open: &mut Open, action: Option<&str>, number: RequestNumber) {
-    end(open, action);
-    open.push((action.map(Arc::from), number));
-}
-
-fn end(open: &mut Open, action: Option<&str>) -> Option<RequestNumber> {
-    let index = open.iter().position(|(known, _)| known.as_deref() == action)?;
-    Some(open.remove(index).1)
-}
-
-/// The action that a message `pick.goal` belongs to; `None` for the messages of services and topics.
-fn action(role: Role, head: &str) -> Option<&str> {
-    let of_action = matches!(role, Role::Goal | Role::Cancel | Role::Feedback | Role::Result);
-    head.rsplit_once('.').map(|(action, _)| action).filter(|_| of_action)
-}
-
-impl ChannelAdapter {
-    /// The adapter of a process, which numbers its requests from the one after `last_request`.
-    #[must_use]
-    pub fn new(topology: &Topology, process: ProcessId) -> Self {
-        Self::on(Arc::new(Wiring::new(topology, process)), 0)
+    /// An event that had to wait until the machine has processed the last one.
+    fn waiting(&mut self) -> Option<Event> {
+        None
     }
 
-    pub(super) fn on(wiring: Arc<Wiring>, last_request: u64) -> Self {
-        Self {
-            outboxes: vec![VecDeque::new(); wiring.outgoing.len()],
-            asked: vec![Open::new(); wiring.outgoing.len()],
-            pending: vec![Open::new(); wiring.incoming.len()],
-            wiring,
-            last_request,
-        }
-    }
-
-    /// The adapter of a process that takes the place of this one: nothing is open, and answers to what this one has
-    /// asked are ignored.
-    #[must_use]
-    pub fn succeeding(&self) -> Self {
-        Self::on(Arc::clone(&self.wiring), self.last_request)
-    }
-
-    /// Offers to receive on every channel, and to send what waits. Transitions are numbered by channel: incoming ones
-    /// first, then outgoing ones.
-    pub fn offers(&self, offers: &mut Vec<Offer>) {
-        for (index, (incoming, pending)) in self.wiring.incoming.iter().zip(&self.pending).enumerate() {
-            let pattern = if pending.is_empty() || incoming.is_client {
-                Pattern::Any
-            } else {
-                let waits = |&&(ref head, _, role): &&(Symbol, Arc<str>, Role)| match role {
-                    Role::Request => find(pending, None).is_some(),
-                    Role::Goal => find(pending, action(role, head.name())).is_some(),
-                    _ => false,
-                };
-                Pattern::Except(incoming.events.iter().filter(waits).map(|(head, ..)| head.clone()).collect())
-            };
-            let action = Action::Receive(incoming.channel, pattern);
-            offers.push(Offer { transition: TransitionId(index as u32), action });
-        }
-        for (index, (out, waiting)) in self.wiring.outgoing.iter().zip(&self.outboxes).enumerate() {
-            if let Some(envelope) = waiting.front() {
-                let transition = TransitionId((self.wiring.incoming.len() + index) as u32);
-                offers.push(Offer { transition, action: Action::Send(out.channel, envelope.clone()) });
-            }
-        }
-    }
-
-    /// Takes one of the transitions. Returns the event that a received message becomes; `None` for a message that was
-    /// sent, and for an answer that nobody waits for any more.
-    pub fn take(&mut self, transition: TransitionId, received: Option<&Envelope>) -> Option<Event> {
-        let index = transition.0 as usize;
-        match index.checked_sub(self.wiring.incoming.len()) {
-            Some(out) => {
-                self.outboxes[out].pop_front();
-                None
-            }
-            None => self.receive(index, received?),
-        }
-    }
-
-    fn receive(&mut self, index: usize, envelope: &Envelope) -> Option<Event> {
-        let incoming = &self.wiring.incoming[index];
-        let (name, role) = incoming.event(&envelope.message);
-        let action = action(role, envelope.message.head().unwrap_or_default());
-        match (role, incoming.back.map(|out| &mut self.asked[out])) {
-            (Role::Request | Role::Goal, Some(_)) => begin(&mut self.pending[index], action, envelope.request),
-            (Role::Cancel, Some(_)) if find(&self.pending[index], action) != Some(envelope.request) => return None,
-            (Role::Reply | Role::Feedback | Role::Result, Some(asked)) => {
-                if find(asked, action) != Some(envelope.request) {
-                    return None;
-                }
-                if role != Role::Feedback {
-                    end(asked, action);
-                }
-            }
-            _ => {}
-        }
-        let event = Event::external(name).with_data(incoming.data(&envelope.message));
-        Some(event.with_origin(Arc::clone(&incoming.peer), CHANNEL_PROCESSOR))
-    }
-
-    /// Sends a message that begins with the symbol `head` and has these fields by name: to the process `target`, or
-    /// without a target to everybody who has subscribed to the topic.
+    /// Sends a message that begins with the symbol `head` and has these fields by name.
     ///
     /// # Errors
-    /// [`Undelivered`] if there is no such channel or topic, if the channel does not carry the message, if it answers
-    /// nothing or cancels nothing, or if too many messages are waiting already.
-    pub fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered> {
-        let wiring = Arc::clone(&self.wiring);
-        let Some(peer) = target else {
-            let refused = |problem| Undelivered(format!("{} cannot publish <{head}>: {problem}", wiring.name));
-            let message = wiring.published(head, data).map_err(refused)?;
-            for out in wiring.subscribers(head) {
-                // A newer message takes the place of an older one here as it does in the channel.
-                match self.outboxes[out].iter_mut().find(|older| older.message.head() == Some(head)) {
-                    Some(older) => *older = message.clone().into(),
-                    None => {
-                        self.check_room(out)?;
-                        self.outboxes[out].push_back(message.clone().into());
-                    }
-                }
-            }
-            return Ok(());
-        };
-        let out = wiring.outgoing_to(peer);
-        let out = out.ok_or_else(|| Undelivered(format!("there is no channel {} → {peer}", wiring.name)))?;
-        let (message, role) = wiring.outgoing[out]
-            .message(head, data)
-            .map_err(|problem| Undelivered(format!("<{head}> cannot be sent to {peer}: {problem}")))?;
-        self.check_room(out)?;
-        let request = self.request_number(out, head, role)?;
-        self.outboxes[out].push_back(Envelope { message, request });
-        Ok(())
+    /// [`Undelivered`] if it cannot be sent.
+    fn send(&mut self, target: Option<&str>, head: &str, data: &Datum) -> Result<(), Undelivered>;
+
+    /// Completes what the machine has sent, now that it has come to rest.
+    fn complete(&mut self, machine: &mut Machine) {
+        let _ = machine;
     }
 
-    fn check_room(&self, out: usize) -> Result<(), Undelivered> {
-        let peer = &self.wiring.outgoing[out].peer;
-        let full = || Undelivered(format!("{MAX_WAITING} messages to {peer} are waiting already"));
-        if self.outboxes[out].len() < MAX_WAITING { Ok(()) } else { Err(full()) }
+    /// The adapter of a process that takes the place of this one.
+    fn succeeding(&self) -> Box<dyn Adapter>;
+
+    /// Every communication that the process may ever perform with this machine.
+    fn uses(&self, machine: &Machine) -> Vec<Use>;
+}
+
+/// An adapter's state as a value, whatever its type. Implemented for every `Clone + Eq + Hash` type.
+pub trait AdapterState: Any {
+    /// A copy.
+    fn clone_adapter(&self) -> Box<dyn Adapter>;
+
+    /// Whether the other adapter is of the same type and in the same state.
+    fn same_state(&self, other: &dyn Adapter) -> bool;
+
+    /// Feeds the state to a hasher.
+    fn hash_state(&self, hasher: &mut dyn Hasher);
+}
+
+impl<A: Adapter + Clone + Eq + Hash> AdapterState for A {
+    fn clone_adapter(&self) -> Box<dyn Adapter> {
+        Box::new(self.clone())
     }
 
-    /// The number of the conversation that a message to this channel begins, continues or ends.
-    fn request_number(&mut self, out: usize, head: &str, role: Role) -> Result<RequestNumber, Undelivered> {
-        let action = action(role, head);
-        let Wiring { outgoing, incoming, .. } = &*self.wiring;
-        let peer = &outgoing[out].peer;
-        let not_asked = || Undelivered(format!("{peer} does not wait for an answer"));
-        let back = || incoming.iter().position(|incoming| incoming.peer == *peer).ok_or_else(not_asked);
-        match role {
-            Role::Request | Role::Goal => {
-                self.last_request += 1;
-                begin(&mut self.asked[out], action, RequestNumber(self.last_request));
-                Ok(RequestNumber(self.last_request))
-            }
-            Role::Cancel => {
-                let nothing = || Undelivered(format!("{peer} has no goal of this process to cancel"));
-                find(&self.asked[out], action).ok_or_else(nothing)
-            }
-            Role::Reply | Role::Result => end(&mut self.pending[back()?], action).ok_or_else(not_asked),
-            Role::Feedback => find(&self.pending[back()?], action).ok_or_else(not_asked),
-            Role::Topic => Ok(RequestNumber::default()),
-        }
+    fn same_state(&self, other: &dyn Adapter) -> bool {
+        (other as &dyn Any).downcast_ref::<A>() == Some(self)
     }
 
-    /// Whether a transition receives from the client: the tree.
-    pub(super) fn is_client(&self, transition: TransitionId) -> bool {
-        self.wiring.incoming.get(transition.0 as usize).is_some_and(|incoming| incoming.is_client)
+    fn hash_state(&self, mut hasher: &mut dyn Hasher) {
+        self.hash(&mut hasher);
     }
+}
 
-    /// Everything that the process may receive.
-    pub fn receives(&self) -> impl Iterator<Item = Use> {
-        self.wiring.incoming.iter().map(|incoming| Use::Receives(incoming.channel, None))
+impl Clone for Box<dyn Adapter> {
+    fn clone(&self) -> Self {
+        self.clone_adapter()
     }
+}
 
-    /// Everything that the process may send, if it can send anything.
-    pub fn sends(&self) -> impl Iterator<Item = Use> {
-        self.wiring.outgoing.iter().map(|out| Use::Sends(out.channel, None))
+impl PartialEq for dyn Adapter {
+    fn eq(&self, other: &Self) -> bool {
+        self.same_state(other)
+    }
+}
+
+impl Hash for dyn Adapter {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        self.hash_state(state);
     }
 }

@@ -112,6 +112,12 @@ impl Interval {
         (self.high - self.low) / 2.0
     }
 
+    /// The interval for the probability that it does not happen.
+    #[must_use]
+    pub fn complement(self) -> Self {
+        Self { low: 1.0 - self.high, high: 1.0 - self.low }
+    }
+
     /// Whether `value` lies in it, ends included.
     #[must_use]
     pub fn contains(self, value: f64) -> bool {

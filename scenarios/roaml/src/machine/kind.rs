@@ -146,3 +146,20 @@ fn from_json(json: serde_json::Value) -> Datum {
         }
     }
 }
+
+/// Fields whose names have dots, as objects in objects: `pose.x` is the member `x` of `pose`.
+pub(crate) fn nested(fields: Vec<(String, Datum)>) -> Datum {
+    let mut members: Vec<(String, Datum)> = Vec::new();
+    let mut inner: Vec<(String, Vec<(String, Datum)>)> = Vec::new();
+    for (name, value) in fields {
+        match name.split_once('.') {
+            None => members.push((name, value)),
+            Some((outer, rest)) => match inner.iter_mut().find(|(known, _)| known == outer) {
+                Some((_, fields)) => fields.push((rest.to_owned(), value)),
+                None => inner.push((outer.to_owned(), vec![(rest.to_owned(), value)])),
+            },
+        }
+    }
+    members.extend(inner.into_iter().map(|(name, fields)| (name, nested(fields))));
+    Datum::object(members).unwrap_or_default()
+}

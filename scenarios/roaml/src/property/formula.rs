@@ -20,6 +20,11 @@ pub(super) struct Path {
 }
 
 impl Path {
+    /// Whether the verdict depends on the number of steps.
+    pub(super) fn counts_steps(&self) -> bool {
+        self.from > 0 || self.to.is_some()
+    }
+
     /// The verdict in this state, if it is final.
     pub(super) fn verdict(&self, state: &State, step: u64) -> Option<bool> {
         if self.to.is_some_and(|to| step > to) {

@@ -35,7 +35,10 @@ impl Machines {
             let Some((_, skill)) = scenario.machine_processes().find(|(process, _)| process == name) else { continue };
             let mut faulty = BTreeMap::new();
             for (faults, chart) in machines {
-                let process = complaints.note(SkillProcess::new(name, chart, topology, skill.data_of(chart)));
+                let process = match &scenario.model {
+                    Some(_) => Some(sound.with_chart(chart)),
+                    None => complaints.note(SkillProcess::new(name, chart, topology, skill.data_of(chart))),
+                };
                 faulty.extend(process.map(|process| (faults.clone(), process)));
             }
             skills.push(Skill { id, sound: sound.clone(), faulty, holding: Vec::new() });

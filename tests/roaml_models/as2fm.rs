@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::{load, run, run_at_random, verdict};
+use super::{holds, load, run};
 
 /// Its examples, with the probabilities that its tests and its tutorial give.
 const CERTAIN: [(&str, &str, bool); 18] = [
@@ -39,11 +39,14 @@ fn checkout() -> Option<PathBuf> {
 fn what_is_certain_has_its_documented_verdict_in_every_run() {
     let Some(folder) = checkout() else { return };
     for (main, property, expected) in CERTAIN {
-        let model = load(&folder.join(main.replace("T/", "test/jani_generator/_test_data/"))).expect(main);
-        for seed in 0..5 {
-            let outcome = if seed == 0 { run(&model, seed) } else { run_at_random(&model, seed) };
-            assert_eq!(outcome.errors, [], "{main}, seed {seed}");
-            assert_eq!(verdict(&model, &outcome, property), expected, "{main}, {property}, seed {seed}");
+        let main = folder.join(main.replace("T/", "test/jani_generator/_test_data/"));
+        for (set, seeds) in [(&["execution.policy=round-robin"][..], 0..1), (&[], 1..5)] {
+            let scenario = load(&main, set);
+            for seed in seeds {
+                let report = run(&scenario, seed);
+                assert!(report.skill_errors.is_empty(), "{main:?}, seed {seed}: {:?}", report.skill_errors);
+                assert_eq!(holds(&report, property), expected, "{main:?}, {property}, seed {seed}");
+            }
         }
     }
 }
@@ -51,8 +54,8 @@ fn what_is_certain_has_its_documented_verdict_in_every_run() {
 #[test]
 fn navigation_by_one_id_and_name_is_two_processes() {
     let Some(folder) = checkout() else { return };
-    let model = load(&folder.join("examples/tutorial_fetch_and_carry/main.xml")).expect("fetch and carry");
-    let names: Vec<&str> = model.machines().map(|(name, _)| name).collect();
+    let scenario = load(&folder.join("examples/tutorial_fetch_and_carry/main.xml"), &[]);
+    let names: Vec<&str> = scenario.machine_processes().map(|(name, _)| name).collect();
     assert_eq!(names.len(), 5, "{names:?}");
     assert_eq!(names.iter().filter(|name| name.starts_with("navigate")).count(), 2, "{names:?}");
 }
@@ -62,8 +65,8 @@ fn navigation_by_one_id_and_name_is_two_processes() {
 fn the_probabilistic_world_has_its_documented_probability() {
     let Some(folder) = checkout() else { return };
     let happened = |main: &str, runs: u64| {
-        let model = load(&folder.join("examples/tutorial_fetch_and_carry").join(main)).expect(main);
-        (0..runs).filter(|seed| verdict(&model, &run_at_random(&model, *seed), "snack_at_table")).count()
+        let scenario = load(&folder.join("examples/tutorial_fetch_and_carry").join(main), &["stop.when_settled=true"]);
+        (0..runs).filter(|seed| holds(&run(&scenario, *seed), "snack_at_table")).count()
     };
     // The 99 % interval around k of 20 000 has a half width of 0.0083.
     let runs = 20_000;

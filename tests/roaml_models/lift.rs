@@ -1,0 +1,91 @@
+//! A model of this project's own: an action with feedback and chance, a service, topics, ports and types.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+use std::sync::Arc;
+
+use channels::EventKind;
+use monitors::Outcome;
+use recording::Detail;
+use scenarios::conduct::conduct;
+use scenarios::live::Live;
+use scenarios::scenario::Scenario;
+
+use super::{LIFT, holds, load, run};
+
+/// The model; its messages are taken in turn.
+fn model() -> Arc<Scenario> {
+    load(Path::new(LIFT), &["execution.policy=round-robin"])
+}
+
+/// The seeds of a run in which both rides succeed, and of one in which the first fails.
+fn seeds(model: &Arc<Scenario>) -> (u64, u64) {
+    let with = |wanted| (0..100).find(|seed| holds(&run(model, *seed), "up_and_down") == wanted);
+    (with(true).expect("one of a hundred"), with(false).expect("one of a hundred"))
+}
+
+#[test]
+fn leaves_with_one_id_are_processes_of_their_own() {
+    let model = model();
+    let names: Vec<&str> = model.machine_processes().map(|(name, _)| name).collect();
+    assert_eq!(names, ["down", "leave", "up", "Door", "Lift"]);
+}
+
+#[test]
+fn a_run_depends_on_its_seed_alone() {
+    let model = model();
+    let (good, bad) = seeds(&model);
+    let told = |seed: u64| {
+        let mut told = String::new();
+        let live = Live::new(Arc::clone(&model), seed, true).expect("a system");
+        let view = conduct::<scenarios::Error>(live, Detail::Full, None, |view| {
+            for event in view.events() {
+                if let EventKind::Received { channel, message } = &event.kind {
+                    told += &format!("{:?} {} {message}\n", event.time, view.topology().describe(*channel));
+                }
+            }
+            Ok(ControlFlow::Continue(()))
+        });
+        (told, view.expect("a run that ends").end().expect("its end").trace_hash.clone())
+    };
+    assert_eq!(told(good), told(good));
+    assert_ne!(told(good).0, told(bad).0);
+    let (said, hash) = told(good);
+    // Whoever sees less of a run sees the same run.
+    assert_eq!(run(&model, good).trace_hash, hash);
+    for expected in [
+        "1s Lift → up [<action_ride_feedback>, 0, \"{\\\"from\\\":0,\\\"to\\\":3}\"]",
+        "Door → leave [<srv_door__open_response>, true]",
+        "Lift → Door [<topic_floor_msg>, 3]",
+    ] {
+        assert!(said.contains(expected), "{expected} is not in\n{said}");
+    }
+}
+
+#[test]
+fn a_formula_is_true_or_false_in_a_run() {
+    let model = model();
+    let (good, bad) = seeds(&model);
+    let of = |seed, property| holds(&run(&model, seed), property);
+    assert!(of(good, "up_and_down") && !of(bad, "up_and_down"));
+    assert!(of(good, "never_above_three") && of(bad, "never_above_three"));
+    assert!(of(good, "third_floor_before_an_answer"));
+    let report = run(&model, good);
+    assert_eq!(report.monitors[1].property, "G (topic_floor_msg.data ≤ 3)");
+    assert!(report.monitors.iter().all(|monitor| monitor.verdict != Outcome::Inconclusive && monitor.open.is_empty()));
+}
+
+#[test]
+fn a_probability_is_that_of_its_targets_whatever_the_order_of_messages() {
+    let model = load(Path::new(LIFT), &["stop.when_settled=true"]);
+    let happened = (0..2000).filter(|seed| holds(&run(&model, *seed), "up_and_down")).count();
+    // 0.75², with five standard deviations to either side.
+    assert!((1014..=1236).contains(&happened), "{happened} of 2000");
+}
+
+#[test]
+fn a_tree_of_processes_gives_the_same_verdicts() {
+    let model = load(Path::new(LIFT), &["execution.tree=nodes"]);
+    let happened = (0..400).filter(|seed| holds(&run(&model, *seed), "up_and_down")).count();
+    assert!((175..=275).contains(&happened), "{happened} of 400");
+}
