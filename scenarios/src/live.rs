@@ -29,7 +29,8 @@ use crate::world::{SimulatedRobot, World};
 /// A running scenario.
 ///
 /// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
-/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. Each step of a RoAML model is at the time of an event. A run is described by its records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. Each step of a RoAML model is at the time of an event. A run is
+/// described by its records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
 /// [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
@@ -147,8 +148,8 @@ impl Live {
     }
 
     /// The time of the next step. The first step of a model is at the start, and each of the others at the time of the
-    /// next event. If there are faults, or someone sees the details of the run, there is also a step at every multiple of
-    /// [`STEP`].
+    /// next event. If there are faults, or someone sees the details of the run, there is also a step at every multiple
+    /// of [`STEP`].
     fn next_time(&self) -> Duration {
         let now = self.world.time();
         if self.scenario.model.is_none() {
@@ -191,8 +192,8 @@ impl Live {
         }));
     }
 
-    /// Generates a tick if it is due and `may` come, and runs the channel system until it is quiet. Returns whether there
-    /// was a tick.
+    /// Generates a tick if it is due and `may` come, and runs the channel system until it is quiet. Returns whether
+    /// there was a tick.
     fn communicate(&mut self, now: Duration, may: bool) -> Result<bool, StepError> {
         let topology = Arc::clone(self.system.topology());
         let Self { system, scheduler, events, hash, .. } = self;
@@ -227,7 +228,8 @@ impl Live {
         }
     }
 
-    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model says so.
+    /// Lets the properties of a model see its tree if it has finished the tick, and ends the ticks if the model says
+    /// so.
     fn follow_tree(&mut self) {
         let Self { scenario, system, ids: Ids { tree, .. }, .. } = self;
         let (Some(model), Some(of), Some(ids), Some(last)) =

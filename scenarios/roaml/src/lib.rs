@@ -2,8 +2,8 @@
 //!
 //! A model is a main file, `<roaml>`, which names a behavior tree, machines in `.ascxml` files (nodes of ROS, and
 //! plugins for the leaves of the tree), and properties in JANI. [`Model::load`] reads it all and reports everything
-//! that is wrong at its place. [`Wiring`] makes processes and channels of it, and [`Model::monitors`] the monitors of its
-//! properties. A scenario runs them.
+//! that is wrong at its place. [`Wiring`] makes processes and channels of it, and [`Model::monitors`] the monitors
+//! of its properties. A scenario runs them.
 //!
 //! # From RoAML to channels
 //! - Every node of ROS is a process with the name of its machine, and every leaf of the tree is one with the name of

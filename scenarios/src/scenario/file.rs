@@ -13,7 +13,7 @@ use recording::{Expected, SnapshotOccasion, Snapshots};
 use super::component_entry::{ComponentEntry, read_components};
 use super::find::{self, Found};
 use super::leaves::{LeafEntry, read_leaves};
-use super::model::ModelEntry;
+use super::model_entry::ModelEntry;
 use super::premises::PremisesEntry;
 use super::ready_made::ReadyMade;
 use super::robot::STEP;

@@ -5,56 +5,26 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use diagnostics::Spanned;
-use diagnostics::document::Table;
 use interfaces::Interface;
 use roaml::Model;
 
 use super::file::Execution;
 use super::file_reader::FileReader;
+use super::model_entry::ModelEntry;
 use super::{Component, Runs, Skill};
-use crate::files::named;
 
-/// The keys that describe what a model has itself.
-const OF_THE_MODEL: [&str; 5] = ["tree", "skills", "leaves", "components", "map"];
-
-/// The model of a scenario file.
-#[derive(Clone, Debug)]
-pub struct ModelEntry {
-    /// Its main file.
-    pub path: Spanned<PathBuf>,
-    /// The keys of the table `execution` that the scenario sets itself.
-    set: Vec<String>,
-}
-
-impl ModelEntry {
-    /// Reads the key `model`, and refuses what the model has itself.
-    pub(super) fn read(root: Table<'_>) -> Option<Self> {
-        let path = root.text("model").try_map(|path, span| Ok(named(path, span))).spanned().optional()?;
-        for (key, span) in root.keys().filter(|(key, _)| OF_THE_MODEL.contains(key)) {
-            let problem = span.problem(format!("`{key}` has no place beside a `model`"));
-            let help = "a RoAML model has a tree and machines of its own, and no map: remove one of the two keys";
-            root.report(problem.with_label("this key").with_help(help));
-        }
-        let _ = (root.text("tree").optional(), root.text("skills").optional());
-        let execution = root.table("execution").optional();
-        let set = execution.into_iter().flat_map(|table| table.keys()).map(|(key, _)| key.to_owned()).collect();
-        Some(Self { path, set })
+/// Takes over from the model what the scenario does not set.
+fn complete(entry: &ModelEntry, execution: &mut Execution, parameters: &roaml::Parameters) {
+    let is_open = |key: &str| !entry.sets(key);
+    if is_open("tick_s") {
+        execution.tick = parameters.tick;
     }
-
-    /// Takes over from the model what the scenario does not set.
-    fn complete(&self, execution: &mut Execution, parameters: &roaml::Parameters) {
-        let is_open = |key: &str| !self.set.iter().any(|set| set == key);
-        if is_open("tick_s") {
-            execution.tick = parameters.tick;
-        }
-        if is_open("max_time_s") {
-            execution.max_time = parameters.max_time;
-        }
-        if is_open("leaf_timeout_s") {
-            // AS2FM waits for an answer for as long as it takes.
-            execution.leaf_timeout = execution.max_time + Duration::from_secs(1);
-        }
+    if is_open("max_time_s") {
+        execution.max_time = parameters.max_time;
+    }
+    if is_open("leaf_timeout_s") {
+        // AS2FM waits for an answer for as long as it takes.
+        execution.leaf_timeout = execution.max_time + Duration::from_secs(1);
     }
 }
 
@@ -71,7 +41,7 @@ impl FileReader<'_> {
             Some(known) => Arc::clone(known),
             None => Arc::new(self.complaints.note(Model::load(&entry.path.value, &read))?),
         };
-        entry.complete(execution, &model.parameters);
+        complete(entry, execution, &model.parameters);
         Some(model)
     }
 }

@@ -1,0 +1,41 @@
+//! What a scenario's file says about a RoAML model.
+
+use std::path::PathBuf;
+
+use diagnostics::Spanned;
+use diagnostics::document::Table;
+
+use crate::files::named;
+
+/// The keys that describe what a model has itself.
+const OF_THE_MODEL: [&str; 5] = ["tree", "skills", "leaves", "components", "map"];
+
+/// The model of a scenario file.
+#[derive(Clone, Debug)]
+pub struct ModelEntry {
+    /// Its main file.
+    pub path: Spanned<PathBuf>,
+    /// The keys of the table `execution` that the scenario sets itself.
+    set: Vec<String>,
+}
+
+impl ModelEntry {
+    /// Reads the key `model`, and refuses what the model has itself.
+    pub(super) fn read(root: Table<'_>) -> Option<Self> {
+        let path = root.text("model").try_map(|path, span| Ok(named(path, span))).spanned().optional()?;
+        for (key, span) in root.keys().filter(|(key, _)| OF_THE_MODEL.contains(key)) {
+            let problem = span.problem(format!("`{key}` has no place beside a `model`"));
+            let help = "a RoAML model has a tree and machines of its own, and no map: remove one of the two keys";
+            root.report(problem.with_label("this key").with_help(help));
+        }
+        let _ = (root.text("tree").optional(), root.text("skills").optional());
+        let execution = root.table("execution").optional();
+        let set = execution.into_iter().flat_map(|table| table.keys()).map(|(key, _)| key.to_owned()).collect();
+        Some(Self { path, set })
+    }
+
+    /// Whether the scenario sets this key of the table `execution` itself.
+    pub(super) fn sets(&self, key: &str) -> bool {
+        self.set.iter().any(|set| set == key)
+    }
+}
