@@ -29,9 +29,9 @@ use crate::world::{SimulatedRobot, World};
 /// A running scenario.
 ///
 /// A [`step`](Self::step) consists of, in this order: faults that are due, physics, sensors and drivers if there is a
-/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. Each step of a RoAML model is at the time of an event. A run is
-/// described by its records: a [`header`](Self::header), a [`record`](Self::record) before the first step and after each, and an
-/// [`end`](Self::end).
+/// robot, timers that are due, the tick if it is due, and then the channel system until it is quiet. Each step of a
+/// RoAML model is at the time of an event. A run is described by its records: a [`header`](Self::header), a
+/// [`record`](Self::record) before the first step and after each, and an [`end`](Self::end).
 pub struct Live {
     scenario: Arc<Scenario>,
     seed: u64,
