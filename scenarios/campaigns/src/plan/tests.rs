@@ -233,7 +233,9 @@ fn a_model_refers_to_parameters_by_their_names() {
 
 #[test]
 fn every_campaign_that_comes_with_the_program_can_be_planned() {
-    for (name, _) in shipped_campaigns() {
+    // A component of the guide is a program, which only a `main` that keeps programs can start: tests/check_command.rs
+    // checks that campaign.
+    for (name, _) in shipped_campaigns().filter(|(name, _)| *name != "guide_patience") {
         let plan = Plan::load(Path::new(name)).unwrap_or_else(|error| panic!("{name}: {}", error.reasons()));
         assert_eq!(plan.name(), name);
         assert!(!plan.file().about.is_empty() && plan.runs() > 0, "{name}");
