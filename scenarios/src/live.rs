@@ -383,12 +383,15 @@ impl Live {
             details.outcomes = Some(outcomes);
         }
         let is_quiet = self.events.is_empty() && !self.time().is_zero();
-        let skills = self.scenario.skills.keys().map(|name| (name.as_str(), !is_quiet || self.stirred));
-        // The world moves components, too.
-        let components = self.scenario.component_names().map(|name| (name, true));
-        let parts: Vec<(&str, bool)> = skills.chain(components).collect();
-        self.told.locations.resize(parts.len(), None);
-        for ((name, _), told) in parts.into_iter().zip(&mut self.told.locations).filter(|((_, moved), _)| *moved) {
+        // Messages, timers and faults move any process. The world moves devices and the robot's own components, too.
+        let (stirs, drives) = (!is_quiet || self.stirred, details.navigation.is_some());
+        let Scenario { skills, components, .. } = &*self.scenario;
+        let is_device = |name: &str| components.get(name).is_some_and(|component| component.runs.is_device());
+        let moves = |name: &str| stirs || is_device(name) || drives && !components.contains_key(name);
+        let names = skills.keys().map(String::as_str).chain(self.scenario.component_names()).enumerate();
+        self.told.locations.resize(skills.len() + self.scenario.component_names().count(), None);
+        for (index, name) in names.filter(|(_, name)| moves(name)) {
+            let told = &mut self.told.locations[index];
             let Some(process) = self.system.topology().find_process(name) else { continue };
             let Some(location) = self.system.location(process) else { continue };
             if told.as_ref() != Some(&location) {
