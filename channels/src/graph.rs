@@ -5,7 +5,10 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::condition::{Assignment, Condition, Content, Evaluation, Term, VariableId};
-use crate::{Action, ChannelId, Envelope, Message, Offer, Pattern, Process, Topology, TransitionId, Use, WiringError};
+use crate::{
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Topology, TransitionId,
+    Use, WiringError,
+};
 
 /// A location of a program graph, as an index into the graph's locations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -453,6 +456,10 @@ impl Process for GraphProcess {
             Label::Receive(channel, slot) => Some(Use::Receives(*channel, given(slot))),
         });
         uses.collect()
+    }
+
+    fn normalize(&mut self, _form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        Ok(())
     }
 
     fn location(&self) -> String {

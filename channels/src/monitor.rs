@@ -2,12 +2,13 @@
 
 use std::any::Any;
 use std::fmt::Debug;
+use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::graph::{GraphProcess, LocationId, ProgramGraph};
-use crate::{Event, EventKind, Message, TransitionId, Value};
+use crate::{Event, EventKind, Message, NoNormalForm, TransitionId, Value};
 
 /// What a monitor can tell while the run continues. True and false are final.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
@@ -58,6 +59,29 @@ pub trait Monitor: Any + Debug + Send + Sync {
     /// The locations of the graph in which the property is violated.
     fn failures(&self) -> &[LocationId] {
         &[]
+    }
+
+    /// Brings the state into normal form: the last tick had the number 0, and how it came about is forgotten. The next
+    /// tick has the number 1. Needed for proofs only.
+    ///
+    /// # Errors
+    /// [`NoNormalForm`] if the monitor has none; by default it has none.
+    fn normalize(&mut self) -> Result<(), NoNormalForm> {
+        Err(NoNormalForm::Unsupported {
+            reason: "nobody has said which of its states are alike".to_owned(),
+            help: None,
+        })
+    }
+
+    /// Whether the other monitor, of the same property, is in the same state; both are in normal form.
+    fn same_state(&self, other: &dyn Monitor) -> bool {
+        let _ = other;
+        false
+    }
+
+    /// Feeds the state, which is in normal form, to a hasher.
+    fn hash_state(&self, hasher: &mut dyn Hasher) {
+        let _ = hasher;
     }
 }
 
@@ -175,5 +199,19 @@ impl Monitor for GraphMonitor {
 
     fn failures(&self) -> &[LocationId] {
         &self.failures
+    }
+
+    /// The graph's variables stay as they are: a graph that keeps the numbers of ticks has no end of states.
+    fn normalize(&mut self) -> Result<(), NoNormalForm> {
+        self.visits.fill(0);
+        Ok(())
+    }
+
+    fn same_state(&self, other: &dyn Monitor) -> bool {
+        (other as &dyn Any).downcast_ref::<Self>().is_some_and(|other| self.process == other.process)
+    }
+
+    fn hash_state(&self, mut hasher: &mut dyn Hasher) {
+        self.process.hash(&mut hasher);
     }
 }

@@ -6,7 +6,7 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::{ChannelId, Envelope, Message, Symbol};
+use crate::{ChannelId, Envelope, Message, NoNormalForm, NormalForm, RequestNumber, Symbol};
 
 /// A transition of a process, numbered by the process itself. The number has no meaning elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -91,6 +91,25 @@ pub trait Process: ProcessState + Debug + Send {
 
     /// Every communication that the process may ever perform, for the check at wiring.
     fn uses(&self) -> Vec<Use>;
+
+    /// Appends the requests that it has sent, or is about to send, and whose answers would still matter to it: each
+    /// with the channel to which it belongs.
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        let _ = requests;
+    }
+
+    /// Brings the state into normal form: afterwards, states that continue alike should be equal, and states that do
+    /// not must not be. Needed for proofs only.
+    ///
+    /// # Errors
+    /// [`NoNormalForm`] if the process has none; by default it has none.
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        let _ = form;
+        Err(NoNormalForm::Unsupported {
+            reason: "nobody has said which of its states are alike".to_owned(),
+            help: None,
+        })
+    }
 
     /// The current location in a word or two, for reports and pictures: `idle`, `waiting for Navigation`.
     fn location(&self) -> String;

@@ -16,8 +16,8 @@ pub use self::run::Run;
 use crate::process::{Action, Offer, Use};
 use crate::tick::{TickGenerator, takes_ticks};
 use crate::{
-    Capacity, ChannelId, Envelope, Event, EventKind, Monitor, Process, ProcessId, RunError, Topology, TransitionId,
-    Verdict, WiringError,
+    Capacity, ChannelId, Envelope, Event, EventKind, Monitor, NoNormalForm, NormalForm, Process, ProcessId,
+    RequestNumber, RunError, Topology, TransitionId, Verdict, WiringError,
 };
 
 /// A system of processes that communicate over channels, with the monitors that watch them.
@@ -447,6 +447,29 @@ impl ChannelSystem {
         self.suspended.hash(hasher);
     }
 
+    /// Brings the state into [normal form](NormalForm): afterwards [`same_state`](Self::same_state) holds between
+    /// situations that continue alike, and the next tick has the number 0. Monitors stay as they are.
+    ///
+    /// # Errors
+    /// The first process that has no normal form.
+    pub fn normalize(&mut self) -> Result<(), (ProcessId, NoNormalForm)> {
+        let mut awaited = Vec::new();
+        self.processes.iter().flatten().for_each(|process| process.awaits(&mut awaited));
+        let numbers = |channel, number| number_among(&awaited, channel, number);
+        let topology = Arc::clone(&self.topology);
+        let form = NormalForm::new(&topology, self.clock.time, &numbers);
+        for (id, process) in self.processes.iter_mut().enumerate() {
+            process.as_mut().map_or(Ok(()), |process| process.normalize(&form)).map_err(|why| (ProcessId(id), why))?;
+        }
+        for (channel, envelope) in topology.channels().zip(&mut self.contents) {
+            envelope.iter_mut().for_each(|envelope| form.envelope(channel, envelope));
+        }
+        self.disturbances.normalize(&form);
+        self.clock = Clock { time: NormalForm::NOW, ..Clock::default() };
+        self.cache.stale.fill(true);
+        Ok(())
+    }
+
     /// A copy without monitors.
     #[must_use]
     pub fn fork(&self) -> Self {
@@ -461,6 +484,13 @@ impl ChannelSystem {
             cache: self.cache.clone(),
         }
     }
+}
+
+/// The number of a request in normal form, among those that await an answer.
+fn number_among(awaited: &[(ChannelId, RequestNumber)], channel: ChannelId, number: RequestNumber) -> RequestNumber {
+    let on_channel = awaited.iter().filter(|(on, _)| *on == channel).map(|(_, awaited)| *awaited);
+    let position = (1..).zip(on_channel).find(|(_, awaited)| *awaited == number);
+    RequestNumber(position.map_or(0, |(position, _)| position))
 }
 
 /// Checks at wiring that a process uses only its own channels, and only for messages that they can carry.

@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use crate::{
-    Action, ChannelId, Envelope, FieldKind, Message, Offer, Pattern, Process, Shape, TransitionId, Use, Value,
+    Action, ChannelId, Envelope, FieldKind, Message, NoNormalForm, NormalForm, Offer, Pattern, Process, Shape,
+    TransitionId, Use, Value,
 };
 
 /// TickGenerator: sends `[<tick>, n]` for each tick that is generated and can be delivered.
@@ -57,6 +58,12 @@ impl Process for TickGenerator {
 
     fn uses(&self) -> Vec<Use> {
         vec![Use::Sends(self.output, None)]
+    }
+
+    /// The number of a tick is only told: every tick has the number 0.
+    fn normalize(&mut self, _form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.pending = self.pending.map(|_| 0);
+        Ok(())
     }
 
     fn location(&self) -> String {

@@ -3,7 +3,7 @@
 use std::hash::{Hash, Hasher};
 use std::time::Duration;
 
-use crate::{Chance, ChannelId, Disturbance, Message};
+use crate::{Chance, ChannelId, Disturbance, Message, NormalForm};
 
 /// A disturbance of a [`ChannelSystem`](crate::ChannelSystem), as
 /// [`ChannelSystem::disturb`](crate::ChannelSystem::disturb) numbers them.
@@ -103,6 +103,14 @@ impl Disturbances {
             for passage in &mut self.passages {
                 passage.held_until = passage.held_until.filter(|&due| due > now);
             }
+        }
+    }
+
+    /// Brings the times into normal form.
+    pub(super) fn normalize(&mut self, form: &NormalForm<'_>) {
+        for passage in &mut self.passages {
+            passage.held_until.iter_mut().for_each(|due| form.time(due));
+            passage.armed.iter_mut().for_each(|armed| form.time(&mut armed.sent));
         }
     }
 

@@ -1,0 +1,86 @@
+//! The normal form of a state: what two situations that continue alike have in common.
+
+use std::time::Duration;
+
+use crate::{ChannelId, Envelope, RequestNumber, Role, Topology};
+
+/// How a state becomes finite: a system whose steps, ticks and request numbers grow forever visits finitely many normal
+/// forms.
+///
+/// - A request number says only which open request is meant. In a normal form, the requests on a channel that still
+///   [await](crate::Process::awaits) an answer are numbered from 1, and every other number is 0: nobody waits for it.
+/// - A point in time says only how far away it is. In a normal form it is always [`NOW`](Self::NOW).
+/// - What is only told, and has no effect on the future (the number of a tick, faults of a tree, notes of a machine),
+///   is forgotten.
+///
+/// A process changes its own state by [`Process::normalize`](crate::Process::normalize), and
+/// [`ChannelSystem::normalize`](crate::ChannelSystem::normalize) that of all.
+#[derive(Clone, Copy)]
+pub struct NormalForm<'a> {
+    topology: &'a Topology,
+    now: Duration,
+    numbers: &'a dyn Fn(ChannelId, RequestNumber) -> RequestNumber,
+}
+
+impl<'a> NormalForm<'a> {
+    /// The time at which a normal form is: late enough for everything that has been before.
+    pub const NOW: Duration = Duration::from_secs(1 << 32);
+
+    /// The number of messages that may wait in a process. More count as endless.
+    pub const QUEUE: usize = 32;
+
+    /// The normal form at the time `now`. `numbers` is the new number of a request on this channel.
+    pub fn new(
+        topology: &'a Topology,
+        now: Duration,
+        numbers: &'a dyn Fn(ChannelId, RequestNumber) -> RequestNumber,
+    ) -> Self {
+        Self { topology, now, numbers }
+    }
+
+    /// Brings a point in time into normal form.
+    pub fn time(&self, time: &mut Duration) {
+        *time = Self::NOW.saturating_add(time.saturating_sub(self.now)).saturating_sub(self.now.saturating_sub(*time));
+    }
+
+    /// Brings the number of a request on this channel into normal form.
+    pub fn number(&self, requests: ChannelId, number: &mut RequestNumber) {
+        *number = (self.numbers)(requests, *number);
+    }
+
+    /// Brings the number of a message on this channel into normal form: that of a request, or of an answer to one in
+    /// the opposite direction.
+    pub fn envelope(&self, channel: ChannelId, envelope: &mut Envelope) {
+        let role = self.topology.get(channel).domain.shape_of(&envelope.message).map(crate::Shape::role);
+        let is_answer = matches!(role, Some(Role::Reply | Role::Feedback | Role::Result));
+        let requests = self.topology.opposite(channel).filter(|_| is_answer).unwrap_or(channel);
+        self.number(requests, &mut envelope.request);
+    }
+
+    /// Checks that a queue has an end.
+    ///
+    /// # Errors
+    /// [`NoNormalForm::Endless`] if more than [`QUEUE`](Self::QUEUE) messages wait.
+    pub fn queue(&self, length: usize, what: impl FnOnce() -> String) -> Result<(), NoNormalForm> {
+        if length <= Self::QUEUE { Ok(()) } else { Err(NoNormalForm::Endless { what: what() }) }
+    }
+}
+
+/// Why a process has no normal form.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum NoNormalForm {
+    /// Its state has no finite form.
+    #[error("{reason}")]
+    Unsupported {
+        /// Why, as a sentence without a full stop that begins with a small letter: `it draws random numbers`.
+        reason: String,
+        /// What to do about it.
+        help: Option<String>,
+    },
+    /// Messages pile up in it without end.
+    #[error("{what}")]
+    Endless {
+        /// Which ones: `more than 32 messages to Navigation wait`.
+        what: String,
+    },
+}
