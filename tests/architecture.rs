@@ -11,9 +11,10 @@ use std::path::PathBuf;
 use crate::workspace::{cargo, metadata};
 
 /// Each crate of the workspace with the others that it may use, by the names that code uses.
-const ROOMS: [(&str, &[&str]); 22] = [
+const ROOMS: [(&str, &[&str]); 23] = [
     ("channels", &[]),
     ("diagnostics", &[]),
+    ("explorer", &["channels"]),
     ("interfaces", &["channels", "diagnostics"]),
     ("maps", &["diagnostics"]),
     ("robot", &["maps"]),
@@ -40,6 +41,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
             "sim",
             "nav",
             "bt",
+            "explorer",
             "interfaces",
             "skills",
             "components",
@@ -64,6 +66,7 @@ const ROOMS: [(&str, &[&str]); 22] = [
             "robot",
             "nav",
             "bt",
+            "explorer",
             "interfaces",
             "skills",
             "programs",

@@ -69,7 +69,7 @@ pub enum Use {
 /// Its state is a value: it can be copied, compared and hashed ([`ProcessState`] follows from `Clone + Eq + Hash`). Its
 /// behavior is a function of that state and of the messages it receives. A driver outside the system hands it all other
 /// data between steps.
-pub trait Process: ProcessState + Debug + Send {
+pub trait Process: ProcessState + Debug + Send + Sync {
     /// Appends the transitions whose guards hold, without side effects and in an order that depends only on the state.
     ///
     /// A process takes one transition at a time, which the scheduler chooses from all enabled ones.

@@ -30,15 +30,20 @@ impl TickGenerator {
         Shape::new([("tick", FieldKind::symbols(["tick"])), ("number", FieldKind::Int)])
     }
 
-    pub(crate) fn output(&self) -> ChannelId {
+    /// The channel on which it sends its ticks.
+    #[must_use]
+    pub fn output(&self) -> ChannelId {
         self.output
     }
 
-    pub(crate) fn is_pending(&self) -> bool {
+    /// Whether a tick waits to be sent.
+    #[must_use]
+    pub fn is_pending(&self) -> bool {
         self.pending.is_some()
     }
 
-    pub(crate) fn generate(&mut self, tick: u64) {
+    /// Makes it send a tick with this number.
+    pub fn generate(&mut self, tick: u64) {
         self.pending = Some(tick);
     }
 }

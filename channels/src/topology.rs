@@ -176,7 +176,7 @@ impl Topology {
 
     /// Whether the process may use this end of a channel: it is the end, or a part of it.
     #[must_use]
-    pub(crate) fn is_part_of(&self, process: ProcessId, end: ProcessId) -> bool {
+    pub fn is_part_of(&self, process: ProcessId, end: ProcessId) -> bool {
         process == end || self.whole(process) == end
     }
 

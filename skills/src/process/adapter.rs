@@ -12,7 +12,7 @@ use crate::machine::{Event, Machine, Undelivered};
 /// Turns the messages of a machine's channels into events, and what the machine sends into messages.
 ///
 /// Like that of a process, its state is a value ([`AdapterState`] follows from `Clone + Eq + Hash`).
-pub trait Adapter: AdapterState + Debug + Send {
+pub trait Adapter: AdapterState + Debug + Send + Sync {
     /// Appends the transitions that the process can take.
     fn offers(&self, offers: &mut Vec<Offer>);
 

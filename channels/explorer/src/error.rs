@@ -1,0 +1,51 @@
+//! Why a system cannot be explored.
+
+use channels::Message;
+
+/// Why a system cannot be explored.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refused {
+    /// A process has no normal form.
+    #[error("{process} cannot be explored: {reason}")]
+    Process {
+        /// The process.
+        process: String,
+        /// Why: `it draws random numbers`.
+        reason: String,
+        /// What to do about it.
+        help: Option<String>,
+    },
+    /// The monitor has no normal form.
+    #[error("the property {property} cannot be explored: {reason}")]
+    Property {
+        /// Its name.
+        property: String,
+        /// Why.
+        reason: String,
+        /// What to do about it.
+        help: Option<String>,
+    },
+    /// A process has too many states.
+    #[error("{process} has more than {states} states, so there may be no end of them")]
+    TooManyStates {
+        /// The process.
+        process: String,
+        /// How many were found.
+        states: usize,
+        /// Two of them that were found last, as far as they can be described.
+        examples: [String; 2],
+    },
+    /// A process sends what its channel cannot carry.
+    #[error("{process} may send {message} on the channel {channel}, which carries {domain}")]
+    OutsideDomain {
+        /// The process.
+        process: String,
+        /// The message.
+        message: Message,
+        /// The channel in words.
+        channel: String,
+        /// Its domain in words.
+        domain: String,
+    },
+}

@@ -1,0 +1,68 @@
+//! Values that are stored once and known by number.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// Values by number, in the order in which they were first seen.
+#[derive(Debug)]
+pub(crate) struct Interner<T> {
+    values: Vec<T>,
+    /// The numbers of the values with the same hash.
+    numbers: HashMap<u64, Vec<u32>>,
+}
+
+impl<T> Default for Interner<T> {
+    fn default() -> Self {
+        Self { values: Vec::new(), numbers: HashMap::new() }
+    }
+}
+
+impl<T> Interner<T> {
+    pub(crate) fn len(&self) -> usize {
+        self.values.len()
+    }
+
+    pub(crate) fn get(&self, number: u32) -> &T {
+        &self.values[number as usize]
+    }
+
+    pub(crate) fn get_mut(&mut self, number: u32) -> &mut T {
+        &mut self.values[number as usize]
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &T> {
+        self.values.iter()
+    }
+
+    /// The number of the value with this hash that is the `same`.
+    pub(crate) fn find(&self, hash: u64, same: impl Fn(&T) -> bool) -> Option<u32> {
+        self.numbers.get(&hash)?.iter().copied().find(|known| same(&self.values[*known as usize]))
+    }
+
+    /// Adds a value with this hash that is not there yet; its number.
+    pub(crate) fn add(&mut self, hash: u64, value: T) -> u32 {
+        let number = u32::try_from(self.values.len()).expect("memory ends before numbers do");
+        self.numbers.entry(hash).or_default().push(number);
+        self.values.push(value);
+        number
+    }
+}
+
+impl<T: Hash + Eq> Interner<T> {
+    /// The number of a value.
+    pub(crate) fn intern(&mut self, value: T) -> u32 {
+        let hash = hash_of(&value);
+        self.find(hash, |known| *known == value).unwrap_or_else(|| self.add(hash, value))
+    }
+
+    /// The number of a value that is known already.
+    pub(crate) fn find_value(&self, value: &T) -> Option<u32> {
+        self.find(hash_of(value), |known| known == value)
+    }
+}
+
+fn hash_of(value: &impl Hash) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    value.hash(&mut hasher);
+    hasher.finish()
+}

@@ -1,0 +1,86 @@
+//! A state of a process or a monitor, with all that was computed about it.
+
+use std::time::Duration;
+
+use channels::{Monitor, Pattern, Process, TransitionId, Verdict};
+
+/// The number of a state that has not been computed.
+pub(crate) const UNKNOWN: u32 = u32::MAX;
+/// Instead of the number of a state: the message is not accepted.
+pub(crate) const REFUSED: u32 = u32::MAX - 1;
+
+/// What a process becomes, and how the numbers of its requests change for its peers: 0 if they stay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) next: u32,
+    pub(crate) renaming: u32,
+}
+
+impl Step {
+    pub(crate) const UNKNOWN: Self = Self { next: UNKNOWN, renaming: 0 };
+    pub(crate) const REFUSED: Self = Self { next: REFUSED, renaming: 0 };
+}
+
+/// A state of a process in normal form, with what it offers.
+#[derive(Debug)]
+pub(crate) struct Local {
+    pub(crate) process: Box<dyn Process>,
+    /// The time until its next timer fires.
+    pub(crate) timer: Option<Duration>,
+    /// Whether it stays the same while time passes.
+    pub(crate) is_timeless: bool,
+    /// What it can do by itself: internal actions and sends.
+    pub(crate) own: Vec<Own>,
+    pub(crate) receives: Vec<Receive>,
+    /// What it is after a span of time, by the number of the span.
+    pub(crate) later: Vec<Step>,
+    /// What it is when the numbers of requests change, by the number of the renaming.
+    pub(crate) renamed: Vec<u32>,
+    /// What a tick generator is when a tick is due.
+    pub(crate) ticked: u32,
+}
+
+/// An internal action, or a send.
+#[derive(Debug)]
+pub(crate) struct Own {
+    pub(crate) transition: TransitionId,
+    /// The channel, and the number of the message.
+    pub(crate) sends: Option<(usize, u32)>,
+    pub(crate) step: Step,
+}
+
+/// A receive.
+#[derive(Debug)]
+pub(crate) struct Receive {
+    pub(crate) transition: TransitionId,
+    pub(crate) channel: usize,
+    pub(crate) pattern: Pattern,
+    /// By the number of the message.
+    pub(crate) steps: Vec<Step>,
+}
+
+/// A state of a monitor in normal form.
+#[derive(Debug)]
+pub(crate) struct Watching {
+    pub(crate) monitor: Box<dyn Monitor>,
+    pub(crate) verdict: Verdict,
+    /// By channel, and then by the number of the message.
+    pub(crate) after: Vec<Vec<u32>>,
+    /// After the first tick, and after any other.
+    pub(crate) ticked: [u32; 2],
+}
+
+/// The entry at an index; unknown if the list is shorter.
+#[inline]
+pub(crate) fn entry<T: Copy>(list: &[T], index: u32, unknown: T) -> T {
+    list.get(index as usize).copied().unwrap_or(unknown)
+}
+
+/// Sets the entry at an index; those before it that are missing are unknown.
+pub(crate) fn set<T: Copy>(list: &mut Vec<T>, index: u32, value: T, unknown: T) {
+    let index = index as usize;
+    if list.len() <= index {
+        list.resize(index + 1, unknown);
+    }
+    list[index] = value;
+}

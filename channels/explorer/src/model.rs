@@ -1,0 +1,140 @@
+//! What is explored: a system at its start, its ticks, its environment, and what may happen to messages.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{ChannelId, ChannelSystem, Process, ProcessId};
+
+/// A system to be explored.
+#[derive(Debug)]
+pub struct Model {
+    pub(crate) start: ChannelSystem,
+    pub(crate) ticks: Option<Ticks>,
+    pub(crate) environment: Arc<dyn Environment>,
+    pub(crate) anywhere: bool,
+    pub(crate) faults: MessageFaults,
+    pub(crate) onlooker: Option<Arc<dyn Onlooker>>,
+}
+
+/// The ticks of a system.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ticks {
+    /// The [`TickGenerator`](channels::TickGenerator).
+    pub generator: ProcessId,
+    /// The time from one tick to the next.
+    pub period: Duration,
+    /// The time from the start to the first tick.
+    pub first: Duration,
+    /// The clock of the run: timers fire at multiples of it. Zero if they fire exactly when they are due.
+    pub step: Duration,
+}
+
+/// Sees each process after each step that is computed for the first time, before what is only told is forgotten.
+pub trait Onlooker: fmt::Debug + Send + Sync {
+    /// Sees a process.
+    fn see(&self, id: ProcessId, process: &dyn Process);
+}
+
+/// How many messages may be damaged in a run, and where.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MessageFaults {
+    /// How many may be lost.
+    pub lost: u8,
+    /// How many may be delivered twice.
+    pub repeated: u8,
+    /// How many may be held back, and for how long.
+    pub delayed: (u8, Duration),
+    /// The channels on which this happens, all of capacity 1.
+    pub channels: Vec<ChannelId>,
+}
+
+/// What drives a system from outside: between its steps, something else happens in the world.
+///
+/// Its state is encoded in numbers. The moves depend only on it and on the processes that it drives.
+pub trait Environment: fmt::Debug + Send + Sync {
+    /// The processes that it looks at and changes.
+    fn driven(&self) -> &[ProcessId];
+
+    /// Its state at the start.
+    fn start(&self) -> Vec<i64>;
+
+    /// What may happen before a tick, or at any other moment: the possible moves, in an order that depends only on the
+    /// arguments. Without a move, time stands still. `driven` are the processes that it drives, in their normal form.
+    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move>;
+}
+
+/// When an environment moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Instant {
+    /// Before the next tick.
+    Tick,
+    /// Before a timer fires, or at any other moment between two ticks.
+    Between,
+}
+
+/// Changes a process that is driven.
+pub type Update = Arc<dyn Fn(ProcessId, &mut dyn Process) + Send + Sync>;
+
+/// Something that may happen in the environment.
+#[derive(Clone)]
+pub struct Move {
+    /// The state of the environment afterwards.
+    pub state: Vec<i64>,
+    /// What it does to each process that it drives, in normal form or not.
+    pub update: Update,
+    /// In words: `the level falls below 30 %`. Empty if nothing changes that is worth a word.
+    pub words: String,
+}
+
+impl fmt::Debug for Move {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Move").field("state", &self.state).field("words", &self.words).finish_non_exhaustive()
+    }
+}
+
+/// The environment of a system that nothing drives.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Closed;
+
+impl Environment for Closed {
+    fn driven(&self) -> &[ProcessId] {
+        &[]
+    }
+
+    fn start(&self) -> Vec<i64> {
+        Vec::new()
+    }
+
+    fn moves(&self, _state: &[i64], _driven: &[&dyn Process], _instant: Instant) -> Vec<Move> {
+        vec![Move { state: Vec::new(), update: Arc::new(|_, _| ()), words: String::new() }]
+    }
+}
+
+impl Model {
+    /// The system as it is now, in this environment; without ticks, it is explored until nothing can happen any more.
+    /// The system's monitors and disturbances play no part.
+    #[must_use]
+    pub fn new(system: &ChannelSystem, ticks: Option<Ticks>, environment: Arc<dyn Environment>) -> Self {
+        let faults = MessageFaults::default();
+        Self { start: system.fork(), ticks, environment, anywhere: false, faults, onlooker: None }
+    }
+
+    /// The same, with an environment that also moves while processes communicate.
+    #[must_use]
+    pub fn with_interleaved_drivers(self) -> Self {
+        Self { anywhere: true, ..self }
+    }
+
+    /// The same, with damaged messages.
+    #[must_use]
+    pub fn with_message_faults(self, faults: MessageFaults) -> Self {
+        Self { faults, ..self }
+    }
+
+    /// The same, with someone who looks at every state of a process that is found.
+    #[must_use]
+    pub fn with_onlooker(self, onlooker: Arc<dyn Onlooker>) -> Self {
+        Self { onlooker: Some(onlooker), ..self }
+    }
+}

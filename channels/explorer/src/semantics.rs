@@ -1,0 +1,603 @@
+//! What a system can do next: the rules of channel systems, on numbers.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{Capacity, Enabled, EnabledKind, Pattern, Verdict};
+
+use crate::local::{Local, REFUSED, Step, UNKNOWN, entry};
+use crate::model::Instant;
+use crate::path::PathStep;
+use crate::store::Change;
+use crate::tables::{Clock, ENDLESS, Gap, Start, Tables, Transit};
+
+/// Where in a vector each part of a system's state is.
+#[derive(Debug)]
+pub(crate) struct Slots {
+    pub(crate) processes: Vec<u32>,
+    pub(crate) channels: Vec<u32>,
+    pub(crate) clock: u32,
+    pub(crate) transit: u32,
+    pub(crate) environment: u32,
+    pub(crate) monitor: u32,
+    pub(crate) len: usize,
+}
+
+impl Slots {
+    /// Each process beside the channels on which it sends: they often change together.
+    pub(crate) fn new(tables: &Tables) -> Self {
+        let mut next = 0..;
+        let mut slot = || next.next().unwrap_or_default();
+        let [monitor, clock, transit, environment] = [slot(), slot(), slot(), slot()];
+        let mut processes = Vec::new();
+        let mut channels = vec![0; tables.lines.len()];
+        for process in tables.topology.processes() {
+            processes.push(slot());
+            for channel in tables.topology.channels().filter(|id| tables.topology.get(*id).source == process) {
+                channels[channel.index()] = slot();
+            }
+        }
+        Self { processes, channels, clock, transit, environment, monitor, len: slot() as usize }
+    }
+
+    /// The vector of the start.
+    pub(crate) fn vector(&self, start: &Start) -> Vec<u32> {
+        let mut vector = vec![0; self.len];
+        let parts = self.processes.iter().zip(&start.processes).chain(self.channels.iter().zip(&start.contents));
+        parts.for_each(|(slot, value)| vector[*slot as usize] = *value);
+        let rest = [
+            (self.clock, start.clock),
+            (self.transit, start.transit),
+            (self.environment, start.environment),
+            (self.monitor, start.monitor),
+        ];
+        rest.into_iter().for_each(|(slot, value)| vector[slot as usize] = value);
+        vector
+    }
+}
+
+/// What leads from a state to another.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Label {
+    /// A transition of the channel system, and what happens to its message besides.
+    Take(Enabled, Damage),
+    /// The environment moves while time stands still: the index of its move.
+    Drive { index: usize },
+    /// The environment moves, time passes, timers that are due fire, and the tick comes if it is due.
+    Wait { instant: Instant, index: usize, span: Duration, delivered: bool },
+}
+
+/// What happens to a message besides what should.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Damage {
+    /// Nothing.
+    None,
+    /// It is lost as soon as it is sent.
+    Lost,
+    /// It is held back.
+    Held,
+    /// It stays in the channel when it is received.
+    Repeated,
+}
+
+/// How the search goes on with a successor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
+    GoOn,
+    /// The verdict is true, whatever comes.
+    Settled,
+    /// The verdict is false.
+    Violated,
+    /// Messages pile up without end.
+    Endless,
+}
+
+/// The successors of a state.
+#[derive(Debug, Default)]
+pub(crate) struct Successors {
+    changes: Vec<Change>,
+    /// Where the changes of each successor end.
+    ends: Vec<usize>,
+    labels: Vec<Label>,
+    fates: Vec<Fate>,
+    /// Nothing can happen before time passes.
+    pub(crate) is_quiet: bool,
+}
+
+impl Successors {
+    fn clear(&mut self) {
+        self.changes.clear();
+        self.ends.clear();
+        self.labels.clear();
+        self.fates.clear();
+        self.is_quiet = false;
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    pub(crate) fn changes(&self, index: usize) -> &[Change] {
+        let begin = index.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.changes[begin..self.ends[index]]
+    }
+
+    pub(crate) fn label(&self, index: usize) -> &Label {
+        &self.labels[index]
+    }
+
+    pub(crate) fn fate(&self, index: usize) -> Fate {
+        self.fates[index]
+    }
+}
+
+/// The semantics of a model over its tables.
+#[derive(Debug)]
+pub(crate) struct Semantics {
+    pub(crate) tables: Tables,
+    pub(crate) slots: Slots,
+    pub(crate) has_monitor: bool,
+    /// Whether the environment also moves while processes communicate.
+    pub(crate) anywhere: bool,
+    pub(crate) hold: Duration,
+}
+
+/// A vector with changes that are being made.
+struct Draft<'a> {
+    from: &'a [u32],
+    changes: &'a mut Vec<Change>,
+    begin: usize,
+}
+
+impl Draft<'_> {
+    fn get(&self, slot: u32) -> u32 {
+        let changed = self.changes[self.begin..].iter().find(|(changed, _)| *changed == slot);
+        changed.map_or(self.from[slot as usize], |(_, value)| *value)
+    }
+
+    fn set(&mut self, slot: u32, value: u32) {
+        match self.changes[self.begin..].iter_mut().find(|(changed, _)| *changed == slot) {
+            Some((_, old)) => *old = value,
+            None => self.changes.push((slot, value)),
+        }
+    }
+}
+
+impl Semantics {
+    /// Lists the successors of a state, in an order that depends only on the state.
+    pub(crate) fn expand(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
+        out.clear();
+        let transit = self.transit(state);
+        for (index, line) in self.tables.locals.iter().enumerate() {
+            if line.len() == 0 {
+                continue; // it is composed of others
+            }
+            let number = state[self.slots.processes[index] as usize];
+            let local = line.get(number);
+            for own in 0..local.own.len() {
+                self.take_own(state, transit, index, (number, local), own, out)?;
+            }
+            for receive in 0..local.receives.len() {
+                self.take_receive(state, transit, index, (number, local), receive, out)?;
+            }
+        }
+        out.is_quiet = out.len() == 0;
+        if out.is_quiet {
+            self.wait(state, transit, out)?;
+        }
+        self.drive(state, out)
+    }
+
+    /// Whether nothing but the environment can help: no timer is set, and the tick is lost.
+    pub(crate) fn is_stuck(&self, state: &[u32], successors: &Successors) -> bool {
+        let is_lost = |label: &Label| matches!(label, Label::Wait { instant: Instant::Tick, delivered: false, .. });
+        successors.is_quiet
+            && self.tables.ticks.is_some()
+            && successors.labels.iter().all(is_lost)
+            && self.populated().all(|process| self.local(state, process).timer.is_none())
+    }
+
+    /// The steps that a label stands for, in a state.
+    pub(crate) fn path_steps(&self, state: &[u32], label: &Label) -> Vec<PathStep> {
+        let moved = |instant, index: usize| {
+            let moves = self.moves(state, instant).expect("what was expanded once is known");
+            let told = &moves[index].told;
+            PathStep::Environment { words: told.words.clone(), update: Arc::clone(&told.update) }
+        };
+        match label {
+            Label::Take(enabled, damage) => vec![PathStep::Take { enabled: enabled.clone(), damage: *damage }],
+            Label::Drive { index } => vec![moved(Instant::Between, *index)],
+            Label::Wait { instant, index, span, delivered } => {
+                let tick = (*instant == Instant::Tick).then_some(PathStep::Tick { delivered: *delivered });
+                [moved(*instant, *index), PathStep::Wait(*span)].into_iter().chain(tick).collect()
+            }
+        }
+    }
+
+    fn transit<'a>(&'a self, state: &[u32]) -> &'a Transit {
+        self.tables.transits.get(state[self.slots.transit as usize])
+    }
+
+    fn take_own(
+        &self,
+        state: &[u32],
+        transit: &Transit,
+        process: usize,
+        (number, local): (u32, &Local),
+        own: usize,
+        out: &mut Successors,
+    ) -> Result<(), Gap> {
+        let offer = &local.own[own];
+        let step = || match offer.step {
+            Step::UNKNOWN => Err(Gap::Own { process, state: number, own }),
+            step => Ok(step),
+        };
+        let enabled = |kind| Enabled { process: self.tables.ids[process], transition: offer.transition, kind };
+        let Some((channel, content)) = offer.sends else {
+            let label = Label::Take(enabled(EnabledKind::Internal), Damage::None);
+            return self.push(state, out, label, |draft| self.follow(draft, process, step()?));
+        };
+        let line = &self.tables.lines[channel];
+        let slot = self.slots.channels[channel];
+        match line.capacity {
+            Capacity::One => {
+                let waiting = state[slot as usize];
+                if waiting != 0 && !(line.gives_way(waiting, content) && !transit.holds(channel)) {
+                    return Ok(());
+                }
+                let kind = || enabled(EnabledKind::Send(line.id));
+                self.push(state, out, Label::Take(kind(), Damage::None), |draft| {
+                    draft.set(slot, content);
+                    self.follow(draft, process, step()?)
+                })?;
+                if line.may_fail && transit.losses > 0 {
+                    self.push(state, out, Label::Take(kind(), Damage::Lost), |draft| {
+                        draft.set(slot, 0);
+                        self.set_transit(draft, Transit { losses: transit.losses - 1, ..transit.clone() })?;
+                        self.follow(draft, process, step()?)
+                    })?;
+                }
+                if line.may_fail && transit.delays > 0 {
+                    self.push(state, out, Label::Take(kind(), Damage::Held), |draft| {
+                        draft.set(slot, content);
+                        self.set_transit(draft, transit.holding(channel, self.hold))?;
+                        self.follow(draft, process, step()?)
+                    })?;
+                }
+                Ok(())
+            }
+            Capacity::Zero => {
+                for receiver in line.receivers.iter().copied().filter(|receiver| *receiver != process) {
+                    let on = state[self.slots.processes[receiver] as usize];
+                    let other = self.tables.locals[receiver].get(on);
+                    for (receive, taken) in
+                        other.receives.iter().enumerate().filter(|(_, taken)| taken.channel == channel)
+                    {
+                        let receiving = match entry(&taken.steps, content, Step::UNKNOWN) {
+                            Step::UNKNOWN => {
+                                return Err(Gap::Receive { process: receiver, state: on, receive, content });
+                            }
+                            Step::REFUSED => continue,
+                            step => step,
+                        };
+                        let kind = EnabledKind::Handshake {
+                            channel: line.id,
+                            receiver: self.tables.ids[receiver],
+                            receiving: taken.transition,
+                        };
+                        self.push(state, out, Label::Take(enabled(kind), Damage::None), |draft| {
+                            self.follow(draft, process, step()?)?;
+                            self.follow(draft, receiver, receiving)?;
+                            self.observe(draft, channel, content)
+                        })?;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn take_receive(
+        &self,
+        state: &[u32],
+        transit: &Transit,
+        process: usize,
+        (number, local): (u32, &Local),
+        receive: usize,
+        out: &mut Successors,
+    ) -> Result<(), Gap> {
+        let taken = &local.receives[receive];
+        let channel = taken.channel;
+        let slot = self.slots.channels[channel];
+        let content = state[slot as usize];
+        if content == 0 || transit.holds(channel) {
+            return Ok(());
+        }
+        let step = match entry(&taken.steps, content, Step::UNKNOWN) {
+            Step::UNKNOWN => return Err(Gap::Receive { process, state: number, receive, content }),
+            Step::REFUSED => return Ok(()),
+            step => step,
+        };
+        let line = &self.tables.lines[channel];
+        let enabled = || Enabled {
+            process: self.tables.ids[process],
+            transition: taken.transition,
+            kind: EnabledKind::Receive(line.id),
+        };
+        self.push(state, out, Label::Take(enabled(), Damage::None), |draft| {
+            draft.set(slot, 0);
+            self.follow(draft, process, step)?;
+            self.observe(draft, channel, content)
+        })?;
+        if line.may_fail && transit.repeats > 0 {
+            self.push(state, out, Label::Take(enabled(), Damage::Repeated), |draft| {
+                self.set_transit(draft, Transit { repeats: transit.repeats - 1, ..transit.clone() })?;
+                self.follow(draft, process, step)?;
+                self.observe(draft, channel, content)
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Nothing more happens at this time: the environment moves, and time passes until the next timer or tick.
+    fn wait(&self, state: &[u32], transit: &Transit, out: &mut Successors) -> Result<(), Gap> {
+        let clock = *self.tables.clocks.get(state[self.slots.clock as usize]);
+        let timers = self.populated().filter_map(|process| self.local(state, process).timer);
+        let held = transit.held.iter().map(|(_, until)| *until);
+        let timer = timers.chain(held).min();
+        let tick = self.tables.ticks.map(|_| clock.until_tick);
+        let Some(span) = timer.into_iter().chain(tick).min() else { return Ok(()) };
+        let is_tick = tick == Some(span);
+        let instant = if is_tick { Instant::Tick } else { Instant::Between };
+        let until_tick = match self.tables.ticks {
+            Some(ticks) if is_tick => ticks.period,
+            _ => clock.until_tick.saturating_sub(span),
+        };
+        let next = Clock { has_ticked: clock.has_ticked || is_tick, until_tick };
+        let next = self.tables.clocks.find_value(&next).ok_or(Gap::Clock(next))?;
+        for index in 0..self.moves(state, instant)?.len() {
+            let begin = out.changes.len();
+            let mut draft = Draft { from: state, changes: &mut out.changes, begin };
+            let mut fate = self.apply(&mut draft, state, instant, index)?;
+            fate = fate.and(self.pass_time(&mut draft, span)?);
+            if !transit.held.is_empty() {
+                self.set_transit(&mut draft, transit.after(span))?;
+            }
+            let (delivered, told) = if is_tick { self.tick(&mut draft, clock)? } else { (false, Fate::GoOn) };
+            draft.set(self.slots.clock, next);
+            out.finish(Label::Wait { instant, index, span, delivered }, fate.and(told));
+        }
+        Ok(())
+    }
+
+    /// Lets time pass in all processes; timers that are due fire.
+    fn pass_time(&self, draft: &mut Draft<'_>, span: Duration) -> Result<Fate, Gap> {
+        let mut fate = Fate::GoOn;
+        if span.is_zero() && self.populated().all(|process| self.local_of(draft, process).timer.is_none()) {
+            return Ok(fate);
+        }
+        let number = self.tables.spans.find_value(&span);
+        for process in self.populated() {
+            let local = self.local_of(draft, process);
+            if local.is_timeless {
+                continue;
+            }
+            let step = number.map_or(Step::UNKNOWN, |number| entry(&local.later, number, Step::UNKNOWN));
+            if step == Step::UNKNOWN {
+                let state = draft.get(self.slots.processes[process]);
+                return Err(Gap::Later { process, state, span });
+            }
+            fate = fate.and(self.follow(draft, process, step)?);
+        }
+        Ok(fate)
+    }
+
+    /// The tick comes; whether it is delivered.
+    fn tick(&self, draft: &mut Draft<'_>, clock: Clock) -> Result<(bool, Fate), Gap> {
+        let Some(ticks) = self.tables.ticks else { return Ok((false, Fate::GoOn)) };
+        let generator = ticks.generator.index();
+        let state = draft.get(self.slots.processes[generator]);
+        let local = self.tables.locals[generator].get(state);
+        let output = self.tables.tick_channel;
+        let is_idle = local.own.is_empty() && draft.get(self.slots.channels[output]) == 0;
+        let delivered = is_idle && self.populated().any(|process| self.local_of(draft, process).awaits_any(output));
+        if delivered {
+            match local.ticked {
+                UNKNOWN => return Err(Gap::Ticked { process: generator, state }),
+                ticked => draft.set(self.slots.processes[generator], ticked),
+            }
+        }
+        if !self.has_monitor {
+            return Ok((delivered, Fate::GoOn));
+        }
+        let number = draft.get(self.slots.monitor);
+        let next = self.tables.monitors.get(number).ticked[usize::from(clock.has_ticked)];
+        if next == UNKNOWN {
+            return Err(Gap::ObservedTick { state: number, has_ticked: clock.has_ticked });
+        }
+        draft.set(self.slots.monitor, next);
+        Ok((delivered, self.judged(next)))
+    }
+
+    /// The environment moves while time stands still: between steps if that makes processes move, or anywhere.
+    fn drive(&self, state: &[u32], out: &mut Successors) -> Result<(), Gap> {
+        if self.tables.driven.is_empty() || !(out.is_quiet || self.anywhere) {
+            return Ok(());
+        }
+        for index in 0..self.moves(state, Instant::Between)?.len() {
+            let begin = out.changes.len();
+            let mut draft = Draft { from: state, changes: &mut out.changes, begin };
+            let fate = self.apply(&mut draft, state, Instant::Between, index)?;
+            let changes = draft.changes[begin..].iter().any(|(slot, value)| state[*slot as usize] != *value);
+            if changes && (self.anywhere || self.is_busy(&draft)?) {
+                out.finish(Label::Drive { index }, fate);
+            } else {
+                out.changes.truncate(begin);
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a process can move.
+    fn is_busy(&self, draft: &Draft<'_>) -> Result<bool, Gap> {
+        let mut vector = draft.from.to_vec();
+        draft.changes[draft.begin..].iter().for_each(|(slot, value)| vector[*slot as usize] = *value);
+        let transit = self.transit(&vector);
+        let mut out = Successors::default();
+        for process in self.populated() {
+            let number = vector[self.slots.processes[process] as usize];
+            let local = self.tables.locals[process].get(number);
+            for own in 0..local.own.len() {
+                self.take_own(&vector, transit, process, (number, local), own, &mut out)?;
+            }
+            for receive in 0..local.receives.len() {
+                self.take_receive(&vector, transit, process, (number, local), receive, &mut out)?;
+            }
+            if out.len() > 0 {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn moves(&self, state: &[u32], instant: Instant) -> Result<&[crate::tables::Moved], Gap> {
+        let driven = self.tables.driven.iter().map(|process| state[self.slots.processes[*process] as usize]);
+        let key: Vec<u32> = std::iter::once(state[self.slots.environment as usize]).chain(driven).collect();
+        match self.tables.moves[instant as usize].get(&key) {
+            Some(moves) => Ok(moves),
+            None => Err(Gap::Moves { key, instant }),
+        }
+    }
+
+    fn apply(&self, draft: &mut Draft<'_>, state: &[u32], instant: Instant, index: usize) -> Result<Fate, Gap> {
+        let moved = &self.moves(state, instant)?[index];
+        draft.set(self.slots.environment, moved.state);
+        let mut fate = Fate::GoOn;
+        for (process, step) in &moved.processes {
+            fate = fate.and(self.follow(draft, *process, *step)?);
+        }
+        Ok(fate)
+    }
+
+    /// Adds a successor.
+    fn push(
+        &self,
+        state: &[u32],
+        out: &mut Successors,
+        label: Label,
+        change: impl FnOnce(&mut Draft<'_>) -> Result<Fate, Gap>,
+    ) -> Result<(), Gap> {
+        let begin = out.changes.len();
+        let fate = change(&mut Draft { from: state, changes: &mut out.changes, begin })?;
+        out.finish(label, fate);
+        Ok(())
+    }
+
+    /// A process takes a step, and its peers learn which of its requests are still open.
+    fn follow(&self, draft: &mut Draft<'_>, process: usize, step: Step) -> Result<Fate, Gap> {
+        if step.next == ENDLESS {
+            return Ok(Fate::Endless);
+        }
+        debug_assert!(step.next != UNKNOWN && step.next != REFUSED, "a step is computed before it is taken");
+        draft.set(self.slots.processes[process], step.next);
+        if step.renaming != 0 {
+            self.rename(draft, process, step.renaming)?;
+        }
+        Ok(Fate::GoOn)
+    }
+
+    fn rename(&self, draft: &mut Draft<'_>, mover: usize, renaming: u32) -> Result<(), Gap> {
+        for (channel, _) in self.tables.renamings.get(renaming) {
+            let line = &self.tables.lines[*channel];
+            for channel in std::iter::once(*channel).chain(line.opposite) {
+                let slot = self.slots.channels[channel];
+                let content = draft.get(slot);
+                if content == 0 {
+                    continue;
+                }
+                let renamed = self.tables.lines[channel].renamed.get(renaming as usize);
+                match renamed.map_or(UNKNOWN, |renamed| entry(renamed, content, UNKNOWN)) {
+                    UNKNOWN => return Err(Gap::RenamedContent { channel, content, renaming }),
+                    renamed => draft.set(slot, renamed),
+                }
+            }
+            for process in line.receivers.iter().copied().filter(|process| *process != mover) {
+                let slot = self.slots.processes[process];
+                let state = draft.get(slot);
+                match entry(&self.tables.locals[process].get(state).renamed, renaming, UNKNOWN) {
+                    UNKNOWN => return Err(Gap::RenamedProcess { process, state, renaming }),
+                    renamed => draft.set(slot, renamed),
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The monitor observes a message that is received.
+    fn observe(&self, draft: &mut Draft<'_>, channel: usize, content: u32) -> Result<Fate, Gap> {
+        if !self.has_monitor || self.tables.lines[channel].is_internal {
+            return Ok(Fate::GoOn);
+        }
+        let state = draft.get(self.slots.monitor);
+        let after = self.tables.monitors.get(state).after.get(channel);
+        match after.map_or(UNKNOWN, |after| entry(after, content, UNKNOWN)) {
+            UNKNOWN => Err(Gap::Observed { state, channel, content }),
+            next => {
+                draft.set(self.slots.monitor, next);
+                Ok(self.judged(next))
+            }
+        }
+    }
+
+    fn judged(&self, monitor: u32) -> Fate {
+        match self.tables.monitors.get(monitor).verdict {
+            Verdict::Inconclusive => Fate::GoOn,
+            Verdict::True => Fate::Settled,
+            Verdict::False => Fate::Violated,
+        }
+    }
+
+    fn set_transit(&self, draft: &mut Draft<'_>, transit: Transit) -> Result<(), Gap> {
+        let number = self.tables.transits.find_value(&transit).ok_or(Gap::Transit(transit))?;
+        draft.set(self.slots.transit, number);
+        Ok(())
+    }
+
+    /// The processes that are not composed of others.
+    fn populated(&self) -> impl Iterator<Item = usize> {
+        (0..self.tables.locals.len()).filter(|process| self.tables.locals[*process].len() > 0)
+    }
+
+    fn local(&self, state: &[u32], process: usize) -> &Local {
+        self.tables.locals[process].get(state[self.slots.processes[process] as usize])
+    }
+
+    fn local_of(&self, draft: &Draft<'_>, process: usize) -> &Local {
+        self.tables.locals[process].get(draft.get(self.slots.processes[process]))
+    }
+}
+
+impl Local {
+    /// Whether it waits for a tick on this channel.
+    fn awaits_any(&self, channel: usize) -> bool {
+        self.receives.iter().any(|receive| receive.channel == channel && receive.pattern == Pattern::Any)
+    }
+}
+
+impl Successors {
+    fn finish(&mut self, label: Label, fate: Fate) {
+        self.ends.push(self.changes.len());
+        self.labels.push(label);
+        self.fates.push(fate);
+    }
+}
+
+impl Fate {
+    /// The worse one.
+    fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::GoOn, other) => other,
+            (first, _) => first,
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! The search against a naive enumeration, which copies whole channel systems, normalizes them and compares them.
+
+mod naive;
+mod random_systems;

@@ -1,0 +1,186 @@
+//! All states of a model, by copying whole channel systems.
+
+use std::collections::HashMap;
+use std::collections::hash_map::DefaultHasher;
+use std::hash::{Hash, Hasher};
+use std::time::Duration;
+
+use channels::{ChannelSystem, Event, EventKind, Monitor, NormalForm, Process, Verdict};
+use explorer::{Environment, Instant, Ticks};
+
+/// The counts that a search and a naive enumeration have in common.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Counts {
+    pub(crate) states: u64,
+    pub(crate) quiet: u64,
+    pub(crate) transitions: u64,
+    /// The number of the layer in which the property is violated first.
+    pub(crate) violated: Option<u64>,
+}
+
+/// A state, with everything that is outside of the channel system.
+struct State {
+    system: ChannelSystem,
+    environment: Vec<i64>,
+    has_ticked: bool,
+    until_tick: Duration,
+    monitor: Option<Box<dyn Monitor>>,
+}
+
+impl State {
+    fn fork(&self) -> Self {
+        Self {
+            system: self.system.fork(),
+            environment: self.environment.clone(),
+            has_ticked: self.has_ticked,
+            until_tick: self.until_tick,
+            monitor: self.monitor.clone(),
+        }
+    }
+
+    fn hash(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        self.system.hash_state(&mut hasher);
+        (&self.environment, self.has_ticked, self.until_tick).hash(&mut hasher);
+        if let Some(monitor) = &self.monitor {
+            monitor.hash_state(&mut hasher);
+        }
+        hasher.finish()
+    }
+
+    fn is(&self, other: &Self) -> bool {
+        let same_monitor = match (&self.monitor, &other.monitor) {
+            (Some(monitor), Some(other)) => monitor.same_state(other.as_ref()),
+            _ => true,
+        };
+        same_monitor
+            && self.system.same_state(&other.system)
+            && self.environment == other.environment
+            && self.has_ticked == other.has_ticked
+            && self.until_tick == other.until_tick
+    }
+
+    fn observe(&mut self, kind: EventKind) {
+        if let Some(monitor) = &mut self.monitor {
+            let tick = u64::from(kind == EventKind::Tick && self.has_ticked);
+            monitor.observe(&Event { step: 0, tick, time: Duration::ZERO, kind });
+        }
+    }
+
+    fn verdict(&self) -> Verdict {
+        self.monitor.as_ref().map_or(Verdict::Inconclusive, |monitor| monitor.verdict())
+    }
+
+    fn normalize(mut self) -> Self {
+        self.system.normalize().expect("a normal form");
+        if let Some(monitor) = &mut self.monitor {
+            monitor.normalize().expect("a normal form");
+        }
+        self
+    }
+}
+
+/// Enumerates all states. Every timer fires exactly when it is due.
+pub(crate) fn enumerate(
+    start: &ChannelSystem,
+    ticks: Option<Ticks>,
+    environment: &dyn Environment,
+    monitor: Option<&dyn Monitor>,
+) -> Counts {
+    let first = State {
+        system: start.fork(),
+        environment: environment.start(),
+        has_ticked: false,
+        until_tick: ticks.map_or(Duration::ZERO, |ticks| ticks.first),
+        monitor: monitor.map(Monitor::boxed_clone),
+    };
+    let mut counts = Counts { states: 0, quiet: 0, transitions: 0, violated: None };
+    let mut known: HashMap<u64, Vec<usize>> = HashMap::new();
+    let mut states: Vec<(State, u64)> = Vec::new();
+    let mut add = |state: State, layer: u64, states: &mut Vec<(State, u64)>| {
+        let state = state.normalize();
+        let alike = known.entry(state.hash()).or_default();
+        if !alike.iter().any(|other| states[*other].0.is(&state)) {
+            alike.push(states.len());
+            states.push((state, layer));
+        }
+    };
+    add(first, 0, &mut states);
+    let mut next = 0;
+    while next < states.len() {
+        let (mut state, layer) = (states[next].0.fork(), states[next].1);
+        next += 1;
+        if counts.violated.is_some_and(|violated| layer >= violated) {
+            break;
+        }
+        let (successors, is_quiet) = successors(&mut state, ticks, environment);
+        counts.quiet += u64::from(is_quiet);
+        counts.transitions += successors.len() as u64;
+        for successor in successors {
+            match successor.verdict() {
+                Verdict::Inconclusive => add(successor, layer + 1, &mut states),
+                Verdict::True => {}
+                Verdict::False => counts.violated = Some(counts.violated.unwrap_or(layer + 1)),
+            }
+        }
+    }
+    counts.states = states.len() as u64;
+    counts
+}
+
+fn successors(state: &mut State, ticks: Option<Ticks>, environment: &dyn Environment) -> (Vec<State>, bool) {
+    let mut successors = Vec::new();
+    let enabled = state.system.enabled();
+    for transition in &enabled {
+        let mut next = state.fork();
+        next.system.enabled();
+        if let Some(event) = next.system.take(transition).expect("a message within its domain") {
+            next.observe(event.kind);
+        }
+        successors.push(next);
+    }
+    if !enabled.is_empty() {
+        return (successors, false);
+    }
+    let timer = state.system.next_timer().map(|due| due.saturating_sub(NormalForm::NOW));
+    let tick = ticks.map(|_| state.until_tick);
+    let Some(span) = timer.into_iter().chain(tick).min() else { return (successors, true) };
+    let is_tick = tick == Some(span);
+    for (environment, system) in moves(state, environment, if is_tick { Instant::Tick } else { Instant::Between }) {
+        let mut next = State { environment, system, ..state.fork() };
+        next.system.advance(NormalForm::NOW + span);
+        next.until_tick = next.until_tick.saturating_sub(span);
+        if let Some(ticks) = ticks.filter(|_| is_tick) {
+            next.system.generate_tick(ticks.generator);
+            next.observe(EventKind::Tick);
+            next.has_ticked = true;
+            next.until_tick = ticks.period;
+        }
+        successors.push(next);
+    }
+    for (environment, system) in moves(state, environment, Instant::Between) {
+        let mut next = State { environment, system, ..state.fork() };
+        if !next.system.enabled().is_empty() {
+            successors.push(next);
+        }
+    }
+    (successors, true)
+}
+
+/// What the environment makes of the system.
+fn moves(state: &State, environment: &dyn Environment, instant: Instant) -> Vec<(Vec<i64>, ChannelSystem)> {
+    let driven: Vec<Box<dyn Process>> =
+        environment.driven().iter().map(|id| state.system.clone_process(*id).expect("a process")).collect();
+    let driven: Vec<&dyn Process> = driven.iter().map(AsRef::as_ref).collect();
+    let moves = environment.moves(&state.environment, &driven, instant);
+    let apply = |told: explorer::Move| {
+        let mut system = state.system.fork();
+        for id in environment.driven() {
+            let mut process = system.clone_process(*id).expect("a process");
+            (told.update)(*id, process.as_mut());
+            system.replace(*id, process).expect("the same channels");
+        }
+        (told.state, system)
+    };
+    moves.into_iter().map(apply).collect()
+}

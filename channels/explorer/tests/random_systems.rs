@@ -1,0 +1,356 @@
+//! Random systems: program graphs that talk at random, a client that gives up on a server, and a sensor that an
+//! environment drives.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use channels::{
+    Action, Capacity, ChannelId, ChannelSystem, Domain, Envelope, FieldKind, GraphMonitor, GraphProcess, Label,
+    Message, Monitor, NoNormalForm, NormalForm, Offer, Pattern, Process, ProcessId, ProgramGraph, RequestNumber, Role,
+    Shape, Slot, TickGenerator, Topology, TransitionId, Use, Value, Verdict,
+};
+use explorer::{Environment, Instant, Limits, Model, Move, Outcome, Ticks, explore};
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::naive::{Counts, enumerate};
+
+const PERIOD: Duration = Duration::from_secs(10);
+
+/// A system, and what surrounds it.
+struct Sample {
+    system: ChannelSystem,
+    ticks: Ticks,
+    environment: Arc<dyn Environment>,
+    monitor: Option<GraphMonitor>,
+}
+
+fn sample(seed: u64) -> Sample {
+    let rng = &mut ChaCha8Rng::seed_from_u64(seed);
+    let mut topology = Topology::default();
+    let mut process = |name: &str| topology.process(name).expect("a new name");
+    let (generator, client, server, sensor) =
+        (process("Ticks"), process("Client"), process("Server"), process("Sensor"));
+    let graphs: Vec<ProcessId> = ["A", "B", "C"][..rng.random_range(1..=3)].iter().map(|name| process(name)).collect();
+    let tick = Domain::new([TickGenerator::shape()]);
+    let ticks = topology.channel(generator, client, Capacity::One, tick).expect("a new channel");
+    let words = |role| Domain::new([Shape::new([("word", FieldKind::symbols(["a", "b"]))]).with_role(role)]);
+    let asked = topology.channel(client, server, Capacity::One, words(Role::Request)).expect("a new channel");
+    let answered = topology.channel(server, client, Capacity::One, words(Role::Reply)).expect("a new channel");
+    let level = Domain::new([Shape::new([("level", FieldKind::Int)]).with_role(Role::Topic)]);
+    let sensed = topology.channel(sensor, graphs[0], Capacity::One, level).expect("a new channel");
+    let told = topology.channel(server, graphs[0], Capacity::One, words(Role::Request)).expect("a new channel");
+    let mut lines = Vec::new();
+    for from in &graphs {
+        for to in graphs.iter().filter(|to| *to != from) {
+            if rng.random_bool(0.7) {
+                let capacity = if rng.random_bool(0.5) { Capacity::One } else { Capacity::Zero };
+                let role = if rng.random_bool(0.2) && capacity == Capacity::One { Role::Topic } else { Role::Request };
+                lines.push((*from, *to, topology.channel(*from, *to, capacity, words(role)).expect("a new channel")));
+            }
+        }
+    }
+    let watched: Vec<ChannelId> = topology.channels().collect();
+    let mut processes: Vec<(ProcessId, Box<dyn Process>)> = vec![
+        (generator, Box::new(TickGenerator::new(ticks))),
+        (client, Box::new(Client::new(ticks, asked, answered, rng.random_range(3..=14)))),
+        (server, Box::new(Server { asked, answered, told, pending: None, says: None, forgets: rng.random_bool(0.5) })),
+        (sensor, Box::new(Sensor { sensed, level: 0, waits: false })),
+    ];
+    for (index, id) in graphs.iter().enumerate() {
+        let sends: Vec<ChannelId> = lines.iter().filter(|line| line.0 == *id).map(|line| line.2).collect();
+        let mut receives: Vec<ChannelId> = (index == 0).then_some([sensed, told]).into_iter().flatten().collect();
+        receives.extend(lines.iter().filter(|line| line.1 == *id).map(|line| line.2));
+        processes.push((*id, Box::new(GraphProcess::new(graph(rng, &sends, &receives)))));
+    }
+    let system = ChannelSystem::new(Arc::new(topology), processes).expect("a sound system");
+    let first = Duration::from_secs(rng.random_range(0..=3));
+    Sample {
+        monitor: rng.random_bool(0.7).then(|| monitor(rng, &watched)),
+        system,
+        ticks: Ticks { generator, period: PERIOD, first, step: Duration::ZERO },
+        environment: Arc::new(Weather { sensor }),
+    }
+}
+
+fn word(rng: &mut impl Rng) -> Message {
+    Message::symbols([if rng.random_bool(0.5) { "a" } else { "b" }])
+}
+
+/// Random locations and transitions; a variable keeps the last message.
+fn graph(rng: &mut impl Rng, sends: &[ChannelId], receives: &[ChannelId]) -> Arc<ProgramGraph> {
+    let mut graph = ProgramGraph::builder("graph");
+    let locations: Vec<_> = (0..rng.random_range(2..=4)).map(|index| graph.location(&format!("l{index}"))).collect();
+    let last = graph.variable("last");
+    for _ in 0..rng.random_range(3..=7) {
+        let [from, to] = [(); 2].map(|()| locations[rng.random_range(0..locations.len())]);
+        let pick = |rng: &mut dyn FnMut(usize) -> usize, channels: &[ChannelId]| channels[rng(channels.len())];
+        let mut below = |count| rng.random_range(0..count);
+        match below(5) {
+            0 if from != to => _ = graph.transition(from, Label::Internal(Vec::new()), to),
+            1 | 2 if !sends.is_empty() => {
+                let channel = pick(&mut below, sends);
+                let message = word(rng);
+                graph.send(from, channel, message, to);
+            }
+            _ if !receives.is_empty() => {
+                let channel = pick(&mut below, receives);
+                let slot = if channel == receives[0] || rng.random_bool(0.6) {
+                    Slot::Variable(last)
+                } else {
+                    Slot::Given(word(rng))
+                };
+                graph.transition(from, Label::Receive(channel, slot), to);
+            }
+            _ => {}
+        }
+    }
+    Arc::new(graph.initial(locations[0]).build().expect("a sound graph"))
+}
+
+/// Fails some way along random messages and ticks.
+fn monitor(rng: &mut impl Rng, channels: &[ChannelId]) -> GraphMonitor {
+    let mut graph = ProgramGraph::builder("property");
+    let locations: Vec<_> = (0..4).map(|index| graph.location(&format!("m{index}"))).collect();
+    let seen = graph.variable("seen");
+    for (from, to) in [(0, 1), (1, 2), (2, 3), (1, 0), (2, 1), (2, 0)] {
+        let label = if rng.random_bool(0.3) {
+            Label::Tick(seen)
+        } else {
+            Label::Receive(channels[rng.random_range(0..channels.len())], Slot::Variable(seen))
+        };
+        graph.transition(locations[from], label, locations[to]);
+    }
+    GraphMonitor::new(Arc::new(graph.initial(locations[0]).build().expect("a sound graph")), [locations[3]])
+}
+
+/// Asks the server at each tick, and gives up after a while.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Client {
+    ticks: ChannelId,
+    asked: ChannelId,
+    answered: ChannelId,
+    patience: Duration,
+    number: RequestNumber,
+    /// Whether the request has been sent.
+    open: Option<bool>,
+    deadline: Option<Duration>,
+    ticked: u64,
+}
+
+impl Client {
+    fn new(ticks: ChannelId, asked: ChannelId, answered: ChannelId, patience_s: u64) -> Self {
+        let patience = Duration::from_secs(patience_s);
+        Self { ticks, asked, answered, patience, number: RequestNumber(0), open: None, deadline: None, ticked: 0 }
+    }
+}
+
+impl Process for Client {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        let receive = |number, channel| Offer {
+            transition: TransitionId(number),
+            action: Action::Receive(channel, Pattern::Any),
+        };
+        if self.open.is_none() {
+            offers.push(receive(0, self.ticks));
+        }
+        if self.open == Some(false) {
+            let envelope = Envelope { message: Message::symbols(["a"]), request: self.number };
+            offers.push(Offer { transition: TransitionId(1), action: Action::Send(self.asked, envelope) });
+        }
+        offers.push(receive(2, self.answered));
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, now: Duration) {
+        match (transition.0, received) {
+            (0, _) => {
+                self.ticked += 1;
+                self.number.0 += 1;
+                self.open = Some(false);
+                self.deadline = Some(now + self.patience);
+            }
+            (1, _) => self.open = Some(true),
+            (_, Some(envelope)) if self.open == Some(true) && envelope.request == self.number => {
+                self.open = None;
+                self.deadline = None;
+            }
+            _ => {}
+        }
+    }
+
+    fn next_timer(&self) -> Option<Duration> {
+        self.deadline
+    }
+
+    fn fire_timers(&mut self, _now: Duration) {
+        self.open = None;
+        self.deadline = None;
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::Receives(self.ticks, None), Use::Sends(self.asked, None), Use::Receives(self.answered, None)]
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        requests.extend(self.open.map(|_| (self.asked, self.number)));
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        form.number(self.asked, &mut self.number);
+        self.deadline.iter_mut().for_each(|deadline| form.time(deadline));
+        self.ticked = 0;
+        Ok(())
+    }
+
+    fn location(&self) -> String {
+        format!("{:?}", self.open)
+    }
+}
+
+/// Answers the client, after telling somebody else; or forgets to.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Server {
+    asked: ChannelId,
+    answered: ChannelId,
+    told: ChannelId,
+    pending: Option<RequestNumber>,
+    says: Option<RequestNumber>,
+    forgets: bool,
+}
+
+impl Process for Server {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        let mut offer = |number, action| offers.push(Offer { transition: TransitionId(number), action });
+        if self.pending.is_none() && self.says.is_none() {
+            offer(0, Action::Receive(self.asked, Pattern::Any));
+        }
+        if self.pending.is_some() {
+            offer(1, Action::Send(self.told, Message::symbols(["b"]).into()));
+            if self.forgets {
+                offer(2, Action::Internal);
+            }
+        }
+        if let Some(request) = self.says {
+            offer(3, Action::Send(self.answered, Envelope { message: Message::symbols(["b"]), request }));
+        }
+    }
+
+    fn take(&mut self, transition: TransitionId, received: Option<Envelope>, _now: Duration) {
+        match transition.0 {
+            0 => self.pending = received.map(|envelope| envelope.request),
+            1 => self.says = self.pending.take(),
+            2 => self.pending = None,
+            _ => self.says = None,
+        }
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::Receives(self.asked, None), Use::Sends(self.answered, None), Use::Sends(self.told, None)]
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.pending.iter_mut().chain(&mut self.says).for_each(|number| form.number(self.asked, number));
+        Ok(())
+    }
+
+    fn location(&self) -> String {
+        format!("{:?}", self.pending)
+    }
+}
+
+/// Publishes its level when it changes.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+struct Sensor {
+    sensed: ChannelId,
+    level: i64,
+    waits: bool,
+}
+
+impl Process for Sensor {
+    fn offers(&self, offers: &mut Vec<Offer>) {
+        let message = Message::new([Value::Int(self.level)]);
+        let action = Action::Send(self.sensed, message.into());
+        offers.extend(self.waits.then_some(Offer { transition: TransitionId(0), action }));
+    }
+
+    fn take(&mut self, _transition: TransitionId, _received: Option<Envelope>, _now: Duration) {
+        self.waits = false;
+    }
+
+    fn uses(&self) -> Vec<Use> {
+        vec![Use::Sends(self.sensed, None)]
+    }
+
+    fn normalize(&mut self, _form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        Ok(())
+    }
+
+    fn location(&self) -> String {
+        self.level.to_string()
+    }
+}
+
+/// Changes the level by one at a tick, and may have the sensor publish it at any moment.
+#[derive(Debug)]
+struct Weather {
+    sensor: ProcessId,
+}
+
+impl Environment for Weather {
+    fn driven(&self) -> &[ProcessId] {
+        std::slice::from_ref(&self.sensor)
+    }
+
+    fn start(&self) -> Vec<i64> {
+        vec![0]
+    }
+
+    fn moves(&self, state: &[i64], driven: &[&dyn Process], instant: Instant) -> Vec<Move> {
+        let sensor = driven[0].as_any().downcast_ref::<Sensor>().expect("a sensor");
+        let to = |level: i64, waits: bool| Move {
+            state: vec![level],
+            update: Arc::new(move |_, process| {
+                let sensor = process.as_any_mut().downcast_mut::<Sensor>().expect("a sensor");
+                (sensor.level, sensor.waits) = (level, sensor.waits || waits);
+            }),
+            words: format!("the level is {level}"),
+        };
+        match instant {
+            Instant::Between => vec![to(sensor.level, false), to(state[0], true)],
+            Instant::Tick => [-1, 0, 1].map(|by| to((state[0] + by).clamp(0, 2), false)).to_vec(),
+        }
+    }
+}
+
+#[test]
+fn the_search_finds_what_a_naive_enumeration_finds() {
+    let limits = |threads| Limits { threads, reduce: false, ..Limits::default() };
+    let (mut proved, mut violated, mut largest) = (0, 0, 0);
+    for seed in 0..300 {
+        let Sample { system, ticks, environment, monitor } = sample(seed);
+        let property = monitor.as_ref().map(|monitor| monitor as &dyn Monitor);
+        let expected = enumerate(&system, Some(ticks), environment.as_ref(), property);
+        let model = Model::new(&system, Some(ticks), environment);
+        let found = explore(&model, property, &limits(1), &mut |_| ()).expect("a finite model");
+        match &found.outcome {
+            Outcome::Violated(path) => {
+                violated += 1;
+                let replay = path.replay(&model, property).expect("a run of the channel system");
+                assert_eq!(replay.verdict(), Verdict::False, "seed {seed}: {path:#?}");
+                assert_eq!(expected.violated, Some(found.progress.depth + 1), "seed {seed}");
+            }
+            Outcome::Proved | Outcome::Deadlock(_) | Outcome::Livelock { .. } => {
+                proved += 1;
+                let progress = found.progress;
+                let (states, quiet, transitions) = (progress.states, progress.quiet, found.transitions);
+                assert_eq!(Counts { states, quiet, transitions, violated: None }, expected, "seed {seed}");
+                largest = largest.max(states);
+            }
+            outcome => panic!("seed {seed}: {outcome:?}"),
+        }
+        let in_parallel = explore(&model, property, &limits(2), &mut |_| ()).expect("a finite model");
+        assert_eq!(in_parallel.progress, found.progress, "seed {seed}");
+        assert_eq!(format!("{:?}", in_parallel.outcome), format!("{:?}", found.outcome), "seed {seed}");
+    }
+    assert!(proved > 50 && violated > 50 && largest > 1000, "{proved} proved, {violated} violated, {largest} states");
+}
