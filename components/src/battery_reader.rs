@@ -3,7 +3,8 @@
 use std::time::Duration;
 
 use channels::{
-    ChannelSystem, Envelope, Message, Offer, Process, ProcessId, Topology, TransitionId, Use, Value, WiringError,
+    ChannelSystem, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use,
+    Value, WiringError,
 };
 use robot::BatteryState;
 
@@ -62,6 +63,11 @@ impl Process for BatteryReader {
 
     fn uses(&self) -> Vec<Use> {
         self.service.uses()
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.service.normalize(form);
+        Ok(())
     }
 
     fn location(&self) -> String {

@@ -4,7 +4,10 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Envelope, Message, Offer, Process, ProcessId, Topology, TransitionId, Use, Value, WiringError};
+use channels::{
+    Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use, Value,
+    WiringError,
+};
 
 use crate::service::Service;
 
@@ -100,6 +103,11 @@ impl Process for Blackboard {
 
     fn uses(&self) -> Vec<Use> {
         self.service.uses()
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.service.normalize(form);
+        Ok(())
     }
 
     fn location(&self) -> String {

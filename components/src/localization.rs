@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use channels::{
-    ChannelSystem, Envelope, Message, Offer, Process, ProcessId, Topology, TransitionId, Use, Value, WiringError,
+    ChannelSystem, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId, Topology, TransitionId, Use,
+    Value, WiringError,
 };
 use maps::{Places, Pose};
 
@@ -68,6 +69,11 @@ impl Process for Localization {
 
     fn uses(&self) -> Vec<Use> {
         self.service.uses()
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.service.normalize(form);
+        Ok(())
     }
 
     fn location(&self) -> String {

@@ -3,7 +3,10 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use channels::{Envelope, Message, Offer, Process, ProcessId, Symbol, Topology, TransitionId, Use, Value, WiringError};
+use channels::{
+    Envelope, Message, NoNormalForm, NormalForm, Offer, Process, ProcessId, Symbol, Topology, TransitionId, Use, Value,
+    WiringError,
+};
 
 use crate::service::Service;
 
@@ -173,6 +176,14 @@ impl Process for Navigation {
 
     fn uses(&self) -> Vec<Use> {
         self.service.uses()
+    }
+
+    /// Only the last order counts: the driver carries out all that wait before it moves the base.
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.service.normalize(form);
+        let outdated = self.orders.len().saturating_sub(1);
+        self.orders.drain(..outdated);
+        Ok(())
     }
 
     fn location(&self) -> String {

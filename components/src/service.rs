@@ -1,7 +1,8 @@
 //! Answers each request exactly once, when the answer is known.
 
 use channels::{
-    Action, ChannelId, Envelope, Message, Offer, Pattern, ProcessId, Topology, TransitionId, Use, WiringError,
+    Action, ChannelId, Envelope, Message, NormalForm, Offer, Pattern, ProcessId, Topology, TransitionId, Use,
+    WiringError,
 };
 
 /// The clients of a component: for each, the channel of its requests and the channel of its answers.
@@ -72,6 +73,13 @@ impl Service {
     pub(crate) fn forget(&mut self) {
         for client in &mut self.clients {
             client.pending = None;
+        }
+    }
+
+    /// Brings the numbers of the clients' requests into normal form.
+    pub(crate) fn normalize(&mut self, form: &NormalForm<'_>) {
+        for client in &mut self.clients {
+            client.pending.iter_mut().for_each(|request| form.number(client.requests, &mut request.request));
         }
     }
 
