@@ -4,6 +4,7 @@ mod bit_set;
 mod content;
 mod events;
 mod ids;
+mod mentions;
 mod relations;
 mod relocate;
 mod show;
@@ -27,6 +28,7 @@ pub(crate) use content::{
 pub(crate) use events::{EventClass, EventTree, Matches, is_descriptor, is_event_name};
 pub(crate) use ids::DataId;
 pub use ids::{StateId, TransitionId};
+pub(crate) use mentions::{ADDRESS, Mentions};
 pub(crate) use state::{Descriptor, Initial, TransitionDomain};
 pub use state::{HistoryKind, State, StateKind, Transition};
 
@@ -95,6 +97,7 @@ pub struct Chart {
     pub(crate) events: EventTree,
     /// Data that code for the engine may change.
     pub(crate) foreign: BTreeSet<DataId>,
+    pub(crate) mentions: Mentions,
     /// The place of `<scxml>` in the file: a file may contain machines inside machines.
     pub(crate) span: SourceSpan,
     /// The folder in which `src` is looked up; `None` if files are not accessible.
@@ -252,6 +255,13 @@ impl Chart {
     /// Every `<invoke>`.
     pub(crate) fn invokes(&self) -> impl Iterator<Item = &Invoke> {
         self.states.iter().flat_map(|state| &state.invokes)
+    }
+
+    /// Whether the machine, or one inside it, can look at an id that is generated when it sends or invokes.
+    pub(crate) fn looks_at_generated_ids(&self) -> bool {
+        let mut looks = self.mentions.sessions || self.invokes().any(|invoke| invoke.id_location.is_some());
+        self.visit_sends(&mut |send| looks |= matches!(send.id, SendId::Generated(_)));
+        looks || self.inner().any(|inner| inner.looks_at_generated_ids())
     }
 
     /// Calls `visit` with every `<send>`.

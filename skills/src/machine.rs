@@ -7,6 +7,7 @@ mod host;
 mod input;
 mod invoke;
 mod macrostep;
+mod normal;
 mod select;
 mod send;
 mod timer;
@@ -19,7 +20,7 @@ use diagnostics::nearest_or_all;
 pub use event::{Event, EventKind, Outgoing, Params};
 pub use host::{Host, Note, Transcript, Undelivered};
 
-use crate::chart::{BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
+use crate::chart::{ADDRESS, BitSet, Chart, DataId, EventClass, SCXML_PROCESSOR, StateId, TransitionId};
 use crate::datum::Memory;
 use crate::unobserved::Unobserved;
 use crate::{Datum, SkillError};
@@ -81,7 +82,9 @@ pub struct Machine {
     generation: u32,
     /// The position in the sequence of `Math.random`.
     random: u64,
-    /// Whether the caller has set where the sequence begins.
+    /// Where the sequence begins.
+    seed: u64,
+    /// Whether the caller has set that.
     is_seeded: bool,
     /// The data of the final state in which it ended.
     result: Datum,
@@ -103,7 +106,7 @@ struct Session {
 
 impl Session {
     fn new(id: &str) -> Arc<Self> {
-        let location: Arc<str> = format!("#_scxml_{id}").into();
+        let location: Arc<str> = format!("{ADDRESS}{id}").into();
         let processor = Datum::object([("location", Datum::Text(Arc::clone(&location)))]);
         let io_processors =
             processor.and_then(|processor| Datum::object([(SCXML_PROCESSOR, processor.clone()), ("scxml", processor)]));
@@ -185,6 +188,7 @@ impl Machine {
         let scratch = Scratch { entering: BitSet::new(states), by_default: BitSet::new(states), ..Scratch::default() };
         Self {
             random: session.seed(),
+            seed: session.seed(),
             is_seeded: false,
             session,
             given: Vec::new(),
@@ -237,6 +241,7 @@ impl Machine {
         self.session = Session::new(session);
         if !self.is_seeded {
             self.random = self.session.seed();
+            self.seed = self.random;
         }
     }
 
@@ -253,12 +258,12 @@ impl Machine {
     /// Another machine before its start, with another chart and the same session.
     pub(crate) fn unstarted_with(&self, chart: &Arc<Chart>) -> Self {
         let session = Arc::clone(&self.session);
-        Self { random: session.seed(), session, ..Self::new(Arc::clone(chart)) }
+        Self { random: session.seed(), seed: session.seed(), session, ..Self::new(Arc::clone(chart)) }
     }
 
     /// Sets the seed of `Math.random`; by default it is derived from the session's name.
     pub fn set_seed(&mut self, seed: u64) {
-        self.random = seed;
+        (self.random, self.seed) = (seed, seed);
         self.is_seeded = true;
     }
 

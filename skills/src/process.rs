@@ -13,7 +13,9 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Envelope, Offer, Process, Topology, TransitionId, Use};
+use channels::{
+    ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Process, RequestNumber, Topology, TransitionId, Use,
+};
 use diagnostics::nearest_or_all;
 
 use crate::chart::Chart;
@@ -185,6 +187,17 @@ impl Process for SkillProcess {
 
     fn uses(&self) -> Vec<Use> {
         self.adapter.uses(&self.machine)
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        self.adapter.awaits(requests);
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.journal.notes.clear();
+        self.journal.mishaps = Mishaps::default();
+        self.machine.normalize(form)?;
+        self.adapter.normalize(form)
     }
 
     /// The ids of the active states that have no children.

@@ -12,7 +12,9 @@ use super::value::{InlineContent, content_of_file};
 use super::xml::{Written, elements_named, name_span};
 use super::{reach, targets};
 use crate::Strictness;
-use crate::chart::{Binding, Chart, DataId, DataItem, EventTree, State, StateId, StateKind, Transition, TransitionId};
+use crate::chart::{
+    Binding, Chart, DataId, DataItem, EventTree, Mentions, State, StateId, StateKind, Transition, TransitionId,
+};
 use crate::expression::{Expr, Names};
 
 /// Compiles a machine with a valid structure, and reports its remaining problems; also how many of them the
@@ -32,6 +34,7 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
         events,
         transitions,
         foreign,
+        mentions: Mentions::default(),
         leads_nowhere: false,
         forgivable: 0,
         problems,
@@ -40,7 +43,7 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
     let scripts = elements_named(root, "script").map(|script| vec![compiler.script(script)]).collect();
     let compile = |(id, (node, state))| compiler.state(StateId::new(id), node, state);
     let states = states.into_iter().enumerate().map(compile).collect();
-    let Compiler { events, transitions, foreign, leads_nowhere, forgivable, .. } = compiler;
+    let Compiler { events, transitions, foreign, mentions, leads_nowhere, forgivable, .. } = compiler;
     let mut chart = Chart {
         file: origin.file.clone(),
         name,
@@ -51,6 +54,7 @@ pub(super) fn chart(root: Node<'_, '_>, origin: &Origin<'_>, problems: &mut Vec<
         scripts,
         events,
         foreign,
+        mentions,
         span: name_span(root).into(),
         folder: origin.folder.clone(),
         strictness: origin.strictness,
@@ -86,6 +90,7 @@ pub(super) struct Compiler<'p> {
     transitions: Vec<Transition>,
     /// Data that code for the engine mentions.
     pub(super) foreign: BTreeSet<DataId>,
+    pub(super) mentions: Mentions,
     /// Whether an unknown state or event is named, or a name is ambiguous.
     pub(super) leads_nowhere: bool,
     /// How many problems would let the machine run nevertheless, by the recommendation.

@@ -40,6 +40,7 @@ impl Compiler<'_> {
         here: impl FnOnce(T) -> C,
         there: impl FnOnce(Arc<Code>) -> C,
     ) -> Result<C, Arc<str>> {
+        self.mentions.note(written.value);
         let for_engine = match &parsed.outcome {
             Err(problem) if problem.kind != ProblemKind::Name && !self.null_model => {
                 Code::new(written.value, form, &self.names).map(|code| (code, problem.clone()))
@@ -52,6 +53,7 @@ impl Compiler<'_> {
                     self.problems.push(in_file(written, problem).as_warning());
                 }
                 self.foreign.extend(code.mentions());
+                self.mentions.note_code(written.value);
                 Ok(there(Arc::new(code)))
             }
             Some((Err(worse), problem)) if problem.kind == ProblemKind::Beyond => {

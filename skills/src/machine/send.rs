@@ -10,7 +10,7 @@ use super::macrostep::{Macrostep, OuterEvent};
 use super::timer::{Parcel, Spot, Timer};
 use super::{Event, EventKind, Invoked, Note, Outgoing, Queued, Session, Status, no_room};
 use crate::Datum;
-use crate::chart::{Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
+use crate::chart::{ADDRESS, Attribute, CHANNEL_PROCESSOR, Delay, SCXML_PROCESSOR, Send, SendId, Source};
 use crate::delay;
 use crate::load::INTERNAL_TARGET;
 
@@ -165,7 +165,7 @@ impl Macrostep<'_, '_> {
         let event = own_event(outgoing, EventKind::External).with_origin(Arc::clone(location), Arc::clone(processor));
         if &*target == PARENT_TARGET && self.machine.under.is_some() {
             self.post(OuterEvent::Parent(event))
-        } else if let Some(session) = target.strip_prefix("#_scxml_") {
+        } else if let Some(session) = target.strip_prefix(ADDRESS) {
             match self.machine.descendant(session) {
                 Some(machine) => machine.admit(event),
                 None if self.outer.outside.iter().any(|known| &**known == session) => {

@@ -4,7 +4,7 @@ use std::any::Any;
 use std::fmt::Debug;
 use std::hash::{Hash, Hasher};
 
-use channels::{Envelope, Offer, TransitionId, Use};
+use channels::{ChannelId, Envelope, NoNormalForm, NormalForm, Offer, RequestNumber, TransitionId, Use};
 
 use crate::Datum;
 use crate::machine::{Event, Machine, Undelivered};
@@ -41,6 +41,17 @@ pub trait Adapter: AdapterState + Debug + Send + Sync {
 
     /// Every communication that the process may ever perform with this machine.
     fn uses(&self, machine: &Machine) -> Vec<Use>;
+
+    /// Appends the requests whose answers would still matter, as [`Process::awaits`](channels::Process::awaits) does.
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        let _ = requests;
+    }
+
+    /// Brings the state into [normal form](NormalForm).
+    ///
+    /// # Errors
+    /// [`NoNormalForm`] if there is none.
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm>;
 }
 
 /// An adapter's state as a value, whatever its type. Implemented for every `Clone + Eq + Hash` type.

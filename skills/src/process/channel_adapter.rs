@@ -3,7 +3,10 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use channels::{Action, Envelope, Offer, Pattern, ProcessId, RequestNumber, Role, Symbol, Topology, TransitionId, Use};
+use channels::{
+    Action, ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Pattern, ProcessId, RequestNumber, Role, Symbol,
+    Topology, TransitionId, Use,
+};
 
 use super::adapter::Adapter;
 use super::check::{Constants, goes_by_channel};
@@ -200,6 +203,38 @@ impl ChannelAdapter {
         }
     }
 
+    /// Appends what this process has asked and not been answered, as
+    /// [`Process::awaits`](channels::Process::awaits) does.
+    pub fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        for (out, asked) in self.wiring.outgoing.iter().zip(&self.asked) {
+            let mut asked = asked.clone();
+            asked.sort();
+            requests.extend(asked.into_iter().map(|(_, number)| (out.channel, number)));
+        }
+    }
+
+    /// Brings the numbers of conversations into [normal form](NormalForm).
+    ///
+    /// # Errors
+    /// [`NoNormalForm::Endless`] if too many messages wait.
+    pub fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        let wiring = Arc::clone(&self.wiring);
+        for (out, waiting) in wiring.outgoing.iter().zip(&mut self.outboxes) {
+            form.queue(waiting.len(), || {
+                format!("more than {} messages from {} to {} wait", NormalForm::QUEUE, wiring.name, out.peer)
+            })?;
+            waiting.iter_mut().for_each(|envelope| form.envelope(out.channel, envelope));
+        }
+        let requests = wiring.outgoing.iter().map(|out| out.channel).zip(&mut self.asked);
+        let others = wiring.incoming.iter().map(|incoming| incoming.channel).zip(&mut self.pending);
+        for (channel, open) in requests.chain(others) {
+            open.iter_mut().for_each(|(_, number)| form.number(channel, number));
+            open.sort();
+        }
+        self.last_request = self.asked.iter().flatten().map(|(_, number)| number.0).max().unwrap_or_default();
+        Ok(())
+    }
+
     /// Everything that the process may receive.
     pub fn receives(&self) -> impl Iterator<Item = Use> {
         self.wiring.incoming.iter().map(|incoming| Use::Receives(incoming.channel, None))
@@ -234,6 +269,14 @@ impl Adapter for ChannelAdapter {
 
     fn succeeding(&self) -> Box<dyn Adapter> {
         Box::new(self.succeeding())
+    }
+
+    fn awaits(&self, requests: &mut Vec<(ChannelId, RequestNumber)>) {
+        self.awaits(requests);
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        self.normalize(form)
     }
 
     fn uses(&self, machine: &Machine) -> Vec<Use> {

@@ -271,12 +271,13 @@ fn carried(out: &Domain, head: &str) -> String {
     format!("the channel carries {}", shapes.join(" or "))
 }
 
-/// The events that the machine generates itself; `None` if it computes their names.
+/// The events that the machine generates itself; `None` if it computes their names, or if they come from machines that
+/// it invokes.
 fn own_events(chart: &Chart) -> Option<BTreeSet<String>> {
     let mut names: BTreeSet<String> = ["error.execution", "error.communication"].map(str::to_owned).into();
     let done = chart.states().filter(|state| can_be_done(chart, *state));
     names.extend(done.map(|state| format!("done.state.{}", chart.state(state).id())));
-    let mut is_known = true;
+    let mut is_known = chart.invokes().next().is_none();
     for block in chart.blocks() {
         visit_actions(block, &mut |action| match &action.kind {
             ActionKind::Raise { event, .. } => {

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use channels::{
-    Capacity, ChannelSystem, Domain, Event, EventKind, FieldKind, Process, Random, Role, Scheduler, Shape, Topology,
+    Capacity, Chance, ChannelSystem, Disturbance, Domain, Effect, Event, EventKind, FieldKind, NoNormalForm, Process,
+    Random, Role, Scheduler, Shape, Topology,
 };
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::SeedableRng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
 use skills::{Chart, SkillProcess};
 
+use crate::lockstep::Lockstep;
 use crate::stage::file;
 
 fn shape(first: &str, head: &str, field: Option<(&str, FieldKind)>, role: Role) -> Shape {
@@ -42,8 +44,8 @@ fn height() -> Shape {
     shape("topic", "height", Some(("n", FieldKind::Int)), Role::Topic)
 }
 
-/// The events of a run of two clients and an arm, with the names of sender and receiver, under a random schedule.
-fn run([one, two, arm]: [&str; 3], seed: u64) -> (Vec<(String, Event)>, ChannelSystem) {
+/// Two clients and an arm.
+fn system([one, two, arm]: [&str; 3]) -> ChannelSystem {
     let mut topology = Topology::default();
     let names = ["One", "Two", "Arm"];
     let [a, b, server] = names.map(|name| topology.process(name).unwrap());
@@ -60,8 +62,13 @@ fn run([one, two, arm]: [&str; 3], seed: u64) -> (Vec<(String, Event)>, ChannelS
         (topology.find_process(name).unwrap(), Box::new(process) as Box<dyn Process>)
     };
     let processes: Vec<_> = names.into_iter().zip([one, two, arm]).map(machine).collect();
-    let topology = Arc::new(topology);
-    let mut system = ChannelSystem::new(Arc::clone(&topology), processes).unwrap();
+    ChannelSystem::new(Arc::new(topology), processes).unwrap()
+}
+
+/// The events of a run, with the names of sender and receiver, under a random schedule.
+fn run(machines: [&str; 3], seed: u64) -> (Vec<(String, Event)>, ChannelSystem) {
+    let mut system = system(machines);
+    let topology = Arc::clone(system.topology());
     let mut scheduler: Box<dyn Scheduler> = Box::new(Random::new(ChaCha8Rng::seed_from_u64(seed)));
     let mut events = Vec::new();
     for step in 0..40 {
@@ -254,4 +261,125 @@ fn what_nobody_publishes_and_what_no_channel_carries_is_refused() {
     };
     assert_eq!(refused(&send("event='heigth'")), "Arm does not publish <heigth>, and the message has no target");
     assert_eq!(refused(&send("targetexpr='_event.origin' event='okay'")), "no channel from Arm carries <okay>");
+}
+
+/// Has each request carried out by a machine of its own, which is cancelled if it takes too long.
+const FOREMAN: &str = "<datamodel><data id='who'/><data id='text'/></datamodel>
+<state id='idle'>
+    <transition event='say' target='busy'>
+        <assign location='who' expr='_event.origin'/><assign location='text' expr='_event.data.text'/>
+    </transition>
+</state>
+<state id='busy'>
+    <onentry><send id='late' event='late' delay='300ms'/></onentry>
+    <onexit><cancel sendid='late'/></onexit>
+    <invoke autoforward='true'>
+        <param name='text' expr='text'/>
+        <content><scxml version='1.0' initial='works'>
+            <datamodel><data id='text'/></datamodel>
+            <state id='works'>
+                <onentry><send event='step' delay='100ms'/></onentry>
+                <onexit>
+                    <send type='channel' event='height'><param name='n' expr=\"_event.name == 'step' ? 1 : 2\"/></send>
+                </onexit>
+                <transition event='step' cond=\"text == 'a'\" target='works'/>
+                <transition event='step' target='done'/>
+            </state>
+            <final id='done'/>
+        </scxml></content>
+    </invoke>
+    <transition event='done.invoke late' target='idle'>
+        <send type='channel' targetexpr='who' event='ok'><param name='text' expr='text'/></send>
+    </transition>
+</state>";
+
+/// Has a condition about the last event, which cannot be evaluated without one.
+const WATCHER: &str = "<datamodel><data id='count' expr='0'/></datamodel>
+<state id='watches'>
+    <transition cond=\"_event.name == 'say' &amp;&amp; count == 2\" target='watches'>
+        <assign location='count' expr='0'/>
+        <send type='channel' target='One' event='ok'><param name='text' expr=\"'c'\"/></send>
+    </transition>
+    <transition event='say'><assign location='count' expr='count + 1'/></transition>
+    <transition event='error.execution'>
+        <send type='channel' event='height'><param name='n' expr='count'/></send>
+    </transition>
+</state>";
+
+#[test]
+fn nobody_can_tell_machines_from_their_normal_forms() {
+    let (patient, hasty) = (picker(300), picker(100));
+    let clients = [TALKER, &patient, &hasty, READER, SILENT];
+    let arms = [LISTENER, ARM, PUBLISHER, FOREMAN, WATCHER];
+    let mut steps = 0;
+    for seed in 0..400 {
+        let mut random = ChaCha8Rng::seed_from_u64(seed);
+        let mut one_of = |count: usize| random.next_u64() as usize % count;
+        let machines = [clients[one_of(5)], clients[one_of(5)], arms[one_of(5)]];
+        let mut pair = Lockstep::new(&system(machines), Duration::ZERO);
+        let effects = [Effect::Lose, Effect::Repeat, Effect::Hold(Duration::from_millis(70))];
+        for (effect, channel) in effects.into_iter().zip(pair.plain.topology().channels()).take(one_of(4)) {
+            let stream = ChaCha8Rng::seed_from_u64(seed);
+            let probability = Some(Chance { probability: 0.3, stream });
+            let disturbance = Disturbance { probability, ..Disturbance::all(channel, effect) };
+            pair.with(|system| {
+                system.disturb(disturbance.clone());
+            });
+        }
+        let mut scheduler = Random::new(ChaCha8Rng::seed_from_u64(seed));
+        for _ in 0..40 {
+            steps += pair.run(&mut scheduler);
+            let until = pair.next_timer().unwrap_or_default();
+            let passes = until + Duration::from_millis(one_of(3) as u64 * 40);
+            pair.advance(if one_of(4) == 0 { until / 2 } else { passes });
+        }
+    }
+    assert!(steps > 20_000, "{steps} steps");
+}
+
+#[test]
+fn a_machine_without_a_normal_form_says_why() {
+    let refusal = |arm: &str| {
+        let mut system = system([TALKER, SILENT, arm]);
+        let mut scheduler = Random::new(ChaCha8Rng::seed_from_u64(0));
+        for event in system.run(&mut scheduler, 1_000) {
+            event.unwrap();
+        }
+        match system.normalize() {
+            Err((id, NoNormalForm::Unsupported { reason, help: Some(_) })) => {
+                format!("{}: {reason}", system.topology().name(id))
+            }
+            other => panic!("{other:?}"),
+        }
+    };
+    let keeps = |what: &str| {
+        format!(
+            "<datamodel><data id='kept'/></datamodel><state id='s'>
+            <transition event='say'><send event='later' delay='1s' {what}/></transition></state>"
+        )
+    };
+    let ids = "Arm: it looks at ids that are generated whenever a machine is invoked or an event is sent";
+    assert_eq!(refusal(&keeps("idlocation='kept'")), ids);
+    let greets = "<datamodel><data id='kept'/></datamodel><state id='s'>
+        <invoke><content><scxml version='1.0'>
+            <state id='t'><onentry><send target='#_parent' event='here'/></onentry></state>
+        </scxml></content></invoke>
+        <transition event='here'><assign location='kept' expr='_event.origin'/></transition>
+    </state>";
+    assert_eq!(refusal(greets), ids);
+    #[cfg(feature = "ecmascript")]
+    for (expression, reason) in [
+        ("Math.random() &lt; 2", "it draws random numbers"),
+        ("Date.now() >= 0", "it looks at the time of the run, which never returns to what it was"),
+    ] {
+        let arm = format!("<state id='s'><transition event='say' cond='{expression}'/></state>");
+        assert_eq!(refusal(&arm), format!("Arm: {reason}"));
+    }
+    let talks = "<state id='s'><onentry><send event='more'/></onentry><transition event='say' target='s'>
+        <foreach array='[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17]' item='n'>
+            <send event='later' delay='1s'/><send event='later' delay='1s'/></foreach></transition></state>";
+    let mut system = system([TALKER, SILENT, talks]);
+    system.run(&mut Random::new(ChaCha8Rng::seed_from_u64(0)), 1_000).for_each(|event| drop(event.unwrap()));
+    let endless = NoNormalForm::Endless { what: "more than 32 delayed events wait in Arm".to_owned() };
+    assert_eq!(system.normalize().map_err(|(_, why)| why), Err(endless));
 }

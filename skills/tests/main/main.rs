@@ -11,6 +11,8 @@ mod conversation;
 mod diagnostics;
 mod eighth_skill;
 mod large;
+#[path = "../../../channels/tests/system/lockstep.rs"]
+mod lockstep;
 mod mutations;
 mod original;
 mod properties;

@@ -5,7 +5,8 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 
 use channels::{
-    Action, ChannelId, Domain, Envelope, FieldKind, Message, Offer, Pattern, RequestNumber, TransitionId, Use, Value,
+    Action, ChannelId, Domain, Envelope, FieldKind, Message, NoNormalForm, NormalForm, Offer, Pattern, RequestNumber,
+    TransitionId, Use, Value,
 };
 use skills::{Adapter, Datum, Event, Machine, Undelivered};
 
@@ -244,6 +245,21 @@ impl Adapter for RosAdapter {
 
     fn succeeding(&self) -> Box<dyn Adapter> {
         Box::new(Self::new(Arc::clone(&self.wiring)))
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        let name = &self.wiring.name;
+        for (out, waiting) in self.wiring.outgoing.iter().zip(&mut self.post.outboxes) {
+            form.queue(waiting.len(), || format!("more than {} messages from {name} wait", NormalForm::QUEUE))?;
+            waiting.iter_mut().for_each(|envelope| form.envelope(*out, envelope));
+        }
+        form.queue(self.post.waiting.len(), || format!("more than {} requests to {name} wait", NormalForm::QUEUE))?;
+        if let (Some(tree), Some(number)) =
+            (self.wiring.incoming.iter().find(|incoming| incoming.from_tree), &mut self.post.pending)
+        {
+            form.number(tree.channel, number);
+        }
+        Ok(())
     }
 
     fn uses(&self, _: &Machine) -> Vec<Use> {

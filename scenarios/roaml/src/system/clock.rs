@@ -5,7 +5,10 @@ use std::hash::{Hash, Hasher};
 use std::sync::Arc;
 use std::time::Duration;
 
-use channels::{Action, ChannelId, Envelope, Message, Offer, Process, RequestNumber, TransitionId, Use, Value};
+use channels::{
+    Action, ChannelId, Envelope, Message, NoNormalForm, NormalForm, Offer, Process, RequestNumber, TransitionId, Use,
+    Value,
+};
 
 use crate::instance::CLOCK_EVENT;
 
@@ -97,6 +100,24 @@ impl Process for Clock {
 
     fn uses(&self) -> Vec<Use> {
         self.wiring.outgoing.iter().map(|out| Use::Sends(*out, None)).collect()
+    }
+
+    fn normalize(&mut self, form: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        if !self.wiring.listeners.is_empty() {
+            return Err(NoNormalForm::Unsupported {
+                reason: "it publishes the time of the run, which never returns to what it was".to_owned(),
+                help: Some("remove the subscriptions to the topic `clock`, and use `<ros_time_rate>`".to_owned()),
+            });
+        }
+        for waiting in &self.outboxes {
+            form.queue(waiting.len(), || format!("more than {} timers that have fired wait", NormalForm::QUEUE))?;
+        }
+        for due_ns in &mut self.due_ns {
+            let mut due = Duration::from_nanos(*due_ns);
+            form.time(&mut due);
+            *due_ns = u64::try_from(due.as_nanos()).unwrap_or(u64::MAX);
+        }
+        Ok(())
     }
 
     fn location(&self) -> String {

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use channels::{Action, ChannelId, Envelope, Offer, Pattern, Process, TransitionId, Use};
+use channels::{Action, ChannelId, Envelope, NoNormalForm, NormalForm, Offer, Pattern, Process, TransitionId, Use};
 
 /// Receives everything that is sent to it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -22,6 +22,10 @@ impl Process for Recorder {
 
     fn uses(&self) -> Vec<Use> {
         self.incoming.iter().map(|channel| Use::Receives(*channel, None)).collect()
+    }
+
+    fn normalize(&mut self, _: &NormalForm<'_>) -> Result<(), NoNormalForm> {
+        Ok(())
     }
 
     fn location(&self) -> String {

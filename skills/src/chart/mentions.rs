@@ -1,0 +1,33 @@
+//! What the expressions of a chart look at, besides data.
+
+use crate::expression::scan::words;
+
+/// Which of the things that change from one run of a machine to the next its expressions can look at.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Mentions {
+    /// `_event`, or code for the engine, which may call a function that does.
+    pub(crate) event: bool,
+    /// The time of the run.
+    pub(crate) clock: bool,
+    /// The id of a machine or of a `<send>`.
+    pub(crate) sessions: bool,
+}
+
+/// Words that give the id of a machine or of a `<send>` away.
+const SESSIONS: [&str; 5] = ["_sessionid", "_ioprocessors", "sendid", "invokeid", "raw"];
+/// What the address of a machine begins with: `_event.origin`, if a machine has sent the event.
+pub(crate) const ADDRESS: &str = "#_scxml_";
+
+impl Mentions {
+    /// Notes what an expression or a script mentions.
+    pub(crate) fn note(&mut self, source: &str) {
+        self.event |= words(source).any(|word| word == "_event");
+        self.sessions |= source.contains(ADDRESS) || words(source).any(|word| SESSIONS.contains(&word));
+    }
+
+    /// Notes what code for the engine mentions.
+    pub(crate) fn note_code(&mut self, source: &str) {
+        self.event = true;
+        self.clock |= words(source).any(|word| word == "Date");
+    }
+}
